@@ -1,0 +1,193 @@
+//! The one error type of the crate.
+
+use glam::DVec3;
+
+/// What can go wrong, with the numbers that disagree and what to do about it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A coordinate is NaN or infinite.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, point_cloud};
+    /// let points = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 1.0)];
+    /// let error = point_cloud::check(&points).unwrap_err();
+    /// assert!(matches!(error, Error::NotFinite { index: 1, .. }));
+    /// ```
+    #[error(
+        "points must be finite, but point {index} is ({}, {}, {}): remove or repair it",
+        point.x, point.y, point.z
+    )]
+    NotFinite {
+        /// Place in the input, from 0.
+        index: usize,
+        /// The point itself.
+        point: DVec3,
+    },
+
+    /// There are not enough different points to span a surface.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, point_cloud};
+    /// let error = point_cloud::check(&[DVec3::X, DVec3::Y, DVec3::X]).unwrap_err();
+    /// assert!(matches!(error, Error::TooFewPoints { distinct: 2, given: 3, .. }));
+    /// ```
+    #[error(
+        "a surface needs at least {needed} distinct points, got {distinct} (of {given} given): \
+         add points"
+    )]
+    TooFewPoints {
+        /// How many distinct points are needed.
+        needed: usize,
+        /// How many distinct ones there are.
+        distinct: usize,
+        /// How many points were given.
+        given: usize,
+    },
+
+    /// All points coincide.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, point_cloud};
+    /// let error = point_cloud::check(&[DVec3::ONE; 5]).unwrap_err();
+    /// assert!(matches!(error, Error::AllEqual { given: 5, .. }));
+    /// ```
+    #[error(
+        "points must differ, but all {given} are ({}, {}, {}): check which columns were read",
+        point.x, point.y, point.z
+    )]
+    AllEqual {
+        /// How many points were given.
+        given: usize,
+        /// The one place where they all are.
+        point: DVec3,
+    },
+
+    /// All points lie on one straight line.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, point_cloud};
+    /// let points: Vec<DVec3> = (0..9).map(|i| DVec3::splat(f64::from(i))).collect();
+    /// let error = point_cloud::check(&points).unwrap_err();
+    /// assert!(matches!(error, Error::Collinear { given: 9, .. }));
+    /// ```
+    #[error(
+        "points must span a surface, but all {given} lie on one line \
+         (length {length:.6}, width {width:.1e}): a curve is not enough, add points beside it"
+    )]
+    Collinear {
+        /// How many points were given.
+        given: usize,
+        /// Extent along the line, in the points' unit.
+        length: f64,
+        /// Largest distance from the line, in the points' unit.
+        width: f64,
+    },
+
+    /// The cloud is too large or too small for squares of distances to be numbers.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, point_cloud};
+    /// let points = [DVec3::ZERO, DVec3::X * 1e200, DVec3::Y * 1e200, DVec3::ONE];
+    /// assert!(matches!(point_cloud::check(&points), Err(Error::Extent { .. })));
+    /// ```
+    #[error(
+        "points must extend between {least:e} and {most:e}, but extend {extent:e}: change their unit"
+    )]
+    Extent {
+        /// Largest side of the bounding box, in the points' unit.
+        extent: f64,
+        /// Smallest extent that can be worked with.
+        least: f64,
+        /// Largest extent that can be worked with.
+        most: f64,
+    },
+
+    /// An option or argument is out of its range.
+    ///
+    /// ```
+    /// use neurbs::{Error, som::Lattice};
+    /// let error = Lattice::quad(1, 8).unwrap_err();
+    /// assert!(matches!(error, Error::Parameter { name: "grid", .. }));
+    /// assert!(error.to_string().contains("got (1, 8)"));
+    /// ```
+    #[error("{name} must be {must}, got {got}")]
+    Parameter {
+        /// Name of the option or argument.
+        name: &'static str,
+        /// What must hold.
+        must: String,
+        /// What came.
+        got: String,
+    },
+
+    /// A knot vector does not belong to its degree, or is not one at all.
+    ///
+    /// ```
+    /// use neurbs::{Error, nurbs::KnotVector};
+    /// let error = KnotVector::new(1, vec![0.0, 0.0, 1.0, 0.5]).unwrap_err();
+    /// assert!(error.to_string().contains("knot 3 is 0.5 after 1"));
+    /// ```
+    #[error("a knot vector of degree {degree} must {must}, but {got}")]
+    Knots {
+        /// The degree it is for.
+        degree: usize,
+        /// What must hold.
+        must: &'static str,
+        /// What came.
+        got: String,
+    },
+
+    /// Control points, weights and knots do not fit one another.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, nurbs::{KnotVector, NurbsSurface}};
+    /// let knots = KnotVector::clamped_uniform(1, 2)?;
+    /// let error = NurbsSurface::new(vec![DVec3::ZERO; 3], None, knots.clone(), knots).unwrap_err();
+    /// assert!(error.to_string().contains("3 control points"));
+    /// # Ok::<(), Error>(())
+    /// ```
+    #[error("a control net must {must}, but {got}")]
+    Net {
+        /// What must hold.
+        must: &'static str,
+        /// What came.
+        got: String,
+    },
+
+    /// The observer asked a long job to stop.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, ReconstructOptions, reconstruct};
+    /// use std::ops::ControlFlow;
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE];
+    /// let stop = |_: &neurbs::Progress| ControlFlow::Break(());
+    /// let result = reconstruct(&corners, &ReconstructOptions::default(), &mut { stop });
+    /// assert!(matches!(result, Err(Error::Interrupted)));
+    /// ```
+    #[error("the job was stopped by its observer")]
+    Interrupted,
+
+    /// A file could not be written.
+    ///
+    /// ```
+    /// let full: neurbs::Error = std::io::Error::other("disk full").into();
+    /// assert_eq!(full.to_string(), "disk full");
+    /// ```
+    #[error(transparent)]
+    Io(#[from] std::io::Error),
+}
+
+/// A result of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An option or argument out of its range: `{name} must be {must}, got {got}`.
+    pub(crate) fn parameter(
+        name: &'static str,
+        must: impl Into<String>,
+        got: impl std::fmt::Display,
+    ) -> Self {
+        Self::Parameter { name, must: must.into(), got: got.to_string() }
+    }
+}

@@ -1,0 +1,11 @@
+//! Plain-text files: STEP and IGES for surfaces, OBJ for meshes.
+//!
+//! Numbers are written with as many digits as it takes to read the same bits back.
+
+mod iges;
+mod obj;
+mod step;
+
+pub use self::iges::write_iges;
+pub use self::obj::write_obj;
+pub use self::step::write_step;

@@ -1,0 +1,166 @@
+//! The NURBS surface and its control net.
+
+use glam::{DVec3, DVec4};
+
+use super::knot_vector::KnotVector;
+use crate::error::{Error, Result};
+
+/// A tensor-product NURBS surface.
+///
+/// The control net has as many rows as the knot vector in u has basis functions, and as many
+/// columns as the one in v; it is stored row by row, v fastest. Control points are given as they
+/// lie in space (not multiplied by their weights).
+///
+/// ```
+/// use neurbs::{DVec3, nurbs::NurbsSurface};
+/// // A bilinear patch.
+/// let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 1.0)];
+/// let surface = NurbsSurface::clamped(net, (2, 2), 1)?;
+/// assert_eq!(surface.point(0.5, 0.5), DVec3::new(0.5, 0.5, 0.25));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct NurbsSurface {
+    control_points: Vec<DVec3>,
+    weights: Option<Vec<f64>>,
+    knots_u: KnotVector,
+    knots_v: KnotVector,
+    /// (w x, w y, w z, w) of each control point: what evaluation works on.
+    homogeneous: Vec<DVec4>,
+}
+
+impl NurbsSurface {
+    /// A surface from its parts; without weights it is polynomial (all weights are 1).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
+    /// control point is not finite, or a weight is not positive and finite.
+    pub fn new(
+        control_points: Vec<DVec3>,
+        weights: Option<Vec<f64>>,
+        knots_u: KnotVector,
+        knots_v: KnotVector,
+    ) -> Result<Self> {
+        let fail = |must, got| Err(Error::Net { must, got });
+        let (rows, cols) = (knots_u.control_points(), knots_v.control_points());
+        if control_points.len() != rows * cols {
+            let got = format!(
+                "{} control points came with knots for {rows} × {cols}",
+                control_points.len()
+            );
+            return fail("have as many control points as its knots ask for", got);
+        }
+        if let Some(i) = control_points.iter().position(|p| !p.is_finite()) {
+            let got = format!("control point {:?} is {}", (i / cols, i % cols), control_points[i]);
+            return fail("be finite", got);
+        }
+        let weight = |i: usize| weights.as_ref().map_or(1.0, |w| w[i]);
+        if let Some(weights) = &weights {
+            if weights.len() != control_points.len() {
+                let got =
+                    format!("{} weights came for {} points", weights.len(), control_points.len());
+                return fail("have one weight for each control point", got);
+            }
+            if let Some(i) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+                let got = format!("weight {:?} is {}", (i / cols, i % cols), weights[i]);
+                return fail("have positive, finite weights", got);
+            }
+        }
+        let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
+        let homogeneous = control_points.iter().enumerate().map(lift).collect();
+        Ok(Self { control_points, weights, knots_u, knots_v, homogeneous })
+    }
+
+    /// The polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of `rows`
+    /// × `cols` control points. Where the net has no more rows (columns) than `degree`, the degree
+    /// in that direction is the highest that it can hold.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for a degree out of range or a side with fewer than 2 control points;
+    /// [`Error::Net`] as [`NurbsSurface::new`].
+    pub fn clamped(net: Vec<DVec3>, (rows, cols): (usize, usize), degree: usize) -> Result<Self> {
+        let knots = |count: usize| {
+            let possible = if count > degree { degree } else { count.saturating_sub(1) };
+            KnotVector::clamped_uniform(possible, count)
+        };
+        Self::new(net, None, knots(rows)?, knots(cols)?)
+    }
+
+    /// The net's control points, row by row.
+    #[must_use]
+    pub fn control_points(&self) -> &[DVec3] {
+        &self.control_points
+    }
+
+    /// The net's weights, row by row; `None` if the surface is polynomial.
+    #[must_use]
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// The knots in u, along the rows.
+    #[must_use]
+    pub fn knots_u(&self) -> &KnotVector {
+        &self.knots_u
+    }
+
+    /// The knots in v, along the columns.
+    #[must_use]
+    pub fn knots_v(&self) -> &KnotVector {
+        &self.knots_v
+    }
+
+    /// Rows and columns of the net.
+    #[must_use]
+    pub fn shape(&self) -> (usize, usize) {
+        (self.knots_u.control_points(), self.knots_v.control_points())
+    }
+
+    /// The same surface with each control point moved by `f`, which must be affine for the surface
+    /// to move with it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if `f` returns a point that is not finite.
+    pub fn map_control_points(&self, f: impl Fn(DVec3) -> DVec3) -> Result<Self> {
+        let moved = self.control_points.iter().map(|&p| f(p)).collect();
+        Self::new(moved, self.weights.clone(), self.knots_u.clone(), self.knots_v.clone())
+    }
+
+    /// The net in homogeneous coordinates, row by row.
+    pub(super) fn homogeneous(&self) -> &[DVec4] {
+        &self.homogeneous
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(result: Result<NurbsSurface>) -> String {
+        result.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn refusals_name_both_numbers() {
+        let knots = || KnotVector::clamped_uniform(1, 2).unwrap();
+        let net = || vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE];
+        let weighted = |weights| message(NurbsSurface::new(net(), Some(weights), knots(), knots()));
+        assert!(weighted(vec![1.0; 3]).contains("3 weights came for 4 points"));
+        assert!(weighted(vec![1.0, 1.0, 0.0, 1.0]).contains("weight (1, 0) is 0"));
+        assert!(weighted(vec![1.0, f64::NAN, 1.0, 1.0]).contains("weight (0, 1) is NaN"));
+        let mut broken = net();
+        broken[3].y = f64::INFINITY;
+        let broken = message(NurbsSurface::new(broken, None, knots(), knots()));
+        assert!(broken.contains("control point (1, 1)"));
+        assert!(message(NurbsSurface::clamped(net(), (4, 1), 1)).contains("degree"));
+    }
+
+    #[test]
+    fn a_small_net_lowers_the_degree() {
+        let surface = NurbsSurface::clamped(vec![DVec3::X; 12], (3, 4), 3).unwrap();
+        assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (2, 3));
+    }
+}

@@ -1,0 +1,212 @@
+//! What a cloud of points is before anything is learned from it: its bounds, its centroid, the
+//! frame in which the work is done, and whether it can be a surface at all.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+
+/// A bicubic Bézier patch or its linear ancestor needs four corners.
+const LEAST_DISTINCT: usize = 4;
+
+/// Largest side of a bounding box for which squared distances neither overflow nor vanish.
+const EXTENT_RANGE: (f64, f64) = (1e-140, 1e140);
+
+/// Points count as collinear when their distance from a line is under this share of their
+/// extent: rounding in their own digits, nothing that a device could have measured.
+const COLLINEAR_WIDTH: f64 = 1e-12;
+
+/// The axis-aligned box around points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The corner with the smallest coordinates.
+    pub min: DVec3,
+    /// The corner with the largest coordinates.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The box around `points`; of none at all, an empty one (`min` above `max`).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, point_cloud::Bounds};
+    /// let bounds = Bounds::of(&[DVec3::ZERO, DVec3::new(2.0, 3.0, 6.0)]);
+    /// assert_eq!(bounds.diagonal(), 7.0);
+    /// ```
+    #[must_use]
+    pub fn of(points: &[DVec3]) -> Self {
+        let empty = || Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+        let join = |a: Self, b: Self| Self { min: a.min.min(b.min), max: a.max.max(b.max) };
+        points.par_iter().map(|&p| Self { min: p, max: p }).reduce(empty, join)
+    }
+
+    /// Length of the diagonal, in the points' unit.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        (self.max - self.min).length()
+    }
+
+    /// The middle of the box.
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
+        // Halved first: the sum of two large coordinates may overflow.
+        0.5 * self.min + 0.5 * self.max
+    }
+
+    /// The longest side, in the points' unit.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        (self.max - self.min).max_element()
+    }
+}
+
+/// The mean of the points, summed about the first one so that large offsets keep their digits.
+///
+/// # Panics
+///
+/// If there are no points.
+#[must_use]
+pub fn centroid(points: &[DVec3]) -> DVec3 {
+    let origin = points[0];
+    let sum: DVec3 = points.iter().map(|&p| p - origin).sum();
+    let count = points.len() as f64;
+    origin + sum / count
+}
+
+/// Checks that the points can be a surface: finite, at least four distinct ones, neither in one
+/// place nor on one line.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`], [`Error::AllEqual`], [`Error::TooFewPoints`], [`Error::Extent`],
+/// [`Error::Collinear`].
+pub fn check(points: &[DVec3]) -> Result<()> {
+    if let Some(index) = points.par_iter().position_first(|p| !p.is_finite()) {
+        return Err(Error::NotFinite { index, point: points[index] });
+    }
+    let given = points.len();
+    match count_distinct(points) {
+        1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
+        LEAST_DISTINCT => {}
+        distinct => {
+            return Err(Error::TooFewPoints { needed: LEAST_DISTINCT, distinct, given });
+        }
+    }
+    let (least, most) = EXTENT_RANGE;
+    let extent = Bounds::of(points).extent();
+    if !(least..=most).contains(&extent) {
+        return Err(Error::Extent { extent, least, most });
+    }
+    check_width(points)
+}
+
+/// Counts distinct points, but no further than needed.
+fn count_distinct(points: &[DVec3]) -> usize {
+    let mut seen: Vec<DVec3> = Vec::with_capacity(LEAST_DISTINCT);
+    for &p in points {
+        if !seen.contains(&p) {
+            seen.push(p);
+            if seen.len() == LEAST_DISTINCT {
+                break;
+            }
+        }
+    }
+    seen.len()
+}
+
+/// Refuses points on one line: the one through the first point and the point farthest from it.
+fn check_width(points: &[DVec3]) -> Result<()> {
+    let frame = Normalization::of(points);
+    let first = frame.apply(points[0]);
+    let local = || points.par_iter().map(|&p| frame.apply(p) - first);
+    let farthest = local().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let along = farthest.unwrap_or(DVec3::X);
+    let length = along.length();
+    let width = local().map(|p| p.cross(along).length() / length).reduce(|| 0.0, f64::max);
+    // Coordinates far from the origin carry rounding of their own size, not of the extent's.
+    let bounds = Bounds::of(points);
+    let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let rounding = 8.0 * f64::EPSILON * frame.scale * magnitude;
+    if width > COLLINEAR_WIDTH.max(rounding) {
+        return Ok(());
+    }
+    let (length, width) = (length / frame.scale, width / frame.scale);
+    Err(Error::Collinear { given: points.len(), length, width })
+}
+
+/// The frame in which the work is done: the cloud's box centred on the origin, and scaled by a
+/// power of two so that its longest side lies in `(1/2, 1]`.
+///
+/// Coordinates of 5,000,000 with details of a millimetre thus keep their digits. The scale is a
+/// power of two because multiplying by it is exact: only moving the centre rounds, once each way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normalization {
+    /// What becomes the origin, in the points' unit.
+    pub centre: DVec3,
+    /// Normalized length of one unit of the points.
+    pub scale: f64,
+}
+
+impl Normalization {
+    /// The frame of these points, which have passed [`check`].
+    ///
+    /// ```
+    /// use neurbs::{DVec3, point_cloud::Normalization};
+    /// let points = [DVec3::splat(5e6), DVec3::splat(5e6 + 0.001)];
+    /// let frame = Normalization::of(&points);
+    /// let p = frame.apply(points[1]);
+    /// assert!(p.max_element() <= 0.5);
+    /// assert_eq!(frame.undo(p), points[1]);
+    /// ```
+    #[must_use]
+    pub fn of(points: &[DVec3]) -> Self {
+        let bounds = Bounds::of(points);
+        Self { centre: bounds.centre(), scale: (-bounds.extent().log2().ceil()).exp2() }
+    }
+
+    /// From the points' frame to the normalized one.
+    #[must_use]
+    pub fn apply(&self, point: DVec3) -> DVec3 {
+        (point - self.centre) * self.scale
+    }
+
+    /// From the normalized frame back to the points' own.
+    #[must_use]
+    pub fn undo(&self, point: DVec3) -> DVec3 {
+        point / self.scale + self.centre
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_away_millimetres_are_not_a_line() {
+        let corner = DVec3::new(5e6, 7.8e6, 120.0);
+        let square = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE].map(|d| corner + 0.001 * d);
+        assert!(check(&square).is_ok());
+    }
+
+    #[test]
+    fn rounding_does_not_widen_a_line() {
+        let from = DVec3::new(5e6, 7.8e6, 120.0);
+        let line: Vec<DVec3> =
+            (0..100).map(|i| from + f64::from(i) * DVec3::new(0.1, 0.3, 0.7)).collect();
+        assert!(matches!(check(&line), Err(Error::Collinear { .. })));
+    }
+
+    #[test]
+    fn no_points_are_too_few() {
+        assert!(matches!(check(&[]), Err(Error::TooFewPoints { distinct: 0, given: 0, .. })));
+        assert!(matches!(check(&[DVec3::X]), Err(Error::TooFewPoints { distinct: 1, .. })));
+    }
+
+    #[test]
+    fn centroid_keeps_the_digits_of_large_offsets() {
+        let offset = DVec3::splat(1e9);
+        let points: Vec<DVec3> =
+            (0..1000).map(|i| offset + DVec3::X * (f64::from(i) / 1024.0)).collect();
+        assert_eq!(centroid(&points), offset + DVec3::X * (999.0 / 2048.0));
+    }
+}

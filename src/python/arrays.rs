@@ -1,0 +1,186 @@
+//! NumPy arrays as slices of the core's types, and back.
+//!
+//! A C-contiguous float64 array of shape (n, 3) *is* a `&[DVec3]`: it crosses without a copy.
+//! Anything else that stands for real numbers (lists, float32, integers, other memory orders) is
+//! converted once, by NumPy. Results are written into arrays that NumPy allocated.
+
+use bytemuck::Pod;
+use numpy::ndarray::Dimension;
+use numpy::{
+    Element, PyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
+    PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::errors::NeurbsError;
+
+/// Numbers from Python, as float64 in C order.
+pub(super) struct Numbers<'py>(PyReadonlyArrayDyn<'py, f64>);
+
+impl<'py> Numbers<'py> {
+    /// Takes an array of real numbers with one of these shapes (`None`: any extent), converting
+    /// it if need be. Among shapes the first one that fits counts.
+    ///
+    /// `name` and `expected` are for the error message.
+    pub(super) fn new(
+        value: &Bound<'py, PyAny>,
+        name: &str,
+        expected: &str,
+        shapes: &[&[Option<usize>]],
+    ) -> PyResult<Self> {
+        let fail =
+            |got: String| NeurbsError::new_err(format!("{name} must be {expected}, got {got}"));
+        let numpy = value.py().import("numpy")?;
+        // A masked array's hidden values must not come back as numbers.
+        let masked = numpy.getattr("ma")?.call_method1("is_masked", (value,))?.is_truthy()?;
+        if masked {
+            return Err(fail("a masked array: remove the masked points".into()));
+        }
+        let array = numpy
+            .call_method1("asarray", (value,))
+            .map_err(|error| fail(error.value(value.py()).to_string()))?;
+        let array: Bound<'py, PyUntypedArray> = array.cast_into()?;
+        if !matches!(array.dtype().kind(), b'f' | b'i' | b'u') {
+            return Err(fail(format!("dtype {}", array.dtype())));
+        }
+        let fits = |shape: &&[Option<usize>]| {
+            let extents = shape.iter().zip(array.shape());
+            shape.len() == array.ndim()
+                && extents.into_iter().all(|(want, is)| want.is_none_or(|n| n == *is))
+        };
+        if !shapes.iter().any(fits) {
+            return Err(fail(format!("shape {}", array.as_any().getattr("shape")?)));
+        }
+        let requirements = ("float64", ["C_CONTIGUOUS", "ALIGNED"]);
+        let array: Bound<'py, PyArrayDyn<f64>> =
+            numpy.call_method1("require", (array, requirements.0, requirements.1))?.cast_into()?;
+        Ok(Self(array.try_readonly().map_err(|error| fail(error.to_string()))?))
+    }
+
+    /// Points: shape (n, 3), or (n, 2) which lies in z = 0.
+    pub(super) fn points(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+        let expected = "real numbers of shape (n, 3), or (n, 2) in the plane z = 0";
+        let numbers = Self::new(value, name, expected, &[&[None, Some(3)], &[None, Some(2)]])?;
+        if numbers.shape()[1] == 3 {
+            return Ok(numbers);
+        }
+        let numpy = value.py().import("numpy")?;
+        let zeros = numpy.call_method1("zeros", ((numbers.shape()[0], 1),))?;
+        let columns = numpy.call_method1("hstack", ((numbers.0.as_any(), zeros),))?;
+        Self::points(&columns, name)
+    }
+
+    /// Surface parameters: shape (n, 2).
+    pub(super) fn parameters(value: &Bound<'py, PyAny>) -> PyResult<Self> {
+        Self::new(value, "uv", "real numbers of shape (n, 2)", &[&[None, Some(2)]])
+    }
+
+    /// A sequence of numbers: shape (n,).
+    pub(super) fn sequence(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
+        Self::new(value, name, "real numbers of shape (n,)", &[&[None]])
+    }
+
+    /// The array's extents.
+    pub(super) fn shape(&self) -> &[usize] {
+        self.0.shape()
+    }
+
+    /// The numbers as elements of the core: `f64`, `DVec2`, `DVec3`.
+    pub(super) fn as_slice<T: Pod>(&self) -> PyResult<&[T]> {
+        Ok(bytemuck::cast_slice(self.0.as_slice()?))
+    }
+}
+
+/// Take points as the core has them.
+///
+/// Parameters
+/// ----------
+/// points : array_like of shape (n, 3) or (n, 2)
+///     Real numbers; two columns lie in z = 0.
+///
+/// Returns
+/// -------
+/// ndarray of shape (n, 3)
+///     C-contiguous float64: `points` itself if it is that already, a converted copy otherwise.
+///
+/// Raises
+/// ------
+/// NeurbsError
+///     If they are not real numbers of such a shape.
+#[pyfunction]
+pub(super) fn as_points<'py>(points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    Ok(Numbers::points(points, "points")?.0.as_any().cast::<PyArrayDyn<f64>>()?.clone())
+}
+
+/// A new array that NumPy allocated, not yet filled.
+pub(super) fn empty<'py, T: Element, D: Dimension>(
+    py: Python<'py>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    let shape = pyo3::types::PyTuple::new(py, shape)?;
+    let array = py.import("numpy")?.call_method1("empty", (shape, T::get_dtype(py)))?;
+    Ok(array.cast_into()?)
+}
+
+/// The array for a result: the caller's `out`, which must fit, or a new one.
+pub(super) fn output<'py>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let Some(out) = out else {
+        return empty(py, shape);
+    };
+    let fail = |got: String| {
+        let must = format!("a writeable, C-contiguous float64 array of shape {shape:?}");
+        NeurbsError::new_err(format!("out must be {must}, got {got}"))
+    };
+    let Ok(array) = out.cast::<PyArrayDyn<f64>>() else {
+        return Err(fail(out.get_type().to_string()));
+    };
+    if array.shape() != shape || !array.is_c_contiguous() {
+        return Err(fail(format!("shape {:?} with strides {:?}", array.shape(), array.strides())));
+    }
+    Ok(array.clone())
+}
+
+/// Mutable access to an output; refused where an input of the same call shares its memory.
+pub(super) fn writable<'py, T: Element, D: Dimension>(
+    array: &Bound<'py, PyArray<T, D>>,
+) -> PyResult<PyReadwriteArray<'py, T, D>> {
+    array.try_readwrite().map_err(|error| {
+        NeurbsError::new_err(format!(
+            "out must be writeable and share no memory with inputs: {error}"
+        ))
+    })
+}
+
+/// An array of these values, read-only for good: what a property keeps.
+pub(super) fn constant<T: Element + Copy, D: Dimension>(
+    py: Python<'_>,
+    shape: &[usize],
+    values: &[T],
+) -> PyResult<Py<PyArray<T, D>>> {
+    let array = empty::<T, D>(py, shape)?;
+    writable(&array)?.as_slice_mut()?.copy_from_slice(values);
+    freeze(&array)
+}
+
+/// Takes away the right to write to an array, and returns it for keeping.
+pub(super) fn freeze<T: Element, D: Dimension>(
+    array: &Bound<'_, PyArray<T, D>>,
+) -> PyResult<Py<PyArray<T, D>>> {
+    let flags = PyDict::new(array.py());
+    flags.set_item("write", false)?;
+    array.call_method("setflags", (), Some(&flags))?;
+    Ok(array.clone().unbind())
+}
+
+/// A view of a kept array: read-only, and NumPy refuses to make it anything else.
+pub(super) fn view<'py, T: Element, D: Dimension>(
+    py: Python<'py>,
+    array: &Py<PyArray<T, D>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    array.bind(py).call_method0("view")
+}

@@ -1,0 +1,102 @@
+//! Long calls: the GIL is released, progress is reported, Ctrl-C is answered, errors are mapped.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use pyo3::prelude::*;
+
+use super::progress;
+use crate::error::Result;
+use crate::progress::{Observer, Progress, Stage};
+
+/// Time between two looks at Ctrl-C and two calls of the callback.
+const INTERVAL: Duration = Duration::from_millis(40);
+
+/// Runs a job of the core without the GIL.
+///
+/// The job gets an observer that calls `callback`, if there is one, and looks for Ctrl-C. An
+/// exception raised by either ends the job and is what the caller sees.
+pub(super) fn run<T: Send>(
+    py: Python<'_>,
+    callback: Option<Py<PyAny>>,
+    job: impl FnOnce(&mut Watcher) -> Result<T> + Send,
+) -> PyResult<T> {
+    let mut watcher = Watcher { callback, looked: Instant::now(), stage: None, raised: None };
+    let result = py.detach(|| job(&mut watcher));
+    match watcher.raised {
+        Some(raised) => Err(raised),
+        None => Ok(result?),
+    }
+}
+
+/// The observer of a call from Python.
+pub(super) struct Watcher {
+    callback: Option<Py<PyAny>>,
+    looked: Instant,
+    /// The stage last reported, so that each is reported at least once.
+    stage: Option<Stage>,
+    raised: Option<PyErr>,
+}
+
+impl Watcher {
+    /// Takes the GIL for a moment: handles signals, then calls `tell`.
+    fn look(&mut self, tell: impl FnOnce(Python<'_>) -> PyResult<()>) -> ControlFlow<()> {
+        let looked = Python::attach(|py| py.check_signals().and_then(|()| tell(py)));
+        self.looked = Instant::now();
+        match looked {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(raised) => {
+                self.raised = Some(raised);
+                ControlFlow::Break(())
+            }
+        }
+    }
+}
+
+impl Observer for Watcher {
+    fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let news = self.stage != Some(progress.stage) || progress.step == progress.total;
+        let due = self.looked.elapsed() >= INTERVAL || (news && self.callback.is_some());
+        if !due {
+            return ControlFlow::Continue(());
+        }
+        self.stage = Some(progress.stage);
+        let callback = self.callback.take();
+        let answer = self.look(|py| match &callback {
+            Some(callback) => {
+                callback.call1(py, (progress::Progress::from(*progress),)).map(|_| ())
+            }
+            None => Ok(()),
+        });
+        self.callback = callback;
+        answer
+    }
+}
+
+/// A file being written by a call from Python.
+pub(super) struct WatchedFile<'a> {
+    file: File,
+    watcher: &'a mut Watcher,
+}
+
+impl<'a> WatchedFile<'a> {
+    pub(super) fn new(file: File, watcher: &'a mut Watcher) -> Self {
+        Self { file, watcher }
+    }
+}
+
+impl Write for WatchedFile<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let due = self.watcher.looked.elapsed() >= INTERVAL;
+        if due && self.watcher.look(|_| Ok(())).is_break() {
+            return Err(io::Error::other("interrupted"));
+        }
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}

@@ -1,0 +1,48 @@
+//! The Python extension module `neurbs._core`: a thin wall between NumPy and the crate.
+//!
+//! Nothing is computed here. Arrays become slices ([`arrays`]), arguments become options
+//! ([`arguments`]), long calls release the GIL and listen to Ctrl-C ([`call`]), errors become
+//! exceptions ([`errors`]); then one file for each core module hands over.
+
+#![allow(clippy::doc_markdown, reason = "these docs are numpydoc, for Python's help()")]
+#![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
+
+mod arguments;
+mod arrays;
+mod call;
+mod errors;
+mod export;
+mod mesh;
+mod progress;
+mod reconstruct;
+mod som;
+mod surface;
+
+use pyo3::pymodule;
+
+/// The compiled core of neurbs.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::arrays::as_points;
+    #[pymodule_export]
+    use super::errors::NeurbsError;
+    #[pymodule_export]
+    use super::export::{write_iges, write_obj, write_step};
+    #[pymodule_export]
+    use super::mesh::TriangleMesh;
+    #[pymodule_export]
+    use super::progress::Progress;
+    #[pymodule_export]
+    use super::reconstruct::{default_options, reconstruct};
+    #[pymodule_export]
+    use super::som::{TrainedMap, train};
+    #[pymodule_export]
+    use super::surface::NurbsSurface;
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

@@ -1,0 +1,46 @@
+//! `neurbs.Progress`.
+
+use pyo3::prelude::*;
+
+use crate::progress;
+
+/// What a long job is doing at this moment.
+///
+/// Attributes
+/// ----------
+/// stage : str
+///     The part of the job: ``"training"``, ``"measuring"`` or ``"tessellation"``.
+/// step : int
+///     Steps done in this stage: presentations, points or vertices.
+/// total : int
+///     Steps after which this stage ends at the latest.
+/// change : float or None
+///     Largest move of a lattice node during the last finished epoch, in the points' unit.
+/// reached : int
+///     How many points lay on the lattice when they were last presented.
+/// points : int
+///     How many points there are.
+#[pyclass(frozen, get_all, module = "neurbs")]
+pub(super) struct Progress {
+    stage: &'static str,
+    step: u64,
+    total: u64,
+    change: Option<f64>,
+    reached: usize,
+    points: usize,
+}
+
+impl From<progress::Progress> for Progress {
+    fn from(progress: progress::Progress) -> Self {
+        let progress::Progress { stage, step, total, change, reached, points } = progress;
+        Self { stage: stage.name(), step, total, change, reached, points }
+    }
+}
+
+#[pymethods]
+impl Progress {
+    fn __repr__(&self) -> String {
+        let Self { stage, step, total, reached, points, .. } = self;
+        format!("Progress({stage} {step}/{total}, {reached} of {points} points reached)")
+    }
+}

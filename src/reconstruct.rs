@@ -1,0 +1,183 @@
+//! The whole job: scattered points in, a surface and its mesh out.
+
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::mesh::{TriangleMesh, UniformGrid};
+use crate::nurbs::NurbsSurface;
+use crate::point_cloud::{self, Bounds, Normalization};
+use crate::progress::{Observer, Progress};
+use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
+
+/// How to reconstruct; the default derives everything from the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReconstructOptions {
+    /// How the surface comes from the points.
+    pub method: Method,
+    /// Rows and columns of the lattice, and so of the control net; `None`: see
+    /// [`Lattice::for_points`].
+    pub grid: Option<(usize, usize)>,
+    /// Degree of the surface in both directions, lowered where the net has too few rows or
+    /// columns for it.
+    pub degree: usize,
+    /// Seed of everything random; the same seed gives the same bits.
+    pub seed: u64,
+    /// See [`SomOptions::max_steps`].
+    pub max_steps: Option<u64>,
+    /// See [`SomOptions::reach`]; in the points' unit.
+    pub reach: Option<f64>,
+    /// See [`SomOptions::min_change`]; in the points' unit.
+    pub min_change: Option<f64>,
+}
+
+impl Default for ReconstructOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::Paper,
+            grid: None,
+            degree: 3,
+            seed: 0,
+            max_steps: None,
+            reach: None,
+            min_change: None,
+        }
+    }
+}
+
+/// How the surface comes from the points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The paper's method: the trained lattice is the surface's control net.
+    Paper,
+}
+
+impl Method {
+    /// The method's name, as Python and the command line spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+        }
+    }
+}
+
+/// What [`reconstruct`] returns; everything in the points' own frame and unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// The surface.
+    pub surface: NurbsSurface,
+    /// The surface as triangles, on the grid of [`UniformGrid::for_surface`].
+    pub mesh: TriangleMesh,
+    /// The grid of the mesh.
+    pub mesh_grid: UniformGrid,
+    /// The trained map.
+    pub som: SelfOrganizingMap,
+    /// How it went.
+    pub report: Report,
+}
+
+/// How a reconstruction went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Number of points.
+    pub points: usize,
+    /// Length of the diagonal of the points' bounding box, in their unit.
+    pub diagonal: f64,
+    /// Rows and columns of the control net.
+    pub grid: (usize, usize),
+    /// Degrees in u and v.
+    pub degree: (usize, usize),
+    /// Presentations made.
+    pub steps: u64,
+    /// The paper's t₀; see [`SelfOrganizingMap::ordered_at`].
+    pub ordered_at: u64,
+    /// What ended the training.
+    pub stopped_by: StoppedBy,
+    /// Points on the lattice at the end; see [`SelfOrganizingMap::reached`].
+    pub reached: usize,
+    /// Largest move of a node during the last epoch, in the points' unit.
+    pub change: f64,
+    /// Mean distance from a point to its nearest node, in the points' unit.
+    pub quantization_error: f64,
+    /// Time spent on training and measuring the map.
+    pub training_time: Duration,
+    /// Time spent on the surface and its mesh.
+    pub tessellation_time: Duration,
+}
+
+/// Turns scattered points into a NURBS surface and a mesh of it.
+///
+/// By the paper's method: the points are normalized, a Kohonen network learns them, its lattice
+/// becomes the control net of a clamped B-spline surface once the normalization is undone, and the
+/// surface is tessellated uniformly.
+///
+/// # Errors
+///
+/// Those of [`point_cloud::check`]; [`crate::Error::Parameter`] for an option out of its range;
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn reconstruct(
+    points: &[DVec3],
+    options: &ReconstructOptions,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    let start = Instant::now();
+    point_cloud::check(points)?;
+    let som = learn(points, options, observer)?;
+    let quantization_error = som.quantization_error(points, observer)?;
+    let learned = Instant::now();
+    let surface = NurbsSurface::clamped(som.codebook.clone(), som.lattice.shape(), options.degree)?;
+    let grid = UniformGrid::for_surface(&surface);
+    let mesh = grid.tessellate(&surface, observer)?;
+    let report = Report {
+        points: points.len(),
+        diagonal: Bounds::of(points).diagonal(),
+        grid: surface.shape(),
+        degree: (surface.knots_u().degree(), surface.knots_v().degree()),
+        steps: som.steps,
+        ordered_at: som.ordered_at,
+        stopped_by: som.stopped_by,
+        reached: som.reached,
+        change: som.change,
+        quantization_error,
+        training_time: learned - start,
+        tessellation_time: learned.elapsed(),
+    };
+    Ok(Reconstruction { surface, mesh, mesh_grid: grid, som, report })
+}
+
+/// Trains the map in the normalized frame and brings it back to the points' own.
+fn learn(
+    points: &[DVec3],
+    options: &ReconstructOptions,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let lattice = match options.grid {
+        Some((rows, cols)) => Lattice::quad(rows, cols)?,
+        None => Lattice::for_points(points.len()),
+    };
+    let frame = Normalization::of(points);
+    let normalized: Vec<DVec3> = points.par_iter().map(|&p| frame.apply(p)).collect();
+    let normalized_length = |length: f64| length * frame.scale;
+    let som_options = SomOptions {
+        seed: options.seed,
+        max_steps: options.max_steps,
+        reach: options.reach.map(normalized_length),
+        min_change: options.min_change.map(normalized_length),
+        ..SomOptions::default()
+    };
+    let mut observer = in_unit_of(frame.scale, observer);
+    let som = SelfOrganizingMap::fit(&normalized, lattice, &som_options, &mut observer)?;
+    Ok(som.mapped(frame.scale.recip(), |node| frame.undo(node)))
+}
+
+/// An observer for work in the normalized frame that reports lengths in the points' unit.
+fn in_unit_of(scale: f64, observer: &mut dyn Observer) -> impl Observer {
+    move |progress: &Progress| -> ControlFlow<()> {
+        let change = progress.change.map(|change| change / scale);
+        observer.observe(&Progress { change, ..*progress })
+    }
+}

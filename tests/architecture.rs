@@ -1,0 +1,101 @@
+//! Who may import whom: the layers of the crate, one way only, and Python nowhere but at the wall.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// For each top-level module, the others that it may import. `error` and `progress` are for all.
+const ALLOWED: [(&str, &[&str]); 9] = [
+    ("error", &[]),
+    ("progress", &[]),
+    ("point_cloud", &[]),
+    ("som", &["point_cloud"]),
+    ("nurbs", &[]),
+    ("mesh", &["nurbs"]),
+    ("export", &["nurbs", "mesh"]),
+    ("reconstruct", &["point_cloud", "som", "nurbs", "mesh", "export"]),
+    ("python", &["point_cloud", "som", "nurbs", "mesh", "export", "reconstruct"]),
+];
+
+const FOR_ALL: [&str; 2] = ["error", "progress"];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] });
+    files.filter(|path| path.extension().is_some_and(|suffix| suffix == "rs")).collect()
+}
+
+/// The top-level module that a source file belongs to.
+fn module(path: &Path) -> String {
+    let first = path.components().next().unwrap();
+    Path::new(&first).file_stem().unwrap().to_str().unwrap().to_string()
+}
+
+/// The names that follow `crate::` in code, groups `crate::{a, b}` taken apart; comments and the
+/// crate's root do not count.
+fn imports(code: &str) -> Vec<String> {
+    let code: Vec<&str> =
+        code.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    let code = code.join("\n");
+    let after = code.split("crate::").skip(1);
+    let names = after.flat_map(|rest| match rest.strip_prefix('{') {
+        Some(group) => {
+            let (group, _) = group.split_once('}').expect("a group of imports ends");
+            group.split(',').map(|name| name.trim().to_string()).collect()
+        }
+        None => vec![rest.to_string()],
+    });
+    let first = |name: String| {
+        let end = name.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(name.len());
+        name[..end].to_string()
+    };
+    names.map(first).filter(|name| !name.is_empty()).collect()
+}
+
+fn checked_sources() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let files = sources(&root).into_iter().map(|path| {
+        let code = fs::read_to_string(&path).unwrap();
+        (path.strip_prefix(&root).unwrap().to_path_buf(), code)
+    });
+    files.filter(|(path, _)| path != Path::new("lib.rs")).collect()
+}
+
+#[test]
+fn modules_import_only_what_lies_below_them() {
+    let mut seen = 0;
+    for (path, code) in checked_sources() {
+        let own = module(&path);
+        let (_, allowed) = ALLOWED
+            .iter()
+            .find(|(name, _)| *name == own)
+            .unwrap_or_else(|| panic!("{} belongs to no known module", path.display()));
+        for import in imports(&code) {
+            // Types re-exported at the root are errors of style, not of direction.
+            let known = ALLOWED.iter().any(|(name, _)| *name == import);
+            let root_type = import.chars().next().is_some_and(char::is_uppercase);
+            assert!(known || root_type, "{}: what is crate::{import}?", path.display());
+            let fine = root_type
+                || import == own
+                || FOR_ALL.contains(&import.as_str())
+                || allowed.contains(&import.as_str());
+            assert!(fine, "{} must not import crate::{import}", path.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 20, "only {seen} imports were found: this test has lost its eyes");
+}
+
+#[test]
+fn python_stands_only_at_the_wall() {
+    for (path, code) in checked_sources() {
+        let inside = path.starts_with("python");
+        let speaks_python = code.contains("pyo3") || code.contains("numpy::");
+        assert!(inside || !speaks_python, "{} knows Python", path.display());
+    }
+}
+
+#[test]
+fn imports_are_found_in_groups_and_not_in_comments() {
+    let code = "use crate::error::{Error, Result};\n// crate::som\nuse crate::{mesh::A, nurbs};";
+    assert_eq!(imports(code), ["error", "mesh", "nurbs"]);
+}

@@ -1,0 +1,146 @@
+//! The whole job, on real and on hopeless input.
+
+use std::ops::ControlFlow;
+
+use neurbs::point_cloud::Bounds;
+use neurbs::progress::{Progress, Silent};
+use neurbs::som::StoppedBy;
+use neurbs::{DVec3, Error, ReconstructOptions, Reconstruction, reconstruct};
+
+fn terrain() -> Vec<DVec3> {
+    let lines = include_str!("../examples/jacksboro.xyz").lines();
+    let rows = lines.filter(|line| !line.starts_with('#'));
+    let point = |line: &str| {
+        let mut numbers = line.split_whitespace().map(|number| number.parse().unwrap());
+        DVec3::from_array(std::array::from_fn(|_| numbers.next().unwrap()))
+    };
+    rows.map(point).collect()
+}
+
+fn quick(points: &[DVec3]) -> Reconstruction {
+    let options =
+        ReconstructOptions { grid: Some((9, 8)), max_steps: Some(20_000), ..Default::default() };
+    reconstruct(points, &options, &mut Silent).unwrap()
+}
+
+#[test]
+fn terrain_becomes_a_surface_over_the_terrain() {
+    let points = terrain();
+    let result = reconstruct(&points, &ReconstructOptions::default(), &mut Silent).unwrap();
+    let (report, data) = (result.report, Bounds::of(&points));
+    assert_eq!(report.stopped_by, StoppedBy::Settled);
+    assert_eq!(result.surface.shape(), (28, 29));
+    // The lattice spreads over the points: each has a node within about half a cell.
+    assert!(report.quantization_error < 0.01 * report.diagonal);
+    // The surface stays in the data's box and fills it but for half a cell or so at the border.
+    let mesh = Bounds::of(&result.mesh.vertices);
+    assert!(mesh.min.cmpge(data.min).all() && mesh.max.cmple(data.max).all());
+    let filled = (mesh.max - mesh.min) / (data.max - data.min);
+    assert!(filled.x > 0.93 && filled.y > 0.93, "{filled}");
+    // It is not folded over: its normals all point to the same side of the plane.
+    let up = result.mesh.normals.iter().filter(|n| n.z > 0.0).count();
+    assert!(up == 0 || up == result.mesh.normals.len(), "{up} of {}", result.mesh.normals.len());
+}
+
+#[test]
+fn few_points_end_on_the_lattice() {
+    let points = &terrain()[..13];
+    let result = reconstruct(points, &ReconstructOptions::default(), &mut Silent).unwrap();
+    assert_eq!(result.report.stopped_by, StoppedBy::Reached);
+    let reach = 1e-3 * result.report.diagonal;
+    for point in points {
+        let distances = result.som.codebook.iter().map(|node| node.distance(*point));
+        assert!(distances.fold(f64::INFINITY, f64::min) <= reach);
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
+    let points = terrain();
+    let expected = quick(&points);
+    for threads in [1, 2, 7] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let got = pool.install(|| quick(&points));
+        assert_eq!(got.surface, expected.surface);
+        assert_eq!(got.mesh, expected.mesh);
+    }
+    let other = ReconstructOptions { seed: 1, max_steps: Some(1000), ..Default::default() };
+    let same = ReconstructOptions { seed: 0, ..other };
+    let run = |options| reconstruct(&points, options, &mut Silent).unwrap().surface;
+    assert_ne!(run(&other), run(&same));
+}
+
+#[test]
+fn the_surface_moves_and_scales_with_the_points() {
+    // On multiples of 1/8 the motion rounds nothing: the normalized points are the same bits.
+    let points: Vec<DVec3> = terrain().iter().map(|p| (8.0 * *p).round() / 8.0).collect();
+    let (scale, offset) = (1024.0, DVec3::new(5e9, -7.8e9, 1e6));
+    let moved: Vec<DVec3> = points.iter().map(|&p| scale * p + offset).collect();
+    let (expected, got) = (quick(&points), quick(&moved));
+    assert_eq!(got.report.steps, expected.report.steps);
+    let size = expected.report.diagonal;
+    for (got, expected) in got.mesh.vertices.iter().zip(&expected.mesh.vertices) {
+        let back = (*got - offset) / scale;
+        assert!(back.distance(*expected) < 1e-13 * size);
+    }
+}
+
+#[test]
+fn millimetres_at_five_million_keep_their_digits() {
+    let corner = DVec3::new(5e6, 5e6, 100.0);
+    let points: Vec<DVec3> = terrain().iter().map(|p| corner + *p * 1e-6).collect();
+    let result = quick(&points);
+    let (got, data) = (Bounds::of(&result.mesh.vertices), Bounds::of(&points));
+    assert!(got.min.cmpge(data.min).all() && got.max.cmple(data.max).all());
+    assert!((got.max - got.min).z > 0.3 * (data.max - data.min).z);
+}
+
+#[test]
+fn the_observer_sees_progress_and_can_stop() {
+    let points = terrain();
+    let mut stages = Vec::new();
+    let mut steps = Vec::new();
+    let mut watch = |progress: &Progress| {
+        stages.push(progress.stage.name());
+        steps.push(progress.step);
+        assert!(progress.step <= progress.total);
+        ControlFlow::Continue(())
+    };
+    let options = ReconstructOptions { max_steps: Some(10_000), ..Default::default() };
+    reconstruct(&points, &options, &mut watch).unwrap();
+    stages.dedup();
+    assert_eq!(stages, ["training", "measuring", "tessellation"]);
+    assert!(steps.len() > 4);
+
+    let mut calls = 0;
+    let mut stop = |_: &Progress| {
+        calls += 1;
+        if calls < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let stopped = reconstruct(&points, &options, &mut stop);
+    assert!(matches!(stopped, Err(Error::Interrupted)));
+    assert_eq!(calls, 3);
+}
+
+#[test]
+fn options_out_of_range_are_refused_by_name() {
+    let points = terrain();
+    let message = |options: ReconstructOptions| {
+        reconstruct(&points, &options, &mut Silent).unwrap_err().to_string()
+    };
+    let options = ReconstructOptions::default();
+    let cases = [
+        (ReconstructOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
+        (ReconstructOptions { grid: Some((usize::MAX, 5)), ..options }, "grid", "at most 16777216"),
+        (ReconstructOptions { degree: 0, ..options }, "degree", "got 0"),
+        (ReconstructOptions { degree: 10, ..options }, "degree", "got 10"),
+        (ReconstructOptions { max_steps: Some(0), ..options }, "max_steps", "got 0"),
+        (ReconstructOptions { reach: Some(0.0), ..options }, "reach", "positive"),
+        (ReconstructOptions { reach: Some(f64::NAN), ..options }, "reach", "got NaN"),
+        (ReconstructOptions { min_change: Some(-1.0), ..options }, "min_change", "got -"),
+    ];
+    for (options, name, detail) in cases {
+        let message = message(options);
+        assert!(message.starts_with(name) && message.contains(detail), "{message}");
+    }
+}
