@@ -1,0 +1,31 @@
+"""Scattered 3D points in, a standard NURBS surface out.
+
+>>> import numpy as np
+>>> import neurbs
+>>> x, y = np.random.default_rng(0).random((2, 500))
+>>> result = neurbs.reconstruct(np.column_stack([x, y, x * y]), grid=(8, 8))
+>>> result.surface
+NurbsSurface(net 8 × 8, degree (3, 3), polynomial)
+>>> result.mesh
+TriangleMesh(1089 vertices, 2048 triangles)
+"""
+
+from neurbs._core import NeurbsError, NurbsSurface, Progress, TriangleMesh, __version__
+from neurbs.io import read_points, save
+from neurbs.reconstruct import Reconstruction, Report, reconstruct
+from neurbs.som import ConvergenceWarning, SelfOrganizingMap
+
+__all__ = [
+    "ConvergenceWarning",
+    "NeurbsError",
+    "NurbsSurface",
+    "Progress",
+    "Reconstruction",
+    "Report",
+    "SelfOrganizingMap",
+    "TriangleMesh",
+    "__version__",
+    "read_points",
+    "reconstruct",
+    "save",
+]

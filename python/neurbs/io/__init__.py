@@ -1,0 +1,10 @@
+"""Files in and out: points are read, surfaces, meshes and pictures are written.
+
+The suffix of a path picks the format, in any case of its letters. Heavy libraries are imported
+where they are used, so that importing this package costs nothing.
+"""
+
+from neurbs.io.files import check_suffix, check_target, save
+from neurbs.io.points import read_points
+
+__all__ = ["check_suffix", "check_target", "read_points", "save"]

@@ -1,0 +1,186 @@
+"""PLY files: the vertices of any, and a triangle mesh that keeps its digits.
+
+The vertex table is read here and not by a mesh library, because points are wanted and not a mesh:
+every vertex, once, in its order, whatever the faces are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs._core import NeurbsError
+from neurbs.io.table import Layout, open_text, read_columns, shown
+
+if TYPE_CHECKING:
+    from neurbs import TriangleMesh
+
+_TYPES = {
+    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
+    "float": "f4", "double": "f8",
+    "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
+    "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
+}  # fmt: skip
+"""PLY's names of number types, old and new, and NumPy's."""
+
+_BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+_LONGEST_LINE = 4096
+"""Bytes of a header line beyond which a file is no PLY file."""
+
+
+@dataclass
+class _Element:
+    """One table of the file: its rows and the names and types of its columns."""
+
+    name: str
+    count: int
+    properties: list[tuple[str, str]] = field(default_factory=list)
+    has_lists: bool = False
+
+    def row(self, byte_order: str) -> np.dtype[np.void]:
+        """The record of a row, with columns named by their place: names may repeat."""
+        return np.dtype([(str(i), byte_order + t) for i, (_, t) in enumerate(self.properties)])
+
+
+@dataclass
+class _Header:
+    byte_order: str
+    """Empty for text."""
+    elements: list[_Element]
+    lines: int
+    size: int
+
+
+def read_ply(path: Path) -> NDArray[np.float64]:
+    """Read the vertices of a PLY file, ASCII or binary, all of them and in their order."""
+    with path.open("rb") as file:
+        header = _read_header(path, file)
+    names = [element.name for element in header.elements]
+    if "vertex" not in names:
+        raise NeurbsError(f"{path}: must have an element 'vertex', but has {names}")
+    place = names.index("vertex")
+    before, vertex = header.elements[:place], header.elements[place]
+    axes = [name for name, _ in vertex.properties]
+    if vertex.has_lists or not {"x", "y", "z"} <= set(axes):
+        lists = " and lists" if vertex.has_lists else ""
+        raise NeurbsError(
+            f"{path}: vertices must have properties x, y and z and no lists, but have {axes}{lists}"
+        )
+    if vertex.count == 0:
+        raise NeurbsError(f"{path}: must hold at least one point, but has 0 vertices")
+    columns = (axes.index("x"), axes.index("y"), axes.index("z"))
+    read = _read_binary if header.byte_order else _read_ascii
+    points = read(path, header, before, vertex, columns)
+    if len(points) < vertex.count:
+        raise NeurbsError(
+            f"{path}: must hold {vertex.count} vertices, as its header says, "
+            f"but is cut short after {len(points)}"
+        )
+    return points
+
+
+def _read_header(path: Path, file: BinaryIO) -> _Header:
+    """Read up to and with `end_header`."""
+    if file.readline(_LONGEST_LINE).strip() != b"ply":
+        raise NeurbsError(f"{path}: must be a PLY file, but does not start with a line 'ply'")
+    header = _Header("", [], 1, 0)
+    while raw := file.readline(_LONGEST_LINE):
+        header.lines += 1
+        line = raw.decode(errors="replace").strip()
+        try:
+            match line.split():
+                case ["end_header"]:
+                    header.size = file.tell()
+                    return header
+                case ["format", encoding, _]:
+                    header.byte_order = _BYTE_ORDERS[encoding]
+                case ["element", name, count] if count.isdecimal():
+                    header.elements.append(_Element(name, int(count)))
+                case ["property", "list", _, _, _]:
+                    header.elements[-1].has_lists = True
+                case ["property", kind, name]:
+                    header.elements[-1].properties.append((name, _TYPES[kind]))
+                case ["comment" | "obj_info", *_] | []:
+                    pass
+                case _:
+                    raise ValueError(line)
+        except (KeyError, ValueError, IndexError):
+            raise NeurbsError(
+                f"{path}: line {header.lines} must be part of a PLY header, got {shown(line)}"
+            ) from None
+    raise NeurbsError(f"{path}: must have a line 'end_header', but is cut short before it")
+
+
+def _read_ascii(
+    path: Path,
+    header: _Header,
+    before: list[_Element],
+    vertex: _Element,
+    columns: tuple[int, ...],
+) -> NDArray[np.float64]:
+    start = sum(element.count for element in before)
+
+    def rows() -> Iterator[tuple[int, str]]:
+        with open_text(path) as file:
+            body = islice(enumerate(file, start=1), header.lines, None)
+            rows = ((number, text) for number, text in body if text.strip())
+            yield from islice(rows, start, start + vertex.count)
+
+    if next(rows(), None) is None:
+        return np.empty((0, 3))
+    return read_columns(path, rows, Layout(columns, width=len(vertex.properties)))
+
+
+def _read_binary(
+    path: Path,
+    header: _Header,
+    before: list[_Element],
+    vertex: _Element,
+    columns: tuple[int, ...],
+) -> NDArray[np.float64]:
+    for element in before:
+        if element.has_lists:
+            raise NeurbsError(
+                f"{path}: vertices must come before any list, but element {element.name!r} "
+                "with lists comes first: save the file again in another order"
+            )
+    sizes = (e.count * e.row(header.byte_order).itemsize for e in before)
+    start = header.size + sum(sizes)
+    record = vertex.row(header.byte_order)
+    # What is there, not what the header promises: a damaged count would ask for all memory.
+    count = min(vertex.count, max(path.stat().st_size - start, 0) // record.itemsize)
+    table = np.fromfile(path, record, count, offset=start)
+    return np.column_stack([table[str(i)] for i in columns]).astype(np.float64, copy=False)
+
+
+def write_ply(mesh: TriangleMesh, path: str) -> None:
+    """Write a binary PLY file with coordinates in double precision, and normals in single."""
+    vertices = np.empty(len(mesh.vertices), [("position", "<f8", 3), ("normal", "<f4", 3)])
+    vertices["position"] = mesh.vertices
+    vertices["normal"] = mesh.normals
+    # Indices are signed, because most readers know no other.
+    faces = np.empty(len(mesh.triangles), [("count", "u1"), ("vertices", "<i4", 3)])
+    faces["count"] = 3
+    faces["vertices"] = mesh.triangles
+    lines = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment neurbs",
+        f"element vertex {len(vertices)}",
+        *(f"property double {name}" for name in ("x", "y", "z")),
+        *(f"property float {name}" for name in ("nx", "ny", "nz")),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    with open(path, "wb") as file:
+        file.write("\n".join(lines).encode())
+        file.write(vertices.tobytes())
+        file.write(faces.tobytes())

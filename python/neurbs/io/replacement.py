@@ -1,0 +1,41 @@
+"""Files that are either whole or not there."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def replacement(path: Path) -> Iterator[str]:
+    """Give a path beside `path`; the file written there takes its place at the end.
+
+    If anything fails, Ctrl-C included, the new file is removed and what stood at `path` before
+    still stands there. A link stays a link: the file it leads to is replaced.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "a.txt")
+    ...     with replacement(file) as new:
+    ...         _ = Path(new).write_text("whole")
+    ...     file.read_text()
+    'whole'
+    """
+    # Not made by `tempfile`, whose files only their owner may read; and named independently of
+    # `path`, whose name may be as long as names can be.
+    target = path.resolve()
+    new = target.with_name(f".neurbs-{secrets.token_hex(8)}.tmp")
+    try:
+        yield str(new)
+        os.replace(new, target)
+    except BaseException as error:
+        new.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno is not None:
+            # The user knows the file by its own name.
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
