@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::error::Result;
+use crate::error::{self, Result};
 use crate::mesh::{TriangleMesh, UniformGrid};
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::{self, Bounds, Normalization};
@@ -99,8 +99,9 @@ pub struct Report {
     pub stopped_by: StoppedBy,
     /// Points on the lattice at the end; see [`SelfOrganizingMap::reached`].
     pub reached: usize,
-    /// Largest move of a node during the last epoch, in the points' unit.
-    pub change: f64,
+    /// Largest move of a node during the last epoch, in the points' unit; `None` if not even one
+    /// was finished.
+    pub change: Option<f64>,
     /// Mean distance from a point to its nearest node, in the points' unit.
     pub quantization_error: f64,
     /// Time spent on training and measuring the map.
@@ -161,12 +162,16 @@ fn learn(
     };
     let frame = Normalization::of(points);
     let normalized: Vec<DVec3> = points.par_iter().map(|&p| frame.apply(p)).collect();
-    let normalized_length = |length: f64| length * frame.scale;
+    // Checked here, in the unit that the user knows.
+    let scaled = |name, length: Option<f64>| {
+        let length = length.map(|length| error::positive(name, length)).transpose()?;
+        Result::Ok(length.map(|length| length * frame.scale))
+    };
     let som_options = SomOptions {
         seed: options.seed,
         max_steps: options.max_steps,
-        reach: options.reach.map(normalized_length),
-        min_change: options.min_change.map(normalized_length),
+        reach: scaled("reach", options.reach)?,
+        min_change: scaled("min_change", options.min_change)?,
         ..SomOptions::default()
     };
     let mut observer = in_unit_of(frame.scale, observer);

@@ -38,8 +38,9 @@ class SelfOrganizingMap:
         0.001 of the diagonal of their bounding box. When all are, training ends.
     min_change : float, optional
         Training ends when no node has moved farther than this during an epoch (as many steps as
-        there are points) after the radius has become zero, in the points' unit; by default 0.001
-        of the diagonal.
+        there are points, but at most five for each node) after the radius has become zero, in the
+        points' unit; by default 0.05 of the lattice's mean spacing, which is the diagonal divided
+        by the square root of the number of nodes.
     seed : int, default 0
         The same seed gives the same bits.
 
@@ -58,8 +59,9 @@ class SelfOrganizingMap:
         The paper's t₀: the step from which on the radius is zero.
     reached_ : int
         How many points are on the lattice.
-    change_ : float
-        Largest move of a node during the last epoch, in the points' unit.
+    change_ : float or None
+        Largest move of a node during the last epoch, in the points' unit; None if not even one was
+        finished.
 
     Examples
     --------
@@ -79,7 +81,7 @@ class SelfOrganizingMap:
     stopped_by_: str
     ordered_at_: int
     reached_: int
-    change_: float
+    change_: float | None
 
     def __init__(
         self,

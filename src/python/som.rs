@@ -57,9 +57,10 @@ pub(super) struct TrainedMap {
     /// How many points are on the lattice.
     #[pyo3(get)]
     reached: usize,
-    /// Largest move of a node during the last finished epoch, in the points' unit.
+    /// Largest move of a node during the last finished epoch, in the points' unit; None if not even
+    /// one was finished.
     #[pyo3(get)]
-    change: f64,
+    change: Option<f64>,
 }
 
 impl TrainedMap {

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::schedule::GaussianDecay;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, positive};
 use crate::point_cloud::{self, Bounds};
 use crate::progress::{self, Observer, Progress, Stage};
 
@@ -35,8 +35,14 @@ const GAIN_SCALE_SHARE: f64 = 1.0 / 3.0;
 /// Default `reach`, as a share of the diagonal of the points' bounding box.
 const REACH: f64 = 1e-3;
 
-/// Default `min_change`, as a share of the diagonal of the points' bounding box.
-const MIN_CHANGE: f64 = 1e-3;
+/// Default `min_change`, as a share of the lattice's mean spacing (the diagonal of the points'
+/// bounding box, divided by the square root of the number of nodes). A node moves by about five
+/// times the gain of its cell during an epoch, so that this is reached when the gain is about 1 %.
+const MIN_CHANGE: f64 = 0.05;
+
+/// Steps of an epoch for each node, at most. An epoch is one presentation of each point; but of
+/// millions of points a fraction shows just as well whether the lattice moves.
+const EPOCH_PER_NODE: usize = 5;
 
 /// How to train; the default is the paper's section 4 with everything it leaves open derived from
 /// the points.
@@ -57,8 +63,9 @@ pub struct SomOptions {
     /// 0.001 of the diagonal of the points' bounding box.
     pub reach: Option<f64>,
     /// Training ends when no node has moved farther than this during an epoch (as many steps as
-    /// there are points) after the radius has become zero, in the points' unit; `None`: 0.001 of
-    /// the diagonal.
+    /// there are points, but at most five for each node) after the radius has become zero, in the
+    /// points' unit; `None`: 0.05 of the lattice's mean spacing, which is the diagonal divided by
+    /// the square root of the number of nodes.
     pub min_change: Option<f64>,
 }
 
@@ -110,9 +117,9 @@ pub struct SelfOrganizingMap {
     pub stopped_by: StoppedBy,
     /// How many points lay on the lattice, when they were last presented or at the final check.
     pub reached: usize,
-    /// Largest move of a node during the last finished epoch, in the points' unit; infinite if
-    /// not even one was finished.
-    pub change: f64,
+    /// Largest move of a node during the last finished epoch, in the points' unit; `None` if not
+    /// even one was finished.
+    pub change: Option<f64>,
 }
 
 impl SelfOrganizingMap {
@@ -142,7 +149,7 @@ impl SelfOrganizingMap {
     /// `scale`.
     pub(crate) fn mapped(mut self, scale: f64, f: impl Fn(DVec3) -> DVec3) -> Self {
         self.codebook.iter_mut().for_each(|node| *node = f(*node));
-        self.change *= scale;
+        self.change = self.change.map(|change| change * scale);
         self
     }
 
@@ -178,11 +185,13 @@ struct Plan {
     max_steps: u64,
     reach: f64,
     min_change: f64,
+    epoch: u64,
 }
 
 impl Plan {
     fn new(points: &[DVec3], lattice: &Lattice, options: &SomOptions) -> Result<Self> {
         let diagonal = Bounds::of(points).diagonal();
+        let spacing = diagonal / (lattice.len() as f64).sqrt();
         let max_steps = options.max_steps.unwrap_or(STEPS_PER_NODE * lattice.len() as u64);
         if max_steps == 0 {
             return Err(Error::parameter("max_steps", "at least 1", max_steps));
@@ -211,19 +220,8 @@ impl Plan {
             ordered_at,
             max_steps,
             reach: positive("reach", options.reach.unwrap_or(REACH * diagonal))?,
-            min_change: positive(
-                "min_change",
-                options.min_change.unwrap_or(MIN_CHANGE * diagonal),
-            )?,
+            min_change: positive("min_change", options.min_change.unwrap_or(MIN_CHANGE * spacing))?,
+            epoch: points.len().min(EPOCH_PER_NODE * lattice.len()) as u64,
         })
-    }
-}
-
-/// Checks that an option is a positive, finite number.
-fn positive(name: &'static str, value: f64) -> Result<f64> {
-    if value > 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::parameter(name, "positive and finite", value))
     }
 }

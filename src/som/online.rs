@@ -47,7 +47,7 @@ pub(super) fn train(
             nodes.attract(range, point, gain);
         }
         // STEP 7
-        if step % points.len() as u64 == 0 {
+        if step % plan.epoch == 0 {
             epoch.finish(&nodes);
             if epoch.reached == points.len() {
                 // A step since may have drawn a node away from a point: look again at all.
@@ -61,7 +61,9 @@ pub(super) fn train(
                 stopped_by = StoppedBy::Reached;
                 break;
             }
-            if step >= plan.ordered_at && epoch.change <= plan.min_change {
+            if step >= plan.ordered_at
+                && epoch.change.is_some_and(|change| change <= plan.min_change)
+            {
                 stopped_by = StoppedBy::Settled;
                 break;
             }
@@ -79,7 +81,7 @@ pub(super) fn train(
     })
 }
 
-/// What is known of the points and the lattice since the last epoch, as many steps as points.
+/// What is known of the points and the lattice since the last epoch.
 struct Epoch {
     /// Whether each point lay on the lattice when it was last presented.
     on_lattice: Vec<bool>,
@@ -87,8 +89,8 @@ struct Epoch {
     reached: usize,
     /// Where the nodes were when the epoch began.
     start: Vec<DVec3>,
-    /// Largest move of a node during the last finished epoch; infinite before.
-    change: f64,
+    /// Largest move of a node during the last finished epoch.
+    change: Option<f64>,
 }
 
 impl Epoch {
@@ -97,7 +99,7 @@ impl Epoch {
             on_lattice: vec![false; points],
             reached: 0,
             start: nodes.positions().collect(),
-            change: f64::INFINITY,
+            change: None,
         }
     }
 
@@ -112,7 +114,7 @@ impl Epoch {
             farthest = farthest.max(start.distance_squared(now));
             *start = now;
         }
-        self.change = farthest.sqrt();
+        self.change = Some(farthest.sqrt());
     }
 
     fn progress(&self, step: u64, total: u64) -> Progress {
@@ -120,7 +122,7 @@ impl Epoch {
             stage: Stage::Training,
             step,
             total,
-            change: self.change.is_finite().then_some(self.change),
+            change: self.change,
             reached: self.reached,
             points: self.on_lattice.len(),
         }
