@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::error::{self, Result};
 use crate::mesh::{TriangleMesh, UniformGrid};
-use crate::nurbs::NurbsSurface;
+use crate::nurbs::{NurbsSurface, check_degree};
 use crate::point_cloud::{self, Bounds, Normalization};
 use crate::progress::{Observer, Progress};
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
@@ -127,6 +127,7 @@ pub fn reconstruct(
 ) -> Result<Reconstruction> {
     let start = Instant::now();
     point_cloud::check(points)?;
+    check_degree(options.degree)?;
     let som = learn(points, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     let learned = Instant::now();
