@@ -43,7 +43,7 @@ class Report:
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
-        Time spent on each stage.
+        Time spent on ``"training"`` (with checking and measuring) and on ``"tessellation"``.
     """
 
     points: int
@@ -191,6 +191,8 @@ def reconstruct(
     som = SelfOrganizingMap(
         rows, cols, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
     )
+    if converted is not points:
+        converted.flags.writeable = False
     kept = converted.view()
     kept.flags.writeable = False
     result = Reconstruction(kept, surface, mesh, som._learned(trained), Report(**report))

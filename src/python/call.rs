@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
+use super::errors::bad_argument;
 use super::progress;
 use crate::error::Result;
 use crate::progress::{Observer, Progress, Stage};
@@ -23,6 +24,11 @@ pub(super) fn run<T: Send>(
     callback: Option<Py<PyAny>>,
     job: impl FnOnce(&mut Watcher) -> Result<T> + Send,
 ) -> PyResult<T> {
+    if let Some(callback) = callback.as_ref().map(|callback| callback.bind(py))
+        && !callback.is_callable()
+    {
+        return Err(bad_argument("progress", "callable", callback));
+    }
     let mut watcher = Watcher { callback, looked: Instant::now(), stage: None, raised: None };
     let result = py.detach(|| job(&mut watcher));
     match watcher.raised {
