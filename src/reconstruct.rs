@@ -1,16 +1,14 @@
 //! The whole job: scattered points in, a surface and its mesh out.
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::mesh::{TriangleMesh, UniformGrid};
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::{self, Bounds, Normalization};
-use crate::progress::{Observer, Progress};
+use crate::point_cloud::{self, Bounds};
+use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 
 /// How to reconstruct; the default derives everything from the points.
@@ -111,9 +109,8 @@ pub struct Report {
 
 /// Turns scattered points into a NURBS surface and a mesh of it.
 ///
-/// By the paper's method: the points are normalized, a Kohonen network learns them, its lattice
-/// becomes the control net of a clamped B-spline surface once the normalization is undone, and the
-/// surface is tessellated uniformly.
+/// By the paper's method: a Kohonen network learns the points, its lattice becomes the control net
+/// of a clamped B-spline surface, and the surface is tessellated uniformly.
 ///
 /// # Errors
 ///
@@ -129,7 +126,7 @@ pub fn reconstruct(
     let som = learn(points, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     let learned = Instant::now();
-    let surface = NurbsSurface::clamped(som.codebook.clone(), som.lattice.shape(), options.degree)?;
+    let surface = NurbsSurface::clamped(som.codebook(), som.lattice.shape(), options.degree)?;
     let grid = UniformGrid::for_surface(&surface);
     let mesh = grid.tessellate(&surface, observer)?;
     let report = Report {
@@ -149,7 +146,7 @@ pub fn reconstruct(
     Ok(Reconstruction { surface, mesh, mesh_grid: grid, som, report })
 }
 
-/// Trains the map in the normalized frame and brings it back to the points' own.
+/// Trains the map by the paper's section 4.
 fn learn(
     points: &[DVec3],
     options: &ReconstructOptions,
@@ -159,25 +156,12 @@ fn learn(
         Some((rows, cols)) => Lattice::quad(rows, cols)?,
         None => Lattice::for_points(points.len()),
     };
-    let frame = Normalization::of(points);
-    let normalized: Vec<DVec3> = points.par_iter().map(|&p| frame.apply(p)).collect();
-    let normalized_length = |length: f64| length * frame.scale;
     let som_options = SomOptions {
         seed: options.seed,
         max_steps: options.max_steps,
-        reach: options.reach.map(normalized_length),
-        min_change: options.min_change.map(normalized_length),
-        ..SomOptions::default()
+        reach: options.reach,
+        min_change: options.min_change,
+        ..SomOptions::paper()
     };
-    let mut observer = in_unit_of(frame.scale, observer);
-    let som = SelfOrganizingMap::fit(&normalized, lattice, &som_options, &mut observer)?;
-    Ok(som.mapped(frame.scale.recip(), |node| frame.undo(node)))
-}
-
-/// An observer for work in the normalized frame that reports lengths in the points' unit.
-fn in_unit_of(scale: f64, observer: &mut dyn Observer) -> impl Observer {
-    move |progress: &Progress| -> ControlFlow<()> {
-        let change = progress.change.map(|change| change / scale);
-        observer.observe(&Progress { change, ..*progress })
-    }
+    SelfOrganizingMap::fit(points, lattice, &som_options, observer)
 }

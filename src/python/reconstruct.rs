@@ -7,7 +7,7 @@ use super::arrays::Numbers;
 use super::call::Watcher;
 use super::errors::bad_argument;
 use super::mesh::TriangleMesh;
-use super::som::TrainedMap;
+use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, call};
 use crate::reconstruct::{Method, ReconstructOptions, Report};
@@ -26,7 +26,7 @@ pub(super) fn reconstruct<'py>(
     reach: Option<&Bound<'py, PyAny>>,
     min_change: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(NurbsSurface, TriangleMesh, TrainedMap, Bound<'py, PyDict>)> {
+) -> PyResult<(NurbsSurface, TriangleMesh, Map, Bound<'py, PyDict>)> {
     let py = points.py();
     let options = ReconstructOptions {
         method: named_method(method)?,
@@ -42,8 +42,8 @@ pub(super) fn reconstruct<'py>(
     let job = |watcher: &mut Watcher| crate::reconstruct::reconstruct(points, &options, watcher);
     let result = call::run(py, progress, job)?;
     let mesh = TriangleMesh::of_core(py, &result.mesh, result.mesh_grid)?;
-    let som = TrainedMap::new(py, &result.som)?;
     let report = report(py, &result.report)?;
+    let som = Map::of_core(result.som);
     Ok((NurbsSurface::new(py, result.surface)?, mesh, som, report))
 }
 
