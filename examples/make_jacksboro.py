@@ -22,14 +22,13 @@ METRES = 111_200.0
 def main() -> None:
     """Write the samples to the file named on the command line, or beside this script."""
     out = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).with_name("jacksboro.xyz")
-    with cbook.get_sample_data("jacksboro_fault_dem.npz") as dem:
+    with np.load(cbook.get_sample_data("jacksboro_fault_dem.npz", asfileobj=False)) as dem:
         heights = dem["elevation"]
         dx = METRES * float(dem["dx"]) * np.cos(np.radians(float(dem["ymin"])))
         dy = METRES * float(dem["dy"])
-    rows, cols = heights.shape
     chosen = np.random.default_rng(SEED).choice(heights.size, POINTS, replace=False)
     row, col = np.unravel_index(chosen, heights.shape)
-    points = np.column_stack([col * dx, (rows - 1 - row) * dy, heights[row, col]])
+    points = np.column_stack([col * dx, (len(heights) - 1 - row) * dy, heights[row, col]])
     header = "Jacksboro fault, SRTM (public domain): x east, y north, z up, in metres"
     np.savetxt(out, points, fmt=("%.1f", "%.1f", "%d"), header=header)
 

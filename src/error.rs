@@ -191,3 +191,12 @@ impl Error {
         Self::Parameter { name, must: must.into(), got: got.to_string() }
     }
 }
+
+/// Checks that an option is a positive, finite number.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64> {
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::parameter(name, "positive and finite", value))
+    }
+}

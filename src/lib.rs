@@ -56,3 +56,7 @@ pub use crate::nurbs::NurbsSurface;
 pub use crate::progress::{Observer, Progress};
 pub use crate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct};
 pub use crate::som::SelfOrganizingMap;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::error::Result;
 use crate::mesh::{TriangleMesh, UniformGrid};
-use crate::nurbs::NurbsSurface;
+use crate::nurbs::{NurbsSurface, check_degree};
 use crate::point_cloud::{self, Bounds};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
@@ -97,8 +97,9 @@ pub struct Report {
     pub stopped_by: StoppedBy,
     /// Points on the lattice at the end; see [`SelfOrganizingMap::reached`].
     pub reached: usize,
-    /// Largest move of a node during the last epoch, in the points' unit.
-    pub change: f64,
+    /// Largest move of a node during the last epoch, in the points' unit; `None` if not even one
+    /// was finished.
+    pub change: Option<f64>,
     /// Mean distance from a point to its nearest node, in the points' unit.
     pub quantization_error: f64,
     /// Time spent on training and measuring the map.
@@ -123,6 +124,7 @@ pub fn reconstruct(
 ) -> Result<Reconstruction> {
     let start = Instant::now();
     point_cloud::check(points)?;
+    check_degree(options.degree)?;
     let som = learn(points, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     let learned = Instant::now();

@@ -137,7 +137,7 @@ fn options_out_of_range_are_refused_by_name() {
         (ReconstructOptions { max_steps: Some(0), ..options }, "max_steps", "got 0"),
         (ReconstructOptions { reach: Some(0.0), ..options }, "reach", "positive"),
         (ReconstructOptions { reach: Some(f64::NAN), ..options }, "reach", "got NaN"),
-        (ReconstructOptions { min_change: Some(-1.0), ..options }, "min_change", "got -"),
+        (ReconstructOptions { min_change: Some(-1.0), ..options }, "min_change", "got -1"),
     ];
     for (options, name, detail) in cases {
         let message = message(options);

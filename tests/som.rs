@@ -77,7 +77,7 @@ fn an_epoch_is_the_batch_map_on_every_topology() {
                 };
                 let closed = topology.closed();
                 let hops = |a: usize, b: usize| {
-                    (0..).find(|&hops| lattice.neighborhood(a, hops).contains(&b)).unwrap()
+                    (0..30).find(|&hops| lattice.neighborhood(a, hops).contains(&b)).unwrap()
                 };
                 let around = |a: usize, b: usize, count: usize, closed: bool| {
                     let apart = a.abs_diff(b);
@@ -124,7 +124,7 @@ fn the_linear_kernel_keeps_a_plane_and_its_border() {
         };
         // Points in the middle of the nodes' own places, so that they are not on the lattice.
         let points: Vec<DVec3> = nodes.iter().flat_map(|&n| [n + 0.01, n - 0.01]).collect();
-        fit(&points, &lattice, &options).change
+        fit(&points, &lattice, &options).change.unwrap()
     };
     assert!(largest_move(Kernel::Linear) < 0.01, "{}", largest_move(Kernel::Linear));
     assert!(largest_move(Kernel::Mean) > 0.5);
@@ -145,6 +145,7 @@ fn a_lattice_trained_on_a_lattice_is_itself() {
             max_steps: Some(200),
             reach: Some(1e-14),
             min_change: Some(1e-300),
+            presentation: Presentation::Shuffled,
             ..SomOptions::default()
         };
         let som = fit(&nodes, &lattice, &options);
@@ -373,12 +374,12 @@ fn special_input_skips_what_is_reached() {
     let points = sheet(60);
     let lattice = Lattice::for_points(60);
     let train = |presentation| {
-        let max_steps = Some(200_000);
-        fit(&points, &lattice, &SomOptions { presentation, max_steps, ..SomOptions::paper() })
+        let (max_steps, reach) = (Some(200_000), Some(1e-4));
+        let options = SomOptions { presentation, max_steps, reach, ..SomOptions::paper() };
+        fit(&points, &lattice, &options)
     };
     let (special, original) = (train(Presentation::SkipReached), train(Presentation::Random));
     assert_eq!(special.stopped_by, StoppedBy::Reached);
-    assert!(special.steps >= special.ordered_at);
     assert!(special.steps <= original.steps, "{} {}", special.steps, original.steps);
 }
 

@@ -7,27 +7,23 @@ one message on stderr, never a traceback.
 from __future__ import annotations
 
 import inspect
-import json as jsonlib
+import json
 import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import partial
+from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, NoReturn, TypeAlias
+from typing import Annotated, Any, NoReturn
 
 import typer
 
 import neurbs
-from neurbs import io
+from neurbs import Progress, Report, io
 
 _FAILED, _WRONG_USAGE, _INTERRUPTED = 1, 2, 130
-
-_TyperUsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""The base of all errors that Typer finds in a command line.
-
-It has no public name that is the same in all versions of Typer.
-"""
 
 _WHY_STOPPED = {
     "reached": "all points are on the lattice",
@@ -35,16 +31,9 @@ _WHY_STOPPED = {
     "max_steps": "the steps were over",
 }
 
-
-class UsageError(Exception):
-    """An argument or option of the command line is wrong."""
-
-
 app = typer.Typer(
-    help="Turn scattered 3D points into a standard NURBS surface.",
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
 )
 
 
@@ -56,38 +45,257 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     arguments : sequence of str, optional
         What follows the command's name; by default what Python was called with.
     """
-    arguments = sys.argv[1:] if arguments is None else arguments
     for stream in (sys.stdout, sys.stderr):
-        # A name of a file may hold what the terminal's encoding does not.
-        if hasattr(stream, "reconfigure"):
+        # The name of a file may hold what the terminal's encoding does not.
+        if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    code = _run(arguments)
+    code = _run(sys.argv[1:] if arguments is None else list(arguments))
     try:
-        sys.stdout.flush()
+        print(end="", flush=True)
     except OSError:
-        # It has been reported; Python would try again on leaving, and complain again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # This has been reported; but Python would try again on leaving, and complain once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.exit(code)
 
 
-def _run(arguments: Sequence[str]) -> int:
+def _run(arguments: list[str]) -> int:
     """Run a command, and turn what it raises into a message and an exit code."""
+    code, kind, message = _INTERRUPTED, "KeyboardInterrupt", "interrupted"
     try:
         with _warnings_as_messages():
             command = typer.main.get_command(app)
-            code = command.main(list(arguments), prog_name="neurbs", standalone_mode=False)
-        # Typer itself answers Ctrl-C by this code, and in older versions by Abort.
-        if code != _INTERRUPTED:
-            return code or 0
-        code, kind, message = _INTERRUPTED, "KeyboardInterrupt", "interrupted"
-    except (KeyboardInterrupt, typer.Abort):
-        code, kind, message = _INTERRUPTED, "KeyboardInterrupt", "interrupted"
-    except (UsageError, _TyperUsageError) as error:
+            returned = command.main(arguments, prog_name="neurbs", standalone_mode=False)
+        # This is also Typer's own answer to Ctrl-C.
+        if returned != _INTERRUPTED:
+            return int(returned or 0)
+    except KeyboardInterrupt:
+        pass
+    except typer.TyperException as error:
         code, kind, message = _WRONG_USAGE, "UsageError", _usage_message(error)
     except Exception as error:
         code, kind, message = _FAILED, type(error).__name__, _failure_message(error)
-    print(message if code == _INTERRUPTED else f"neurbs: error: {message}", file=sys.stderr)
-    # Looked for by hand, because a wrong command line has no parsed options.
+    print(f"neurbs: error: {message}" if code != _INTERRUPTED else message, file=sys.stderr)
+    # Looked for by hand: a wrong command line has no parsed options.
     if "--json" in arguments:
-        print(jsonlib.dumps({"error": {"type": kind, "message": message}}))
+        with suppress(OSError):
+            print(json.dumps({"error": {"type": kind, "message": message}}), flush=True)
     return code
+
+
+def _usage_message(error: typer.TyperException) -> str:
+    message = " ".join(error.format_message().split()).rstrip(".")
+    context: typer.Context | None = getattr(error, "ctx", None)
+    command = context.command_path if context else "neurbs"
+    return f"{message} (see '{command} --help')"
+
+
+def _failure_message(error: Exception) -> str:
+    match error:
+        case OSError(strerror=str(reason), filename=str(name)):
+            return f"{name}: {reason}"
+        case OSError(strerror=str(reason)):
+            return reason
+        case neurbs.NeurbsError() | OSError():
+            return str(error)
+        case MemoryError():
+            return "there is not enough memory for this job"
+    return f"{type(error).__name__}: {error} (this is a fault of neurbs, please report it)"
+
+
+@contextmanager
+def _warnings_as_messages() -> Iterator[None]:
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        print(f"neurbs: warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.showwarning = show
+        yield
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"neurbs {neurbs.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _neurbs(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version"),
+    ] = False,
+) -> None:
+    """Turn scattered 3D points into a standard NURBS surface."""
+
+
+_DEFAULTS = {
+    name: parameter.default
+    for name, parameter in inspect.signature(neurbs.reconstruct).parameters.items()
+}
+
+
+def _option(name: str, help: str, metavar: str) -> Any:
+    """Make an option of a parameter of `neurbs.reconstruct`, whose default stays there."""
+    default = _DEFAULTS[name]
+    if default is not None:
+        help += f" (default: {default})"
+    return typer.Option(_flag(name), metavar=metavar, help=help)
+
+
+def _flag(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+@app.command()
+def reconstruct(
+    context: typer.Context,
+    points: Annotated[
+        Path,
+        typer.Argument(
+            metavar="POINTS", help=f"File of points: {' '.join(io.READABLE)}", readable=False
+        ),
+    ],
+    output: Annotated[
+        list[Path],
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            help="File to write; give it again for another. "
+            + "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items()),
+            readable=False,
+        ),
+    ],
+    method: Annotated[
+        str | None, _option("method", "How the surface comes from the points", "NAME")
+    ] = None,
+    grid: Annotated[
+        tuple[int, int] | None,
+        _option("grid", "Size of the lattice, and so of the control net", "ROWS COLS"),
+    ] = None,
+    degree: Annotated[int | None, _option("degree", "Degree of the surface", "N")] = None,
+    seed: Annotated[int | None, _option("seed", "Seed of everything random", "N")] = None,
+    max_steps: Annotated[int | None, _option("max_steps", "Steps of training at most", "N")] = None,
+    reach: Annotated[
+        float | None,
+        _option("reach", "How near to a node a point is on the lattice, in its unit", "LENGTH"),
+    ] = None,
+    min_change: Annotated[
+        float | None,
+        _option(
+            "min_change", "Training ends when no node moves farther, in the points' unit", "LENGTH"
+        ),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print only warnings and errors")
+    ] = False,
+) -> None:
+    """Learn the points, make the surface, write the files.
+
+    Example: neurbs reconstruct scan.xyz -o scan.step -o scan.png --grid 30 30
+    """
+    for path in output:
+        _check_output(context, path, points)
+    cloud = neurbs.read_points(points)
+    options: dict[str, Any] = {
+        "method": method,
+        "grid": grid,
+        "degree": degree,
+        "seed": seed,
+        "max_steps": max_steps,
+        "reach": reach,
+        "min_change": min_change,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
+    try:
+        with _progress_bar(shown=not quiet) as progress:
+            result = neurbs.reconstruct(cloud, progress=progress, **given)
+    except neurbs.NeurbsError as error:
+        raise _blame_option(context, given, error) from None
+    for path in output:
+        result.save(path)
+    files = [str(path) for path in output]
+    if as_json:
+        document = {"input": str(points), "report": result.report.to_dict(), "files": files}
+        print(json.dumps(document), flush=True)
+    elif not quiet:
+        print(_summary(result.report, files), flush=True)
+
+
+def _check_output(context: typer.Context, path: Path, points: Path) -> None:
+    wrong = partial(typer.BadParameter, ctx=context, param_hint="'--output'")
+    try:
+        io.check_target(path)
+    except neurbs.NeurbsError as error:
+        raise wrong(str(error)) from None
+    if path.exists() and points.exists() and path.samefile(points):
+        raise wrong(f"{path}: the points must not be overwritten, give another file")
+
+
+def _blame_option(
+    context: typer.Context, given: dict[str, Any], error: neurbs.NeurbsError
+) -> Exception:
+    """Find out whether a value given on the command line is to blame, and not the points."""
+    # All errors about an argument start with its name: "grid must be ..., got ...".
+    name, must, reason = str(error).partition(" must be ")
+    if not must or name not in given:
+        return error
+    return typer.BadParameter(f"must be {reason}", ctx=context, param_hint=f"'{_flag(name)}'")
+
+
+@contextmanager
+def _progress_bar(shown: bool) -> Iterator[Callable[[Progress], None] | None]:
+    """Give what draws the progress on a terminal, and `None` where there is none."""
+    if not shown or sys.stderr is None or not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress as rich
+    from rich.console import Console
+    from rich.table import Column
+
+    def text(form: str) -> rich.ProgressColumn:
+        # On a narrow terminal the bar makes room, not the numbers.
+        return rich.TextColumn(form, table_column=Column(no_wrap=True))
+
+    columns = (
+        text("{task.description}"),
+        rich.BarColumn(),
+        text("{task.completed:,.0f}/{task.total:,.0f}"),
+        text("{task.fields[news]}"),
+        rich.TimeElapsedColumn(),
+    )
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", news="", visible=False)
+
+        def draw(progress: Progress) -> None:
+            reached = f"{progress.reached:,}/{progress.points:,} reached"
+            moves = progress.change is not None
+            bar.update(
+                task,
+                visible=True,
+                description=progress.stage,
+                completed=progress.step,
+                total=progress.total,
+                news=f"moves {progress.change:.2g}, {reached}" if moves else "",
+            )
+
+        yield draw
+
+
+def _summary(report: Report, files: list[str]) -> str:
+    rows, cols = report.grid
+    share = 100 * report.quantization_error / report.diagonal
+    seconds = ", ".join(f"{stage} {time:.2f} s" for stage, time in report.seconds.items())
+    why = _WHY_STOPPED.get(report.stopped_by, report.stopped_by)
+    lines = {
+        "points": f"{report.points:,}, diagonal {report.diagonal:.6g}",
+        "net": f"{rows} × {cols} control points, degrees {report.degree[0]} and {report.degree[1]}",
+        "training": f"{report.steps:,} steps: {why}",
+        "on lattice": f"{report.reached:,} of {report.points:,} points",
+        "error": f"{report.quantization_error:.4g} from a point to the nearest node on average "
+        f"({share:.2g} % of the diagonal)",
+        "time": seconds,
+        "written": ", ".join(files),
+    }
+    return "\n".join(f"{name:<11}{line}" for name, line in lines.items())

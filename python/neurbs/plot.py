@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from neurbs import NurbsSurface, Reconstruction
 
-_SIZE = (16.0, 8.0)
-"""Inches; 1600 × 800 pixels at 100 dots an inch."""
+_SIZE, _DPI = (16.0, 8.0), 100.0
+"""Inches, and dots an inch: 1600 × 800 pixels."""
 
 _MOST_POINTS = 5_000
 """Points shown with the lattice: more would be a solid mass."""
@@ -73,7 +73,7 @@ def picture(result: Reconstruction) -> Figure:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=_SIZE, facecolor="white")
+    figure = Figure(figsize=_SIZE, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     frame = _Frame.around(result.points, result.mesh.vertices)
     lattice = result.som.codebook_
@@ -89,7 +89,7 @@ def picture(result: Reconstruction) -> Figure:
 
 def write_png(result: Reconstruction, path: str) -> None:
     """Write the `picture` of a result as an image of 1600 × 800 pixels."""
-    picture(result).savefig(path, format="png", dpi=100)
+    picture(result).savefig(path, format="png", dpi=_DPI)
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def _sample(points: NDArray[np.float64], most: int) -> NDArray[np.float64]:
 
 
 def _view() -> NDArray[np.float64]:
-    """Unit vectors to the right, up, and towards the viewer, as rows."""
+    """Find the unit vectors to the right, up, and towards the viewer, as rows."""
     sin_e, cos_e = np.sin(_ELEVATION), np.cos(_ELEVATION)
     sin_a, cos_a = np.sin(_AZIMUTH), np.cos(_AZIMUTH)
     right = [-sin_a, cos_a, 0.0]
@@ -170,9 +170,9 @@ def _label(axis: Any, frame: _Frame, index: int) -> None:
         origin = float(np.round((low + high) / 2 / unit) * unit)
         label += f" {'−' if origin > 0 else '+'} {_number(abs(origin))}"
     if factor > 1:
-        label += f" × {factor:.2g}"
+        label = f"({label}) × {factor:.2g}" if origin else f"{label} × {factor:.2g}"
     axis.set_label_text(label, size=13, color=_INK)
-    axis.labelpad = 2 if index == 2 else 9
+    axis.labelpad = 4 if index == 2 else 9
     ticks = 2 + 3 * frame.drawn[index] / frame.drawn.max()
     axis.set_major_locator(MaxNLocator(int(ticks), steps=[1, 2, 5, 10]))
     axis.set_major_formatter(FuncFormatter(lambda value, _: _number(value - origin)))
@@ -191,8 +191,8 @@ def _draw_lattice(axes: Any, lattice: NDArray[np.float64], points: NDArray[np.fl
     size = np.clip(6_000 / len(shown), 2, 24)
     axes.scatter(*shown.T, s=size, c=_POINT, linewidths=0, depthshade=False, zorder=1)
     width = np.clip(24 / max(lattice.shape[:2]), 0.3, 1.1)
-    lines = [*lattice, *lattice.swapaxes(0, 1)]
-    axes.add_collection3d(Line3DCollection(lines, colors=_NET, linewidths=width, zorder=2))
+    for lines in (lattice, lattice.swapaxes(0, 1)):
+        axes.add_collection3d(Line3DCollection(lines, colors=_NET, linewidths=width, zorder=2))
 
 
 def _draw_surface(
@@ -250,7 +250,8 @@ def _isolines(
 def _diamonds(points: NDArray[np.float64], frame: _Frame) -> NDArray[np.float64]:
     """Dots that face the viewer."""
     right, up, _ = _view() * 0.0025 * np.linalg.norm(frame.drawn) / frame.factor
-    return points[:, None] + np.stack([right, up, -right, -up])
+    corners: NDArray[np.float64] = np.stack([right, up, -right, -up])
+    return points[:, None] + corners
 
 
 def _shaded(facets: NDArray[np.float64], frame: _Frame) -> NDArray[np.float64]:
@@ -265,6 +266,7 @@ def _shaded(facets: NDArray[np.float64], frame: _Frame) -> NDArray[np.float64]:
     normals *= np.where(normals @ _view()[2] < 0, -1.0, 1.0)[:, None]
     light = 0.5 + 0.6 * np.clip(normals @ _LIGHT, 0, None)
     height = (facets.mean(axis=1) - frame.low)[:, 2] / (frame.high - frame.low)[2]
-    colours = LinearSegmentedColormap.from_list("heights", _HEIGHTS)(height)
+    heights = LinearSegmentedColormap.from_list("heights", _HEIGHTS)
+    colours: NDArray[np.float64] = heights(height)
     colours[:, :3] = np.clip(colours[:, :3] * light[:, None], 0, 1)
     return colours

@@ -37,8 +37,9 @@ class Report:
         What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
     reached : int
         How many points are on the lattice.
-    change : float
-        Largest move of a lattice node during the last epoch, in the points' unit.
+    change : float or None
+        Largest move of a lattice node during the last epoch, in the points' unit; None if not even
+        one was finished.
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
@@ -53,7 +54,7 @@ class Report:
     ordered_at: int
     stopped_by: str
     reached: int
-    change: float
+    change: float | None
     quantization_error: float
     seconds: dict[str, float]
 
@@ -137,7 +138,7 @@ def reconstruct(
         0.001 of the diagonal of their bounding box. When all are, training ends.
     min_change : float, optional
         Training ends when no node has moved farther than this during an epoch, in the points'
-        unit; by default 0.001 of the diagonal.
+        unit; by default 0.05 of the lattice's mean spacing.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -193,9 +194,11 @@ def reconstruct(
     kept.flags.writeable = False
     result = Reconstruction(kept, surface, mesh, som, Report(**report))
     if not result.report.converged:
+        change = result.report.change
+        moved = "" if change is None else f", while the lattice still moved {change:.3g} an epoch"
         warnings.warn(
-            f"training ended after max_steps={result.report.steps} steps, while the lattice still "
-            f"moved by {result.report.change:.3g} an epoch: give it more steps, or raise min_change",
+            f"training ended after max_steps={result.report.steps} steps{moved}: "
+            "give it more steps, or raise min_change",
             ConvergenceWarning,
             stacklevel=2,
         )

@@ -68,8 +68,8 @@ class SelfOrganizingMap:
         last; ``("gaussian", start, scale)`` is the paper's, with its scale q or s in steps, where
         parts left out or None are calculated. A callable gets the share of the training that is
         done, from 0 to 1; it is asked at 4097 places beforehand. By default the gain is the
-        paper's, and the radius falls exponentially from a quarter of the longer side to 0.7, or as
-        the paper's if the neighbourhood is a bubble.
+        paper's, and the radius falls exponentially from a quarter of the longer side (at most a
+        sixth of a closed one) to 0.7, or as the paper's if the neighbourhood is a bubble.
     epochs : int, optional
         Passes over the points, by default 20 in batch training and as `max_steps` says online.
     max_steps : int, optional
@@ -80,8 +80,9 @@ class SelfOrganizingMap:
         0.001 of the diagonal of their bounding box. When all are, training ends.
     min_change : float, optional
         Training ends when no node has moved farther than this during an epoch (online: as many
-        steps as there are points) after the radius has become zero or ceased to change, in the
-        points' unit; by default 0.001 of the diagonal.
+        steps as there are points, but at most five for each node) after the radius has become zero
+        or ceased to change, in the points' unit; by default 0.05 of the lattice's mean spacing,
+        which is the diagonal divided by the square root of the number of nodes.
     seed : int, default 0
         The same seed gives the same bits, on any number of threads.
 
@@ -101,9 +102,10 @@ class SelfOrganizingMap:
         The paper's t₀: the step from which on the radius is less than an edge.
     reached_ : int
         How many points are on the lattice.
-    change_ : float
-        Largest move of a node during the last epoch, in the points' unit.
-    error_ : float
+    change_ : float or None
+        Largest move of a node during the last epoch, in the points' unit; None if not even one was
+        finished.
+    error_ : float or None
         Mean distance from points to their winners during the last epoch, in the points' unit.
 
     References
@@ -351,10 +353,9 @@ class SelfOrganizingMap:
         Examples
         --------
         >>> import neurbs
-        >>> def disc(count, rng):
-        ...     xy = rng.normal(size=(count, 2))
-        ...     return xy / (xy**2).sum(axis=1, keepdims=True) ** 0.5 * rng.random((count, 1)) ** 0.5
-        >>> som = neurbs.SelfOrganizingMap(10, 10).fit_distribution(disc)
+        >>> def square(count, rng):
+        ...     return rng.random((count, 2))
+        >>> som = neurbs.SelfOrganizingMap(10, 10).fit_distribution(square)
         >>> som.codebook_.shape
         (10, 10, 3)
         """
@@ -523,12 +524,12 @@ class SelfOrganizingMap:
         return self._learned().reached
 
     @property
-    def change_(self) -> float:
+    def change_(self) -> float | None:
         """Largest move of a node during the last epoch, in the points' unit."""
         return self._learned().change
 
     @property
-    def error_(self) -> float:
+    def error_(self) -> float | None:
         """Mean distance from points to their winners during the last epoch."""
         return self._learned().error
 
@@ -538,12 +539,11 @@ class SelfOrganizingMap:
 
     def __repr__(self) -> str:
         """Say what it is, and whether it has learned."""
-        defaults = SelfOrganizingMap().get_params()
+        defaults = {**SelfOrganizingMap().get_params(), "rows": None, "cols": None}
         changed = [
             f"{name}={value!r}"
             for name, value in self.get_params().items()
-            if name in ("rows", "cols") or value is not defaults[name] and value != defaults[name]
-            if not isinstance(value, np.ndarray)
+            if not isinstance(value, np.ndarray) and value != defaults[name]
         ]
         state = [self.stopped_by_] if hasattr(self, "_map") else []
         return f"SelfOrganizingMap({', '.join(changed + state)})"
@@ -629,6 +629,6 @@ def _from_plain(value: Any) -> Any:
         if "grid" in value:
             return Lattice.grid(**value["grid"])
         if "edges" in value:
-            return Lattice.graph(**value)
+            return Lattice.graph(value["nodes"], value["edges"])
         return tuple(value["schedule"])
     return np.array(value) if isinstance(value, list) else value

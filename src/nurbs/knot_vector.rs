@@ -125,7 +125,7 @@ impl KnotVector {
 }
 
 /// Checks that a degree is one that the kernel works with.
-fn check_degree(degree: usize) -> Result<()> {
+pub(crate) fn check_degree(degree: usize) -> Result<()> {
     if (1..=MAX_DEGREE).contains(&degree) {
         Ok(())
     } else {

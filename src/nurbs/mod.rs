@@ -8,5 +8,6 @@ mod evaluate;
 mod knot_vector;
 mod surface;
 
+pub(crate) use self::knot_vector::check_degree;
 pub use self::knot_vector::{KnotVector, MAX_DEGREE};
 pub use self::surface::NurbsSurface;

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::knot_vector::KnotVector;
+use super::knot_vector::{KnotVector, check_degree};
 use crate::error::{Error, Result};
 
 /// A tensor-product NURBS surface.
@@ -81,6 +81,7 @@ impl NurbsSurface {
     /// [`Error::Parameter`] for a degree out of range or a side with fewer than 2 control points;
     /// [`Error::Net`] as [`NurbsSurface::new`].
     pub fn clamped(net: Vec<DVec3>, (rows, cols): (usize, usize), degree: usize) -> Result<Self> {
+        check_degree(degree)?;
         let knots = |count: usize| {
             let possible = if count > degree { degree } else { count.saturating_sub(1) };
             KnotVector::clamped_uniform(possible, count)
@@ -155,7 +156,7 @@ mod tests {
         broken[3].y = f64::INFINITY;
         let broken = message(NurbsSurface::new(broken, None, knots(), knots()));
         assert!(broken.contains("control point (1, 1)"));
-        assert!(message(NurbsSurface::clamped(net(), (4, 1), 1)).contains("degree"));
+        assert!(message(NurbsSurface::clamped(net(), (2, 2), 40)).contains("got 40"));
     }
 
     #[test]

@@ -64,14 +64,26 @@ impl Lattice {
     /// nodes : int
     ///     Number of nodes, at least 2.
     /// edges : sequence of (int, int)
-    ///     Pairs of different nodes, numbered from 0; all nodes must hang together.
+    ///     Pairs of different nodes, numbered from 0, or an array of shape (k, 2); all nodes must
+    ///     hang together.
     #[staticmethod]
     fn graph(nodes: &Bound<'_, PyAny>, edges: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let pairs = edges.try_iter().map_err(|_| {
-            super::errors::bad_argument("edges", "a sequence of pairs of nodes", edges)
-        })?;
-        let pair = |pair: PyResult<Bound<'_, PyAny>>| arguments::pair("edges", &pair?);
-        let edges: Vec<(usize, usize)> = pairs.map(pair).collect::<PyResult<_>>()?;
+        let must = "a sequence of pairs of nodes";
+        let wrong = |got: &Bound<'_, PyAny>| super::errors::bad_argument("edges", must, got);
+        // An array of shape (k, 2) is as good as a list of pairs.
+        let listed = match edges.getattr("tolist") {
+            Ok(to_list) => to_list.call0()?,
+            Err(_) => edges.clone(),
+        };
+        let pair = |pair: PyResult<Bound<'_, PyAny>>| {
+            let pair = pair?;
+            match pair.extract::<Vec<usize>>().as_deref() {
+                Ok(&[a, b]) => Ok((a, b)),
+                _ => Err(wrong(&pair)),
+            }
+        };
+        let edges: Vec<(usize, usize)> =
+            listed.try_iter().map_err(|_| wrong(edges))?.map(pair).collect::<PyResult<_>>()?;
         Ok(Self(Core::graph(arguments::count("nodes", nodes)?, &edges)?))
     }
 

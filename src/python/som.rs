@@ -250,12 +250,12 @@ impl Map {
     }
 
     #[getter]
-    fn change(&self) -> f64 {
+    fn change(&self) -> Option<f64> {
         self.lock().change
     }
 
     #[getter]
-    fn error(&self) -> f64 {
+    fn error(&self) -> Option<f64> {
         self.lock().error
     }
 
@@ -363,13 +363,14 @@ struct Limited<'a> {
 
 impl Observer for Limited<'_> {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
-        self.watcher.observe(progress)?;
-        self.over = self.end.is_some_and(|end| Instant::now() >= end);
-        if self.over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        self.watcher.observe(progress)
     }
 
     fn learned(&mut self, epoch: &CoreEpoch<'_>) -> ControlFlow<()> {
-        self.watcher.learned(epoch)
+        self.watcher.learned(epoch)?;
+        // At the end of an epoch nothing that was begun is lost.
+        self.over = self.end.is_some_and(|end| Instant::now() >= end);
+        if self.over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 

@@ -63,7 +63,7 @@ pub(super) fn end_epoch(
         farthest = farthest.max(node.distance_squared(place));
         *node = place;
     }
-    map.change = farthest.sqrt();
+    map.change = Some(farthest.sqrt());
     map.steps += 1;
     map.show(&map.nodes, observer)
 }

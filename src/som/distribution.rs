@@ -121,7 +121,7 @@ impl SelfOrganizingMap {
     /// };
     /// let (lattice, options) = (Lattice::quad(8, 8)?, SomOptions::default());
     /// let som = SelfOrganizingMap::fit_distribution(&mut sampler, lattice, &options, &mut Silent)?;
-    /// assert!(som.error < 0.1);
+    /// assert!(som.error.is_some_and(|error| error < 0.1));
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///

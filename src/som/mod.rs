@@ -123,12 +123,12 @@ pub struct SelfOrganizingMap {
     pub stopped_by: StoppedBy,
     /// How many points lay on the lattice when they were last presented or counted.
     pub reached: usize,
-    /// Largest move of a node during the last finished epoch, in the points' unit; infinite if
-    /// not even one was finished.
-    pub change: f64,
+    /// Largest move of a node during the last finished epoch, in the points' unit; `None` if not
+    /// even one was finished.
+    pub change: Option<f64>,
     /// Mean distance from points to their winners during the last finished epoch, while the lattice
-    /// moved or before it did, in the points' unit; infinite if not even one was finished.
-    pub error: f64,
+    /// moved or before it did, in the points' unit; `None` if not even one was finished.
+    pub error: Option<f64>,
     /// Where the nodes are, in the frame.
     nodes: Vec<DVec3>,
     frame: Frame,
@@ -168,8 +168,8 @@ impl SelfOrganizingMap {
             ordered_at: plan.ordered_at,
             stopped_by: StoppedBy::Unfinished,
             reached: 0,
-            change: f64::INFINITY,
-            error: f64::INFINITY,
+            change: None,
+            error: None,
             nodes: start.into_iter().map(|node| frame.apply(node)).collect(),
             frame,
             plan,
@@ -239,7 +239,8 @@ impl SelfOrganizingMap {
 
     /// Step 7's criterion for many points, at the end of an epoch.
     fn settled(&self) -> bool {
-        self.plan.ordered_after(self.steps) && self.change <= self.plan.min_change
+        let rests = |change| change <= self.plan.min_change;
+        self.plan.ordered_after(self.steps) && self.change.is_some_and(rests)
     }
 
     /// Step 7's criterion for all.
@@ -251,19 +252,18 @@ impl SelfOrganizingMap {
 
     /// Takes over what the sums of an epoch say of the lattice.
     fn note(&mut self, sums: &BatchSums) {
-        self.error = sums.mean_distance();
+        self.error = Some(sums.mean_distance());
         self.reached = usize::try_from(sums.reached).unwrap_or(usize::MAX);
     }
 
     /// Reports how far the training is.
     fn report(&self, observer: &mut dyn Observer) -> Result<()> {
-        let known = |value: f64| value.is_finite().then_some(value);
         let progress = Progress {
             stage: Stage::Training,
             step: self.steps,
             total: self.plan.max_steps.max(self.steps),
-            change: known(self.change),
-            error: known(self.error),
+            change: self.change,
+            error: self.error,
             radius: Some(self.radius()),
             reached: self.reached,
             points: usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX),
@@ -276,9 +276,9 @@ impl SelfOrganizingMap {
         let lattice: Vec<DVec3> = nodes.iter().map(|&node| self.frame.undo(node)).collect();
         let epoch = Epoch {
             step: self.steps,
-            error: self.error,
+            error: self.error.unwrap_or(f64::NAN),
             radius: self.plan.radius_at(self.steps.saturating_sub(1)),
-            change: self.change,
+            change: self.change.unwrap_or(f64::NAN),
             lattice: &lattice,
         };
         progress::show(observer, &epoch)

@@ -81,8 +81,8 @@ fn present_points(
         }
         // STEP 7
         let mut shown = Ok(());
-        if map.steps.is_multiple_of(points.len() as u64) {
-            shown = end_epoch(map, state, field, points.len() as f64, observer);
+        if map.steps.is_multiple_of(map.plan.epoch_steps) {
+            shown = end_epoch(map, state, field, observer);
             if map.reached == points.len() {
                 // A step since may have drawn a node away from a point: look again at all.
                 map.reached = count_reached(map, state, field, points);
@@ -119,9 +119,8 @@ pub(super) fn present_chunk(
         }
         let point = map.frame.apply(point);
         state.distance += present(map, &mut field, &mut visits, point).sqrt();
-        if map.steps.is_multiple_of(map.plan.epoch_points) {
-            let count = map.plan.epoch_points as f64;
-            result = end_epoch(map, &mut state, &field, count, observer);
+        if map.steps.is_multiple_of(map.plan.epoch_steps) {
+            result = end_epoch(map, &mut state, &field, observer);
         }
     }
     map.nodes = field.positions().collect();
@@ -165,12 +164,11 @@ fn present(
     squared
 }
 
-/// Notes what an epoch of `points` presentations has changed, and shows it.
+/// Notes what an epoch has changed, and shows it.
 fn end_epoch(
     map: &mut SelfOrganizingMap,
     state: &mut OnlineState,
     field: &Field,
-    points: f64,
     observer: &mut dyn Observer,
 ) -> Result<()> {
     let mut farthest: f64 = 0.0;
@@ -178,8 +176,8 @@ fn end_epoch(
         farthest = farthest.max(start.distance_squared(now));
         *start = now;
     }
-    map.change = farthest.sqrt();
-    map.error = std::mem::take(&mut state.distance) / points;
+    map.change = Some(farthest.sqrt());
+    map.error = Some(std::mem::take(&mut state.distance) / map.plan.epoch_steps as f64);
     map.show(&state.epoch_start, observer)
 }
 

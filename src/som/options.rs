@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::lattice::Lattice;
 use super::schedule::{GAIN_SCALE_SHARE, Schedule, paper_gain, scale_for};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, positive};
 
 /// Presentations for each node in an online training of the default length. Kohonen's rule of
 /// thumb is that the number of steps should be at least 500 times the number of units.
@@ -23,6 +23,11 @@ const ORDERING_SHARE: f64 = 0.7;
 /// wide enough to keep the whole in order, narrow enough not to shrink it to a point.
 const RADIUS_SHARE: f64 = 0.25;
 
+/// Most that it starts with as a share of a closed side. A Gaussian of radius r shrinks a ring of n
+/// nodes by `exp(-(2π r / n)² / 2)`: this one to 0.58 of its size, from where it grows again; a
+/// wider one to a line, which may grow back inside out.
+const CLOSED_SHARE: f64 = 1.0 / 6.0;
+
 /// End of the Gaussian neighbourhood's default radius, in cells. At 0.7 a node still listens to its
 /// neighbours, which keeps the lattice even where points are few.
 const RADIUS_END: f64 = 0.7;
@@ -30,8 +35,14 @@ const RADIUS_END: f64 = 0.7;
 /// Default `reach`, as a share of the diagonal of the points' bounding box.
 const REACH: f64 = 1e-3;
 
-/// Default `min_change`, as a share of the diagonal of the points' bounding box.
-const MIN_CHANGE: f64 = 1e-3;
+/// Default `min_change`, as a share of the lattice's mean spacing (the diagonal of the points'
+/// bounding box, divided by the square root of the number of nodes). A node moves by about five
+/// times the gain of its cell during an epoch, so that this is reached when the gain is about 1 %.
+const MIN_CHANGE: f64 = 0.05;
+
+/// Steps of an epoch of online training for each node, at most. An epoch is one presentation of
+/// each point; but of millions of points a fraction shows just as well whether the lattice moves.
+const EPOCH_PER_NODE: u64 = 5;
 
 /// How nodes learn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -154,7 +165,7 @@ pub struct SomOptions {
     /// of the steps.
     pub gain: Option<Schedule>,
     /// In cells of the lattice; `None`, Gaussian neighbourhood: exponential from a quarter of the
-    /// longer side (at least 1) to 0.7; `None`, bubble: the paper's Gaussian from half the number
+    /// longer side (at most a sixth of a closed one, at least 1) to 0.7; `None`, bubble: the paper's Gaussian from half the number
     /// of points, but no more than the lattice's diameter, its scale s such that the radius is zero
     /// after seven tenths of the steps.
     pub radius: Option<Schedule>,
@@ -167,8 +178,9 @@ pub struct SomOptions {
     /// ends when all are. `None`: 0.001 of the diagonal of the points' bounding box.
     pub reach: Option<f64>,
     /// Training ends when no node has moved farther than this during an epoch (online: as many
-    /// steps as there are points) after the radius has become zero or ceased to change, in the
-    /// points' unit; `None`: 0.001 of the diagonal.
+    /// steps as there are points, but at most five for each node) after the radius has become zero
+    /// or ceased to change, in the points' unit; `None`: 0.05 of the lattice's mean spacing, which
+    /// is the diagonal divided by the square root of the number of nodes.
     pub min_change: Option<f64>,
     /// Seed of all that is random; the same seed gives the same bits.
     pub seed: u64,
@@ -206,6 +218,8 @@ pub(super) struct Plan {
     pub(super) max_steps: u64,
     /// Number of points of an epoch.
     pub(super) epoch_points: u64,
+    /// Presentations between two looks at how online training goes.
+    pub(super) epoch_steps: u64,
     /// The paper's t₀.
     pub(super) ordered_at: u64,
     pub(super) reach: f64,
@@ -223,6 +237,7 @@ impl Plan {
     ) -> Result<Self> {
         let SomOptions { training, neighborhood, presentation, seed, .. } = *options;
         let max_steps = max_steps(epoch_points, lattice, options)?;
+        let spacing = diagonal / (lattice.len() as f64).sqrt();
         let (steps, farthest) = (max_steps as f64, lattice.diameter() as f64);
         // The paper starts at half the number of points. A radius beyond the lattice's diameter
         // reaches no further node, so that time spent above it would order nothing.
@@ -244,11 +259,9 @@ impl Plan {
             radius,
             max_steps,
             epoch_points,
+            epoch_steps: epoch_points.min(EPOCH_PER_NODE * lattice.len() as u64),
             reach: positive("reach", options.reach.unwrap_or(REACH * diagonal))?,
-            min_change: positive(
-                "min_change",
-                options.min_change.unwrap_or(MIN_CHANGE * diagonal),
-            )?,
+            min_change: positive("min_change", options.min_change.unwrap_or(MIN_CHANGE * spacing))?,
             seed,
         })
     }
@@ -300,7 +313,12 @@ fn default_radius(lattice: &Lattice, neighborhood: Neighborhood) -> Schedule {
         Neighborhood::Gaussian => {
             let (rows, cols) = lattice.shape();
             let side = if lattice.is_grid() { rows.max(cols) } else { lattice.diameter() + 1 };
-            let start = (RADIUS_SHARE * side as f64).max(1.0);
+            let (closed_u, closed_v) = lattice.topology().closed();
+            let most = |count: usize, closed| {
+                if closed { count as f64 * CLOSED_SHARE } else { f64::INFINITY }
+            };
+            let most = most(rows, closed_u).min(most(cols, closed_v));
+            let start = (RADIUS_SHARE * side as f64).min(most).max(1.0);
             Schedule::Exponential { start, end: RADIUS_END }
         }
     }
@@ -316,14 +334,5 @@ fn kernel(lattice: &Lattice, options: &SomOptions) -> Result<Kernel> {
         }
         Some(kernel) => Ok(kernel),
         None => Ok(if can_be_linear { Kernel::Linear } else { Kernel::Mean }),
-    }
-}
-
-/// Checks that an option is a positive, finite number.
-fn positive(name: &'static str, value: f64) -> Result<f64> {
-    if value > 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::parameter(name, "positive and finite", value))
     }
 }

@@ -36,8 +36,8 @@ impl SelfOrganizingMap {
             out.count(count);
         }
         out.choice(&StoppedBy::ALL, &self.stopped_by);
-        out.real(self.change);
-        out.real(self.error);
+        out.optional(self.change);
+        out.optional(self.error);
         out.points(&self.nodes);
         let (centre, size) = self.frame.parts();
         out.points(&[centre]);
@@ -68,7 +68,7 @@ impl SelfOrganizingMap {
         let [steps, ordered_at, reached, draws] =
             [from.count()?, from.count()?, from.count()?, from.count()?];
         let stopped_by = from.choice(&StoppedBy::ALL)?;
-        let (change, error) = (from.real()?, from.real()?);
+        let (change, error) = (from.reals()?.first().copied(), from.reals()?.first().copied());
         let nodes = from.points()?;
         let [centre] = from.points()?[..] else { return None };
         let frame = Frame::from_parts(centre, from.real()?);
@@ -103,6 +103,10 @@ impl Writer {
 
     fn real(&mut self, value: f64) {
         self.0.extend(value.to_le_bytes());
+    }
+
+    fn optional(&mut self, value: Option<f64>) {
+        self.reals(value.as_slice());
     }
 
     fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
@@ -162,7 +166,9 @@ impl Writer {
         self.choice(&Presentation::ALL, &plan.presentation);
         self.schedule(&plan.gain);
         self.schedule(&plan.radius);
-        for count in [plan.max_steps, plan.epoch_points, plan.ordered_at, plan.seed] {
+        for count in
+            [plan.max_steps, plan.epoch_points, plan.epoch_steps, plan.ordered_at, plan.seed]
+        {
             self.count(count);
         }
         self.real(plan.reach);
@@ -265,6 +271,7 @@ impl Reader<'_> {
             radius: self.schedule()?,
             max_steps: self.count()?,
             epoch_points: self.count().filter(|&points| points > 0)?,
+            epoch_steps: self.count().filter(|&steps| steps > 0)?,
             ordered_at: self.count()?,
             seed: self.count()?,
             reach: self.real()?,

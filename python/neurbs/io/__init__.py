@@ -4,7 +4,7 @@ The suffix of a path picks the format, in any case of its letters. Heavy librari
 where they are used, so that importing this package costs nothing.
 """
 
-from neurbs.io.files import check_suffix, check_target, save
-from neurbs.io.points import read_points
+from neurbs.io.files import WRITABLE, check_target, save
+from neurbs.io.points import READABLE, read_points
 
-__all__ = ["check_suffix", "check_target", "read_points", "save"]
+__all__ = ["READABLE", "WRITABLE", "check_target", "read_points", "save"]

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
     from neurbs import Reconstruction
 
 
-def save(
-    thing: NurbsSurface | TriangleMesh | Reconstruction, path: str | os.PathLike[str]
-) -> None:
+def save(thing: NurbsSurface | TriangleMesh | Reconstruction, path: str | os.PathLike[str]) -> None:
     """Write a surface, a mesh or a whole result to a file.
 
     The suffix, in any case, says what is written:
@@ -39,14 +37,14 @@ def save(
 
     Parameters
     ----------
-    thing
+    thing : NurbsSurface, TriangleMesh or Reconstruction
         What to write.
-    path
+    path : str or path-like
         The file; its folder must exist.
 
     Raises
     ------
-    neurbs.NeurbsError
+    NeurbsError
         If the suffix is unknown, or does not hold such a thing.
     OSError
         If the file cannot be written.
@@ -84,31 +82,17 @@ def save(
         write(parts[part](), new)
 
 
-def check_suffix(path: str | os.PathLike[str]) -> None:
-    """Check that something can be written under this name.
-
-    Raises
-    ------
-    neurbs.NeurbsError
-        If the suffix is unknown; the message names those that are known.
-    """
-    suffix = Path(path).suffix
-    if suffix.lower() not in _FORMATS:
-        got = f"the suffix {suffix!r}" if suffix else "no suffix"
-        raise NeurbsError(f"{path}: results are written as {' '.join(_FORMATS)}, got {got}")
-
-
 def check_target(path: str | os.PathLike[str]) -> None:
     """Check, before the work that leads to it, that a file can be written.
 
     Parameters
     ----------
-    path
+    path : str or path-like
         Where `save` will write.
 
     Raises
     ------
-    neurbs.NeurbsError
+    NeurbsError
         If the suffix is unknown, or what writes it is not installed.
     OSError
         `IsADirectoryError` if `path` is a folder, `FileNotFoundError` or `NotADirectoryError` if
@@ -117,8 +101,10 @@ def check_target(path: str | os.PathLike[str]) -> None:
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "a result is a file, but this is a folder", str(path))
-    check_suffix(path)
-    folder = path.resolve().parent
+    if path.suffix.lower() not in _FORMATS:
+        got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
+        raise NeurbsError(f"{path}: results are written as {' '.join(_FORMATS)}, got {got}")
+    folder = Path(os.path.realpath(path)).parent
     if not folder.exists():
         raise FileNotFoundError(errno.ENOENT, "there is no such folder, make it first", str(folder))
     if not folder.is_dir():
@@ -132,7 +118,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
 
 
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
-    """What a thing can give to a file."""
+    """Name what a thing can give to a file."""
     # Imported here because a Reconstruction saves itself with this module.
     from neurbs.reconstruct import Reconstruction
 
@@ -168,3 +154,9 @@ _FORMATS: dict[str, tuple[str, Callable[[Any, str], None]]] = {
     ".png": ("picture", _write_png),
 }
 """Of each suffix: what part of a thing it holds, and who writes it."""
+
+WRITABLE = {
+    part: tuple(suffix for suffix, (held, _) in _FORMATS.items() if held == part)
+    for part in ("surface", "mesh", "picture")
+}
+"""Suffixes that can be written, by what their files hold."""

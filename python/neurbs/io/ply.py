@@ -34,6 +34,9 @@ _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": "
 _LONGEST_LINE = 4096
 """Bytes of a header line beyond which a file is no PLY file."""
 
+_MOST_ROWS = 10**15
+"""Rows of a table beyond which its header is damaged."""
+
 
 @dataclass
 class _Element:
@@ -45,7 +48,7 @@ class _Element:
     has_lists: bool = False
 
     def row(self, byte_order: str) -> np.dtype[np.void]:
-        """The record of a row, with columns named by their place: names may repeat."""
+        """Make the record of a row; its columns are named by their place, for names may repeat."""
         return np.dtype([(str(i), byte_order + t) for i, (_, t) in enumerate(self.properties)])
 
 
@@ -101,7 +104,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
                     return header
                 case ["format", encoding, _]:
                     header.byte_order = _BYTE_ORDERS[encoding]
-                case ["element", name, count] if count.isdecimal():
+                case ["element", name, count] if 0 <= int(count) < _MOST_ROWS:
                     header.elements.append(_Element(name, int(count)))
                 case ["property", "list", _, _, _]:
                     header.elements[-1].has_lists = True

@@ -6,6 +6,8 @@ import errno
 import os
 from collections.abc import Callable
 from pathlib import Path
+from tokenize import TokenError
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,7 @@ from neurbs.io.text import read_obj, read_text
 
 
 def read_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
-    """Read scattered points from a file.
+    r"""Read scattered points from a file.
 
     The suffix, in any case, says what the file is:
 
@@ -36,17 +38,17 @@ def read_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    path
+    path : str or path-like
         The file.
 
     Returns
     -------
-    (n, 3) float64 array
-        C-contiguous, n ≥ 1, all finite, in the unit of the file.
+    ndarray of shape (n, 3)
+        float64, C-contiguous, n ≥ 1, all finite, in the unit of the file.
 
     Raises
     ------
-    neurbs.NeurbsError
+    NeurbsError
         If the suffix is unknown, or the file is damaged or does not hold finite points; of a text
         file the message names line and column.
     OSError
@@ -59,20 +61,23 @@ def read_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "scan.csv")
-    ...     _ = file.write_text("name,x,y,z\\na,1,2,3\\nb,4,5,6\\n")
+    ...     _ = file.write_text("name,x,y,z\na,1,2,3\nb,4,5,6\n")
     ...     neurbs.read_points(file)
     array([[1., 2., 3.],
            [4., 5., 6.]])
     """
     path = Path(path)
     if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "points are read from a file, not a folder", str(path))
+        raise IsADirectoryError(
+            errno.EISDIR, "points are read from a file, not a folder", str(path)
+        )
     path.stat()  # A file that is not there matters more than its suffix.
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
-        known = " ".join(_READERS)
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        raise NeurbsError(f"{path}: points must be in a file with a suffix of {known}, got {got}")
+        raise NeurbsError(
+            f"{path}: points must be in a file with a suffix of {' '.join(READABLE)}, got {got}"
+        )
     points = reader(path)
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
@@ -91,14 +96,14 @@ def _read_npy(path: Path) -> NDArray[np.float64]:
     with path.open("rb") as file:
         if file.read(len(magic)) != magic:
             raise NeurbsError(f"{path}: must be a NumPy array file, but does not start like one")
-        file.seek(0)
-        try:
-            array = np.load(file, allow_pickle=False)
-        except (ValueError, EOFError, SyntaxError, MemoryError):
-            raise NeurbsError(
-                f"{path}: must be a whole NumPy array of numbers, but is cut short, damaged or "
-                "made of Python objects: save it again with numpy.save"
-            ) from None
+    try:
+        # Mapped, because then the header's promises are held against the size of the file.
+        array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (ValueError, OverflowError, SyntaxError, TokenError):  # So headers are parsed.
+        raise NeurbsError(
+            f"{path}: must be a whole NumPy array of numbers, but is cut short, damaged or "
+            "made of Python objects: save it again with numpy.save"
+        ) from None
     if array.ndim != 2 or array.shape[1] not in (2, 3) or not len(array):
         raise NeurbsError(
             f"{path}: points must be an array of shape (n, 3) or (n, 2) with n ≥ 1, "
@@ -106,7 +111,7 @@ def _read_npy(path: Path) -> NDArray[np.float64]:
         )
     if array.dtype.kind not in "iuf":
         raise NeurbsError(f"{path}: points must be real numbers, got an array of {array.dtype}")
-    return array.astype(np.float64, order="C", copy=False)
+    return np.array(array, dtype=np.float64, order="C")
 
 
 _READERS: dict[str, Callable[[Path], NDArray[np.float64]]] = {
@@ -117,3 +122,6 @@ _READERS: dict[str, Callable[[Path], NDArray[np.float64]]] = {
     ".ply": read_ply,
     ".obj": read_obj,
 }
+
+READABLE = tuple(_READERS)
+"""Suffixes that can be read."""

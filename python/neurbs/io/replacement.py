@@ -28,7 +28,7 @@ def replacement(path: Path) -> Iterator[str]:
     """
     # Not made by `tempfile`, whose files only their owner may read; and named independently of
     # `path`, whose name may be as long as names can be.
-    target = path.resolve()
+    target = Path(os.path.realpath(path))
     new = target.with_name(f".neurbs-{secrets.token_hex(8)}.tmp")
     try:
         yield str(new)

@@ -31,11 +31,11 @@ class Layout:
 
     Attributes
     ----------
-    columns
+    columns : tuple of int
         Those to read, counted from 0.
-    width
+    width : int or None
         How many columns each row must have; ``None`` if rows may be longer than they need to be.
-    separator
+    separator : str or None
         What stands between two columns; ``None`` for any amount of whitespace.
     """
 
@@ -74,17 +74,17 @@ def read_columns(path: Path, rows: Rows, layout: Layout) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    path
+    path : Path
         The file, named in errors.
-    rows
+    rows : Rows
         Its rows.
-    layout
+    layout : Layout
         How they are cut.
 
     Returns
     -------
-    (n, len(layout.columns)) float64 array
-        C-contiguous; each number as close to its text as float64 can be.
+    ndarray of shape (n, len(layout.columns))
+        float64, C-contiguous; each number as close to its text as float64 can be.
 
     Raises
     ------
@@ -132,9 +132,7 @@ def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsErro
     return NeurbsError(f"{path}: must be a table of numbers, but {otherwise}")
 
 
-def _wrong_width(
-    path: Path, number: int, fields: list[str], width: int, first: int
-) -> NeurbsError:
+def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: int) -> NeurbsError:
     like = f", as line {first} has" if number != first else ""
     got = len(fields)
     if got < width:

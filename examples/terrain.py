@@ -1,0 +1,26 @@
+"""The whole job on real terrain.
+
+    python examples/terrain.py
+
+Reads ``jacksboro.xyz`` beside this script and writes ``jacksboro.step``, ``jacksboro.obj`` and
+``jacksboro.png`` to the current folder.
+"""
+
+from pathlib import Path
+
+import neurbs
+
+
+def main() -> None:
+    """Reconstruct, say how it went, and write the files."""
+    points = neurbs.read_points(Path(__file__).with_name("jacksboro.xyz"))
+    result = neurbs.reconstruct(points)
+    report = result.report
+    print(f"{report.steps} steps, ended by: {report.stopped_by}")
+    print(f"mean distance to the lattice: {report.quantization_error:.0f} m")
+    for suffix in ("step", "obj", "png"):
+        result.save(f"jacksboro.{suffix}")
+
+
+if __name__ == "__main__":
+    main()
