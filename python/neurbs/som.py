@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,6 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
 from neurbs.io.replacement import replacement
+from neurbs.som_learned import LearnedMap
+from neurbs.som_source import Chunks
+from neurbs.som_state import from_plain, plain
 
 Lattice = _core.Lattice
 
@@ -28,7 +31,7 @@ class ConvergenceWarning(UserWarning):
     """A training ended because its steps were over, not because the lattice had learned."""
 
 
-class SelfOrganizingMap:
+class SelfOrganizingMap(LearnedMap):
     """A lattice of nodes that learns scattered points.
 
     A point moves the node nearest to it, its winner, and the winner's neighbours on the lattice,
@@ -367,7 +370,7 @@ class SelfOrganizingMap:
             def sampler(count: int) -> ArrayLike:
                 return draw(count, rng)
         else:
-            sampler = _Chunks(iter(source))
+            sampler = Chunks(iter(source))
         first = _core.as_points(sampler(_FIRST_POINTS))
         if len(first) != _FIRST_POINTS:
             raise _core.NeurbsError(
@@ -378,68 +381,9 @@ class SelfOrganizingMap:
         self._map.train_on_distribution(sampler, progress=progress, observer=observer)
         return self
 
-    def predict(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return the number of each point's nearest node, the lowest among equals.
-
-        Nodes are numbered row by row, ``divmod(number, cols)`` is row and column.
-        """
-        return self._learned().predict(points)
-
     def fit_predict(self, points: ArrayLike, y: object = None) -> NDArray[np.int64]:
         """Learn the points and return the number of each one's nearest node."""
         return self.fit(points).predict(points)
-
-    def parametrize(
-        self,
-        points: ArrayLike,
-        *,
-        extrapolation: float = 0.75,
-        out: NDArray[np.float64] | None = None,
-    ) -> NDArray[np.float64]:
-        """Return each point's continuous place on the lattice.
-
-        It is the foot of the point on the nearest bilinear cell around its nearest node.
-
-        Parameters
-        ----------
-        points : array_like of shape (n, 3) or (n, 2)
-            The points.
-        extrapolation : float, default 0.75
-            How many cells the lattice goes on beyond its border, from 0 to 1.
-        out : ndarray of shape (n, 2), optional
-            Where to write the result.
-
-        Returns
-        -------
-        ndarray of shape (n, 2)
-            (u, v) along rows and columns, in [0, 1]² on the lattice; closed directions have the
-            period 1.
-        """
-        return self._learned().parametrize(points, extrapolation, out)
-
-    def quantization_error(self, points: ArrayLike) -> float:
-        """Return the mean distance from a point to its nearest node, in the points' unit."""
-        return self._learned().quantization_error(points)
-
-    def topographic_error(self, points: ArrayLike) -> float:
-        """Return the share of points whose two nearest nodes share neither an edge nor a cell."""
-        return self._learned().topographic_error(points)
-
-    def hits(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return how many points each node is the nearest of, shape (rows, cols) or (nodes,)."""
-        return self._learned().hits(points)
-
-    def unused_nodes(self, points: ArrayLike) -> NDArray[np.int64]:
-        """Return the numbers of the nodes that are the nearest of no point."""
-        return np.flatnonzero(self.hits(points).ravel() == 0)
-
-    def u_matrix(self) -> NDArray[np.float64]:
-        """Return each node's mean distance to its neighbours, shape (rows, cols) or (nodes,)."""
-        return self._learned().u_matrix()
-
-    def fold_overs(self) -> int | None:
-        """Return how many pairs of neighbouring cells are folded over; None for a graph."""
-        return self._learned().fold_overs()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map, with its training, to a NumPy archive (.npz).
@@ -448,7 +392,7 @@ class SelfOrganizingMap:
         map again, to the last bit. A callable schedule is kept as the table of its values.
         """
         state = np.frombuffer(self._learned().to_bytes(), dtype=np.uint8)
-        parameters = {name: _plain(value) for name, value in self.get_params().items()}
+        parameters = {name: plain(value) for name, value in self.get_params().items()}
         with replacement(Path(path)) as new, open(new, "wb") as file:
             np.savez(
                 file,
@@ -475,7 +419,7 @@ class SelfOrganizingMap:
         except (ValueError, KeyError, EOFError, AttributeError) as error:
             message = f"{os.fspath(path)} must be a map that SelfOrganizingMap.save wrote: {error}"
             raise _core.NeurbsError(message) from error
-        som = cls(**{name: _from_plain(value) for name, value in parameters.items()})
+        som = cls(**{name: from_plain(value) for name, value in parameters.items()})
         som._map = _core.Map.from_bytes(state)
         return som
 
@@ -492,46 +436,6 @@ class SelfOrganizingMap:
                 )
             setattr(self, name, value)
         return self
-
-    @property
-    def codebook_(self) -> NDArray[np.float64]:
-        """The nodes' positions, read-only."""
-        return self._learned().codebook
-
-    @property
-    def n_iter_(self) -> int:
-        """Steps made."""
-        return self._learned().steps
-
-    @property
-    def converged_(self) -> bool:
-        """Whether training ended by itself."""
-        return self._learned().converged
-
-    @property
-    def stopped_by_(self) -> str:
-        """What ended the training."""
-        return self._learned().stopped_by
-
-    @property
-    def ordered_at_(self) -> int:
-        """The paper's t₀."""
-        return self._learned().ordered_at
-
-    @property
-    def reached_(self) -> int:
-        """How many points are on the lattice."""
-        return self._learned().reached
-
-    @property
-    def change_(self) -> float | None:
-        """Largest move of a node during the last epoch, in the points' unit."""
-        return self._learned().change
-
-    @property
-    def error_(self) -> float | None:
-        """Mean distance from points to their winners during the last epoch."""
-        return self._learned().error
 
     def __sklearn_is_fitted__(self) -> bool:
         """Say whether it has learned, for scikit-learn."""
@@ -557,11 +461,6 @@ class SelfOrganizingMap:
         self._pending = None
         return {name: getattr(self, name) for name in _core.som_options(paper=False)}
 
-    def _learned(self) -> _core.Map:
-        if not hasattr(self, "_map"):
-            raise AttributeError("this SelfOrganizingMap has not learned yet: call fit first")
-        return self._map
-
     @classmethod
     def _of_core(cls, trained: _core.Map, **parameters: Any) -> SelfOrganizingMap:
         """Wrap a map that the core has trained by the paper's method."""
@@ -572,63 +471,6 @@ class SelfOrganizingMap:
         return som
 
 
-class _Chunks:
-    """Chunks of any lengths as a source that gives as many points as it is asked for."""
-
-    def __init__(self, chunks: Iterator[ArrayLike]) -> None:
-        self._chunks = chunks
-        self._left = np.empty((0, 3))
-        self._given = 0
-
-    def __call__(self, count: int) -> NDArray[np.float64]:
-        parts = [self._left]
-        missing = count - len(self._left)
-        while missing > 0:
-            try:
-                chunk = _core.as_points(next(self._chunks))
-            except StopIteration:
-                got = self._given + count - missing
-                needed = self._given + count
-                raise _core.NeurbsError(
-                    f"chunks must hold at least {needed} points for this training, got {got}: "
-                    "give more, or lower epochs or max_steps"
-                ) from None
-            parts.append(chunk)
-            missing -= len(chunk)
-        points = np.concatenate(parts)
-        self._left = points[count:]
-        self._given += count
-        return points[:count]
-
-
 def _parameters() -> list[str]:
     """Names of the constructor's parameters."""
     return [name for name in inspect.signature(SelfOrganizingMap.__init__).parameters][1:]
-
-
-def _plain(value: Any) -> Any:
-    """Turn a parameter into something that JSON knows."""
-    if isinstance(value, Lattice):
-        if value.cells is None:
-            return {"nodes": value.nodes, "edges": value.edges}
-        rows, cols = value.shape
-        grid = {"rows": rows, "cols": cols, "cells": value.cells, "topology": value.topology}
-        return {"grid": grid}
-    if callable(value):
-        return {"schedule": ["table", [float(value(share)) for share in np.linspace(0, 1, 4097)]]}
-    if isinstance(value, tuple):
-        return {"schedule": list(value)}
-    if isinstance(value, (str, type(None))):
-        return value
-    return np.asarray(value).tolist()
-
-
-def _from_plain(value: Any) -> Any:
-    """Undo `_plain`."""
-    if isinstance(value, dict):
-        if "grid" in value:
-            return Lattice.grid(**value["grid"])
-        if "edges" in value:
-            return Lattice.graph(value["nodes"], value["edges"])
-        return tuple(value["schedule"])
-    return np.array(value) if isinstance(value, list) else value

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::lattice::Lattice;
 use super::smoothing::gaussian;
@@ -24,9 +24,10 @@ pub(super) struct Field {
     y: Vec<f64>,
     z: Vec<f64>,
     arch: Arch,
-    /// Weights by distance along rows or columns, those of the columns around the winner, and the
-    /// share of its way that each node moves.
+    /// Weights by distance along rows or columns, those of the rows and columns around the winner,
+    /// and the share of its way that each node moves.
     profile: Vec<f64>,
+    along: Vec<f64>,
     across: Vec<f64>,
     shares: Vec<f64>,
 }
@@ -46,6 +47,7 @@ impl Field {
             z: padded(|p| p.z),
             arch: Arch::new(),
             profile: vec![0.0; rows.max(cols)],
+            along: vec![0.0; rows],
             across: vec![0.0; cols],
             shares: vec![0.0; nodes.len()],
         }
@@ -54,7 +56,7 @@ impl Field {
     /// The node nearest to `point`, the one with the lowest number among equals, and the square of
     /// its distance.
     pub(super) fn nearest(&self, point: DVec3) -> (usize, f64) {
-        self.arch.dispatch(|| nearest(&self.x, &self.y, &self.z, point))
+        self.arch.dispatch(Nearest { x: &self.x, y: &self.y, z: &self.z, point })
     }
 
     /// Moves a range of nodes by the share `gain` of their way to `point`.
@@ -80,20 +82,20 @@ impl Field {
         let (_, cols) = lattice.shape();
         let (winner_row, winner_col) = (winner / cols, winner % cols);
         gaussian(radius, &mut self.profile);
+        for (row, weight) in self.along.iter_mut().enumerate() {
+            *weight = gain * self.profile[lattice.row_distance(row, winner_row)];
+        }
         for (col, weight) in self.across.iter_mut().enumerate() {
             *weight = self.profile[lattice.col_distance(col, winner_col)];
         }
-        let (profile, across, shares) = (&self.profile, &self.across, &mut self.shares);
-        let (x, y, z) = (&mut self.x, &mut self.y, &mut self.z);
-        self.arch.dispatch(|| {
-            for (row, shares) in shares.chunks_exact_mut(cols).enumerate() {
-                let share = gain * profile[lattice.row_distance(row, winner_row)];
-                shares.iter_mut().zip(across).for_each(|(value, weight)| *value = share * weight);
-            }
-            pull(x, shares, point.x);
-            pull(y, shares, point.y);
-            pull(z, shares, point.z);
-        });
+        let pull = Pull {
+            coordinates: [&mut self.x, &mut self.y, &mut self.z],
+            shares: &mut self.shares,
+            along: &self.along,
+            across: &self.across,
+            point,
+        };
+        self.arch.dispatch(pull);
     }
 
     /// Where the nodes are now.
@@ -102,40 +104,69 @@ impl Field {
     }
 }
 
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must become part of the code for the chosen registers")]
-fn nearest(x: &[f64], y: &[f64], z: &[f64], point: DVec3) -> (usize, f64) {
-    let squared = |x: f64, y: f64, z: f64| {
-        let (dx, dy, dz) = (x - point.x, y - point.y, z - point.z);
-        dx * dx + dy * dy + dz * dz
-    };
-    let (mut best, mut first) = (f64::INFINITY, 0);
-    let blocks = x.chunks_exact(BLOCK).zip(y.chunks_exact(BLOCK)).zip(z.chunks_exact(BLOCK));
-    for (number, ((xs, ys), zs)) in blocks.enumerate() {
-        let mut least = [f64::INFINITY; LANES];
-        for lanes in 0..BLOCK / LANES {
-            let from = lanes * LANES;
-            let (xs, ys) = (&xs[from..from + LANES], &ys[from..from + LANES]);
-            let zs = &zs[from..from + LANES];
-            for lane in 0..LANES {
-                let distance = squared(xs[lane], ys[lane], zs[lane]);
-                least[lane] = if distance < least[lane] { distance } else { least[lane] };
-            }
-        }
-        let least = least.iter().fold(f64::INFINITY, |a, &b| if b < a { b } else { a });
-        if least < best {
-            (best, first) = (least, number * BLOCK);
-        }
-    }
-    let winner = (first..first + BLOCK).find(|&i| squared(x[i], y[i], z[i]) == best);
-    (winner.unwrap_or(first), best)
+/// The search for the nearest node, in registers of any width.
+struct Nearest<'a> {
+    x: &'a [f64],
+    y: &'a [f64],
+    z: &'a [f64],
+    point: DVec3,
 }
 
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must become part of the code for the chosen registers")]
-fn pull(values: &mut [f64], shares: &[f64], target: f64) {
-    for (value, share) in values.iter_mut().zip(shares) {
-        *value += share * (target - *value);
+impl WithSimd for Nearest<'_> {
+    type Output = (usize, f64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { x, y, z, point } = self;
+        let squared = |x: f64, y: f64, z: f64| {
+            let (dx, dy, dz) = (x - point.x, y - point.y, z - point.z);
+            dx * dx + dy * dy + dz * dz
+        };
+        let (mut best, mut first) = (f64::INFINITY, 0);
+        let blocks = x.chunks_exact(BLOCK).zip(y.chunks_exact(BLOCK)).zip(z.chunks_exact(BLOCK));
+        for (number, ((xs, ys), zs)) in blocks.enumerate() {
+            let mut least = [f64::INFINITY; LANES];
+            let lanes = xs.chunks_exact(LANES).zip(ys.chunks_exact(LANES));
+            for ((xs, ys), zs) in lanes.zip(zs.chunks_exact(LANES)) {
+                for lane in 0..LANES {
+                    let distance = squared(xs[lane], ys[lane], zs[lane]);
+                    least[lane] = if distance < least[lane] { distance } else { least[lane] };
+                }
+            }
+            let least = least.iter().fold(f64::INFINITY, |a, &b| if b < a { b } else { a });
+            if least < best {
+                (best, first) = (least, number * BLOCK);
+            }
+        }
+        let winner = (first..first + BLOCK).find(|&i| squared(x[i], y[i], z[i]) == best);
+        (winner.unwrap_or(first), best)
+    }
+}
+
+/// The move of all nodes of a grid towards a point.
+struct Pull<'a> {
+    coordinates: [&'a mut [f64]; 3],
+    shares: &'a mut [f64],
+    along: &'a [f64],
+    across: &'a [f64],
+    point: DVec3,
+}
+
+impl WithSimd for Pull<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (shares, &weight) in self.shares.chunks_exact_mut(self.across.len()).zip(self.along) {
+            for (share, across) in shares.iter_mut().zip(self.across) {
+                *share = weight * across;
+            }
+        }
+        for (values, target) in self.coordinates.into_iter().zip(self.point.to_array()) {
+            for (value, &share) in values.iter_mut().zip(&*self.shares) {
+                *value += share * (target - *value);
+            }
+        }
     }
 }
 
