@@ -82,9 +82,12 @@ pub fn centroid(points: &[DVec3]) -> DVec3 {
 /// [`Error::NotFinite`], [`Error::AllEqual`], [`Error::TooFewPoints`], [`Error::Extent`],
 /// [`Error::Collinear`].
 pub fn check(points: &[DVec3]) -> Result<()> {
-    if let Some(index) = points.par_iter().position_first(|p| !p.is_finite()) {
-        return Err(Error::NotFinite { index, point: points[index] });
-    }
+    checked_bounds(points).map(|_| ())
+}
+
+/// The bounds of points that pass [`check`].
+pub(crate) fn checked_bounds(points: &[DVec3]) -> Result<Bounds> {
+    check_finite(points)?;
     let given = points.len();
     match count_distinct(points) {
         1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
@@ -94,11 +97,25 @@ pub fn check(points: &[DVec3]) -> Result<()> {
         }
     }
     let (least, most) = EXTENT_RANGE;
-    let extent = Bounds::of(points).extent();
+    let bounds = Bounds::of(points);
+    let extent = bounds.extent();
     if !(least..=most).contains(&extent) {
         return Err(Error::Extent { extent, least, most });
     }
-    check_width(points)
+    check_width(points, &bounds)?;
+    Ok(bounds)
+}
+
+/// Checks that all coordinates are finite numbers.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] with the first that is not.
+pub fn check_finite(points: &[DVec3]) -> Result<()> {
+    match points.par_iter().position_first(|p| !p.is_finite()) {
+        Some(index) => Err(Error::NotFinite { index, point: points[index] }),
+        None => Ok(()),
+    }
 }
 
 /// Counts distinct points, but no further than needed.
@@ -116,8 +133,8 @@ fn count_distinct(points: &[DVec3]) -> usize {
 }
 
 /// Refuses points on one line: the one through the first point and the point farthest from it.
-fn check_width(points: &[DVec3]) -> Result<()> {
-    let frame = Normalization::of(points);
+fn check_width(points: &[DVec3], bounds: &Bounds) -> Result<()> {
+    let frame = Normalization::within(bounds);
     let first = frame.apply(points[0]);
     let local = || points.par_iter().map(|&p| frame.apply(p) - first);
     let farthest = local().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
@@ -125,7 +142,6 @@ fn check_width(points: &[DVec3]) -> Result<()> {
     let length = along.length();
     let width = local().map(|p| p.cross(along).length() / length).reduce(|| 0.0, f64::max);
     // Coordinates far from the origin carry rounding of their own size, not of the extent's.
-    let bounds = Bounds::of(points);
     let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
     let rounding = 8.0 * f64::EPSILON * frame.scale * magnitude;
     if width > COLLINEAR_WIDTH.max(rounding) {
@@ -161,7 +177,11 @@ impl Normalization {
     /// ```
     #[must_use]
     pub fn of(points: &[DVec3]) -> Self {
-        let bounds = Bounds::of(points);
+        Self::within(&Bounds::of(points))
+    }
+
+    /// The frame of points with these bounds.
+    fn within(bounds: &Bounds) -> Self {
         Self { centre: bounds.centre(), scale: (-bounds.extent().log2().ceil()).exp2() }
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use glam::DVec3;
+
 use crate::error::{Error, Result};
 
 /// What a long job is doing at this moment.
@@ -16,10 +18,38 @@ pub struct Progress {
     /// Largest move of a lattice node during the last finished epoch, in the points' unit;
     /// `None` before the first has finished and in stages without a lattice.
     pub change: Option<f64>,
+    /// Mean distance from points to their nearest nodes during the last finished epoch, in the
+    /// points' unit; `None` as for `change`.
+    pub error: Option<f64>,
+    /// How far on the lattice the neighbourhood reaches, in cells; `None` in stages without one.
+    pub radius: Option<f64>,
     /// How many points lay on the lattice when they were last presented.
     pub reached: usize,
     /// How many points there are.
     pub points: usize,
+}
+
+impl Progress {
+    /// Of a stage in which no lattice changes.
+    pub(crate) fn of_stage(stage: Stage, step: u64, total: u64, points: usize) -> Self {
+        Self { stage, step, total, change: None, error: None, radius: None, reached: 0, points }
+    }
+}
+
+/// What an epoch of training has made of the lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Epoch<'a> {
+    /// Steps made: presentations of online training, epochs of batch training.
+    pub step: u64,
+    /// Mean distance from points to their nearest nodes, each measured when the point was looked
+    /// at, in the points' unit.
+    pub error: f64,
+    /// How far on the lattice the neighbourhood reached at the last step, in cells.
+    pub radius: f64,
+    /// Largest move of a node, in the points' unit.
+    pub change: f64,
+    /// The nodes, row by row, in the points' unit.
+    pub lattice: &'a [DVec3],
 }
 
 /// A part of a long job.
@@ -53,6 +83,12 @@ impl Stage {
 pub trait Observer {
     /// Takes notice of the progress and says whether to go on.
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()>;
+
+    /// Sees the lattice at the end of an epoch of training, and says whether to go on.
+    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+        let _ = epoch;
+        ControlFlow::Continue(())
+    }
 }
 
 impl<F: FnMut(&Progress) -> ControlFlow<()>> Observer for F {
@@ -73,7 +109,16 @@ impl Observer for Silent {
 
 /// Reports to the observer and turns its wish to stop into an error.
 pub(crate) fn report(observer: &mut dyn Observer, progress: &Progress) -> Result<()> {
-    match observer.observe(progress) {
+    result(observer.observe(progress))
+}
+
+/// Shows the observer an epoch and turns its wish to stop into an error.
+pub(crate) fn show(observer: &mut dyn Observer, epoch: &Epoch<'_>) -> Result<()> {
+    result(observer.learned(epoch))
+}
+
+fn result(answer: ControlFlow<()>) -> Result<()> {
+    match answer {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(Error::Interrupted),
     }

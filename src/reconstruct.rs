@@ -1,16 +1,14 @@
 //! The whole job: scattered points in, a surface and its mesh out.
 
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use crate::error::{self, Result};
+use crate::error::Result;
 use crate::mesh::{TriangleMesh, UniformGrid};
 use crate::nurbs::{NurbsSurface, check_degree};
-use crate::point_cloud::{self, Bounds, Normalization};
-use crate::progress::{Observer, Progress};
+use crate::point_cloud::{self, Bounds};
+use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 
 /// How to reconstruct; the default derives everything from the points.
@@ -119,8 +117,8 @@ impl Reconstruction {
 /// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
 /// triangles.
 ///
-/// By the paper's method: the points are normalized, a Kohonen network learns them, its lattice
-/// becomes the control net of a clamped B-spline surface, and the normalization is undone.
+/// By the paper's method: a Kohonen network learns the points, and its lattice becomes the control
+/// net of a clamped B-spline surface.
 ///
 /// # Errors
 ///
@@ -137,7 +135,7 @@ pub fn reconstruct(
     let som = learn(points, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     let training_time = start.elapsed();
-    let surface = NurbsSurface::clamped(som.codebook.clone(), som.lattice.shape(), options.degree)?;
+    let surface = NurbsSurface::clamped(som.codebook(), som.lattice.shape(), options.degree)?;
     let report = Report {
         points: points.len(),
         diagonal: Bounds::of(points).diagonal(),
@@ -154,7 +152,7 @@ pub fn reconstruct(
     Ok(Reconstruction { surface, som, report })
 }
 
-/// Trains the map in the normalized frame and brings it back to the points' own.
+/// Trains the map by the paper's section 4.
 fn learn(
     points: &[DVec3],
     options: &ReconstructOptions,
@@ -164,29 +162,12 @@ fn learn(
         Some((rows, cols)) => Lattice::quad(rows, cols)?,
         None => Lattice::for_points(points.len()),
     };
-    let frame = Normalization::of(points);
-    let normalized: Vec<DVec3> = points.par_iter().map(|&p| frame.apply(p)).collect();
-    // Checked here, in the unit that the user knows.
-    let scaled = |name, length: Option<f64>| {
-        let length = length.map(|length| error::positive(name, length)).transpose()?;
-        Result::Ok(length.map(|length| length * frame.scale))
-    };
     let som_options = SomOptions {
         seed: options.seed,
         max_steps: options.max_steps,
-        reach: scaled("reach", options.reach)?,
-        min_change: scaled("min_change", options.min_change)?,
-        ..SomOptions::default()
+        reach: options.reach,
+        min_change: options.min_change,
+        ..SomOptions::paper()
     };
-    let mut observer = in_unit_of(frame.scale, observer);
-    let som = SelfOrganizingMap::fit(&normalized, lattice, &som_options, &mut observer)?;
-    Ok(som.mapped(frame.scale.recip(), |node| frame.undo(node)))
-}
-
-/// An observer for work in the normalized frame that reports lengths in the points' unit.
-fn in_unit_of(scale: f64, observer: &mut dyn Observer) -> impl Observer {
-    move |progress: &Progress| -> ControlFlow<()> {
-        let change = progress.change.map(|change| change / scale);
-        observer.observe(&Progress { change, ..*progress })
-    }
+    SelfOrganizingMap::fit(points, lattice, &som_options, observer)
 }

@@ -50,7 +50,7 @@ fn few_points_end_on_the_lattice() {
     assert_eq!(result.report.stopped_by, StoppedBy::Reached);
     let reach = 1e-3 * result.report.diagonal;
     for point in points {
-        let distances = result.som.codebook.iter().map(|node| node.distance(*point));
+        let distances = result.som.codebook().into_iter().map(|node| node.distance(*point));
         assert!(distances.fold(f64::INFINITY, f64::min) <= reach);
     }
 }

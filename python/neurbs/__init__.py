@@ -10,13 +10,25 @@ NurbsSurface(net 8 × 8, degree (3, 3), polynomial)
 TriangleMesh(1089 vertices, 2048 triangles)
 """
 
-from neurbs._core import NeurbsError, NurbsSurface, Progress, TriangleMesh, __version__
+from neurbs._core import (
+    BatchSums,
+    Epoch,
+    Lattice,
+    NeurbsError,
+    NurbsSurface,
+    Progress,
+    TriangleMesh,
+    __version__,
+)
 from neurbs.io import read_points, save
 from neurbs.reconstruct import Reconstruction, Report, reconstruct
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
 __all__ = [
+    "BatchSums",
     "ConvergenceWarning",
+    "Epoch",
+    "Lattice",
     "NeurbsError",
     "NurbsSurface",
     "Progress",

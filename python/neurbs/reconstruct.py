@@ -112,8 +112,8 @@ def reconstruct(
 ) -> Reconstruction:
     """Turn scattered points into a NURBS surface.
 
-    The points are normalized, a Kohonen network learns them, its lattice becomes the control net
-    of a clamped B-spline surface, which is tessellated uniformly.
+    A Kohonen network learns the points, its lattice becomes the control net of a clamped B-spline
+    surface, which is tessellated uniformly.
 
     Parameters
     ----------
@@ -187,15 +187,14 @@ def reconstruct(
         min_change=min_change,
         progress=progress,
     )
-    rows, cols, _ = trained.codebook.shape
-    som = SelfOrganizingMap(
-        rows, cols, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
+    som = SelfOrganizingMap._of_core(
+        trained, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
     )
     if converted is not points:
         converted.flags.writeable = False
     kept = converted.view()
     kept.flags.writeable = False
-    result = Reconstruction(kept, surface, mesh, som._learned(trained), Report(**report))
+    result = Reconstruction(kept, surface, mesh, som, Report(**report))
     if not result.report.converged:
         change = result.report.change
         moved = "" if change is None else f", while the lattice still moved {change:.3g} an epoch"

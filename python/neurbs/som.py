@@ -2,51 +2,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+import json
+import os
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.io.replacement import replacement
+from neurbs.som_learned import LearnedMap
+from neurbs.som_source import Chunks
+from neurbs.som_state import from_plain, plain
+
+Lattice = _core.Lattice
+
+Schedule: TypeAlias = float | tuple[Any, ...] | Callable[[float], float]
+"""How gain or radius change in time; see `SelfOrganizingMap`."""
+
+_FIRST_POINTS = 4096
+"""Points of a distribution that decide the start of the nodes, as the core's own sampler has it."""
 
 
 class ConvergenceWarning(UserWarning):
     """A training ended because its steps were over, not because the lattice had learned."""
 
 
-class SelfOrganizingMap:
-    """A quadrilateral lattice of nodes that learns scattered points.
+class SelfOrganizingMap(LearnedMap):
+    """A lattice of nodes that learns scattered points.
 
-    The training is the paper's (section 4): nodes start around the centroid of the points; each
-    step presents one point, chosen at random, and moves the nearest node and its neighbours on the
-    lattice towards it. The share of their way that they move, and how many edges away neighbours
-    are, fall as Gaussians of time.
+    A point moves the node nearest to it, its winner, and the winner's neighbours on the lattice,
+    so that nodes come to the points and stay in order. Training is either Kohonen's batch map,
+    which looks at all points in each epoch, or online, one point at a time, as in the paper
+    (`SelfOrganizingMap.paper` sets all of that).
 
     Parameters
     ----------
     rows, cols : int, default 20
-        Nodes along the two sides of the lattice, at least 2 each.
-    gain_scale : float, optional
-        Scale q of the gain on the time axis, in steps; by default a third of `max_steps`.
-    radius_scale : float, optional
-        Scale s of the radius on the time axis, in steps; by default such that the radius is zero
-        after seven tenths of `max_steps`.
+        Nodes along the two sides of the lattice, at least 2 each (3 where it is closed).
+    topology : {"sheet", "tube", "torus"}, default "sheet"
+        Whether rows, or rows and columns, are closed to rings.
+    lattice : {"quad", "triangular"} or Lattice, default "quad"
+        Whether inner nodes have four or six neighbours; a `Lattice` (as from `Lattice.graph`)
+        overrides `rows`, `cols` and `topology`.
+    training : {"batch", "online"}, default "batch"
+        How nodes learn.
+    init : {"pca", "geodesic", "centroid", "densest-cluster", "random"} or array, default "pca"
+        Where the nodes are before: in order on the principal plane (closed lattices: by angles
+        about the principal axes), in order by distances along the surface, small random values
+        around the centroid, the densest cluster or the origin, or an array of positions.
+    neighborhood : {"gaussian", "bubble"}, default "gaussian"
+        How much neighbours follow the winner: ``exp(-(d / radius)² / 2)`` at a distance of d
+        cells, or fully as far as `radius` edges reach.
+    kernel : {"mean", "linear"}, optional
+        What a node makes of the points around it in batch training: their weighted mean, or the
+        value of a line fitted to them, which does not shrink the lattice at its border. By default
+        linear where it can be: with Gaussian neighbourhoods on quadrilateral grids.
+    presentation : {"random", "skip-reached", "shuffled"}, default "random"
+        Which points are presented in online training: any; once the radius is zero, none that the
+        lattice has reached; or all in each epoch, in random order.
+    gain, radius : number, tuple or callable, optional
+        The share of their way that nodes move in online training, and how far on the lattice the
+        neighbourhood reaches, in cells. A number is constant; ``("linear", start, end)``,
+        ``("exponential", start, end)`` and ``("table", values)`` go from the first step to the
+        last; ``("gaussian", start, scale)`` is the paper's, with its scale q or s in steps, where
+        parts left out or None are calculated. A callable gets the share of the training that is
+        done, from 0 to 1; it is asked at 4097 places beforehand. By default the gain is the
+        paper's, and the radius falls exponentially from a quarter of the longer side (at most a
+        sixth of a closed one) to 0.7, or as the paper's if the neighbourhood is a bubble.
+    epochs : int, optional
+        Passes over the points, by default 20 in batch training and as `max_steps` says online.
     max_steps : int, optional
-        Steps after which training ends in any case; by default 500 for each node.
+        Steps after which training ends in any case: epochs of batch training, presentations of
+        online training; for the latter by default 500 for each node.
     reach : float, optional
         A point is on the lattice when a node is at most this far, in the points' unit; by default
         0.001 of the diagonal of their bounding box. When all are, training ends.
     min_change : float, optional
-        Training ends when no node has moved farther than this during an epoch (as many steps as
-        there are points, but at most five for each node) after the radius has become zero, in the
-        points' unit; by default 0.05 of the lattice's mean spacing, which is the diagonal divided
-        by the square root of the number of nodes.
+        Training ends when no node has moved farther than this during an epoch (online: as many
+        steps as there are points, but at most five for each node) after the radius has become zero
+        or ceased to change, in the points' unit; by default 0.05 of the lattice's mean spacing,
+        which is the diagonal divided by the square root of the number of nodes.
     seed : int, default 0
-        The same seed gives the same bits.
+        The same seed gives the same bits, on any number of threads.
 
     Attributes
     ----------
-    codebook_ : ndarray of shape (rows, cols, 3)
+    codebook_ : ndarray of shape (rows, cols, 3), or (nodes, 3) for a graph
         The nodes' positions, read-only.
     n_iter_ : int
         Steps made.
@@ -54,42 +99,54 @@ class SelfOrganizingMap:
         Whether training ended by itself, not because its steps were over.
     stopped_by_ : str
         What ended it: ``"reached"`` (all points are on the lattice), ``"settled"`` (the lattice
-        does not move any more) or ``"max_steps"``.
+        does not move any more), ``"max_steps"``, or ``"unfinished"``: it was interrupted or is
+        fed chunk by chunk.
     ordered_at_ : int
-        The paper's t₀: the step from which on the radius is zero.
+        The paper's t₀: the step from which on the radius is less than an edge.
     reached_ : int
         How many points are on the lattice.
     change_ : float or None
         Largest move of a node during the last epoch, in the points' unit; None if not even one was
         finished.
+    error_ : float or None
+        Mean distance from points to their winners during the last epoch, in the points' unit.
+
+    References
+    ----------
+    M. Hoffmann and L. Várady, Free-form Surfaces for Scattered Data by Neural Networks, Journal
+    for Geometry and Graphics 2 (1998). T. Kohonen, Self-Organizing Maps, 3rd edition (2001).
 
     Examples
     --------
     >>> import numpy as np
     >>> import neurbs
-    >>> points = np.random.default_rng(0).random((13, 3))
-    >>> som = neurbs.SelfOrganizingMap(rows=7, cols=8).fit(points)
-    >>> som.stopped_by_, som.reached_
-    ('reached', 13)
-    >>> som.codebook_.shape
-    (7, 8, 3)
+    >>> x, y = np.random.default_rng(0).random((2, 5000))
+    >>> points = np.column_stack([x, y, x * y])
+    >>> som = neurbs.SelfOrganizingMap(rows=12, cols=10).fit(points)
+    >>> som.codebook_.shape, som.n_iter_
+    ((12, 10, 3), 20)
+    >>> bool(som.quantization_error(points) < 0.05), som.fold_overs()
+    (True, 0)
+    >>> uv = som.parametrize(points)
+    >>> uv.shape
+    (5000, 2)
     """
-
-    codebook_: NDArray[np.float64]
-    n_iter_: int
-    converged_: bool
-    stopped_by_: str
-    ordered_at_: int
-    reached_: int
-    change_: float | None
 
     def __init__(
         self,
         rows: int = 20,
         cols: int = 20,
         *,
-        gain_scale: float | None = None,
-        radius_scale: float | None = None,
+        topology: str = "sheet",
+        lattice: str | Lattice = "quad",
+        training: str = "batch",
+        init: str | ArrayLike = "pca",
+        neighborhood: str = "gaussian",
+        kernel: str | None = None,
+        presentation: str = "random",
+        gain: Schedule | None = None,
+        radius: Schedule | None = None,
+        epochs: int | None = None,
         max_steps: int | None = None,
         reach: float | None = None,
         min_change: float | None = None,
@@ -97,25 +154,81 @@ class SelfOrganizingMap:
     ) -> None:
         self.rows = rows
         self.cols = cols
-        self.gain_scale = gain_scale
-        self.radius_scale = radius_scale
+        self.topology = topology
+        self.lattice = lattice
+        self.training = training
+        self.init = init
+        self.neighborhood = neighborhood
+        self.kernel = kernel
+        self.presentation = presentation
+        self.gain = gain
+        self.radius = radius
+        self.epochs = epochs
         self.max_steps = max_steps
         self.reach = reach
         self.min_change = min_change
         self.seed = seed
 
+    @classmethod
+    def paper(cls, points: ArrayLike, **parameters: Any) -> SelfOrganizingMap:
+        """Return a map with all the paper's settings for these points, not yet trained.
+
+        Online training with a bubble, both radius and gain Gaussians of time, a start around the
+        centroid, random presentation; four nodes for each of few points, and a convenient number
+        (at least 400, at most 2500) for many.
+
+        Parameters
+        ----------
+        points : array_like of shape (n, 3) or (n, 2)
+            The points that it will learn; only their number counts here.
+        **parameters
+            What shall be otherwise, as the constructor has it.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import neurbs
+        >>> points = np.random.default_rng(0).random((13, 3))
+        >>> som = neurbs.SelfOrganizingMap.paper(points).fit(points)
+        >>> som.codebook_.shape, som.stopped_by_, som.reached_
+        ((7, 8, 3), 'reached', 13)
+        """
+        count = len(_core.as_points(points))
+        rows, cols = _core.lattice_for_points(count)
+        return cls(**({"rows": rows, "cols": cols} | _core.som_options(paper=True) | parameters))
+
     def fit(
-        self, points: ArrayLike, *, progress: Callable[[_core.Progress], object] | None = None
+        self,
+        points: ArrayLike,
+        y: object = None,
+        *,
+        progress: Callable[[_core.Progress], object] | None = None,
+        observer: Callable[[_core.Epoch], object] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
+        checkpoint_seconds: float = 60.0,
     ) -> SelfOrganizingMap:
         """Learn the points, forgetting what was learned before.
+
+        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes on a
+        quadrilateral grid, a step of online training O(m).
 
         Parameters
         ----------
         points : array_like of shape (n, 3) or (n, 2)
             At least four distinct points, not all on one line; two columns lie in z = 0.
+        y : object
+            Not used; scikit-learn's pipelines pass it.
         progress : callable, optional
             Called some 25 times a second with a `Progress`. An exception that it raises ends the
             training.
+        observer : callable, optional
+            Called at the end of each epoch with an `Epoch`, which has its error, radius and
+            lattice. An exception that it raises ends the training.
+        checkpoint : path, optional
+            A file to which the map is saved every `checkpoint_seconds` and at the end; `load` it
+            and `resume` the training with the same result as without an interruption.
+        checkpoint_seconds : float, default 60
+            Seconds between two saves.
 
         Returns
         -------
@@ -126,31 +239,238 @@ class SelfOrganizingMap:
         ------
         NeurbsError
             If the points cannot be a surface, or a parameter is out of its range.
+        KeyboardInterrupt
+            On Ctrl-C, at once. What was learned so far is kept, and `resume` goes on from there.
         """
-        trained = _core.train(
+        points = _core.as_points(points)
+        self._map = _core.Map(points, self._lattice(), self._options())
+        return self.resume(
             points,
-            grid=(self.rows, self.cols),
-            gain_scale=self.gain_scale,
-            radius_scale=self.radius_scale,
-            max_steps=self.max_steps,
-            reach=self.reach,
-            min_change=self.min_change,
-            seed=self.seed,
             progress=progress,
+            observer=observer,
+            checkpoint=checkpoint,
+            checkpoint_seconds=checkpoint_seconds,
         )
-        return self._learned(trained)
 
-    def _learned(self, trained: _core.TrainedMap) -> SelfOrganizingMap:
-        self.codebook_ = trained.codebook
-        self.n_iter_ = trained.steps
-        self.converged_ = trained.stopped_by != "max_steps"
-        self.stopped_by_ = trained.stopped_by
-        self.ordered_at_ = trained.ordered_at
-        self.reached_ = trained.reached
-        self.change_ = trained.change
+    def resume(
+        self,
+        points: ArrayLike,
+        *,
+        progress: Callable[[_core.Progress], object] | None = None,
+        observer: Callable[[_core.Epoch], object] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
+        checkpoint_seconds: float = 60.0,
+    ) -> SelfOrganizingMap:
+        """Go on with an interrupted or loaded training, to the same result as without a break.
+
+        Parameters are those of `fit`; the points must be the same too.
+        """
+        points = _core.as_points(points)
+        seconds = None if checkpoint is None else checkpoint_seconds
+        ended = False
+        while not ended:
+            ended = self._learned().train(
+                points, progress=progress, observer=observer, seconds=seconds
+            )
+            if checkpoint is not None:
+                self.save(checkpoint)
         return self
+
+    def partial_fit(
+        self, points: ArrayLike, y: object = None, *, end_epoch: bool = True
+    ) -> SelfOrganizingMap:
+        """Learn a chunk of points, going on from what was learned before.
+
+        Online training presents each of them once. Batch training takes the chunk as a part of an
+        epoch: any split of the same points into chunks gives the same bits. Gain and radius go on
+        falling from call to call.
+
+        Parameters
+        ----------
+        points : array_like of shape (n, 3) or (n, 2)
+            The chunk. The first one decides the start of the nodes: it should be spread over all.
+        y : object
+            Not used.
+        end_epoch : bool, default True
+            Whether batch training ends its epoch after this chunk, and moves the lattice.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import neurbs
+        >>> points = np.random.default_rng(0).random((3000, 3))
+        >>> som = neurbs.SelfOrganizingMap(6, 6)
+        >>> for _ in range(3):
+        ...     for chunk in np.split(points, 10):
+        ...         _ = som.partial_fit(chunk, end_epoch=False)
+        ...     _ = som.end_epoch()
+        >>> som.n_iter_
+        3
+        """
+        points = _core.as_points(points)
+        if not hasattr(self, "_map"):
+            self._map = _core.Map(points, self._lattice(), self._options(), chunks=True)
+        if self.training == "online":
+            self._map.present(points)
+            return self
+        sums = self._map.sums(points)
+        pending = getattr(self, "_pending", None)
+        self._pending = sums if pending is None else pending + sums
+        return self.end_epoch() if end_epoch else self
+
+    def end_epoch(self) -> SelfOrganizingMap:
+        """End an epoch of batch training that `partial_fit` has begun, and move the lattice."""
+        pending = getattr(self, "_pending", None)
+        if pending is None:
+            raise _core.NeurbsError("end_epoch must be called after partial_fit, got no points yet")
+        self._learned().learn(pending)
+        self._pending = None
+        return self
+
+    def fit_distribution(
+        self,
+        source: Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike],
+        *,
+        progress: Callable[[_core.Progress], object] | None = None,
+        observer: Callable[[_core.Epoch], object] | None = None,
+    ) -> SelfOrganizingMap:
+        """Learn a distribution of any length in constant memory, forgetting what was learned.
+
+        The first 4096 points decide the start. An epoch is 32 points a node, at least 4096.
+        Training ends when the lattice has settled or the steps are over.
+
+        Parameters
+        ----------
+        source : callable or iterable of arrays
+            ``source(count, rng)`` draws points of shape (count, 3), with `rng` a NumPy Generator
+            of the map's seed; or chunks of points, as many as the training needs.
+        progress, observer : callable, optional
+            As for `fit`.
+
+        Raises
+        ------
+        NeurbsError
+            If the source draws anything but as many finite points as it was asked for, or its
+            chunks end before the training. What was learned so far is kept.
+
+        Examples
+        --------
+        >>> import neurbs
+        >>> def square(count, rng):
+        ...     return rng.random((count, 2))
+        >>> som = neurbs.SelfOrganizingMap(10, 10).fit_distribution(square)
+        >>> som.codebook_.shape
+        (10, 10, 3)
+        """
+        sampler: Callable[[int], ArrayLike]
+        if callable(source):
+            rng = np.random.default_rng(self.seed)
+            draw = source
+
+            def sampler(count: int) -> ArrayLike:
+                return draw(count, rng)
+        else:
+            sampler = Chunks(iter(source))
+        first = _core.as_points(sampler(_FIRST_POINTS))
+        if len(first) != _FIRST_POINTS:
+            raise _core.NeurbsError(
+                f"sampler must be a source of as many points as asked for, {_FIRST_POINTS}, "
+                f"got {len(first)}"
+            )
+        self._map = _core.Map(first, self._lattice(), self._options(), chunks=True)
+        self._map.train_on_distribution(sampler, progress=progress, observer=observer)
+        return self
+
+    def fit_predict(self, points: ArrayLike, y: object = None) -> NDArray[np.int64]:
+        """Learn the points and return the number of each one's nearest node."""
+        return self.fit(points).predict(points)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the map, with its training, to a NumPy archive (.npz).
+
+        The archive holds `codebook`, `parameters` (JSON) and `state`, from which `load` makes the
+        map again, to the last bit. A callable schedule is kept as the table of its values.
+        """
+        state = np.frombuffer(self._learned().to_bytes(), dtype=np.uint8)
+        parameters = {name: plain(value) for name, value in self.get_params().items()}
+        with replacement(Path(path)) as new, open(new, "wb") as file:
+            np.savez(
+                file,
+                codebook=self.codebook_,
+                parameters=np.array(json.dumps(parameters)),
+                state=state,
+            )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> SelfOrganizingMap:
+        """Return the map that `save` has written.
+
+        Raises
+        ------
+        NeurbsError
+            If the file is not such an archive.
+        OSError
+            If it cannot be read.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as archive:
+                parameters = json.loads(str(archive["parameters"]))
+                state = archive["state"].tobytes()
+        except (ValueError, KeyError, EOFError, AttributeError) as error:
+            message = f"{os.fspath(path)} must be a map that SelfOrganizingMap.save wrote: {error}"
+            raise _core.NeurbsError(message) from error
+        som = cls(**{name: from_plain(value) for name, value in parameters.items()})
+        som._map = _core.Map.from_bytes(state)
+        return som
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Return the parameters by name, as scikit-learn does; `deep` changes nothing."""
+        return {name: getattr(self, name) for name in _parameters()}
+
+    def set_params(self, **parameters: Any) -> SelfOrganizingMap:
+        """Set parameters by name, and return the map itself."""
+        for name, value in parameters.items():
+            if name not in _parameters():
+                raise _core.NeurbsError(
+                    f"a parameter must be one of {', '.join(_parameters())}, got {name!r}"
+                )
+            setattr(self, name, value)
+        return self
+
+    def __sklearn_is_fitted__(self) -> bool:
+        """Say whether it has learned, for scikit-learn."""
+        return hasattr(self, "_map")
 
     def __repr__(self) -> str:
         """Say what it is, and whether it has learned."""
-        state = f", {self.stopped_by_}" if hasattr(self, "stopped_by_") else ""
-        return f"SelfOrganizingMap(rows={self.rows}, cols={self.cols}{state})"
+        defaults = {**SelfOrganizingMap().get_params(), "rows": None, "cols": None}
+        changed = [
+            f"{name}={value!r}"
+            for name, value in self.get_params().items()
+            if not isinstance(value, np.ndarray) and value != defaults[name]
+        ]
+        state = [self.stopped_by_] if hasattr(self, "_map") else []
+        return f"SelfOrganizingMap({', '.join(changed + state)})"
+
+    def _lattice(self) -> Lattice:
+        if isinstance(self.lattice, Lattice):
+            return self.lattice
+        return Lattice.grid(self.rows, self.cols, cells=self.lattice, topology=self.topology)
+
+    def _options(self) -> dict[str, Any]:
+        self._pending = None
+        return {name: getattr(self, name) for name in _core.som_options(paper=False)}
+
+    @classmethod
+    def _of_core(cls, trained: _core.Map, **parameters: Any) -> SelfOrganizingMap:
+        """Wrap a map that the core has trained by the paper's method."""
+        rows, cols = trained.lattice.shape
+        settings = _core.som_options(paper=True)
+        som = cls(**({"rows": rows, "cols": cols} | settings | parameters))
+        som._map = trained
+        return som
+
+
+def _parameters() -> list[str]:
+    """Names of the constructor's parameters."""
+    return [name for name in inspect.signature(SelfOrganizingMap.__init__).parameters][1:]

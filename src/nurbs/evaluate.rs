@@ -211,10 +211,7 @@ impl NurbsSurface {
 fn report(observer: &mut dyn Observer, done: usize, total: usize) -> Result<()> {
     let (step, total) = (done as u64, total as u64);
     let stage = Stage::Tessellation;
-    progress::report(
-        observer,
-        &Progress { stage, step, total, change: None, reached: 0, points: 0 },
-    )
+    progress::report(observer, &Progress::of_stage(stage, step, total, 0))
 }
 
 fn check_length(out: usize, needed: usize) -> Result<()> {

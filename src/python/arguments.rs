@@ -52,3 +52,18 @@ fn extract<'py, T: FromPyObjectOwned<'py>>(
         if is_about_input(value.py(), &error) { bad_argument(name, must, value) } else { error }
     })
 }
+
+/// One of several named choices.
+pub(super) fn choice<T: Copy>(
+    name: &str,
+    all: &[T],
+    name_of: fn(T) -> &'static str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<T> {
+    let wanted = value.extract::<String>().unwrap_or_default();
+    let found = all.iter().copied().find(|&one| name_of(one) == wanted);
+    found.ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(|&one| format!("'{}'", name_of(one))).collect();
+        bad_argument(name, &names.join(" or "), value)
+    })
+}

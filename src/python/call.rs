@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 
 use super::errors::bad_argument;
-use super::progress;
+use super::{progress, som};
 use crate::error::Result;
-use crate::progress::{Observer, Progress, Stage};
+use crate::progress::{Epoch, Observer, Progress, Stage};
 
 /// Time between two looks at Ctrl-C and two calls of the callback.
 const INTERVAL: Duration = Duration::from_millis(40);
@@ -24,12 +24,34 @@ pub(super) fn run<T: Send>(
     callback: Option<Py<PyAny>>,
     job: impl FnOnce(&mut Watcher) -> Result<T> + Send,
 ) -> PyResult<T> {
-    if let Some(callback) = callback.as_ref().map(|callback| callback.bind(py))
-        && !callback.is_callable()
-    {
-        return Err(bad_argument("progress", "callable", callback));
+    run_watched(py, Callbacks { progress: callback, observer: None }, job)
+}
+
+/// What a caller from Python wants to be told of a long job.
+#[derive(Default)]
+pub(super) struct Callbacks {
+    /// Called now and then, with a `Progress`.
+    pub(super) progress: Option<Py<PyAny>>,
+    /// Called after each epoch of training, with an `Epoch`.
+    pub(super) observer: Option<Py<PyAny>>,
+}
+
+/// As [`run`], for a job that trains.
+pub(super) fn run_watched<T: Send>(
+    py: Python<'_>,
+    callbacks: Callbacks,
+    job: impl FnOnce(&mut Watcher) -> Result<T> + Send,
+) -> PyResult<T> {
+    let Callbacks { progress: callback, observer } = callbacks;
+    for (name, function) in [("progress", &callback), ("observer", &observer)] {
+        if let Some(function) = function.as_ref().map(|function| function.bind(py))
+            && !function.is_callable()
+        {
+            return Err(bad_argument(name, "callable", function));
+        }
     }
-    let mut watcher = Watcher { callback, looked: Instant::now(), stage: None, raised: None };
+    let mut watcher =
+        Watcher { callback, observer, looked: Instant::now(), stage: None, raised: None };
     let result = py.detach(|| job(&mut watcher));
     match watcher.raised {
         Some(raised) => Err(raised),
@@ -40,6 +62,7 @@ pub(super) fn run<T: Send>(
 /// The observer of a call from Python.
 pub(super) struct Watcher {
     callback: Option<Py<PyAny>>,
+    observer: Option<Py<PyAny>>,
     looked: Instant,
     /// The stage last reported, so that each is reported at least once.
     stage: Option<Stage>,
@@ -77,6 +100,16 @@ impl Observer for Watcher {
             None => Ok(()),
         });
         self.callback = callback;
+        answer
+    }
+
+    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+        let Some(observer) = self.observer.take() else {
+            return ControlFlow::Continue(());
+        };
+        let answer =
+            self.look(|py| observer.call1(py, (som::Epoch::of_core(py, epoch)?,)).map(|_| ()));
+        self.observer = Some(observer);
         answer
     }
 }

@@ -12,10 +12,12 @@ mod arrays;
 mod call;
 mod errors;
 mod export;
+mod lattice;
 mod mesh;
 mod progress;
 mod reconstruct;
 mod som;
+mod som_options;
 mod surface;
 
 use pyo3::pymodule;
@@ -30,13 +32,17 @@ mod _core {
     #[pymodule_export]
     use super::export::{write_iges, write_obj, write_step};
     #[pymodule_export]
+    use super::lattice::{Lattice, lattice_for_points};
+    #[pymodule_export]
     use super::mesh::TriangleMesh;
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]
     use super::reconstruct::{default_options, reconstruct};
     #[pymodule_export]
-    use super::som::{TrainedMap, train};
+    use super::som::{BatchSums, Epoch, Map};
+    #[pymodule_export]
+    use super::som_options::som_options;
     #[pymodule_export]
     use super::surface::NurbsSurface;
     use pyo3::prelude::*;

@@ -16,6 +16,10 @@ use crate::progress;
 ///     Steps after which this stage ends at the latest.
 /// change : float or None
 ///     Largest move of a lattice node during the last finished epoch, in the points' unit.
+/// error : float or None
+///     Mean distance from points to their nearest nodes during that epoch, in the points' unit.
+/// radius : float or None
+///     How far on the lattice the neighbourhood reaches, in cells.
 /// reached : int
 ///     How many points lay on the lattice when they were last presented.
 /// points : int
@@ -26,14 +30,17 @@ pub(super) struct Progress {
     step: u64,
     total: u64,
     change: Option<f64>,
+    error: Option<f64>,
+    radius: Option<f64>,
     reached: usize,
     points: usize,
 }
 
 impl From<progress::Progress> for Progress {
     fn from(progress: progress::Progress) -> Self {
-        let progress::Progress { stage, step, total, change, reached, points } = progress;
-        Self { stage: stage.name(), step, total, change, reached, points }
+        let progress::Progress { stage, step, total, change, error, radius, reached, points } =
+            progress;
+        Self { stage: stage.name(), step, total, change, error, radius, reached, points }
     }
 }
 

@@ -9,7 +9,7 @@ use super::arrays::Numbers;
 use super::call::Watcher;
 use super::errors::bad_argument;
 use super::mesh::TriangleMesh;
-use super::som::TrainedMap;
+use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, call};
 use crate::mesh::UniformGrid;
@@ -29,7 +29,7 @@ pub(super) fn reconstruct<'py>(
     reach: Option<&Bound<'py, PyAny>>,
     min_change: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(NurbsSurface, TriangleMesh, TrainedMap, Bound<'py, PyDict>)> {
+) -> PyResult<(NurbsSurface, TriangleMesh, Map, Bound<'py, PyDict>)> {
     let py = points.py();
     let options = ReconstructOptions {
         method: named_method(method)?,
@@ -48,7 +48,7 @@ pub(super) fn reconstruct<'py>(
     let grid = UniformGrid::for_surface(&result.surface)?;
     let mesh = TriangleMesh::of_surface(py, &result.surface, grid, progress)?;
     let report = report(py, &result.report, start.elapsed())?;
-    let som = TrainedMap::new(py, &result.som)?;
+    let som = Map::of_core(result.som);
     Ok((NurbsSurface::new(py, result.surface)?, mesh, som, report))
 }
 

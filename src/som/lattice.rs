@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::graph::{Graph, Visits};
 use crate::error::{Error, Result};
 
 /// Largest number of nodes: 16.8 million, whose net alone is 400 MB.
@@ -17,33 +18,161 @@ const POINTS_PER_NODE: usize = 5;
 /// Most nodes that [`Lattice::for_points`] chooses by itself.
 const MOST_CHOSEN: usize = 2500;
 
-/// A quadrilateral lattice of `rows` × `cols` nodes, numbered row by row; each inner node is
-/// connected to four others.
+/// Which directions of a grid are closed to a ring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Topology {
+    /// None.
+    #[default]
+    Sheet,
+    /// u: the last row is joined to the first.
+    Tube,
+    /// u and v: the last row is joined to the first, and the last column too.
+    Torus,
+}
+
+impl Topology {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Sheet, Self::Tube, Self::Torus];
+
+    /// The topology's name, as Python spells it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sheet => "sheet",
+            Self::Tube => "tube",
+            Self::Torus => "torus",
+        }
+    }
+
+    /// Whether u (rows) and v (columns) are closed.
+    #[must_use]
+    pub fn closed(self) -> (bool, bool) {
+        (self != Self::Sheet, self == Self::Torus)
+    }
+}
+
+/// How the nodes of a grid are joined.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Cells {
+    /// Along rows and columns: an inner node has four neighbours.
+    #[default]
+    Quad,
+    /// Along one diagonal of each cell too: an inner node has six neighbours.
+    Triangular,
+}
+
+impl Cells {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Quad, Self::Triangular];
+
+    /// The kind's name, as Python spells it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quad => "quad",
+            Self::Triangular => "triangular",
+        }
+    }
+}
+
+/// The output nodes and their connections: a grid of rows × cols nodes, numbered row by row, or
+/// any other graph.
+///
+/// The paper's lattice is the quadrilateral grid; "if a triangular or any other kind of grid would
+/// be desired, the nodes can be connected accordingly" (section 4).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lattice {
     rows: usize,
     cols: usize,
+    topology: Topology,
+    links: Links,
+}
+
+/// How distances between nodes are found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Links {
+    /// By arithmetic on rows and columns.
+    Quad,
+    /// By search in the grid's graph.
+    Triangular(Graph),
+    /// By search; there are no rows and columns.
+    Graph(Graph),
 }
 
 impl Lattice {
-    /// A lattice of `rows` × `cols` nodes.
+    /// A quadrilateral sheet of `rows` × `cols` nodes; see [`Lattice::grid`].
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if a side has fewer than 2 nodes, or all together are more than
     /// [`MAX_NODES`].
     pub fn quad(rows: usize, cols: usize) -> Result<Self> {
-        let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
-        if rows >= 2 && cols >= 2 && fits {
-            return Ok(Self { rows, cols });
-        }
-        let must = format!("(rows, cols) of at least 2 each and at most {MAX_NODES} nodes in all");
-        Err(Error::parameter("grid", must, format!("({rows}, {cols})")))
+        Self::grid(rows, cols, Cells::Quad, Topology::Sheet)
     }
 
-    /// The lattice for this many points: the paper's four nodes for each of few points, and a
-    /// convenient number for many (at least 400, one for five points, at most 2500); as square
-    /// as it can be.
+    /// A grid of `rows` × `cols` nodes.
+    ///
+    /// ```
+    /// use neurbs::som::{Cells, Lattice, Topology};
+    /// let tube = Lattice::grid(6, 4, Cells::Quad, Topology::Tube)?;
+    /// assert_eq!(tube.neighborhood(0, 1), [0, 1, 4, 20]);
+    /// let triangles = Lattice::grid(3, 3, Cells::Triangular, Topology::Sheet)?;
+    /// assert_eq!(triangles.neighborhood(4, 1), [0, 1, 3, 4, 5, 7, 8]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a side has fewer than 2 nodes (a closed one: 3), or all together
+    /// are more than [`MAX_NODES`].
+    pub fn grid(rows: usize, cols: usize, cells: Cells, topology: Topology) -> Result<Self> {
+        let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
+        let least = |closed| if closed { 3 } else { 2 };
+        let (closed_u, closed_v) = topology.closed();
+        if rows < least(closed_u) || cols < least(closed_v) || !fits {
+            let must = format!(
+                "(rows, cols) of at least ({}, {}) for a {} and at most {MAX_NODES} nodes in all",
+                least(closed_u),
+                least(closed_v),
+                topology.name()
+            );
+            return Err(Error::parameter("grid", must, format!("({rows}, {cols})")));
+        }
+        let mut lattice = Self { rows, cols, topology, links: Links::Quad };
+        if cells == Cells::Triangular {
+            let graph = Graph::new(rows * cols, &lattice.grid_edges(true))?;
+            lattice.links = Links::Triangular(graph);
+        }
+        Ok(lattice)
+    }
+
+    /// Any other predefined topology: `nodes` nodes and the edges between them.
+    ///
+    /// ```
+    /// use neurbs::{Error, som::Lattice};
+    /// let star = Lattice::graph(4, &[(0, 1), (0, 2), (0, 3)])?;
+    /// assert_eq!(star.neighborhood(1, 1), [0, 1]);
+    /// let pieces = Lattice::graph(4, &[(0, 1), (2, 3)]).unwrap_err();
+    /// assert!(pieces.to_string().starts_with("edges must be such that all nodes hang together"));
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if there are fewer than 2 or more than [`MAX_NODES`] nodes, an edge
+    /// goes to a node that is not there or back to its own, or the graph is in several pieces.
+    pub fn graph(nodes: usize, edges: &[(usize, usize)]) -> Result<Self> {
+        if !(2..=MAX_NODES).contains(&nodes) {
+            let must = format!("from 2 to {MAX_NODES}");
+            return Err(Error::parameter("nodes", must, nodes));
+        }
+        let links = Links::Graph(Graph::new(nodes, edges)?);
+        Ok(Self { rows: nodes, cols: 1, topology: Topology::Sheet, links })
+    }
+
+    /// The quadrilateral sheet for this many points: the paper's four nodes for each of few
+    /// points, and a convenient number for many (at least 400, one for five points, at most 2500);
+    /// as square as it can be.
     ///
     /// ```
     /// use neurbs::som::Lattice;
@@ -56,49 +185,176 @@ impl Lattice {
         let many = (points / POINTS_PER_NODE).clamp(FEW_NODES, MOST_CHOSEN);
         let nodes = points.saturating_mul(4).min(many);
         let rows = nodes.isqrt().max(2);
-        Self { rows, cols: nodes.div_ceil(rows).max(2) }
+        let cols = nodes.div_ceil(rows).max(2);
+        Self { rows, cols, topology: Topology::Sheet, links: Links::Quad }
     }
 
-    /// Number of nodes along both sides: (rows, cols).
+    /// Number of nodes along both sides: (rows, cols); of a graph: (nodes, 1).
     #[must_use]
     pub fn shape(&self) -> (usize, usize) {
         (self.rows, self.cols)
     }
 
+    /// Whether it has rows and columns.
+    #[must_use]
+    pub fn is_grid(&self) -> bool {
+        !matches!(self.links, Links::Graph(_))
+    }
+
+    /// How the nodes of a grid are joined; `None` for a graph.
+    #[must_use]
+    pub fn cells(&self) -> Option<Cells> {
+        match self.links {
+            Links::Quad => Some(Cells::Quad),
+            Links::Triangular(_) => Some(Cells::Triangular),
+            Links::Graph(_) => None,
+        }
+    }
+
+    /// Which directions are closed.
+    #[must_use]
+    pub fn topology(&self) -> Topology {
+        self.topology
+    }
+
     /// Number of nodes.
     #[must_use]
-    #[expect(clippy::len_without_is_empty, reason = "a lattice has at least four nodes")]
+    #[expect(clippy::len_without_is_empty, reason = "a lattice has at least two nodes")]
     pub fn len(&self) -> usize {
         self.rows * self.cols
     }
 
-    /// Largest number of edges between two nodes.
+    /// Largest number of edges between two nodes. Of graphs with loops it is a close lower bound,
+    /// found by two sweeps.
     #[must_use]
     pub fn diameter(&self) -> usize {
-        self.rows + self.cols - 2
+        let across = |count: usize, closed| if closed { count / 2 } else { count - 1 };
+        let (closed_u, closed_v) = self.topology.closed();
+        match &self.links {
+            Links::Quad => across(self.rows, closed_u) + across(self.cols, closed_v),
+            Links::Triangular(graph) | Links::Graph(graph) => graph.diameter(),
+        }
     }
 
-    /// The nodes at most `radius` edges from `node`: the paper's N(t), as ranges of node numbers,
-    /// one for each row that is reached.
+    /// The nodes at most `radius` edges from `node`, ascending: the paper's N(t).
     ///
     /// ```
     /// use neurbs::som::Lattice;
-    /// let lattice = Lattice::quad(3, 5)?;
-    /// let near: Vec<usize> = lattice.neighborhood(6, 1).flatten().collect();
-    /// assert_eq!(near, [1, 5, 6, 7, 11]);
+    /// assert_eq!(Lattice::quad(3, 5)?.neighborhood(6, 1), [1, 5, 6, 7, 11]);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
-    pub fn neighborhood(&self, node: usize, radius: usize) -> impl Iterator<Item = Range<usize>> {
-        let (row, col) = (node / self.cols, node % self.cols);
-        let rows = row.saturating_sub(radius)..self.rows.min(row.saturating_add(radius + 1));
-        let cols = self.cols;
-        rows.map(move |r| {
-            let left = radius - r.abs_diff(row);
-            let from = col.saturating_sub(left);
-            let to = cols.min(col + left + 1);
-            r * cols + from..r * cols + to
-        })
+    #[must_use]
+    pub fn neighborhood(&self, node: usize, radius: usize) -> Vec<usize> {
+        let mut nodes = Vec::new();
+        match self.as_graph() {
+            None => self.visit_ball(node, radius, |range| nodes.extend(range)),
+            Some(graph) => {
+                graph.visit(node, radius, &mut Visits::default(), |node, _| nodes.push(node));
+            }
+        }
+        nodes.sort_unstable();
+        nodes
     }
+
+    /// Each edge once, the lower node first.
+    #[must_use]
+    pub fn edges(&self) -> Vec<(usize, usize)> {
+        match self.as_graph() {
+            None => self.grid_edges(false),
+            Some(graph) => graph.edges().collect(),
+        }
+    }
+
+    /// The graph that distances are searched in; `None` where arithmetic does.
+    pub(super) fn as_graph(&self) -> Option<&Graph> {
+        match &self.links {
+            Links::Quad => None,
+            Links::Triangular(graph) | Links::Graph(graph) => Some(graph),
+        }
+    }
+
+    /// How many rows apart two rows are, and the same for columns, on the shorter way round.
+    pub(super) fn row_distance(&self, a: usize, b: usize) -> usize {
+        around(a.abs_diff(b), self.rows, self.topology.closed().0)
+    }
+
+    pub(super) fn col_distance(&self, a: usize, b: usize) -> usize {
+        around(a.abs_diff(b), self.cols, self.topology.closed().1)
+    }
+
+    /// Whether two nodes of the lattice share an edge or a cell.
+    pub(super) fn adjacent(&self, a: usize, b: usize) -> bool {
+        match &self.links {
+            Links::Graph(graph) => u32::try_from(b).is_ok_and(|b| graph.neighbors(a).contains(&b)),
+            Links::Quad | Links::Triangular(_) => {
+                self.row_distance(a / self.cols, b / self.cols) <= 1
+                    && self.col_distance(a % self.cols, b % self.cols) <= 1
+            }
+        }
+    }
+
+    /// Calls `visit` with the nodes at most `radius` edges from `node` of a quadrilateral grid, as
+    /// ranges of node numbers: one or two for each row.
+    pub(super) fn visit_ball(
+        &self,
+        node: usize,
+        radius: usize,
+        mut visit: impl FnMut(Range<usize>),
+    ) {
+        let (row, col) = (node / self.cols, node % self.cols);
+        let (closed_u, closed_v) = self.topology.closed();
+        let (from, to) = if closed_u {
+            (0, self.rows)
+        } else {
+            (row.saturating_sub(radius), self.rows.min(row.saturating_add(radius + 1)))
+        };
+        for r in from..to {
+            let Some(left) = radius.checked_sub(self.row_distance(r, row)) else { continue };
+            let first = r * self.cols;
+            if closed_v && left >= self.cols / 2 {
+                visit(first..first + self.cols);
+            } else if closed_v {
+                let start = (col + self.cols - left) % self.cols;
+                let end = start + 2 * left + 1;
+                visit(first + start..first + end.min(self.cols));
+                visit(first..first + end.saturating_sub(self.cols));
+            } else {
+                visit(first + col.saturating_sub(left)..first + self.cols.min(col + left + 1));
+            }
+        }
+    }
+
+    /// The edges along rows and columns, and on request along one diagonal of each cell.
+    fn grid_edges(&self, diagonals: bool) -> Vec<(usize, usize)> {
+        let (closed_u, closed_v) = self.topology.closed();
+        let mut edges = Vec::with_capacity(3 * self.len());
+        for node in 0..self.len() {
+            let (row, col) = (node / self.cols, node % self.cols);
+            let below = next(row, self.rows, closed_u).map(|r| r * self.cols);
+            let right = next(col, self.cols, closed_v);
+            let mut join = |other: usize| edges.push((node.min(other), node.max(other)));
+            if let Some(col) = right {
+                join(row * self.cols + col);
+            }
+            if let Some(first) = below {
+                join(first + col);
+                if let (true, Some(col)) = (diagonals, right) {
+                    join(first + col);
+                }
+            }
+        }
+        edges
+    }
+}
+
+/// The number after `index` on a line or ring of `count`.
+fn next(index: usize, count: usize, closed: bool) -> Option<usize> {
+    if index + 1 < count { Some(index + 1) } else { closed.then_some(0) }
+}
+
+/// A distance on a line or the shorter way round a ring of `count`.
+fn around(distance: usize, count: usize, closed: bool) -> usize {
+    if closed { distance.min(count - distance) } else { distance }
 }
 
 #[cfg(test)]
@@ -106,26 +362,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighborhood_is_the_graph_distance() {
-        let lattice = Lattice::quad(6, 9).unwrap();
-        for node in 0..lattice.len() {
-            for radius in 0..=lattice.diameter() {
-                let distance =
-                    |other: usize| (node / 9).abs_diff(other / 9) + (node % 9).abs_diff(other % 9);
-                let expected: Vec<usize> =
-                    (0..lattice.len()).filter(|&other| distance(other) <= radius).collect();
-                let got: Vec<usize> = lattice.neighborhood(node, radius).flatten().collect();
-                assert_eq!(got, expected, "node {node}, radius {radius}");
+    fn neighborhoods_are_those_of_the_graph_of_the_edges() {
+        for topology in Topology::ALL {
+            for cells in Cells::ALL {
+                let lattice = Lattice::grid(5, 7, cells, topology).unwrap();
+                let graph = Lattice::graph(35, &lattice.edges()).unwrap();
+                for node in 0..lattice.len() {
+                    for radius in 0..=lattice.diameter() {
+                        let got = lattice.neighborhood(node, radius);
+                        assert_eq!(got, graph.neighborhood(node, radius), "{topology:?} {node}");
+                    }
+                }
             }
         }
     }
 
     #[test]
     fn the_diameter_reaches_everything_and_less_does_not() {
-        let lattice = Lattice::quad(4, 7).unwrap();
-        let reached = |radius| lattice.neighborhood(0, radius).flatten().count();
-        assert_eq!(reached(lattice.diameter()), lattice.len());
-        assert!(reached(lattice.diameter() - 1) < lattice.len());
+        for topology in Topology::ALL {
+            let lattice = Lattice::grid(4, 7, Cells::Quad, topology).unwrap();
+            assert_eq!(lattice.neighborhood(0, lattice.diameter()).len(), lattice.len());
+            assert!(lattice.neighborhood(0, lattice.diameter() - 1).len() < lattice.len());
+        }
     }
 
     #[test]
@@ -133,5 +391,15 @@ mod tests {
         assert!(Lattice::quad(2, 1).is_err());
         assert!(Lattice::quad(usize::MAX, 2).is_err());
         assert!(Lattice::quad(MAX_NODES / 2, 2).is_ok());
+        let tube = Lattice::grid(2, 5, Cells::Quad, Topology::Tube).unwrap_err();
+        assert!(tube.to_string().contains("at least (3, 2) for a tube"));
+        assert!(Lattice::graph(1, &[]).is_err());
+    }
+
+    #[test]
+    fn cells_make_nodes_adjacent() {
+        let lattice = Lattice::grid(4, 5, Cells::Quad, Topology::Tube).unwrap();
+        assert!(lattice.adjacent(6, 0) && lattice.adjacent(6, 12) && lattice.adjacent(0, 16));
+        assert!(!lattice.adjacent(0, 4) && !lattice.adjacent(0, 2));
     }
 }

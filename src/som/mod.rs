@@ -1,77 +1,79 @@
 //! The Kohonen network: a lattice of nodes that learns scattered points.
 //!
-//! The output nodes form a quadrilateral [`Lattice`]; the three weights of a node are its place
-//! in space. Training ([`SelfOrganizingMap::fit`]) presents one point at a time; the nearest node
-//! and its neighbours *on the lattice* move towards it, less and less of them and less and less
-//! far ([`GaussianDecay`]), until the lattice lies on the points and is still in order.
+//! The output nodes form a [`Lattice`]; the three weights of a node are its place in space.
+//! Training brings the nodes to the points and keeps them in order, because a point moves not only
+//! the node nearest to it, its *winner*, but the winner's neighbours *on the lattice* too, less and
+//! less of them. It is either the paper's, one point at a time ([`Training::Online`],
+//! [`SomOptions::paper`]), or Kohonen's batch map ([`Training::Batch`]), which looks at all points
+//! in each epoch and costs O(n log m + m (rows + cols)).
+//!
+//! ```
+//! use neurbs::{DVec3, progress::Silent};
+//! use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+//!
+//! let points: Vec<DVec3> = (0..2000)
+//!     .map(|i| {
+//!         let (x, y) = (f64::from(i % 50) / 49.0, f64::from(i / 50) / 39.0);
+//!         DVec3::new(x, y, 0.2 * (3.0 * x).sin() * y)
+//!     })
+//!     .collect();
+//! let options = SomOptions::default();
+//! let som = SelfOrganizingMap::fit(&points, Lattice::quad(12, 10)?, &options, &mut Silent)?;
+//! assert!(som.quantization_error(&points, &mut Silent)? < 0.05);
+//! let uv = som.parametrize(&points, 0.75, &mut Silent)?;
+//! assert!(uv.iter().all(|uv| uv.min_element() > -0.1 && uv.max_element() < 1.1));
+//! # Ok::<(), neurbs::Error>(())
+//! ```
+//!
+//! A map is whole at every moment: [`SelfOrganizingMap::new`] has the nodes at their start,
+//! [`SelfOrganizingMap::train`] goes on from where the map is, and what an interruption leaves can
+//! be asked, saved ([`SelfOrganizingMap::to_bytes`]) and trained further with the same result as
+//! without the interruption.
 
-mod bmu;
+mod batch;
+mod candidates;
+mod distribution;
+mod eigen;
+mod field;
+mod frame;
+mod geodesic;
+mod graph;
 mod initialize;
 mod lattice;
 mod online;
+mod options;
+mod ordered_start;
+mod parametrize;
 mod presentation;
+mod quality;
+mod random;
 mod schedule;
+mod search;
+mod smoothing;
+mod state;
+mod sums;
 
 use glam::DVec3;
 
-pub use self::lattice::{Lattice, MAX_NODES};
-pub use self::schedule::GaussianDecay;
-use crate::error::{Error, Result, positive};
+use self::frame::Frame;
+use self::online::OnlineState;
+use self::options::Plan;
+use self::random::Random;
+
+pub use self::distribution::Sampler;
+pub use self::lattice::{Cells, Lattice, MAX_NODES, Topology};
+pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
+pub use self::schedule::Schedule;
+pub use self::sums::BatchSums;
+use crate::error::{Error, Result};
 use crate::point_cloud::{self, Bounds};
-use crate::progress::{self, Observer, Progress, Stage};
-
-/// Presentations for each node in a training of the default length. Kohonen's rule of thumb is
-/// that the number of steps should be at least 500 times the number of units.
-const STEPS_PER_NODE: u64 = 500;
-
-/// Share of the steps after which the radius is zero by default. By then the gain is small enough
-/// that nodes settle on the points without leaving their order: with 0.4 and 4,000 points of
-/// terrain, 3 % of the lattice's cells end folded over, with 0.7 none or one.
-const ORDERING_SHARE: f64 = 0.7;
-
-/// The gain's scale q as a share of the steps: the gain ends at `exp(-4.5)`, 1 % of its start.
-const GAIN_SCALE_SHARE: f64 = 1.0 / 3.0;
-
-/// Default `reach`, as a share of the diagonal of the points' bounding box.
-const REACH: f64 = 1e-3;
-
-/// Default `min_change`, as a share of the lattice's mean spacing (the diagonal of the points'
-/// bounding box, divided by the square root of the number of nodes). A node moves by about five
-/// times the gain of its cell during an epoch, so that this is reached when the gain is about 1 %.
-const MIN_CHANGE: f64 = 0.05;
-
-/// Steps of an epoch for each node, at most. An epoch is one presentation of each point; but of
-/// millions of points a fraction shows just as well whether the lattice moves.
-const EPOCH_PER_NODE: usize = 5;
-
-/// How to train; the default is the paper's section 4 with everything it leaves open derived from
-/// the points.
-///
-/// `None` means: derived, as the field says.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SomOptions {
-    /// Seed of the random start and of the presentation; the same seed gives the same bits.
-    pub seed: u64,
-    /// Scale q of the gain on the time axis, in steps; `None`: a third of `max_steps`.
-    pub gain_scale: Option<f64>,
-    /// Scale s of the radius on the time axis, in steps; `None`: such that the radius is zero
-    /// after seven tenths of `max_steps`.
-    pub radius_scale: Option<f64>,
-    /// Steps after which training ends in any case; `None`: 500 for each node.
-    pub max_steps: Option<u64>,
-    /// A point is on the lattice when a node is at most this far, in the points' unit; `None`:
-    /// 0.001 of the diagonal of the points' bounding box.
-    pub reach: Option<f64>,
-    /// Training ends when no node has moved farther than this during an epoch (as many steps as
-    /// there are points, but at most five for each node) after the radius has become zero, in the
-    /// points' unit; `None`: 0.05 of the lattice's mean spacing, which is the diagonal divided by
-    /// the square root of the number of nodes.
-    pub min_change: Option<f64>,
-}
+use crate::progress::{self, Epoch, Observer, Progress, Stage};
 
 /// What ended a training (step 7 of the paper's section 4).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoppedBy {
+    /// Nothing yet: it was interrupted, or is fed chunk by chunk.
+    Unfinished,
     /// All points are on the lattice: the paper's criterion for few points.
     Reached,
     /// The lattice no longer moves: the paper's criterion for many points.
@@ -81,10 +83,14 @@ pub enum StoppedBy {
 }
 
 impl StoppedBy {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Unfinished, Self::Reached, Self::Settled, Self::MaxSteps];
+
     /// The criterion's name, as Python and reports spell it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Unfinished => "unfinished",
             Self::Reached => "reached",
             Self::Settled => "settled",
             Self::MaxSteps => "max_steps",
@@ -92,14 +98,15 @@ impl StoppedBy {
     }
 }
 
-/// A lattice of nodes in space, trained on points.
+/// A lattice of nodes in space that learns points.
 ///
 /// ```
-/// use neurbs::{DVec3, progress::Silent, som::{Lattice, SelfOrganizingMap, SomOptions}};
+/// use neurbs::{DVec3, progress::Silent};
+/// use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 /// let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5), DVec3::splat(0.5)];
 /// let lattice = Lattice::for_points(points.len());
-/// let som = SelfOrganizingMap::fit(&points, lattice, &SomOptions::default(), &mut Silent)?;
-/// assert_eq!(som.reached, 5);
+/// let som = SelfOrganizingMap::fit(&points, lattice, &SomOptions::paper(), &mut Silent)?;
+/// assert_eq!((som.reached, som.stopped_by), (5, StoppedBy::Reached));
 /// assert!(som.quantization_error(&points, &mut Silent)? < 1e-3);
 /// # Ok::<(), neurbs::Error>(())
 /// ```
@@ -107,121 +114,173 @@ impl StoppedBy {
 pub struct SelfOrganizingMap {
     /// How the nodes are connected.
     pub lattice: Lattice,
-    /// The nodes' positions, row by row, in the points' unit.
-    pub codebook: Vec<DVec3>,
-    /// Number of presentations made.
+    /// Steps made: presentations of online training, epochs of batch training.
     pub steps: u64,
-    /// The paper's t₀: the step from which on the radius is zero, so that only the winner moves.
+    /// The paper's t₀: the step from which on the radius is less than one edge, so that of a bubble
+    /// only the winner moves.
     pub ordered_at: u64,
     /// Which criterion ended the training.
     pub stopped_by: StoppedBy,
-    /// How many points lay on the lattice, when they were last presented or at the final check.
+    /// How many points lay on the lattice when they were last presented or counted.
     pub reached: usize,
     /// Largest move of a node during the last finished epoch, in the points' unit; `None` if not
     /// even one was finished.
     pub change: Option<f64>,
+    /// Mean distance from points to their winners during the last finished epoch, while the lattice
+    /// moved or before it did, in the points' unit; `None` if not even one was finished.
+    pub error: Option<f64>,
+    /// Where the nodes are, in the frame.
+    nodes: Vec<DVec3>,
+    frame: Frame,
+    plan: Plan,
+    random: Random,
+    online: Option<OnlineState>,
 }
 
 impl SelfOrganizingMap {
-    /// Trains a lattice on scattered points by the paper's algorithm (section 4, steps 1 to 7).
-    ///
-    /// Nodes start at random around the centroid of the points. Each step presents one point,
-    /// chosen at random with replacement, and moves all nodes within the radius of the winner (in
-    /// edges of the lattice) by the gain's share of their way to it. Radius and gain fall as
-    /// Gaussians of time (section 4.1). One step costs O(nodes).
+    /// A map with its nodes at the start that the options ask for.
     ///
     /// # Errors
     ///
-    /// Those of [`point_cloud::check`]; [`Error::Parameter`] for an option out of its range;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// Those of [`point_cloud::check`]; [`Error::Parameter`] for an option out of its range or one
+    /// that the lattice does not allow.
+    pub fn new(points: &[DVec3], lattice: Lattice, options: &SomOptions) -> Result<Self> {
+        let bounds = point_cloud::checked_bounds(points)?;
+        Self::within(&bounds, points, points.len() as u64, lattice, options)
+    }
+
+    /// A map for points within `bounds`, of which `sample` are known and `epoch_points` make an
+    /// epoch.
+    fn within(
+        bounds: &Bounds,
+        sample: &[DVec3],
+        epoch_points: u64,
+        lattice: Lattice,
+        options: &SomOptions,
+    ) -> Result<Self> {
+        let plan = Plan::new(epoch_points, bounds.diagonal(), &lattice, options)?;
+        let frame = Frame::of(bounds);
+        let mut random = Random::new(options.seed);
+        let start = initialize::nodes(sample, &lattice, &options.init, &mut random)?;
+        Ok(Self {
+            lattice,
+            steps: 0,
+            ordered_at: plan.ordered_at,
+            stopped_by: StoppedBy::Unfinished,
+            reached: 0,
+            change: None,
+            error: None,
+            nodes: start.into_iter().map(|node| frame.apply(node)).collect(),
+            frame,
+            plan,
+            random,
+            online: None,
+        })
+    }
+
+    /// Trains a lattice on scattered points: [`Self::new`], then [`Self::train`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::new`]; [`Error::Interrupted`] if the observer stops it.
     pub fn fit(
         points: &[DVec3],
         lattice: Lattice,
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        point_cloud::check(points)?;
-        let plan = Plan::new(points, &lattice, options)?;
-        online::train(points, lattice, &plan, observer)
+        let mut map = Self::new(points, lattice, options)?;
+        map.train(points, observer)?;
+        Ok(map)
     }
 
-    /// The same map in another frame: nodes moved by `f`, a similarity that scales lengths by
-    /// `scale`.
-    pub(crate) fn mapped(mut self, scale: f64, f: impl Fn(DVec3) -> DVec3) -> Self {
-        self.codebook.iter_mut().for_each(|node| *node = f(*node));
-        self.change = self.change.map(|change| change * scale);
-        self
-    }
-
-    /// Mean distance from a point to its nearest node, in the points' unit.
+    /// Goes on until one of the criteria of step 7 ends the training, on the points that the map
+    /// was made for. A training that has ended stays as it is.
+    ///
+    /// The same seed gives the same bits on any number of threads. A step of online training costs
+    /// O(m), an epoch of batch training O(n log m + m (rows + cols)) on a quadrilateral grid.
     ///
     /// # Errors
     ///
-    /// [`Error::Interrupted`] if the observer stops it. Of no points the mean is NaN.
-    pub fn quantization_error(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<f64> {
-        let now = Progress {
-            stage: Stage::Measuring,
-            step: 0,
-            total: points.len() as u64,
-            change: None,
-            reached: 0,
-            points: points.len(),
-        };
-        let mut sum = 0.0;
-        let mut report = || progress::report(observer, &now);
-        let nodes = bmu::Nodes::new(&self.codebook);
-        nodes.visit_distances(points, &mut report, |_, squared| sum += squared.sqrt())?;
-        let count = points.len() as f64;
-        Ok(sum / count)
-    }
-}
-
-/// [`SomOptions`] with everything decided and checked.
-struct Plan {
-    seed: u64,
-    gain: GaussianDecay,
-    radius: GaussianDecay,
-    ordered_at: u64,
-    max_steps: u64,
-    reach: f64,
-    min_change: f64,
-    epoch: u64,
-}
-
-impl Plan {
-    fn new(points: &[DVec3], lattice: &Lattice, options: &SomOptions) -> Result<Self> {
-        let diagonal = Bounds::of(points).diagonal();
-        let spacing = diagonal / (lattice.len() as f64).sqrt();
-        let max_steps = options.max_steps.unwrap_or(STEPS_PER_NODE * lattice.len() as u64);
-        if max_steps == 0 {
-            return Err(Error::parameter("max_steps", "at least 1", max_steps));
+    /// [`Error::Interrupted`] if the observer stops it; the map keeps what it has learned, and may
+    /// be trained on with the same result as without the interruption. [`Error::Parameter`] if
+    /// these are not the points that the map was made for.
+    pub fn train(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
+        let bounds = Bounds::of(points);
+        let same =
+            points.len() as u64 == self.plan.epoch_points && Frame::of(&bounds) == self.frame;
+        if !same {
+            let must = format!("the {} points that the map was made for", self.plan.epoch_points);
+            return Err(Error::parameter("points", must, format!("{} others", points.len())));
         }
-        let (steps, half_the_points) = (max_steps as f64, points.len() as f64 / 2.0);
-        let farthest = lattice.diameter() as f64;
-        // The paper starts at half the number of points. A radius beyond the lattice's diameter
-        // reaches no further node, so that time spent above it would order nothing.
-        let start = half_the_points.min(farthest);
-        let radius_scale = options
-            .radius_scale
-            .unwrap_or_else(|| GaussianDecay::scale_for(start, 1.0, ORDERING_SHARE * steps));
-        let radius = GaussianDecay { start, scale: positive("radius_scale", radius_scale)? };
-        let gain_scale = options.gain_scale.unwrap_or(GAIN_SCALE_SHARE * steps);
-        let gain = GaussianDecay::gain(positive("gain_scale", gain_scale)?);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a time is not negative; the cast saturates, and no training is as long"
-        )]
-        let ordered_at = radius.time_of(1.0).ceil() as u64;
-        Ok(Self {
-            seed: options.seed,
-            gain,
-            radius,
-            ordered_at,
-            max_steps,
-            reach: positive("reach", options.reach.unwrap_or(REACH * diagonal))?,
-            min_change: positive("min_change", options.min_change.unwrap_or(MIN_CHANGE * spacing))?,
-            epoch: points.len().min(EPOCH_PER_NODE * lattice.len()) as u64,
-        })
+        match self.plan.training {
+            Training::Batch => batch::train(self, points, &bounds, observer),
+            Training::Online => online::train(self, points, observer),
+        }
+    }
+
+    /// The nodes' positions, row by row, in the points' unit.
+    #[must_use]
+    pub fn codebook(&self) -> Vec<DVec3> {
+        self.nodes.iter().map(|&node| self.frame.undo(node)).collect()
+    }
+
+    /// The radius of the neighbourhood at the next step, in cells.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.plan.radius_at(self.steps)
+    }
+
+    /// How nodes learn.
+    #[must_use]
+    pub fn training(&self) -> Training {
+        self.plan.training
+    }
+
+    /// Step 7's criterion for many points, at the end of an epoch.
+    fn settled(&self) -> bool {
+        let rests = |change| change <= self.plan.min_change;
+        self.plan.ordered_after(self.steps) && self.change.is_some_and(rests)
+    }
+
+    /// Step 7's criterion for all.
+    fn stop_at_last_step(&mut self) {
+        if self.stopped_by == StoppedBy::Unfinished && self.steps >= self.plan.max_steps {
+            self.stopped_by = StoppedBy::MaxSteps;
+        }
+    }
+
+    /// Takes over what the sums of an epoch say of the lattice.
+    fn note(&mut self, sums: &BatchSums) {
+        self.error = Some(sums.mean_distance());
+        self.reached = usize::try_from(sums.reached).unwrap_or(usize::MAX);
+    }
+
+    /// Reports how far the training is.
+    fn report(&self, observer: &mut dyn Observer) -> Result<()> {
+        let progress = Progress {
+            stage: Stage::Training,
+            step: self.steps,
+            total: self.plan.max_steps.max(self.steps),
+            change: self.change,
+            error: self.error,
+            radius: Some(self.radius()),
+            reached: self.reached,
+            points: usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX),
+        };
+        progress::report(observer, &progress)
+    }
+
+    /// Shows a finished epoch.
+    fn show(&self, nodes: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
+        let lattice: Vec<DVec3> = nodes.iter().map(|&node| self.frame.undo(node)).collect();
+        let epoch = Epoch {
+            step: self.steps,
+            error: self.error.unwrap_or(f64::NAN),
+            radius: self.plan.radius_at(self.steps.saturating_sub(1)),
+            change: self.change.unwrap_or(f64::NAN),
+            lattice: &lattice,
+        };
+        progress::show(observer, &epoch)
     }
 }

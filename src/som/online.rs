@@ -1,130 +1,198 @@
 //! Training with one point at a time: the paper's algorithm.
 
 use glam::DVec3;
-use rand::SeedableRng;
-use rand_pcg::Pcg64;
 
-use super::bmu::{Nodes, VISITS_PER_REPORT};
-use super::{Lattice, Plan, SelfOrganizingMap, StoppedBy, initialize, presentation};
+use super::field::Field;
+use super::graph::Visits;
+use super::options::Neighborhood;
+use super::presentation::Order;
+use super::smoothing::edges_within;
+use super::{SelfOrganizingMap, StoppedBy};
 use crate::error::Result;
-use crate::progress::{self, Observer, Progress, Stage};
+use crate::progress::Observer;
 
-/// Runs the paper's steps 1 to 7.
+/// Pairs of point and node compared between two reports: a few milliseconds.
+const VISITS_PER_REPORT: usize = 1 << 22;
+
+/// What online training remembers between presentations.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct OnlineState {
+    pub(super) order: Order,
+    /// Whether each point lay on the lattice when it was last presented.
+    pub(super) on_lattice: Vec<bool>,
+    /// Where the nodes were when the epoch began.
+    pub(super) epoch_start: Vec<DVec3>,
+    /// Sum of the distances from points to their winners since then.
+    pub(super) distance: f64,
+}
+
+impl OnlineState {
+    pub(super) fn new(order: Order, nodes: &[DVec3]) -> Self {
+        let on_lattice = vec![false; order.points];
+        Self { order, on_lattice, epoch_start: nodes.to_vec(), distance: 0.0 }
+    }
+}
+
+/// Runs the paper's steps 2 to 7 until a criterion ends them.
 pub(super) fn train(
+    map: &mut SelfOrganizingMap,
     points: &[DVec3],
-    lattice: Lattice,
-    plan: &Plan,
     observer: &mut dyn Observer,
-) -> Result<SelfOrganizingMap> {
-    let mut rng = Pcg64::seed_from_u64(plan.seed);
-    // STEP 1
-    let mut nodes = Nodes::new(&initialize::around_centroid(points, lattice.len(), &mut rng));
-    let mut epoch = Epoch::new(points.len(), &nodes);
-    let report_every = (VISITS_PER_REPORT / lattice.len()).max(1) as u64;
-    let reach_squared = plan.reach * plan.reach;
-    let mut stopped_by = StoppedBy::MaxSteps;
-    let mut step = 0;
-    while step < plan.max_steps {
-        if step % report_every == 0 {
-            progress::report(observer, &epoch.progress(step, plan.max_steps))?;
+) -> Result<()> {
+    let mut state = match map.online.take() {
+        Some(state) => state,
+        None => OnlineState::new(Order::new(map.plan.presentation, points.len()), &map.nodes),
+    };
+    let mut field = Field::new(&map.nodes, &map.lattice);
+    let result = present_points(map, &mut state, &mut field, points, observer);
+    map.nodes = field.positions().collect();
+    map.online = Some(state);
+    result
+}
+
+fn present_points(
+    map: &mut SelfOrganizingMap,
+    state: &mut OnlineState,
+    field: &mut Field,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let report_every = (VISITS_PER_REPORT / map.lattice.len()).max(1) as u64;
+    let reach_squared = map.plan.reach * map.plan.reach;
+    let mut visits = Visits::default();
+    while map.stopped_by == StoppedBy::Unfinished {
+        if map.steps.is_multiple_of(report_every) {
+            map.report(observer)?;
         }
-        step += 1;
         // STEP 2
-        let index = presentation::random(points.len(), &mut rng);
-        let point = points[index];
-        // STEPS 3 and 4
-        let (winner, distance_squared) = nodes.nearest(point);
-        epoch.note(index, distance_squared <= reach_squared);
-        // STEPS 5 and 6
-        let gain = plan.gain.at(step);
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the paper's radius counts whole edges; it lies between 0 and the diameter"
-        )]
-        let radius = if step < plan.ordered_at { plan.radius.at(step) as usize } else { 0 };
-        for range in lattice.neighborhood(winner, radius) {
-            nodes.attract(range, point, gain);
+        let Some(index) = state.order.next(&mut map.random) else {
+            map.stopped_by = StoppedBy::Reached;
+            break;
+        };
+        let point = map.frame.apply(points[index]);
+        // STEPS 3 to 6
+        let squared = present(map, field, &mut visits, point);
+        state.distance += squared.sqrt();
+        let reached = squared <= reach_squared;
+        let before = std::mem::replace(&mut state.on_lattice[index], reached);
+        map.reached = map.reached + usize::from(reached) - usize::from(before);
+        if reached && map.steps >= map.plan.ordered_at {
+            state.order.retire();
         }
         // STEP 7
-        if step % plan.epoch == 0 {
-            epoch.finish(&nodes);
-            if epoch.reached == points.len() {
+        let mut shown = Ok(());
+        if map.steps.is_multiple_of(map.plan.epoch_steps) {
+            shown = end_epoch(map, state, field, observer);
+            if map.reached == points.len() {
                 // A step since may have drawn a node away from a point: look again at all.
-                let now = epoch.progress(step, plan.max_steps);
-                let mut report = || progress::report(observer, &now);
-                nodes.visit_distances(points, &mut report, |index, distance_squared| {
-                    epoch.note(index, distance_squared <= reach_squared);
-                })?;
+                map.reached = count_reached(map, state, field, points);
             }
-            if epoch.reached == points.len() {
-                stopped_by = StoppedBy::Reached;
-                break;
-            }
-            if step >= plan.ordered_at
-                && epoch.change.is_some_and(|change| change <= plan.min_change)
-            {
-                stopped_by = StoppedBy::Settled;
-                break;
+            if map.reached == points.len() {
+                map.stopped_by = StoppedBy::Reached;
+            } else if map.settled() {
+                map.stopped_by = StoppedBy::Settled;
             }
         }
+        map.stop_at_last_step();
+        shown?;
     }
-    progress::report(observer, &epoch.progress(step, plan.max_steps))?;
-    Ok(SelfOrganizingMap {
-        lattice,
-        codebook: nodes.positions().collect(),
-        steps: step,
-        ordered_at: plan.ordered_at,
-        stopped_by,
-        reached: epoch.reached,
-        change: epoch.change,
-    })
+    map.reached = count_reached(map, state, field, points);
+    map.report(observer)
 }
 
-/// What is known of the points and the lattice since the last epoch.
-struct Epoch {
-    /// Whether each point lay on the lattice when it was last presented.
-    on_lattice: Vec<bool>,
-    /// How many of them did.
-    reached: usize,
-    /// Where the nodes were when the epoch began.
-    start: Vec<DVec3>,
-    /// Largest move of a node during the last finished epoch.
-    change: Option<f64>,
+/// Presents points that come and go, each once: those of a distribution or of a chunk.
+pub(super) fn present_chunk(
+    map: &mut SelfOrganizingMap,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let mut state = match map.online.take() {
+        Some(state) => state,
+        None => OnlineState::new(Order::new(map.plan.presentation, 0), &map.nodes),
+    };
+    let mut field = Field::new(&map.nodes, &map.lattice);
+    let mut visits = Visits::default();
+    let mut result = map.report(observer);
+    for &point in points {
+        if result.is_err() {
+            break;
+        }
+        let point = map.frame.apply(point);
+        state.distance += present(map, &mut field, &mut visits, point).sqrt();
+        if map.steps.is_multiple_of(map.plan.epoch_steps) {
+            result = end_epoch(map, &mut state, &field, observer);
+        }
+    }
+    map.nodes = field.positions().collect();
+    map.online = Some(state);
+    result
 }
 
-impl Epoch {
-    fn new(points: usize, nodes: &Nodes) -> Self {
-        Self {
-            on_lattice: vec![false; points],
-            reached: 0,
-            start: nodes.positions().collect(),
-            change: None,
+/// The paper's steps 3 to 6: the winner, its neighbourhood, and their move. Returns the square of
+/// the winner's distance before.
+fn present(
+    map: &mut SelfOrganizingMap,
+    field: &mut Field,
+    visits: &mut Visits,
+    point: DVec3,
+) -> f64 {
+    map.steps += 1;
+    let plan = &map.plan;
+    let (winner, squared) = field.nearest(point);
+    let gain = plan.gain.at(map.steps, plan.max_steps);
+    let radius = plan.radius_at(map.steps);
+    match (plan.neighborhood, map.lattice.as_graph()) {
+        (Neighborhood::Gaussian, None) => {
+            field.attract_gaussian(&map.lattice, winner, point, gain, radius);
+        }
+        (Neighborhood::Gaussian, Some(graph)) => {
+            graph.visit(winner, usize::MAX, visits, |node, hops| {
+                // The winner itself moves even when the radius is zero.
+                let distance = if hops == 0 { 0.0 } else { hops as f64 / radius };
+                field.attract(node..node + 1, point, gain * (-0.5 * distance * distance).exp());
+            });
+        }
+        (Neighborhood::Bubble, None) => {
+            let attract = |nodes| field.attract(nodes, point, gain);
+            map.lattice.visit_ball(winner, edges_within(radius), attract);
+        }
+        (Neighborhood::Bubble, Some(graph)) => {
+            let attract = |node, _| field.attract(node..node + 1, point, gain);
+            graph.visit(winner, edges_within(radius), visits, attract);
         }
     }
+    squared
+}
 
-    fn note(&mut self, index: usize, on_lattice: bool) {
-        let before = std::mem::replace(&mut self.on_lattice[index], on_lattice);
-        self.reached = self.reached + usize::from(on_lattice) - usize::from(before);
+/// Notes what an epoch has changed, and shows it.
+fn end_epoch(
+    map: &mut SelfOrganizingMap,
+    state: &mut OnlineState,
+    field: &Field,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let mut farthest: f64 = 0.0;
+    for (start, now) in state.epoch_start.iter_mut().zip(field.positions()) {
+        farthest = farthest.max(start.distance_squared(now));
+        *start = now;
     }
+    map.change = Some(farthest.sqrt());
+    map.error = Some(std::mem::take(&mut state.distance) / map.plan.epoch_steps as f64);
+    map.show(&state.epoch_start, observer)
+}
 
-    fn finish(&mut self, nodes: &Nodes) {
-        let mut farthest: f64 = 0.0;
-        for (start, now) in self.start.iter_mut().zip(nodes.positions()) {
-            farthest = farthest.max(start.distance_squared(now));
-            *start = now;
-        }
-        self.change = Some(farthest.sqrt());
-    }
-
-    fn progress(&self, step: u64, total: u64) -> Progress {
-        Progress {
-            stage: Stage::Training,
-            step,
-            total,
-            change: self.change,
-            reached: self.reached,
-            points: self.on_lattice.len(),
-        }
-    }
+/// How many points lie on the lattice as it is.
+fn count_reached(
+    map: &SelfOrganizingMap,
+    state: &mut OnlineState,
+    field: &Field,
+    points: &[DVec3],
+) -> usize {
+    let nodes: Vec<DVec3> = field.positions().collect();
+    let reach_squared = map.plan.reach * map.plan.reach;
+    state.on_lattice = super::search::distances_squared(&nodes, &map.frame, points)
+        .into_iter()
+        .map(|squared| squared <= reach_squared)
+        .collect();
+    state.on_lattice.iter().filter(|&&reached| reached).count()
 }

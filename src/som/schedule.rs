@@ -2,51 +2,189 @@
 
 use std::f64::consts::PI;
 
-/// A Gaussian of time, `start · exp(-(t / scale)² / 2)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GaussianDecay {
-    /// Value at time 0.
-    pub start: f64,
-    /// The scale on the time axis, in steps: the paper's q for the gain, s for the radius.
-    pub scale: f64,
+use crate::error::{Error, Result};
+
+/// The paper's gain at time 0: `1 / √(2π)`, about 0.4.
+pub(super) fn paper_gain() -> f64 {
+    (2.0 * PI).sqrt().recip()
 }
 
-impl GaussianDecay {
-    /// The paper's gain: it starts at `1 / √(2π)`, about 0.4.
+/// A quantity that changes in the course of a training: of gain, the share of their way that nodes
+/// move; of radius, how far on the lattice the neighbourhood reaches, in cells.
+///
+/// ```
+/// use neurbs::som::Schedule;
+/// let radius = Schedule::Linear { start: 5.0, end: 1.0 };
+/// assert_eq!(radius.at(50, 100), 3.0);
+/// let paper = Schedule::Gaussian { start: Some(6.5), scale: Some(500.0) };
+/// assert!((paper.at(500, 1) - 6.5 * (-0.5_f64).exp()).abs() < 1e-12);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Schedule {
+    /// The paper's: `start · exp(-(t / scale)² / 2)` with t in steps. `None`: derived from points,
+    /// lattice and number of steps, as the option says.
+    Gaussian {
+        /// Value at time 0.
+        start: Option<f64>,
+        /// The scale on the time axis, in steps: the paper's q for the gain, s for the radius.
+        scale: Option<f64>,
+    },
+    /// A straight line from the first step to the last.
+    Linear {
+        /// Value at the first step.
+        start: f64,
+        /// Value at the last step.
+        end: f64,
+    },
+    /// The same factor from step to step.
+    Exponential {
+        /// Value at the first step.
+        start: f64,
+        /// Value at the last step.
+        end: f64,
+    },
+    /// Always the same.
+    Constant(f64),
+    /// Given values at equal distances from the first step to the last, straight lines between.
+    Table(Vec<f64>),
+}
+
+impl Schedule {
+    /// The value at `step` of a training in which `last` is the last step; later it stays.
+    ///
+    /// A Gaussian with parts left out counts as one that starts at 1 with a third of the steps as
+    /// its scale.
     #[must_use]
-    pub fn gain(scale: f64) -> Self {
-        Self { start: (2.0 * PI).sqrt().recip(), scale }
+    pub fn at(&self, step: u64, last: u64) -> f64 {
+        let share = || if last == 0 { 1.0 } else { (step.min(last) as f64) / last as f64 };
+        match *self {
+            Self::Gaussian { start, scale } => {
+                let scale = scale.unwrap_or(GAIN_SCALE_SHARE * last as f64);
+                let t = step as f64 / scale;
+                start.unwrap_or(1.0) * (-0.5 * t * t).exp()
+            }
+            Self::Linear { start, end } => start + (end - start) * share(),
+            Self::Exponential { start, end } => start * (end / start).powf(share()),
+            Self::Constant(value) => value,
+            Self::Table(ref values) => {
+                let place = share() * (values.len() - 1) as f64;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a place in the table"
+                )]
+                let before = (place as usize).min(values.len().saturating_sub(2));
+                let after = (before + 1).min(values.len() - 1);
+                values[before] + (values[after] - values[before]) * (place - before as f64)
+            }
+        }
     }
 
-    /// The value after `step` steps.
-    #[must_use]
-    pub fn at(&self, step: u64) -> f64 {
-        let t = step as f64 / self.scale;
-        self.start * (-0.5 * t * t).exp()
-    }
-
-    /// When it falls to `value`, in steps: `scale · √(2 ln(start / value))`, and 0 if it starts
-    /// below. For a radius and the value 1 this is the paper's t₀.
+    /// The first step at which the value is under `limit`, if it falls; for a radius and 1 this is
+    /// the paper's t₀, from which on only the winner moves. A Gaussian's is
+    /// `scale · √(2 ln(start / limit))`, rounded up, and may lie beyond the last step; the others'
+    /// are at most `last + 1`, which stands for never.
     ///
     /// ```
-    /// use neurbs::som::GaussianDecay;
-    /// let radius = GaussianDecay { start: 6.5, scale: 500.0 };
-    /// let t0 = radius.time_of(1.0);
-    /// assert!((t0 - 967.4).abs() < 0.1);
-    /// assert!(radius.at(967) > 1.0 && radius.at(968) < 1.0);
+    /// use neurbs::som::Schedule;
+    /// let radius = Schedule::Gaussian { start: Some(6.5), scale: Some(500.0) };
+    /// assert_eq!(radius.falls_under(1.0, 100), 968);
+    /// assert!(radius.at(967, 100) > 1.0 && radius.at(968, 100) < 1.0);
+    /// assert_eq!(Schedule::Constant(2.0).falls_under(1.0, 100), 101);
     /// ```
     #[must_use]
-    pub fn time_of(&self, value: f64) -> f64 {
-        self.scale * unit_time(self.start, value)
+    pub fn falls_under(&self, limit: f64, last: u64) -> u64 {
+        if let Self::Gaussian { start, scale } = *self {
+            let scale = scale.unwrap_or(GAIN_SCALE_SHARE * last as f64);
+            let time = scale * unit_time(start.unwrap_or(1.0), limit);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a time is not negative; the cast saturates, and no training is as long"
+            )]
+            return time.ceil() as u64;
+        }
+        if let Self::Table(values) = self {
+            // Values of a table may go up and down: it is under the limit after the last above.
+            let above = values.iter().rposition(|&value| value >= limit);
+            let places = (values.len() - 1).max(1) as u64;
+            let step = above.map_or(0, |place| 1 + place as u64 * last / places);
+            return (step..=last).find(|&step| self.at(step, last) < limit).unwrap_or(last + 1);
+        }
+        // The others fall, or they stay.
+        let (mut low, mut high) = (0, last + 1);
+        while low < high {
+            let middle = low + (high - low) / 2;
+            if self.at(middle, last) < limit { high = middle } else { low = middle + 1 }
+        }
+        low
     }
 
-    /// The scale that lets it fall from `start` to `value` after `steps` steps; `steps` if it
-    /// starts below.
-    #[must_use]
-    pub fn scale_for(start: f64, value: f64, steps: f64) -> f64 {
-        let unit = unit_time(start, value);
-        if unit > 0.0 { steps / unit } else { steps }
+    /// Whether the value changes no more after `step`.
+    pub(super) fn rests_after(&self, step: u64, last: u64) -> bool {
+        step >= last || matches!(self, Self::Constant(_))
     }
+
+    /// The same schedule, with what a Gaussian leaves out filled in.
+    pub(super) fn or(self, default_start: f64, default_scale: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::Gaussian { start, scale } => {
+                let start = start.unwrap_or(default_start);
+                let scale = scale.unwrap_or_else(|| default_scale(start));
+                Self::Gaussian { start: Some(start), scale: Some(scale) }
+            }
+            other => other,
+        }
+    }
+
+    /// Checks that all its values are numbers from 0 to `most`.
+    pub(super) fn check(&self, name: &'static str, most: f64) -> Result<()> {
+        let value = |value: f64| {
+            if (0.0..=most).contains(&value) && value.is_finite() {
+                return Ok(());
+            }
+            let must = if most.is_finite() {
+                "from 0 to 1 at every step"
+            } else {
+                "finite and at least 0 at every step"
+            };
+            Err(Error::parameter(name, must, value))
+        };
+        let positive = |part: f64| {
+            if part > 0.0 && part.is_finite() {
+                return Ok(());
+            }
+            Err(Error::parameter(name, "such that its start, end and scale are positive", part))
+        };
+        match self {
+            Self::Gaussian { start, scale } => {
+                scale.map_or(Ok(()), positive)?;
+                start.map_or(Ok(()), value)
+            }
+            Self::Exponential { start, end } => {
+                positive(*start)?;
+                positive(*end)?;
+                value(*start)?;
+                value(*end)
+            }
+            Self::Linear { start, end } => value(*start).and_then(|()| value(*end)),
+            Self::Constant(constant) => value(*constant),
+            Self::Table(values) if values.is_empty() => {
+                Err(Error::parameter(name, "a table of at least one value", "an empty one"))
+            }
+            Self::Table(values) => values.iter().try_for_each(|&v| value(v)),
+        }
+    }
+}
+
+/// The gain's scale q as a share of the steps: the gain ends at `exp(-4.5)`, 1 % of its start.
+pub(super) const GAIN_SCALE_SHARE: f64 = 1.0 / 3.0;
+
+/// The scale that lets a Gaussian fall from `start` to `value` after `steps` steps; `steps` if it
+/// starts below.
+pub(super) fn scale_for(start: f64, value: f64, steps: f64) -> f64 {
+    let unit = unit_time(start, value);
+    if unit > 0.0 { steps / unit } else { steps }
 }
 
 /// When a Gaussian of scale 1 falls from `start` to `value`.
@@ -60,14 +198,55 @@ mod tests {
 
     #[test]
     fn scale_and_time_are_inverse() {
-        let scale = GaussianDecay::scale_for(40.0, 1.0, 1234.0);
-        let radius = GaussianDecay { start: 40.0, scale };
-        assert!((radius.time_of(1.0) - 1234.0).abs() < 1e-9);
+        let scale = scale_for(40.0, 1.0, 1234.0);
+        let radius = Schedule::Gaussian { start: Some(40.0), scale: Some(scale) };
+        assert!((1234..=1235).contains(&radius.falls_under(1.0, 1)));
     }
 
     #[test]
     fn a_radius_under_one_is_zero_from_the_beginning() {
-        assert_eq!(GaussianDecay { start: 0.5, scale: 10.0 }.time_of(1.0), 0.0);
-        assert_eq!(GaussianDecay::scale_for(0.5, 1.0, 10.0), 10.0);
+        let radius = Schedule::Gaussian { start: Some(0.5), scale: Some(10.0) };
+        assert_eq!(radius.falls_under(1.0, 100), 0);
+        assert_eq!(scale_for(0.5, 1.0, 10.0), 10.0);
+    }
+
+    #[test]
+    fn falling_under_is_what_at_says() {
+        let schedules = [
+            Schedule::Linear { start: 7.0, end: 0.0 },
+            Schedule::Exponential { start: 9.0, end: 0.3 },
+            Schedule::Table(vec![4.0, 0.5, 3.0, 0.0]),
+        ];
+        for schedule in schedules {
+            let step = schedule.falls_under(1.0, 1000);
+            assert!(schedule.at(step, 1000) < 1.0 && schedule.at(step - 1, 1000) >= 1.0);
+            assert_eq!(schedule.at(1000, 1000), schedule.at(5000, 1000));
+        }
+    }
+
+    #[test]
+    fn ends_and_middles_of_each_kind() {
+        let table = Schedule::Table(vec![4.0, 2.0, 0.0]);
+        assert_eq!([0, 25, 50, 100].map(|t| table.at(t, 100)), [4.0, 3.0, 2.0, 0.0]);
+        assert_eq!(Schedule::Table(vec![4.0]).at(3, 9), 4.0);
+        let exponential = Schedule::Exponential { start: 8.0, end: 2.0 };
+        assert_eq!([0, 1, 2].map(|t| exponential.at(t, 2)), [8.0, 4.0, 2.0]);
+    }
+
+    #[test]
+    fn bad_values_are_refused_by_name() {
+        let bad = [
+            Schedule::Constant(-1.0),
+            Schedule::Constant(1.5),
+            Schedule::Linear { start: 0.5, end: f64::NAN },
+            Schedule::Exponential { start: 0.5, end: 0.0 },
+            Schedule::Gaussian { start: None, scale: Some(0.0) },
+            Schedule::Table(vec![]),
+            Schedule::Table(vec![0.5, 2.0]),
+        ];
+        for schedule in bad {
+            let message = schedule.check("gain", 1.0).unwrap_err().to_string();
+            assert!(message.starts_with("gain must be"), "{message}");
+        }
     }
 }

@@ -93,7 +93,7 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
     [
         ("method", "fit", "method must be 'paper', got 'fit'"),
         ("method", 3, "method must be 'paper', got 3"),
-        ("grid", (1, 5), r"grid must be \(rows, cols\) of at least 2 each"),
+        ("grid", (1, 5), r"grid must be \(rows, cols\) of at least \(2, 2\)"),
         ("grid", (10**6, 10**6), "at most 16777216 nodes in all, got .1000000, 1000000."),
         ("grid", 5, "grid must be two integers from 0, got 5"),
         ("grid", (-4, 5), r"grid must be two integers from 0, got \(-4, 5\)"),

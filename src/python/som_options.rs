@@ -1,0 +1,126 @@
+//! Python's keyword arguments as the options of a training, and back.
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+use super::arguments;
+use super::arrays::Numbers;
+use super::errors::bad_argument;
+use crate::som::{Init, Kernel, Neighborhood, Presentation, Schedule, SomOptions, Training};
+
+/// Places at which a callable schedule is asked. Straight lines between so many of them differ
+/// from a smooth curve by less than a millionth of its height.
+const PLACES: u32 = 4097;
+
+/// The options, from a dict with an entry for each of them.
+pub(super) fn options(values: &Bound<'_, PyDict>) -> PyResult<SomOptions> {
+    let entry = |name: &str| -> PyResult<Bound<'_, PyAny>> {
+        values.get_item(name)?.ok_or_else(|| pyo3::exceptions::PyKeyError::new_err(name.to_owned()))
+    };
+    let given = |name: &str| Ok::<_, PyErr>(Some(entry(name)?).filter(|value| !value.is_none()));
+    let count = |name| arguments::optional_count(name, given(name)?.as_ref());
+    let real = |name| arguments::optional_real(name, given(name)?.as_ref());
+    let kernel =
+        |name: &Bound<'_, PyAny>| arguments::choice("kernel", &Kernel::ALL, Kernel::name, name);
+    Ok(SomOptions {
+        training: arguments::choice(
+            "training",
+            &Training::ALL,
+            Training::name,
+            &entry("training")?,
+        )?,
+        init: init(&entry("init")?)?,
+        neighborhood: arguments::choice(
+            "neighborhood",
+            &Neighborhood::ALL,
+            Neighborhood::name,
+            &entry("neighborhood")?,
+        )?,
+        kernel: given("kernel")?.as_ref().map(kernel).transpose()?,
+        presentation: arguments::choice(
+            "presentation",
+            &Presentation::ALL,
+            Presentation::name,
+            &entry("presentation")?,
+        )?,
+        gain: given("gain")?.map(|value| schedule("gain", &value)).transpose()?,
+        radius: given("radius")?.map(|value| schedule("radius", &value)).transpose()?,
+        epochs: count("epochs")?,
+        max_steps: count("max_steps")?,
+        reach: real("reach")?,
+        min_change: real("min_change")?,
+        seed: arguments::count("seed", &entry("seed")?)?,
+    })
+}
+
+/// The defaults of the options, or the paper's, as the core has them.
+#[pyfunction]
+pub(super) fn som_options(py: Python<'_>, paper: bool) -> PyResult<Bound<'_, PyDict>> {
+    let options = if paper { SomOptions::paper() } else { SomOptions::default() };
+    let SomOptions { training, init, neighborhood, kernel, presentation, .. } = &options;
+    let dict = PyDict::new(py);
+    dict.set_item("training", training.name())?;
+    dict.set_item("init", init.name())?;
+    dict.set_item("neighborhood", neighborhood.name())?;
+    dict.set_item("kernel", kernel.map(Kernel::name))?;
+    dict.set_item("presentation", presentation.name())?;
+    for (name, schedule) in [("gain", &options.gain), ("radius", &options.radius)] {
+        dict.set_item(name, schedule.as_ref().map(|schedule| format!("{schedule:?}")))?;
+    }
+    dict.set_item("epochs", options.epochs)?;
+    dict.set_item("max_steps", options.max_steps)?;
+    dict.set_item("reach", options.reach)?;
+    dict.set_item("min_change", options.min_change)?;
+    dict.set_item("seed", options.seed)?;
+    Ok(dict)
+}
+
+fn init(value: &Bound<'_, PyAny>) -> PyResult<Init> {
+    if let Ok(wanted) = value.extract::<String>() {
+        let found = Init::NAMED.into_iter().find(|init| init.name() == wanted);
+        let names: Vec<String> =
+            Init::NAMED.iter().map(|init| format!("'{}'", init.name())).collect();
+        let must = format!("{} or an array of positions", names.join(", "));
+        return found.ok_or_else(|| bad_argument("init", &must, value));
+    }
+    let expected = "a name or real numbers of shape (rows, cols, 3) or (nodes, 3)";
+    let shapes: [&[Option<usize>]; 2] = [&[None, None, Some(3)], &[None, Some(3)]];
+    let numbers = Numbers::new(value, "init", expected, &shapes)?;
+    Ok(Init::Given(numbers.as_slice()?.to_vec()))
+}
+
+/// A number, `("linear", start, end)` and the like, or a callable of the share of the training.
+fn schedule(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Schedule> {
+    let must = "a number, ('gaussian', start, scale), ('linear', start, end), \
+                ('exponential', start, end), ('table', values) or a callable";
+    if value.is_callable() {
+        let at = |place: u32| -> PyResult<f64> {
+            let share = f64::from(place) / f64::from(PLACES - 1);
+            let answer = value.call1((share,))?;
+            answer
+                .extract()
+                .map_err(|_| bad_argument(name, "a callable that returns numbers", &answer))
+        };
+        return Ok(Schedule::Table((0..PLACES).map(at).collect::<PyResult<_>>()?));
+    }
+    if let Ok(constant) = value.extract::<f64>() {
+        return Ok(Schedule::Constant(constant));
+    }
+    let wrong = || bad_argument(name, must, value);
+    let parts = value.cast::<PyTuple>().map_err(|_| wrong())?;
+    let kind: String = parts.get_item(0).and_then(|kind| kind.extract()).map_err(|_| wrong())?;
+    let part = |place: usize| -> PyResult<Option<f64>> {
+        match parts.get_item(place) {
+            Ok(part) if !part.is_none() => Ok(Some(part.extract().map_err(|_| wrong())?)),
+            _ => Ok(None),
+        }
+    };
+    let needed = |place: usize| part(place)?.ok_or_else(wrong);
+    match (kind.as_str(), parts.len()) {
+        ("gaussian", 1..=3) => Ok(Schedule::Gaussian { start: part(1)?, scale: part(2)? }),
+        ("linear", 3) => Ok(Schedule::Linear { start: needed(1)?, end: needed(2)? }),
+        ("exponential", 3) => Ok(Schedule::Exponential { start: needed(1)?, end: needed(2)? }),
+        ("table", 2) => Ok(Schedule::Table(parts.get_item(1)?.extract().map_err(|_| wrong())?)),
+        _ => Err(wrong()),
+    }
+}

@@ -1,0 +1,212 @@
+//! Points that come in chunks: parts of a large cloud, or a distribution of any length, in constant
+//! memory.
+
+use glam::DVec3;
+
+use super::lattice::Lattice;
+use super::options::{SomOptions, Training};
+use super::sums::BatchSums;
+use super::{SelfOrganizingMap, StoppedBy, batch, online};
+use crate::error::{Error, Result};
+use crate::point_cloud::{self, Bounds};
+use crate::progress::Observer;
+
+/// Points of a distribution that make an epoch, for each node: their mean lies within a sixth of
+/// their scatter.
+const EPOCH_PER_NODE: usize = 32;
+
+/// Fewest points of a distribution that make an epoch.
+const LEAST_EPOCH: usize = 4096;
+
+/// Points drawn at a time: 1.5 MB.
+const DRAW: usize = 1 << 16;
+
+/// Draws that many points of a distribution; see [`SelfOrganizingMap::fit_distribution`].
+pub type Sampler<'a> = dyn FnMut(usize) -> Result<Vec<DVec3>> + 'a;
+
+impl SelfOrganizingMap {
+    /// A map for points that come in chunks, of which the first is given: it decides the start and
+    /// the unit of `reach` and `min_change`. Its points are not learned yet.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::new`] has them.
+    pub fn for_chunks(first: &[DVec3], lattice: Lattice, options: &SomOptions) -> Result<Self> {
+        let epoch = (EPOCH_PER_NODE * lattice.len()).max(LEAST_EPOCH);
+        Self::of_sample(first, epoch as u64, lattice, options)
+    }
+
+    fn of_sample(
+        sample: &[DVec3],
+        epoch_points: u64,
+        lattice: Lattice,
+        options: &SomOptions,
+    ) -> Result<Self> {
+        Self::within(&point_cloud::checked_bounds(sample)?, sample, epoch_points, lattice, options)
+    }
+
+    /// What batch training wants to know of these points: any part of an epoch. Parts are merged
+    /// with [`BatchSums::merge`], in any order, and [`Self::learn`] ends the epoch.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, progress::Silent};
+    /// use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// let points: Vec<DVec3> = (0..400)
+    ///     .map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7)))
+    ///     .collect();
+    /// let lattice = Lattice::quad(5, 5)?;
+    /// let mut som = SelfOrganizingMap::new(&points, lattice, &SomOptions::default())?;
+    /// let whole = som.sums(&points, &mut Silent)?;
+    /// let mut parts = som.sums(&points[150..], &mut Silent)?;
+    /// parts.merge(&som.sums(&points[..150], &mut Silent)?)?;
+    /// assert_eq!(parts, whole);
+    /// som.learn(&parts, &mut Silent)?;
+    /// assert_eq!(som.steps, 1);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`]; [`Error::Parameter`] if points lie more than some hundred times farther
+    /// out than the first ones; [`Error::Interrupted`].
+    pub fn sums(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<BatchSums> {
+        let bounds = self.check_chunk(points)?;
+        batch::accumulate(self, points, &bounds, observer)
+    }
+
+    /// Ends an epoch of batch training: moves the lattice to where the sums want it. Its radius is
+    /// that of the epoch which follows those already learned.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the sums are of another map, of another state of it, or empty;
+    /// [`Error::Interrupted`] if the observer does not want to go on after this epoch.
+    pub fn learn(&mut self, sums: &BatchSums, observer: &mut dyn Observer) -> Result<()> {
+        sums.check(&self.frame, self.nodes.len(), self.steps)?;
+        if sums.points() == 0 {
+            return Err(Error::parameter("sums", "of at least one point", "none"));
+        }
+        batch::end_epoch(self, sums, observer)
+    }
+
+    /// Presents points of online training, each once, in their order. Gain and radius are those of
+    /// the steps which follow those already made.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::sums`] has them; what was presented before an interruption is kept.
+    pub fn present(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
+        self.check_chunk(points)?;
+        online::present_chunk(self, points, observer)
+    }
+
+    /// Learns a distribution from a sampler, which draws as many points as it is asked for. At most
+    /// 65,536 of them are held at a time.
+    ///
+    /// The first ones decide the start, as in [`Self::for_chunks`]. An epoch is 32 points a node,
+    /// at least 4096. Training ends when the lattice has settled or the steps are over; `reach` is
+    /// not asked, since a distribution is never all on the lattice (the paper's section 4).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, progress::Silent};
+    /// use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// let mut drawn = 0_u32;
+    /// let mut sampler = |count: usize| {
+    ///     let points = (0..count).map(|_| {
+    ///         drawn += 1;
+    ///         let (x, y) = (f64::from(drawn) * 0.618_034, f64::from(drawn) * 0.754_878);
+    ///         DVec3::new(x.fract(), y.fract(), 0.0)
+    ///     });
+    ///     Ok(points.collect())
+    /// };
+    /// let (lattice, options) = (Lattice::quad(8, 8)?, SomOptions::default());
+    /// let som = SelfOrganizingMap::fit_distribution(&mut sampler, lattice, &options, &mut Silent)?;
+    /// assert!(som.error.is_some_and(|error| error < 0.1));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of the sampler; [`Error::Parameter`] if it draws another number of points than it was
+    /// asked for; [`Error::NotFinite`]; [`Error::Interrupted`].
+    pub fn fit_distribution(
+        sampler: &mut Sampler<'_>,
+        lattice: Lattice,
+        options: &SomOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let first = draw(sampler, LEAST_EPOCH)?;
+        let mut map = Self::for_chunks(&first, lattice, options)?;
+        map.train_on_distribution(sampler, observer)?;
+        Ok(map)
+    }
+
+    /// Goes on with a distribution until the lattice has settled or the steps are over; as
+    /// [`Self::fit_distribution`] does, which begins with [`Self::for_chunks`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::fit_distribution`] has them; the map keeps what it has learned.
+    pub fn train_on_distribution(
+        &mut self,
+        sampler: &mut Sampler<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        let epoch = usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX);
+        while self.stopped_by == StoppedBy::Unfinished {
+            let shown = self.draw_epoch(epoch, sampler, observer)?;
+            if self.settled() {
+                self.stopped_by = StoppedBy::Settled;
+            }
+            self.stop_at_last_step();
+            shown?;
+        }
+        Ok(())
+    }
+
+    /// One epoch. The inner result is the observer's answer after it.
+    fn draw_epoch(
+        &mut self,
+        epoch: usize,
+        sampler: &mut Sampler<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Result<()>> {
+        let mut sums = BatchSums::new(self.frame, self.nodes.len(), self.steps);
+        let left = usize::try_from(self.plan.max_steps.saturating_sub(self.steps));
+        let (total, online) = match self.plan.training {
+            Training::Batch => (epoch, false),
+            Training::Online => (epoch.min(left.unwrap_or(usize::MAX)), true),
+        };
+        let mut drawn = 0;
+        while drawn < total {
+            let points = draw(sampler, DRAW.min(total - drawn))?;
+            drawn += points.len();
+            if online {
+                self.present(&points, observer)?;
+            } else {
+                sums.merge(&self.sums(&points, observer)?)?;
+            }
+        }
+        Ok(if online { Ok(()) } else { batch::end_epoch(self, &sums, observer) })
+    }
+
+    /// Checks points that come later, and returns their bounds.
+    fn check_chunk(&self, points: &[DVec3]) -> Result<Bounds> {
+        if points.is_empty() {
+            return Err(Error::parameter("points", "at least one", "none"));
+        }
+        point_cloud::check_finite(points)?;
+        let bounds = Bounds::of(points);
+        self.frame.check(&bounds)?;
+        Ok(bounds)
+    }
+}
+
+fn draw(sampler: &mut Sampler<'_>, count: usize) -> Result<Vec<DVec3>> {
+    let points = sampler(count)?;
+    if points.len() == count {
+        return Ok(points);
+    }
+    let must = format!("a source of as many points as asked for, {count}");
+    Err(Error::parameter("sampler", must, points.len()))
+}

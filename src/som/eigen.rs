@@ -1,0 +1,88 @@
+//! Eigenvalues and eigenvectors of small symmetric matrices, by Jacobi's rotations.
+
+/// Sweeps over all pairs; ten are enough for 100 rows, and convergence ends it earlier.
+const SWEEPS: usize = 60;
+
+/// The eigenvalues of a symmetric matrix, largest first, each with its vector of length 1.
+///
+/// `matrix` holds `size * size` numbers. O(size³) a sweep (Golub and Van Loan, Matrix Computations,
+/// section 8.5).
+pub(super) fn symmetric(mut matrix: Vec<f64>, size: usize) -> Vec<(f64, Vec<f64>)> {
+    let mut vectors = vec![0.0; size * size];
+    (0..size).for_each(|i| vectors[i * size + i] = 1.0);
+    let norm: f64 = matrix.iter().map(|value| value * value).sum();
+    for _ in 0..SWEEPS {
+        let off: f64 = pairs(size).map(|(p, q)| matrix[p * size + q].powi(2)).sum();
+        if off <= f64::EPSILON.powi(2) * norm {
+            break;
+        }
+        for (p, q) in pairs(size) {
+            rotate(&mut matrix, &mut vectors, size, p, q);
+        }
+    }
+    let mut order: Vec<usize> = (0..size).collect();
+    order.sort_by(|&a, &b| matrix[b * size + b].total_cmp(&matrix[a * size + a]));
+    let pair = |i: usize| (matrix[i * size + i], vectors[i * size..(i + 1) * size].to_vec());
+    order.into_iter().map(pair).collect()
+}
+
+fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..size).flat_map(move |p| (p + 1..size).map(move |q| (p, q)))
+}
+
+/// Turns axes p and q so that their mixed element becomes zero; rows of `vectors` turn with them.
+fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usize) {
+    let mixed = matrix[p * size + q];
+    if mixed == 0.0 {
+        return;
+    }
+    let theta = (matrix[q * size + q] - matrix[p * size + p]) / (2.0 * mixed);
+    let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
+    let cosine = 1.0 / tangent.hypot(1.0);
+    let sine = tangent * cosine;
+    let turn = |values: &mut [f64], a: usize, b: usize| {
+        let (at_a, at_b) = (values[a], values[b]);
+        values[a] = cosine * at_a - sine * at_b;
+        values[b] = sine * at_a + cosine * at_b;
+    };
+    for k in 0..size {
+        turn(matrix, p * size + k, q * size + k);
+        turn(vectors, p * size + k, q * size + k);
+    }
+    for k in 0..size {
+        turn(matrix, k * size + p, k * size + q);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    #[test]
+    fn vectors_are_stretched_by_their_values() {
+        let (size, mut random) = (30, Random::new(1));
+        let mut matrix = vec![0.0; size * size];
+        for i in 0..size {
+            for j in 0..=i {
+                let value = random.unit() - 0.5;
+                (matrix[i * size + j], matrix[j * size + i]) = (value, value);
+            }
+        }
+        let pairs = symmetric(matrix.clone(), size);
+        assert!(pairs.windows(2).all(|pair| pair[0].0 >= pair[1].0));
+        for (value, vector) in pairs {
+            for i in 0..size {
+                let row = &matrix[i * size..(i + 1) * size];
+                let image: f64 = row.iter().zip(&vector).map(|(a, b)| a * b).sum();
+                assert!((image - value * vector[i]).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn a_diagonal_is_its_own_answer() {
+        let pairs = symmetric(vec![1.0, 0.0, 0.0, 3.0], 2);
+        assert_eq!(pairs, [(3.0, vec![0.0, 1.0]), (1.0, vec![1.0, 0.0])]);
+    }
+}

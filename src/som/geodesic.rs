@@ -1,0 +1,263 @@
+//! Distances along the surface, and the flat map that keeps them: landmark Isomap.
+//!
+//! Tenenbaum, de Silva and Langford, A Global Geometric Framework for Nonlinear Dimensionality
+//! Reduction, Science 290 (2000); de Silva and Tenenbaum, Sparse multidimensional scaling using
+//! landmark points (2004).
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::eigen;
+
+/// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
+/// next fold.
+const NEIGHBORS: usize = 8;
+
+/// Points from which distances to all others are found.
+const LANDMARKS: usize = 120;
+
+/// Edges with their lengths, for each point.
+type Roads = Vec<Vec<(usize, f64)>>;
+
+/// Places in the plane whose distances are nearly those along the surface through the points;
+/// `None` if the points have no two dimensions. Costs O(n²) for n points.
+pub(super) fn unroll(points: &[DVec3]) -> Option<Vec<DVec2>> {
+    let roads = roads(points);
+    let landmarks = spread_out(points, LANDMARKS.min(points.len()));
+    embed(&roads, &landmarks)
+}
+
+/// Places in the plane for the nodes of a graph whose edges have length 1.
+pub(super) fn draw(nodes: usize, edges: &[(usize, usize)]) -> Option<Vec<DVec2>> {
+    let mut roads: Roads = vec![Vec::new(); nodes];
+    for &(a, b) in edges {
+        roads[a].push((b, 1.0));
+        roads[b].push((a, 1.0));
+    }
+    let step = nodes.div_ceil(LANDMARKS);
+    let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
+    embed(&roads, &landmarks)
+}
+
+/// Joins each point to its nearest ones, and pieces by their shortest bridge.
+fn roads(points: &[DVec3]) -> Roads {
+    let count = NEIGHBORS.min(points.len() - 1);
+    let nearest = |from: usize| {
+        let distance = |to: usize| (points[from].distance_squared(points[to]), to);
+        let mut all: Vec<(f64, usize)> =
+            (0..points.len()).filter(|&to| to != from).map(distance).collect();
+        all.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        all.truncate(count);
+        all
+    };
+    let found: Vec<Vec<(f64, usize)>> = (0..points.len()).into_par_iter().map(nearest).collect();
+    let mut roads: Roads = vec![Vec::new(); points.len()];
+    for (from, nearest) in found.into_iter().enumerate() {
+        for (squared, to) in nearest {
+            roads[from].push((to, squared.sqrt()));
+            roads[to].push((from, squared.sqrt()));
+        }
+    }
+    while let Some((from, to)) = shortest_bridge(points, &roads) {
+        let length = points[from].distance(points[to]);
+        roads[from].push((to, length));
+        roads[to].push((from, length));
+    }
+    roads
+}
+
+/// The shortest way from the piece of point 0 to the rest, if there is a rest.
+fn shortest_bridge(points: &[DVec3], roads: &Roads) -> Option<(usize, usize)> {
+    let reached: Vec<bool> = distances_from(roads, 0).iter().map(|d| d.is_finite()).collect();
+    let inside = (0..points.len()).into_par_iter().filter(|&i| reached[i]);
+    let shortest = |from: usize| {
+        let outside = (0..points.len()).filter(|&to| !reached[to]);
+        let bridge = outside.map(|to| (points[from].distance_squared(points[to]), from, to));
+        bridge.min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)))
+    };
+    let best = inside
+        .filter_map(shortest)
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    best.map(|(_, from, to)| (from, to))
+}
+
+/// `count` points, each as far as can be from those chosen before.
+fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
+    let mut chosen = vec![0];
+    let mut nearest: Vec<f64> = points.iter().map(|p| p.distance_squared(points[0])).collect();
+    while chosen.len() < count {
+        let farthest = (0..points.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
+        let farthest = farthest.unwrap_or(0);
+        chosen.push(farthest);
+        for (nearest, point) in nearest.iter_mut().zip(points) {
+            *nearest = nearest.min(point.distance_squared(points[farthest]));
+        }
+    }
+    chosen
+}
+
+/// Lengths of the shortest ways from one point to all (Dijkstra).
+fn distances_from(roads: &Roads, from: usize) -> Vec<f64> {
+    let mut distances = vec![f64::INFINITY; roads.len()];
+    distances[from] = 0.0;
+    let mut queue = BinaryHeap::from([Stop { distance: 0.0, node: from }]);
+    while let Some(Stop { distance, node }) = queue.pop() {
+        if distance > distances[node] {
+            continue;
+        }
+        for &(next, length) in &roads[node] {
+            let there = distance + length;
+            if there < distances[next] {
+                distances[next] = there;
+                queue.push(Stop { distance: there, node: next });
+            }
+        }
+    }
+    distances
+}
+
+/// A place in Dijkstra's queue; the nearest is the greatest.
+#[derive(PartialEq)]
+struct Stop {
+    distance: f64,
+    node: usize,
+}
+
+impl Eq for Stop {}
+
+impl Ord for Stop {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Stop {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// Classical scaling of the landmarks by their distances, then every other point by its distances
+/// to them; turned into the rectangle of least area, its long side along x.
+fn embed(roads: &Roads, landmarks: &[usize]) -> Option<Vec<DVec2>> {
+    let count = landmarks.len();
+    let squared: Vec<Vec<f64>> = landmarks
+        .par_iter()
+        .map(|&landmark| distances_from(roads, landmark).iter().map(|d| d * d).collect())
+        .collect();
+    let between = |a: usize, b: usize| 0.5 * (squared[a][landmarks[b]] + squared[b][landmarks[a]]);
+    let mean = |a: usize| (0..count).map(|b| between(a, b)).sum::<f64>() / count as f64;
+    let means: Vec<f64> = (0..count).map(mean).collect();
+    let whole = means.iter().sum::<f64>() / count as f64;
+    let centred = |i: usize| {
+        let (a, b) = (i / count, i % count);
+        -0.5 * (between(a, b) - means[a] - means[b] + whole)
+    };
+    let axes = eigen::symmetric((0..count * count).map(centred).collect(), count);
+    let [(first, along), (second, across)] = axes.get(..2)? else { return None };
+    if *second <= f64::EPSILON * first {
+        return None;
+    }
+    let place = |point: usize| {
+        let coordinate = |value: f64, axis: &[f64]| {
+            let terms = (0..count).map(|l| axis[l] * (squared[l][point] - means[l]));
+            -0.5 * terms.sum::<f64>() / value.sqrt()
+        };
+        DVec2::new(coordinate(*first, along), coordinate(*second, across))
+    };
+    let places: Vec<DVec2> = (0..roads.len()).into_par_iter().map(place).collect();
+    Some(straighten(&places))
+}
+
+/// Turns places so that the rectangle of least area around them has its long side along x.
+fn straighten(places: &[DVec2]) -> Vec<DVec2> {
+    let hull = hull(places);
+    let turned = |edge: DVec2, place: DVec2| DVec2::new(edge.dot(place), edge.perp_dot(place));
+    let size = |edge: DVec2| {
+        let turned = hull.iter().map(|&place| turned(edge, place));
+        let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (low, high) = turned.fold(empty, |(low, high), p| (low.min(p), high.max(p)));
+        high - low
+    };
+    let edges = (0..hull.len()).map(|i| (hull[(i + 1) % hull.len()] - hull[i]).normalize_or_zero());
+    let area = |edge: &DVec2| size(*edge).element_product();
+    let best = edges.filter(|edge| *edge != DVec2::ZERO).min_by(|a, b| area(a).total_cmp(&area(b)));
+    let edge = best.unwrap_or(DVec2::X);
+    let extent = size(edge);
+    let edge = if extent.x < extent.y { edge.perp() } else { edge };
+    places.iter().map(|&place| turned(edge, place)).collect()
+}
+
+/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+fn hull(places: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = places.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let half = |places: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for place in places {
+            while let [.., a, b] = chain[..] {
+                if (b - a).perp_dot(place - b) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(place);
+        }
+        chain.pop();
+        chain
+    };
+    let mut corners = half(&mut sorted.iter().copied());
+    corners.extend(half(&mut sorted.iter().rev().copied()));
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    #[test]
+    fn a_rolled_sheet_unrolls_to_its_own_size() {
+        let mut random = Random::new(2);
+        // Five sixths of a cylinder of radius 1, height 2.
+        let (arc, height) = (5.0 / 3.0 * std::f64::consts::PI, 2.0);
+        let flat: Vec<DVec2> =
+            (0..2000).map(|_| DVec2::new(random.unit() * arc, random.unit() * height)).collect();
+        let rolled: Vec<DVec3> =
+            flat.iter().map(|p| DVec3::new(p.x.cos(), p.x.sin(), p.y)).collect();
+        let places = unroll(&rolled).unwrap();
+        let (mut worst, mut sum) = (0.0_f64, 0.0);
+        for pair in 0..1000 {
+            let (a, b) = (random.index(2000), random.index(2000));
+            let error = (places[a].distance(places[b]) - flat[a].distance(flat[b])).abs();
+            worst = worst.max(error);
+            sum += error / 1000.0;
+            assert!(pair < 1000);
+        }
+        // Ways over the edges of the graph are some percent longer than straight ones.
+        assert!(worst < 0.5 && sum < 0.15, "worst {worst}, mean {sum}");
+    }
+
+    #[test]
+    fn pieces_are_bridged() {
+        let square =
+            |x: f64| (0..20).map(move |i| DVec3::new(x + f64::from(i % 5), f64::from(i / 5), 0.0));
+        let points: Vec<DVec3> = square(0.0).chain(square(30.0)).collect();
+        let distances = distances_from(&roads(&points), 0);
+        assert!(distances.iter().all(|d| d.is_finite()));
+    }
+
+    #[test]
+    fn rectangles_lie_straight() {
+        let turn = DVec2::from_angle(0.7);
+        let grid = (0..50).map(|i| DVec2::new(f64::from(i % 5), 3.0 * f64::from(i / 5)));
+        let places: Vec<DVec2> = grid.map(|p| turn.rotate(p)).collect();
+        let straight = straighten(&places);
+        let low = straight.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        let high = straight.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        assert!((high - low).distance(DVec2::new(27.0, 4.0)) < 1e-12);
+    }
+}

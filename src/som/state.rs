@@ -1,0 +1,364 @@
+//! A map as bytes and back, to the last bit: what a saved training goes on from.
+
+use glam::DVec3;
+
+use super::frame::Frame;
+use super::lattice::{Cells, Lattice, Topology};
+use super::online::OnlineState;
+use super::options::{Kernel, Neighborhood, Plan, Presentation, Training};
+use super::presentation::Order;
+use super::random::Random;
+use super::schedule::Schedule;
+use super::{SelfOrganizingMap, StoppedBy};
+use crate::error::{Error, Result};
+
+/// The first bytes: what it is, and the version of the layout.
+const MAGIC: &[u8; 12] = b"neurbs-som-1";
+
+impl SelfOrganizingMap {
+    /// The whole map, its training included, as bytes for [`Self::from_bytes`]. Little-endian, on
+    /// every machine.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, progress::Silent};
+    /// use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5)];
+    /// let lattice = Lattice::quad(4, 4)?;
+    /// let som = SelfOrganizingMap::fit(&points, lattice, &SomOptions::default(), &mut Silent)?;
+    /// assert_eq!(SelfOrganizingMap::from_bytes(&som.to_bytes())?, som);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut out = Writer(MAGIC.to_vec());
+        out.lattice(&self.lattice);
+        for count in [self.steps, self.ordered_at, self.reached as u64, self.random.draws()] {
+            out.count(count);
+        }
+        out.choice(&StoppedBy::ALL, &self.stopped_by);
+        out.optional(self.change);
+        out.optional(self.error);
+        out.points(&self.nodes);
+        let (centre, size) = self.frame.parts();
+        out.points(&[centre]);
+        out.real(size);
+        out.plan(&self.plan);
+        out.count(u64::from(self.online.is_some()));
+        if let Some(online) = &self.online {
+            out.online(online);
+        }
+        out.0
+    }
+
+    /// The map that [`Self::to_bytes`] has written.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the bytes are not those of a map, or cut off.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        Self::read(bytes).ok_or_else(|| {
+            let got = format!("{} other bytes", bytes.len());
+            Error::parameter("state", "the bytes of a saved map, all of them", got)
+        })
+    }
+
+    fn read(bytes: &[u8]) -> Option<Self> {
+        let mut from = Reader(bytes.strip_prefix(MAGIC)?);
+        let lattice = from.lattice()?;
+        let [steps, ordered_at, reached, draws] =
+            [from.count()?, from.count()?, from.count()?, from.count()?];
+        let stopped_by = from.choice(&StoppedBy::ALL)?;
+        let (change, error) = (from.reals()?.first().copied(), from.reals()?.first().copied());
+        let nodes = from.points()?;
+        let [centre] = from.points()?[..] else { return None };
+        let frame = Frame::from_parts(centre, from.real()?);
+        let plan = from.plan()?;
+        let online = if from.count()? == 1 { Some(from.online()?) } else { None };
+        let complete = from.0.is_empty() && nodes.len() == lattice.len();
+        let random = Random::after(plan.seed, draws);
+        let reached = usize::try_from(reached).ok()?;
+        complete.then_some(Self {
+            lattice,
+            steps,
+            ordered_at,
+            stopped_by,
+            reached,
+            change,
+            error,
+            nodes,
+            frame,
+            plan,
+            random,
+            online,
+        })
+    }
+}
+
+struct Writer(Vec<u8>);
+
+impl Writer {
+    fn count(&mut self, value: u64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn real(&mut self, value: f64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn optional(&mut self, value: Option<f64>) {
+        self.reals(value.as_slice());
+    }
+
+    fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
+        let place = all.iter().position(|one| one == value);
+        self.count(place.unwrap_or(all.len()) as u64);
+    }
+
+    fn reals(&mut self, values: &[f64]) {
+        self.count(values.len() as u64);
+        for &value in values {
+            self.real(value);
+        }
+    }
+
+    fn points(&mut self, points: &[DVec3]) {
+        self.count(points.len() as u64);
+        points.iter().flat_map(DVec3::to_array).for_each(|value| self.real(value));
+    }
+
+    fn lattice(&mut self, lattice: &Lattice) {
+        let (rows, cols) = lattice.shape();
+        self.count(rows as u64);
+        self.count(cols as u64);
+        self.choice(&Topology::ALL, &lattice.topology());
+        if let Some(cells) = lattice.cells() {
+            self.choice(&Cells::ALL, &cells);
+        } else {
+            self.count(Cells::ALL.len() as u64);
+            let edges = lattice.edges();
+            self.count(edges.len() as u64);
+            for (a, b) in edges {
+                self.count(a as u64);
+                self.count(b as u64);
+            }
+        }
+    }
+
+    fn schedule(&mut self, schedule: &Schedule) {
+        let optional = |value: &Option<f64>| value.map_or(vec![], |value| vec![value]);
+        let (kind, parts) = match schedule {
+            Schedule::Gaussian { start, scale } => (0, vec![optional(start), optional(scale)]),
+            Schedule::Linear { start, end } => (1, vec![vec![*start, *end]]),
+            Schedule::Exponential { start, end } => (2, vec![vec![*start, *end]]),
+            Schedule::Constant(value) => (3, vec![vec![*value]]),
+            Schedule::Table(values) => (4, vec![values.clone()]),
+        };
+        self.count(kind);
+        for part in parts {
+            self.reals(&part);
+        }
+    }
+
+    fn plan(&mut self, plan: &Plan) {
+        self.choice(&Training::ALL, &plan.training);
+        self.choice(&Neighborhood::ALL, &plan.neighborhood);
+        self.choice(&Kernel::ALL, &plan.kernel);
+        self.choice(&Presentation::ALL, &plan.presentation);
+        self.schedule(&plan.gain);
+        self.schedule(&plan.radius);
+        for count in
+            [plan.max_steps, plan.epoch_points, plan.epoch_steps, plan.ordered_at, plan.seed]
+        {
+            self.count(count);
+        }
+        self.real(plan.reach);
+        self.real(plan.min_change);
+    }
+
+    fn online(&mut self, online: &OnlineState) {
+        let Order { kind, points, pool, place } = &online.order;
+        self.choice(&Presentation::ALL, kind);
+        self.count(*points as u64);
+        self.count(*place as u64);
+        self.count(pool.len() as u64);
+        for index in pool {
+            self.0.extend(index.to_le_bytes());
+        }
+        self.count(online.on_lattice.len() as u64);
+        self.0.extend(online.on_lattice.iter().map(|&flag| u8::from(flag)));
+        self.points(&online.epoch_start);
+        self.real(online.distance);
+    }
+}
+
+/// What is left to read; each part is `None` where the bytes end too early or make no sense.
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (first, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn count(&mut self) -> Option<u64> {
+        self.bytes().map(u64::from_le_bytes)
+    }
+
+    fn size(&mut self) -> Option<usize> {
+        self.count().and_then(|count| usize::try_from(count).ok())
+    }
+
+    /// A number of things that take `bytes` each: never more than there can be.
+    fn length(&mut self, bytes: usize) -> Option<usize> {
+        self.size().filter(|&count| count <= self.0.len() / bytes)
+    }
+
+    fn real(&mut self) -> Option<f64> {
+        self.bytes().map(f64::from_le_bytes)
+    }
+
+    fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
+        let place = self.size()?;
+        all.get(place).copied()
+    }
+
+    fn reals(&mut self) -> Option<Vec<f64>> {
+        (0..self.length(8)?).map(|_| self.real()).collect()
+    }
+
+    fn points(&mut self) -> Option<Vec<DVec3>> {
+        let count = self.length(size_of::<DVec3>())?;
+        (0..count).map(|_| Some(DVec3::new(self.real()?, self.real()?, self.real()?))).collect()
+    }
+
+    fn lattice(&mut self) -> Option<Lattice> {
+        let (rows, cols) = (self.size()?, self.size()?);
+        let topology = self.choice(&Topology::ALL)?;
+        let kind = self.size()?;
+        if let Some(&cells) = Cells::ALL.get(kind) {
+            return Lattice::grid(rows, cols, cells, topology).ok();
+        }
+        let count = self.length(16)?;
+        let edges: Option<Vec<_>> =
+            (0..count).map(|_| Some((self.size()?, self.size()?))).collect();
+        Lattice::graph(rows, &edges?).ok()
+    }
+
+    fn schedule(&mut self) -> Option<Schedule> {
+        let kind = self.count()?;
+        let first = self.reals()?;
+        Some(match (kind, &first[..]) {
+            (0, start) => {
+                let scale = self.reals()?.first().copied();
+                Schedule::Gaussian { start: start.first().copied(), scale }
+            }
+            (1, &[start, end]) => Schedule::Linear { start, end },
+            (2, &[start, end]) => Schedule::Exponential { start, end },
+            (3, &[value]) => Schedule::Constant(value),
+            (4, [_, ..]) => Schedule::Table(first),
+            _ => return None,
+        })
+    }
+
+    fn plan(&mut self) -> Option<Plan> {
+        Some(Plan {
+            training: self.choice(&Training::ALL)?,
+            neighborhood: self.choice(&Neighborhood::ALL)?,
+            kernel: self.choice(&Kernel::ALL)?,
+            presentation: self.choice(&Presentation::ALL)?,
+            gain: self.schedule()?,
+            radius: self.schedule()?,
+            max_steps: self.count()?,
+            epoch_points: self.count().filter(|&points| points > 0)?,
+            epoch_steps: self.count().filter(|&steps| steps > 0)?,
+            ordered_at: self.count()?,
+            seed: self.count()?,
+            reach: self.real()?,
+            min_change: self.real()?,
+        })
+    }
+
+    fn online(&mut self) -> Option<OnlineState> {
+        let kind = self.choice(&Presentation::ALL)?;
+        let (points, place) = (self.size()?, self.size()?);
+        let count = self.length(4)?;
+        let pool: Option<Vec<u32>> =
+            (0..count).map(|_| self.bytes().map(u32::from_le_bytes)).collect();
+        let pool = pool?;
+        let count = self.length(1)?;
+        let on_lattice: Option<Vec<bool>> =
+            (0..count).map(|_| self.bytes().map(|[flag]| flag != 0)).collect();
+        let order = Order { kind, points, pool, place };
+        let sound = order.is_sound();
+        let (on_lattice, epoch_start) = (on_lattice?, self.points()?);
+        let distance = self.real()?;
+        (sound && on_lattice.len() == points).then_some(OnlineState {
+            order,
+            on_lattice,
+            epoch_start,
+            distance,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+    use crate::som::{Init, SomOptions};
+
+    fn points() -> Vec<DVec3> {
+        let point = |i: i32| DVec3::new(f64::from(i % 6), f64::from(i / 6), f64::from(i * i % 5));
+        (0..30).map(point).collect()
+    }
+
+    #[test]
+    fn every_kind_of_map_comes_back() {
+        let lattices = [
+            Lattice::quad(3, 4).unwrap(),
+            Lattice::grid(3, 5, Cells::Triangular, Topology::Torus).unwrap(),
+            Lattice::graph(4, &[(0, 1), (1, 2), (2, 3)]).unwrap(),
+        ];
+        let schedules = [
+            Schedule::Gaussian { start: None, scale: Some(50.0) },
+            Schedule::Linear { start: 0.5, end: 0.0 },
+            Schedule::Exponential { start: 0.5, end: 0.1 },
+            Schedule::Constant(0.2),
+            Schedule::Table(vec![0.4, 0.3, 0.1]),
+        ];
+        for lattice in lattices {
+            for presentation in Presentation::ALL {
+                for gain in &schedules {
+                    let options = SomOptions {
+                        training: Training::Online,
+                        init: Init::Centroid,
+                        presentation,
+                        gain: Some(gain.clone()),
+                        max_steps: Some(100),
+                        ..SomOptions::default()
+                    };
+                    let som =
+                        SelfOrganizingMap::fit(&points(), lattice.clone(), &options, &mut Silent);
+                    let som = som.unwrap();
+                    assert_eq!(SelfOrganizingMap::from_bytes(&som.to_bytes()).unwrap(), som);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bytes_that_are_cut_or_not_ours_are_refused() {
+        let som =
+            SelfOrganizingMap::new(&points(), Lattice::quad(3, 4).unwrap(), &SomOptions::default());
+        let bytes = som.unwrap().to_bytes();
+        for length in 0..bytes.len() {
+            assert!(SelfOrganizingMap::from_bytes(&bytes[..length]).is_err());
+        }
+        let message = SelfOrganizingMap::from_bytes(b"something else").unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "state must be the bytes of a saved map, all of them, got 14 other bytes"
+        );
+    }
+}
