@@ -83,7 +83,10 @@ def test_properties_give_back_what_was_given() -> None:
     np.testing.assert_array_equal(again.control_points, s.control_points)
     for a, b in zip(again.knots, s.knots, strict=True):
         np.testing.assert_array_equal(a, b)
-    assert repr(s) == "NurbsSurface(net 8 × 8, degree (2, 4), rational)"
+    assert repr(s) == (
+        "NurbsSurface(net 8 × 8, degree (2, 4), domain [-1, 2] × [-1, 2], rational, open)"
+    )
+    assert again == s
 
 
 NET = np.random.default_rng(0).random((4, 5, 3))
@@ -101,7 +104,7 @@ NET = np.random.default_rng(0).random((4, 5, 3))
         ({"degree": (4, 3)}, "number of control points must be more than the degree, 4, got 4"),
         ({"degree": "cubic"}, "degree must be an integer or a pair of integers, got 'cubic'"),
         ({"degree": -3}, "degree must be an integer"),
-        ({"knots": [0, 1]}, "knots must be two sequences, for u and v, got .0, 1."),
+        ({"knots": [0, 1]}, "knots in u must be real numbers of shape .n,., got shape"),
         ({"knots": 7}, "knots must be two sequences, for u and v, got 7"),
         ({"knots": (range(8), range(8))}, "20 control points came with knots for 4 × 4"),
         ({"knots": (range(8)[::-1], range(9))}, "not decrease, but knot 1 is 6 after 7"),
