@@ -29,7 +29,7 @@
 //!
 //! [`reconstruct()`] is the whole job. Its stages are public, each over plain values that can be
 //! saved, looked at and replaced: [`point_cloud`] (checks, normalization), [`som`] (the network),
-//! [`nurbs`] (the surface), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long jobs take an
+//! [`nurbs`] (the surface), [`fit`] (least squares), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long jobs take an
 //! [`Observer`], which is told how far they are and may stop them.
 //!
 //! Points are [`DVec3`] of the `glam` crate, in any unit; u runs along the rows of a net, v along
@@ -39,6 +39,7 @@
 
 pub mod error;
 pub mod export;
+pub mod fit;
 pub mod mesh;
 pub mod nurbs;
 pub mod point_cloud;
@@ -52,7 +53,7 @@ pub use glam::{DVec2, DVec3};
 
 pub use crate::error::{Error, Result};
 pub use crate::mesh::TriangleMesh;
-pub use crate::nurbs::NurbsSurface;
+pub use crate::nurbs::{NurbsCurve, NurbsSurface};
 pub use crate::progress::{Observer, Progress};
 pub use crate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct};
 pub use crate::som::SelfOrganizingMap;

@@ -171,7 +171,7 @@ def reconstruct(
     >>> x, y = np.random.default_rng(0).random((2, 500))
     >>> result = neurbs.reconstruct(np.column_stack([x, y, np.sin(3 * x) * y]), grid=(10, 8))
     >>> result.surface
-    NurbsSurface(net 10 × 8, degree (3, 3), polynomial)
+    NurbsSurface(net 10 × 8, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
     >>> result.report.stopped_by
     'settled'
     """

@@ -1,10 +1,11 @@
 //! STEP (ISO 10303-21, application protocol 214): what every CAD program reads.
 
+use std::borrow::Cow;
 use std::io::Write;
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
 
 /// Distance under which a reader may take two places for one, as a share of the surface's size.
@@ -20,7 +21,7 @@ const LEAST_UNCERTAINTY: f64 = 1e-7;
 
 /// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
 /// boundary curves of the net. Coordinates are written as millimetres, the unit that CAD programs
-/// assume.
+/// assume. Knots that are not clamped are clamped first.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_step, nurbs::NurbsSurface};
@@ -35,12 +36,9 @@ const LEAST_UNCERTAINTY: f64 = 1e-7;
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
-    for (knots, direction) in [(surface.knots_u(), "u"), (surface.knots_v(), "v")] {
-        if !knots.is_clamped() {
-            let must = "have clamped knots, to be bounded by its outermost control points";
-            return Err(Error::Net { must, got: format!("those in {direction} are not") });
-        }
-    }
+    // The boundary of a face is that of the outermost control points only if knots are clamped.
+    let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
+    let surface = &if clamped { Cow::Borrowed(surface) } else { Cow::Owned(surface.clamp()?) };
     out.write_all(
         b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n\
           FILE_NAME('','1970-01-01T00:00:00',(''),(''),'neurbs','neurbs','');\n\

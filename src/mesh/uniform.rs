@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::TriangleMesh;
 use crate::error::{Error, Result};
-use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::nurbs::{KnotVector, NurbsSurface, Outside};
 use crate::progress::Observer;
 
 /// Most triangles that a mesh may have: 100 million, some 6 GB.
@@ -138,7 +138,7 @@ impl UniformGrid {
         check_length("uv", uv.len(), self.vertices())?;
         check_length("triangles", triangles.len(), self.triangles())?;
         let (u, v) = (steps(surface.knots_u(), self.n_u), steps(surface.knots_v(), self.n_v));
-        surface.evaluate_grid(&u, &v, vertices, Some(normals), observer)?;
+        surface.evaluate_grid(&u, &v, vertices, Some(normals), Outside::Refuse, observer)?;
         for (row, &u) in uv.chunks_exact_mut(self.n_v).zip(&u) {
             for (at, &v) in row.iter_mut().zip(&v) {
                 *at = DVec2::new(u, v);

@@ -1,53 +1,134 @@
-//! B-spline basis functions and their first derivatives.
+//! B-spline basis functions and their derivatives.
 
 use super::knot_vector::{KnotVector, MAX_DEGREE};
 
 /// Most basis functions that differ from zero at one parameter.
-pub(super) const MAX_ORDER: usize = MAX_DEGREE + 1;
+pub(crate) const MAX_ORDER: usize = MAX_DEGREE + 1;
 
 /// The basis functions that differ from zero at one parameter, with their first derivatives.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Basis {
+pub(crate) struct Basis<const ORDER: usize> {
     /// Index of the first control point that they belong to.
     pub first: usize,
-    /// The values; `degree + 1` of them count, the rest is zero.
-    pub values: [f64; MAX_ORDER],
-    /// The derivatives by the parameter, likewise.
-    pub slopes: [f64; MAX_ORDER],
+    /// The values.
+    pub values: [f64; ORDER],
+    /// The derivatives by the parameter.
+    pub slopes: [f64; ORDER],
 }
 
-impl Basis {
-    /// The basis functions at `u` (The NURBS Book, A2.2 and equation 2.7).
+impl<const ORDER: usize> Basis<ORDER> {
+    /// The `ORDER = degree + 1` basis functions at `u` (The NURBS Book, A2.2 and equation 2.7).
+    ///
+    /// From the functions of degree k - 1 to those of degree k, each contributes its share `left`
+    /// to the right neighbour and the rest to itself.
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
     pub(super) fn at(knots: &KnotVector, u: f64) -> Self {
-        let (degree, span) = (knots.degree(), knots.span(u));
+        let span = knots.span(u);
         let t = knots.as_slice();
-        let mut values = [0.0; MAX_ORDER];
-        let mut slopes = [0.0; MAX_ORDER];
+        let from: [f64; ORDER] = std::array::from_fn(|i| u - t[span + 1 + i - ORDER]);
+        let to: [f64; ORDER] = std::array::from_fn(|i| t[span + 1 + i] - u);
+        let mut values = [0.0; ORDER];
+        let mut slopes = [0.0; ORDER];
         values[0] = 1.0;
-        for p in 1..=degree {
-            // From the functions of degree p - 1 to those of degree p; each contributes its share
-            // `left` to the right neighbour and `1 - left` to itself.
-            let last = p == degree;
-            let order = p as f64;
-            let mut carried = 0.0;
-            let mut carried_slope = 0.0;
-            for i in 0..p {
-                let (from, to) = (t[span + 1 + i - p], t[span + 1 + i]);
-                let share = values[i] / (to - from);
-                values[i] = carried + (to - u) * share;
-                carried = (u - from) * share;
-                if last {
-                    slopes[i] = carried_slope - order * share;
-                    carried_slope = order * share;
+        for k in 1..ORDER {
+            let reciprocals = &knots.reciprocals(k)[span + 1..span + 1 + k];
+            let (mut carried, mut carried_slope) = (0.0, 0.0);
+            for i in 0..k {
+                let share = values[i] * reciprocals[i];
+                values[i] = carried + to[i] * share;
+                carried = from[ORDER - k + i] * share;
+                if k == ORDER - 1 {
+                    slopes[i] = carried_slope - k as f64 * share;
+                    carried_slope = k as f64 * share;
                 }
             }
-            values[p] = carried;
-            if last {
-                slopes[p] = carried_slope;
-            }
+            values[k] = carried;
+            slopes[k] = carried_slope;
         }
-        Self { first: span - degree, values, slopes }
+        Self { first: span + 1 - ORDER, values, slopes }
     }
+}
+
+/// As [`Basis::at`], for a degree that is only known at run time.
+pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
+    fn pad<const ORDER: usize>(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
+        let Basis { first, values: given, .. } = Basis::<ORDER>::at(knots, u);
+        let mut values = [0.0; MAX_ORDER];
+        values[..ORDER].copy_from_slice(&given);
+        Basis { first, values, slopes: [0.0; MAX_ORDER] }
+    }
+    match knots.degree() {
+        1 => pad::<2>(knots, u),
+        2 => pad::<3>(knots, u),
+        3 => pad::<4>(knots, u),
+        4 => pad::<5>(knots, u),
+        5 => pad::<6>(knots, u),
+        6 => pad::<7>(knots, u),
+        7 => pad::<8>(knots, u),
+        8 => pad::<9>(knots, u),
+        _ => pad::<10>(knots, u),
+    }
+}
+
+/// Values or derivatives of one order; `degree + 1` of them count, the rest is zero.
+pub(crate) type Row = [f64; MAX_ORDER];
+
+/// The basis functions that differ from zero at one parameter, with derivatives.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BasisDerivatives<const ROWS: usize> {
+    /// Index of the first control point that they belong to.
+    pub first: usize,
+    /// At k the k-th derivatives.
+    pub rows: [Row; ROWS],
+}
+
+impl<const ROWS: usize> BasisDerivatives<ROWS> {
+    /// The basis functions at `u` and their derivatives up to the order `ROWS - 1`.
+    pub(crate) fn at(knots: &KnotVector, u: f64) -> Self {
+        let mut rows = [[0.0; MAX_ORDER]; ROWS];
+        Self { first: derivatives(knots, u, &mut rows), rows }
+    }
+}
+
+/// The basis functions at `u` and, in `rows[k]`, their k-th derivatives (The NURBS Book, equations
+/// 2.5 and 2.7), O(degree²) for each order. Returns the first control point that they belong to.
+pub(super) fn derivatives(knots: &KnotVector, u: f64, rows: &mut [Row]) -> usize {
+    let (degree, span) = (knots.degree(), knots.span(u));
+    let t = knots.as_slice();
+    rows.fill([0.0; MAX_ORDER]);
+    let mut values = [0.0; MAX_ORDER];
+    values[0] = 1.0;
+    for k in 0..=degree {
+        if k > 0 {
+            let reciprocals = &knots.reciprocals(k)[span + 1..];
+            let mut carried = 0.0;
+            for i in 0..k {
+                let share = values[i] * reciprocals[i];
+                values[i] = carried + (t[span + 1 + i] - u) * share;
+                carried = (u - t[span + 1 + i - k]) * share;
+            }
+            values[k] = carried;
+        }
+        // Functions of degree k, differentiated as often as degrees are still to come.
+        if let Some(row) = rows.get_mut(degree - k) {
+            *row = values;
+            (k + 1..=degree).for_each(|level| raise(knots, span, level, row));
+        }
+    }
+    span - degree
+}
+
+/// From functions of degree `level - 1` to the derivatives of those of degree `level`.
+fn raise(knots: &KnotVector, span: usize, level: usize, row: &mut [f64; MAX_ORDER]) {
+    let reciprocals = &knots.reciprocals(level)[span + 1..];
+    let mut carried = 0.0;
+    for i in 0..level {
+        let share = level as f64 * row[i] * reciprocals[i];
+        row[i] = carried - share;
+        carried = share;
+    }
+    row[level] = carried;
 }
 
 #[cfg(test)]
@@ -64,34 +145,65 @@ mod tests {
             + ratio(t[i + p + 1] - u, t[i + p + 1] - t[i + 1]) * definition(t, i + 1, p - 1, u)
     }
 
+    /// Equation 2.7: a derivative is a difference of functions one degree lower.
+    fn derivative(t: &[f64], i: usize, p: usize, u: f64, order: usize) -> f64 {
+        if order == 0 {
+            return definition(t, i, p, u);
+        }
+        let part = |i: usize| {
+            let width = t[i + p] - t[i];
+            if width > 0.0 { p as f64 * derivative(t, i, p - 1, u, order - 1) / width } else { 0.0 }
+        };
+        part(i) - part(i + 1)
+    }
+
+    fn knots(p: usize) -> KnotVector {
+        let inner = [0.2, 0.2, 0.5, 0.55];
+        let inner = if p == 1 { &inner[1..] } else { &inner[..] };
+        KnotVector::clamped(p, (0.0, 1.0), inner.to_vec()).unwrap()
+    }
+
     #[test]
-    fn values_and_slopes_follow_the_definition() {
-        for p in 1..=MAX_DEGREE {
-            let inner = [0.2, 0.2, 0.5, 0.55];
-            let inner = if p == 1 { &inner[1..] } else { &inner[..] };
-            let ends = |value| std::iter::repeat_n(value, p + 1);
-            let t: Vec<f64> = ends(0.0).chain(inner.iter().copied()).chain(ends(1.0)).collect();
-            let knots = KnotVector::new(p, t.clone()).unwrap();
-            for step in 0..100 {
-                let u = f64::from(step) / 100.0;
-                let basis = Basis::at(&knots, u);
-                let (mut sum, mut slope_sum) = (0.0, 0.0);
-                for k in 0..=p {
-                    let i = basis.first + k;
-                    assert!((basis.values[k] - definition(&t, i, p, u)).abs() < 1e-13);
-                    // Equation 2.7: a derivative is a difference of functions one degree lower.
-                    let order = f64::from(u8::try_from(p).unwrap());
-                    let part = |i: usize| {
-                        let width = t[i + p] - t[i];
-                        if width > 0.0 { order * definition(&t, i, p - 1, u) / width } else { 0.0 }
-                    };
-                    assert!((basis.slopes[k] - (part(i) - part(i + 1))).abs() < 1e-11);
-                    sum += basis.values[k];
-                    slope_sum += basis.slopes[k];
+    fn values_and_derivatives_follow_the_definition() {
+        for p in 1..=6 {
+            let knots = knots(p);
+            let t = knots.as_slice();
+            for u in (0..100).map(|step| f64::from(step) / 100.0) {
+                let mut rows = vec![[f64::NAN; MAX_ORDER]; p + 2];
+                let first = derivatives(&knots, u, &mut rows);
+                for (order, row) in rows.iter().enumerate().take(p + 1) {
+                    let size = row.iter().fold(1.0_f64, |size, value| size.max(value.abs()));
+                    for (k, value) in row.iter().enumerate().take(p + 1) {
+                        let expected = derivative(t, first + k, p, u, order);
+                        assert!((value - expected).abs() < 1e-13 * size, "{p} {u} {order}");
+                    }
                 }
-                assert!((sum - 1.0).abs() < 1e-14);
-                assert!(slope_sum.abs() < 1e-11);
+                assert_eq!(rows[p + 1], [0.0; MAX_ORDER]);
             }
         }
+    }
+
+    fn fast_agrees<const ORDER: usize>() {
+        let knots = knots(ORDER - 1);
+        for u in (-10..110).map(|step| f64::from(step) / 100.0) {
+            let fast = Basis::<ORDER>::at(&knots, u);
+            let any = BasisDerivatives::<2>::at(&knots, u);
+            assert_eq!(fast.values, padded(&knots, u).values[..ORDER]);
+            assert_eq!(fast.first, any.first);
+            for k in 0..ORDER {
+                let size = 1.0 + any.rows[1][k].abs();
+                assert!((fast.values[k] - any.rows[0][k]).abs() < 1e-14 * size);
+                assert!((fast.slopes[k] - any.rows[1][k]).abs() < 1e-14 * size);
+            }
+        }
+    }
+
+    #[test]
+    fn unrolled_and_general_functions_agree() {
+        fast_agrees::<2>();
+        fast_agrees::<3>();
+        fast_agrees::<4>();
+        fast_agrees::<6>();
+        fast_agrees::<10>();
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
+use super::frame::Flats;
 use super::knot_vector::{KnotVector, check_degree};
 use crate::error::{Error, Result};
 
@@ -19,7 +20,7 @@ use crate::error::{Error, Result};
 /// assert_eq!(surface.point(0.5, 0.5), DVec3::new(0.5, 0.5, 0.25));
 /// # Ok::<(), neurbs::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct NurbsSurface {
     control_points: Vec<DVec3>,
     weights: Option<Vec<f64>>,
@@ -27,6 +28,19 @@ pub struct NurbsSurface {
     knots_v: KnotVector,
     /// (w x, w y, w z, w) of each control point: what evaluation works on.
     homogeneous: Vec<DVec4>,
+    /// Below which tangents count as zero.
+    flats: Flats,
+}
+
+/// Surfaces are equal if nets, weights and knots are: a net with all weights 1 is not a net
+/// without weights.
+impl PartialEq for NurbsSurface {
+    fn eq(&self, other: &Self) -> bool {
+        self.control_points == other.control_points
+            && self.weights == other.weights
+            && self.knots_u == other.knots_u
+            && self.knots_v == other.knots_v
+    }
 }
 
 impl NurbsSurface {
@@ -69,7 +83,23 @@ impl NurbsSurface {
         }
         let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
         let homogeneous = control_points.iter().enumerate().map(lift).collect();
-        Ok(Self { control_points, weights, knots_u, knots_v, homogeneous })
+        let flats = Flats::default();
+        let surface = Self { control_points, weights, knots_u, knots_v, homogeneous, flats };
+        let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
+        let lengths = (length(&surface.knots_u), length(&surface.knots_v));
+        let flats = Flats::new(surface.size(), lengths.0, lengths.1);
+        Ok(Self { flats, ..surface })
+    }
+
+    /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).
+    pub(super) fn from_homogeneous(
+        net: &[DVec4],
+        rational: bool,
+        knots_u: KnotVector,
+        knots_v: KnotVector,
+    ) -> Result<Self> {
+        let (points, weights) = project(net, rational);
+        Self::new(points, weights, knots_u, knots_v)
     }
 
     /// The polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of `rows`
@@ -119,6 +149,25 @@ impl NurbsSurface {
         (self.knots_u.control_points(), self.knots_v.control_points())
     }
 
+    /// Smallest and largest coordinates of the control points: a box that holds the surface.
+    #[must_use]
+    pub fn net_box(&self) -> (DVec3, DVec3) {
+        let first = self.control_points[0];
+        let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
+        self.control_points.iter().fold((first, first), grow)
+    }
+
+    /// The diagonal of the net's box, in the points' unit: what "the size" means in tolerances.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        let (low, high) = self.net_box();
+        low.distance(high)
+    }
+
+    pub(super) fn flats(&self) -> Flats {
+        self.flats
+    }
+
     /// The same surface with each control point moved by `f`, which must be affine for the surface
     /// to move with it.
     ///
@@ -134,6 +183,12 @@ impl NurbsSurface {
     pub(super) fn homogeneous(&self) -> &[DVec4] {
         &self.homogeneous
     }
+}
+
+/// Control points and, of a rational net, weights.
+pub(super) fn project(net: &[DVec4], rational: bool) -> (Vec<DVec3>, Option<Vec<f64>>) {
+    let points = net.iter().map(|h| h.truncate() / h.w).collect();
+    (points, rational.then(|| net.iter().map(|h| h.w).collect()))
 }
 
 #[cfg(test)]

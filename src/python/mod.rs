@@ -7,10 +7,16 @@
 #![allow(clippy::doc_markdown, reason = "these docs are numpydoc, for Python's help()")]
 #![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
 
+mod algebra;
 mod arguments;
 mod arrays;
 mod call;
+mod closest_points;
+mod construction;
+mod curvature;
+mod curve;
 mod errors;
+mod evaluation;
 mod export;
 mod lattice;
 mod mesh;
@@ -27,6 +33,12 @@ use pyo3::pymodule;
 mod _core {
     #[pymodule_export]
     use super::arrays::as_points;
+    #[pymodule_export]
+    use super::closest_points::ClosestPoints;
+    #[pymodule_export]
+    use super::curvature::Curvatures;
+    #[pymodule_export]
+    use super::curve::NurbsCurve;
     #[pymodule_export]
     use super::errors::NeurbsError;
     #[pymodule_export]

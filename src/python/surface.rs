@@ -1,16 +1,21 @@
 //! `neurbs.NurbsSurface`.
 
-use numpy::ndarray::{Ix1, Ix2, Ix3};
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn};
-use pyo3::prelude::*;
+use std::sync::OnceLock;
 
+use glam::DVec3;
+use numpy::ndarray::{Ix1, Ix2, Ix3};
+use numpy::{PyArray1, PyArray2, PyArray3};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arguments;
 use super::arrays::{self, Numbers};
 use super::errors::bad_argument;
 use super::mesh::TriangleMesh;
-use super::{arguments, call};
 use crate::error::Result;
 use crate::mesh::UniformGrid;
-use crate::nurbs::{self, KnotVector};
+use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 
 /// A tensor-product NURBS surface.
 ///
@@ -27,6 +32,9 @@ use crate::nurbs::{self, KnotVector};
 /// knots : (array_like, array_like), optional
 ///     Knot vectors in u and v, with ``n + degree + 1`` knots each; by default clamped and evenly
 ///     spaced on [0, 1].
+/// closed : bool or (bool, bool), default False
+///     Directions in which the surface closes smoothly on itself behind the last row or column of
+///     the net, with evenly spaced knots. The surface's own net then repeats its first rows.
 ///
 /// Raises
 /// ------
@@ -39,7 +47,7 @@ use crate::nurbs::{self, KnotVector};
 /// >>> import neurbs
 /// >>> surface = neurbs.NurbsSurface([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], degree=1)
 /// >>> surface
-/// NurbsSurface(net 2 × 2, degree (1, 1), polynomial)
+/// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
 /// >>> surface.evaluate([[0.5, 0.5]])
 /// array([[0.5 , 0.5 , 0.25]])
 #[pyclass(frozen, module = "neurbs")]
@@ -48,6 +56,8 @@ pub(super) struct NurbsSurface {
     control_points: Py<PyArray3<f64>>,
     weights: Option<Py<PyArray2<f64>>>,
     knots: (Py<PyArray1<f64>>, Py<PyArray1<f64>>),
+    /// Made by the first search for closest points.
+    search: OnceLock<ClosestPointSearch>,
 }
 
 impl NurbsSurface {
@@ -61,81 +71,52 @@ impl NurbsSurface {
             arrays::constant::<f64, Ix1>(py, &[knots.len()], knots)
         };
         let knots = (knots(core.knots_u())?, knots(core.knots_v())?);
-        Ok(Self { control_points, weights: weights.transpose()?, knots, core })
+        let search = OnceLock::new();
+        Ok(Self { control_points, weights: weights.transpose()?, knots, core, search })
     }
 
     pub(super) fn core(&self) -> &nurbs::NurbsSurface {
         &self.core
     }
 
-    /// Maps parameters to points or normals, into `out` or a new array.
-    fn map<'py>(
-        &self,
-        uv: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-        f: impl FnOnce(&nurbs::NurbsSurface, Scattered<'_>, &mut call::Watcher) -> Result<()> + Send,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let py = uv.py();
-        let uv = Numbers::parameters(uv)?;
-        let result = arrays::output(py, out, &[uv.shape()[0], 3])?;
-        let (core, uv) = (&self.core, uv.as_slice()?);
-        let mut writable = arrays::writable(&result)?;
-        let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        call::run(py, None, |watcher| f(core, Scattered { uv, out }, watcher))?;
-        drop(writable);
-        Ok(result)
+    /// The prepared search for closest points.
+    pub(super) fn search(&self) -> Result<&ClosestPointSearch> {
+        if let Some(search) = self.search.get() {
+            return Ok(search);
+        }
+        // Two threads may prepare it at once; the first to end is kept.
+        let search = ClosestPointSearch::new(&self.core)?;
+        Ok(self.search.get_or_init(|| search))
     }
-}
-
-/// Parameters and the place for what belongs to them.
-struct Scattered<'a> {
-    uv: &'a [glam::DVec2],
-    out: &'a mut [glam::DVec3],
 }
 
 #[pymethods]
 impl NurbsSurface {
     #[new]
     #[pyo3(
-        signature = (control_points, weights=None, degree=None, knots=None),
-        text_signature = "(control_points, weights=None, degree=3, knots=None)"
+        signature = (control_points, weights=None, degree=None, knots=None, *, closed=None),
+        text_signature = "(control_points, weights=None, degree=3, knots=None, *, closed=False)"
     )]
-    fn py_new<'py>(
-        control_points: &Bound<'py, PyAny>,
-        weights: Option<&Bound<'py, PyAny>>,
-        degree: Option<&Bound<'py, PyAny>>,
-        knots: Option<&Bound<'py, PyAny>>,
+    fn py_new(
+        control_points: &Bound<'_, PyAny>,
+        weights: Option<&Bound<'_, PyAny>>,
+        degree: Option<&Bound<'_, PyAny>>,
+        knots: Option<&Bound<'_, PyAny>>,
+        closed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let expected = "real numbers of shape (n_u, n_v, 3)";
-        let shapes: &[&[_]] = &[&[None, None, Some(3)]];
-        let net = Numbers::new(control_points, "control_points", expected, shapes)?;
-        let (rows, cols) = (net.shape()[0], net.shape()[1]);
-        let weights = weights.map(|weights| {
-            let expected = format!("real numbers of shape ({rows}, {cols}), as the net");
-            Numbers::new(weights, "weights", &expected, &[&[Some(rows), Some(cols)]])
-        });
-        let weights = match weights.transpose()? {
-            Some(weights) => Some(weights.as_slice()?.to_vec()),
-            None => None,
-        };
-        let degree = degree.map_or(Ok((3, 3)), degrees)?;
-        let (knots_u, knots_v) = match knots {
-            None => (
-                KnotVector::clamped_uniform(degree.0, rows)?,
-                KnotVector::clamped_uniform(degree.1, cols)?,
-            ),
-            Some(knots) => {
-                let refused = || bad_argument("knots", "two sequences, for u and v", knots);
-                let [u, v] = arguments::two(knots).ok_or_else(refused)?;
-                let vector = |name, degree, knots: &Bound<'py, PyAny>| -> PyResult<KnotVector> {
-                    let knots = Numbers::sequence(knots, name)?;
-                    Ok(KnotVector::new(degree, knots.as_slice()?.to_vec())?)
-                };
-                (vector("knots in u", degree.0, &u)?, vector("knots in v", degree.1, &v)?)
+        let py = control_points.py();
+        let (net, shape) = net(control_points, "control_points")?;
+        let weights = self::weights(weights, shape)?;
+        let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
+        let core = match knots {
+            None => nurbs::NurbsSurface::periodic(&net, weights.as_deref(), shape, degree, closed)?,
+            Some(knots) if closed == (false, false) => {
+                let (u, v) = knot_vectors(knots, degree)?;
+                nurbs::NurbsSurface::new(net, weights, u, v)?
             }
+            Some(knots) => return Err(bad_argument("knots", "None with closed", knots)),
         };
-        let net = net.as_slice()?.to_vec();
-        Self::new(control_points.py(), nurbs::NurbsSurface::new(net, weights, knots_u, knots_v)?)
+        Self::new(py, core)
     }
 
     /// The control net, read-only float64 of shape (n_u, n_v, 3).
@@ -166,105 +147,6 @@ impl NurbsSurface {
     #[getter]
     fn domain(&self) -> ((f64, f64), (f64, f64)) {
         (self.core.knots_u().domain(), self.core.knots_v().domain())
-    }
-
-    /// Points of the surface at scattered parameters.
-    ///
-    /// Parameters
-    /// ----------
-    /// uv : array_like of shape (n, 2)
-    ///     Parameters inside the domain.
-    /// out : ndarray of shape (n, 3), optional
-    ///     Where to write the result: float64, C-contiguous.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (n, 3)
-    ///     ``out``, or a new array.
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
-    #[pyo3(signature = (uv, *, out=None))]
-    fn evaluate<'py>(
-        &self,
-        uv: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.map(uv, out, |core, at, watcher| core.evaluate(at.uv, at.out, watcher))
-    }
-
-    /// Unit normals of the surface, in the direction of ∂/∂u × ∂/∂v, at scattered parameters.
-    ///
-    /// Parameters
-    /// ----------
-    /// uv : array_like of shape (n, 2)
-    ///     Parameters inside the domain.
-    /// out : ndarray of shape (n, 3), optional
-    ///     Where to write the result: float64, C-contiguous.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (n, 3)
-    ///     ``out``, or a new array. Where the tangents give no normal it is the one a small step
-    ///     towards the middle of the domain, and zero if there is none either.
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
-    #[pyo3(signature = (uv, *, out=None))]
-    fn normals<'py>(
-        &self,
-        uv: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        self.map(uv, out, |core, at, watcher| core.normals(at.uv, at.out, watcher))
-    }
-
-    /// Points of the surface on the grid of all pairs of ``u`` and ``v``.
-    ///
-    /// Parameters
-    /// ----------
-    /// u, v : array_like of shape (n,) and (m,)
-    ///     Parameters inside the domain.
-    /// out : ndarray of shape (n, m, 3), optional
-    ///     Where to write the result: float64, C-contiguous.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (n, m, 3)
-    ///     ``out``, or a new array.
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import neurbs
-    /// >>> net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
-    /// >>> neurbs.NurbsSurface(net, degree=1).evaluate_grid([0, 0.5, 1], [0, 1])[1]
-    /// array([[0.5, 0. , 0. ],
-    ///        [0.5, 1. , 0.5]])
-    #[pyo3(signature = (u, v, *, out=None))]
-    fn evaluate_grid<'py>(
-        &self,
-        u: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let py = u.py();
-        let (u, v) = (Numbers::sequence(u, "u")?, Numbers::sequence(v, "v")?);
-        let result = arrays::output(py, out, &[u.shape()[0], v.shape()[0], 3])?;
-        let (core, u, v) = (&self.core, u.as_slice()?, v.as_slice()?);
-        let mut writable = arrays::writable(&result)?;
-        let points = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        call::run(py, None, |watcher| core.evaluate_grid(u, v, points, None, watcher))?;
-        drop(writable);
-        Ok(result)
     }
 
     /// Turn the surface into triangles.
@@ -299,20 +181,146 @@ impl NurbsSurface {
         TriangleMesh::of_surface(py, &self.core, grid, None)
     }
 
+    /// Which directions end where they begin: (in u, in v).
+    #[getter]
+    fn closed(&self) -> (bool, bool) {
+        self.core.closed()
+    }
+
+    /// The surface as plain lists and numbers, for JSON and the like.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``control_points``, ``weights`` (or None), ``degree`` and ``knots``: the arguments of
+    ///     the constructor.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> neurbs.NurbsSurface.from_dict(plane.to_dict()) == plane
+    /// True
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let list = |array: Bound<'py, PyAny>| array.call_method0("tolist");
+        let weights = self.weights(py)?.map(list).transpose()?;
+        let (u, v) = self.knots(py)?;
+        let dict = PyDict::new(py);
+        dict.set_item("control_points", list(self.control_points(py)?)?)?;
+        dict.set_item("weights", weights)?;
+        dict.set_item("degree", [self.degree().0, self.degree().1])?;
+        dict.set_item("knots", [list(u)?, list(v)?])?;
+        Ok(dict)
+    }
+
+    /// The surface that :meth:`to_dict` took apart.
+    ///
+    /// Parameters
+    /// ----------
+    /// data : dict
+    ///     ``control_points`` and, if they are not to have the constructor's defaults,
+    ///     ``weights``, ``degree`` and ``knots``.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If there are no control points in it, or as the constructor.
+    #[staticmethod]
+    fn from_dict(data: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let item = |name: &str| Ok::<_, PyErr>(data.get_item(name)?.filter(|item| !item.is_none()));
+        let Some(net) = item("control_points")? else {
+            return Err(bad_argument("data", "a dict with control_points", data));
+        };
+        let (weights, degree, knots) = (item("weights")?, item("degree")?, item("knots")?);
+        Self::py_new(&net, weights.as_ref(), degree.as_ref(), knots.as_ref(), None)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.core == other.core
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let parts = (self.control_points(py)?, self.weights(py)?, self.degree(), self.knots(py)?);
+        (py.get_type::<Self>(), parts).into_bound_py_any(py)
+    }
+
     fn __repr__(&self) -> String {
         let (rows, cols) = self.core.shape();
         let kind = if self.core.weights().is_some() { "rational" } else { "polynomial" };
-        format!("NurbsSurface(net {rows} × {cols}, degree {:?}, {kind})", self.degree())
+        let ((a, b), (c, d)) = self.domain();
+        let closed = match self.core.closed() {
+            (false, false) => "open",
+            (true, false) => "closed in u",
+            (false, true) => "closed in v",
+            (true, true) => "closed in u and v",
+        };
+        let degree = self.degree();
+        format!(
+            "NurbsSurface(net {rows} × {cols}, degree {degree:?}, domain [{a}, {b}] × [{c}, {d}], \
+             {kind}, {closed})"
+        )
     }
 }
 
-/// One degree for both directions, or two.
-fn degrees(value: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
-    if let Ok(both) = value.extract::<usize>() {
-        return Ok((both, both));
+/// One value for both directions, or two.
+pub(super) fn both<'py, T: Clone + FromPyObjectOwned<'py>>(
+    name: &str,
+    must: &str,
+    value: Option<&Bound<'py, PyAny>>,
+    default: T,
+) -> PyResult<(T, T)> {
+    let Some(value) = value else { return Ok((default.clone(), default)) };
+    if let Ok(both) = value.extract::<T>() {
+        return Ok((both.clone(), both));
     }
-    let refused = || bad_argument("degree", "an integer from 0 or two of them", value);
+    let refused = || bad_argument(name, must, value);
     let [u, v] = arguments::two(value).ok_or_else(refused)?;
-    let degree = |value: Bound<'_, PyAny>| value.extract().map_err(|_| refused());
-    Ok((degree(u)?, degree(v)?))
+    let extract = |value: Bound<'py, PyAny>| value.extract::<T>().map_err(|_| refused());
+    Ok((extract(u)?, extract(v)?))
+}
+
+/// One degree for both directions, or two.
+pub(super) fn degrees(value: Option<&Bound<'_, PyAny>>) -> PyResult<(usize, usize)> {
+    both("degree", "an integer from 0 or two of them", value, 3)
+}
+
+/// Whether directions are closed: one answer for both, or two.
+pub(super) fn closed(value: Option<&Bound<'_, PyAny>>) -> PyResult<(bool, bool)> {
+    both("closed", "a bool or two of them", value, false)
+}
+
+/// Knot vectors for u and v.
+pub(super) fn knot_vectors<'py>(
+    knots: &Bound<'py, PyAny>,
+    degree: (usize, usize),
+) -> PyResult<(KnotVector, KnotVector)> {
+    let refused = || bad_argument("knots", "two sequences, for u and v", knots);
+    let [u, v] = arguments::two(knots).ok_or_else(refused)?;
+    let vector = |name, degree, knots: &Bound<'py, PyAny>| -> PyResult<KnotVector> {
+        let knots = Numbers::sequence(knots, name)?;
+        Ok(KnotVector::new(degree, knots.as_slice()?.to_vec())?)
+    };
+    Ok((vector("knots in u", degree.0, &u)?, vector("knots in v", degree.1, &v)?))
+}
+
+/// A net of points and its shape.
+pub(super) fn net(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<DVec3>, (usize, usize))> {
+    let expected = "real numbers of shape (n_u, n_v, 3)";
+    let net = Numbers::new(value, name, expected, &[&[None, None, Some(3)]])?;
+    Ok((net.as_slice()?.to_vec(), (net.shape()[0], net.shape()[1])))
+}
+
+/// Weights of a net of this shape.
+pub(super) fn weights(
+    value: Option<&Bound<'_, PyAny>>,
+    (rows, cols): (usize, usize),
+) -> PyResult<Option<Vec<f64>>> {
+    let Some(value) = value else { return Ok(None) };
+    let expected = format!("real numbers of shape ({rows}, {cols}), as the net");
+    let weights = Numbers::new(value, "weights", &expected, &[&[Some(rows), Some(cols)]])?;
+    Ok(Some(weights.as_slice()?.to_vec()))
 }

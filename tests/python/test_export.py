@@ -1,5 +1,6 @@
 """STEP and IGES, read back by OpenCASCADE."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -103,13 +104,22 @@ def test_a_reconstruction_is_one_valid_face(result: Reconstruction, tmp_path: Pa
         assert only_face(tmp_path / f"result{suffix}").UDegree() == 3
 
 
-def test_unclamped_knots_are_refused_in_step(tmp_path: Path) -> None:
-    surface = make((7, 8), (3, 3), knots=(np.arange(11.0), np.arange(12.0)))
-    with pytest.raises(neurbs.NeurbsError, match="must have clamped knots"):
-        neurbs.save(surface, tmp_path / "a.step")
-    assert not any(tmp_path.iterdir())
-    neurbs.save(surface, tmp_path / "a.igs")
-    theirs = only_face(tmp_path / "a.igs")
-    np.testing.assert_allclose(
-        theirs.Value(4, 5).Coord(), surface.evaluate([[4, 5]])[0], atol=1e-12
-    )
+def test_unclamped_surfaces_end_where_they_end(tmp_path: Path) -> None:
+    """The boundary of the face is that of the domain, not that of the net."""
+    ours = make((7, 8), (3, 3), rational=True, scale=1e3, knots=(np.arange(11.0), np.arange(12.0)))
+    neurbs.save(ours, tmp_path / "a.step")
+    neurbs.save(ours, tmp_path / "a.igs")
+    for suffix in (".step", ".igs"):
+        theirs = only_face(tmp_path / f"a{suffix}")
+        for at in ([3, 3], [7, 8], [4, 5.5]):
+            point = ours.evaluate([at])[0]
+            np.testing.assert_allclose(theirs.Value(*at).Coord(), point, rtol=0, atol=1e-9)
+    vertices = re.findall(r"VERTEX_POINT\('',#(\d+)\)", (tmp_path / "a.step").read_text())
+    corners = ours.evaluate([[3, 3], [7, 3], [7, 8], [3, 8]])
+    for number, corner in zip(vertices, corners, strict=True):
+        point = re.search(
+            rf"#{number}=CARTESIAN_POINT\('',\((.*)\)\)", (tmp_path / "a.step").read_text()
+        )
+        assert point is not None
+        written = [float(x) for x in point.group(1).split(",")]
+        np.testing.assert_allclose(written, corner, rtol=0, atol=1e-9)

@@ -83,7 +83,10 @@ def test_properties_give_back_what_was_given() -> None:
     np.testing.assert_array_equal(again.control_points, s.control_points)
     for a, b in zip(again.knots, s.knots, strict=True):
         np.testing.assert_array_equal(a, b)
-    assert repr(s) == "NurbsSurface(net 8 × 8, degree (2, 4), rational)"
+    assert repr(s) == (
+        "NurbsSurface(net 8 × 8, degree (2, 4), domain [-1, 2] × [-1, 2], rational, open)"
+    )
+    assert again == s
 
 
 NET = np.random.default_rng(0).random((4, 5, 3))

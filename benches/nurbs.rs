@@ -1,0 +1,85 @@
+//! How long does the kernel take for its usual jobs, and how does that grow with the net?
+//!
+//! Sweeps the side of the net from 5 to 100; rational, bicubic.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use neurbs::fit::{FitOptions, fit};
+use neurbs::nurbs::{ClosestPointSearch, GridOptions, KnotVector, NurbsSurface, Outside};
+use neurbs::progress::Silent;
+use neurbs::{DVec2, DVec3};
+
+const NETS: [usize; 3] = [5, 20, 100];
+
+fn surface(side: usize) -> NurbsSurface {
+    let place = |k: usize| (k / side, k % side);
+    let net = (0..side * side).map(place).map(|(i, j)| {
+        let (x, y) = (i as f64 * 10.0 / side as f64, j as f64 * 10.0 / side as f64);
+        DVec3::new(x, y, (1.3 * x).sin() * (1.1 * y).cos())
+    });
+    let weights = (0..side * side).map(|k| 1.0 + (k % 7) as f64 / 10.0).collect();
+    let knots = KnotVector::clamped_uniform(3, side).unwrap();
+    NurbsSurface::new(net.collect(), Some(weights), knots.clone(), knots).unwrap()
+}
+
+fn steps(count: usize) -> Vec<f64> {
+    (0..count).map(|i| i as f64 / (count - 1) as f64).collect()
+}
+
+/// Parameters that fill the unit square evenly, in no order.
+fn scattered(count: usize) -> Vec<DVec2> {
+    let place = |i: usize| (i as f64 * 0.754_877_666).fract();
+    (0..count).map(|i| DVec2::new(place(i), (i as f64 * 0.569_840_291).fract())).collect()
+}
+
+fn evaluation(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("evaluation");
+    let (t, uv) = (steps(500), scattered(250_000));
+    let (mut points, mut normals) = (vec![DVec3::ZERO; 250_000], vec![DVec3::ZERO; 250_000]);
+    group.throughput(Throughput::Elements(250_000));
+    for side in NETS {
+        let surface = surface(side);
+        group.bench_function(BenchmarkId::new("grid points", side), |bencher| {
+            bencher.iter(|| {
+                surface.evaluate_grid(&t, &t, &mut points, None, Outside::Refuse, &mut Silent)
+            });
+        });
+        group.bench_function(BenchmarkId::new("grid points and normals", side), |bencher| {
+            bencher.iter(|| {
+                let normals = Some(&mut normals[..]);
+                surface.evaluate_grid(&t, &t, &mut points, normals, Outside::Refuse, &mut Silent)
+            });
+        });
+        group.bench_function(BenchmarkId::new("scattered points", side), |bencher| {
+            bencher.iter(|| surface.evaluate(&uv, &mut points, Outside::Refuse, &mut Silent));
+        });
+    }
+}
+
+fn inverse_problems(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("inverse problems");
+    group.sample_size(20);
+    let uv = scattered(10_000);
+    for side in NETS {
+        let surface = surface(side);
+        let place = |at: &DVec2| surface.point(at.x, at.y) + 0.1 * surface.normal(at.x, at.y);
+        let points: Vec<DVec3> = uv.iter().map(place).collect();
+        group.bench_function(BenchmarkId::new("prepare closest points", side), |bencher| {
+            bencher.iter(|| ClosestPointSearch::new(&surface));
+        });
+        let search = ClosestPointSearch::new(&surface).unwrap();
+        group.bench_function(BenchmarkId::new("10,000 closest points", side), |bencher| {
+            bencher.iter(|| points.iter().map(|p| search.closest_point(*p).distance).sum::<f64>());
+        });
+        let options = FitOptions::new((side, side), (3, 3), (false, false)).unwrap();
+        group.bench_function(BenchmarkId::new("fit to 10,000 points", side), |bencher| {
+            bencher.iter(|| fit(&points, &uv, None, &options));
+        });
+        group.bench_function(BenchmarkId::new("interpolate as many", side), |bencher| {
+            let net = surface.control_points();
+            bencher.iter(|| NurbsSurface::interpolate(net, (side, side), &GridOptions::default()));
+        });
+    }
+}
+
+criterion_group!(benches, evaluation, inverse_problems);
+criterion_main!(benches);

@@ -1,0 +1,107 @@
+//! The thin-plate energy: how much a surface bends.
+
+use glam::{DVec2, DVec3};
+
+use super::FitOptions;
+use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
+
+/// Integrals of products of basis functions over the domain, for one order of differentiation: at
+/// `i * (degree + 1) + k` that of the functions i and i + k.
+pub(super) struct Gram {
+    width: usize,
+    products: Vec<f64>,
+}
+
+impl Gram {
+    /// Those of the functions themselves and of their first and second derivatives: by quadrature
+    /// with `degree + 1` points in each span, which is exact.
+    pub(super) fn of(knots: &KnotVector) -> [Self; 3] {
+        let (degree, count) = (knots.degree(), knots.control_points());
+        let width = degree + 1;
+        let rule = gauss::rule(width);
+        let mut products = [(); 3].map(|()| vec![0.0; count * width]);
+        for span in knots.breaks().windows(2) {
+            let length = span[1] - span[0];
+            for (place, weight) in &rule {
+                let basis = BasisDerivatives::<3>::at(knots, span[0] + place * length);
+                for (products, row) in products.iter_mut().zip(&basis.rows) {
+                    for i in 0..width {
+                        for k in i..width {
+                            products[(basis.first + i) * width + k - i] +=
+                                weight * length * row[i] * row[k];
+                        }
+                    }
+                }
+            }
+        }
+        products.map(|products| Self { width, products })
+    }
+
+    /// The product of the functions i and j.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        let (low, high) = (i.min(j), i.max(j));
+        self.products[low * self.width + high - low]
+    }
+}
+
+/// The lengths of the domain in space, along u and along v, up to a common factor: so that the
+/// energy does not depend on how parameters were scaled.
+///
+/// Points that follow one another in the order of the spans are neighbours; least squares over
+/// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`. Where pairs do not tell (all on one line), both
+/// directions count alike.
+pub(super) fn lengths(points: &[DVec3], uv: &[DVec2], options: &FitOptions) -> (f64, f64) {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    let cell = |i: usize| (options.knots_u.span(uv[i].x), options.knots_v.span(uv[i].y));
+    order.sort_by_key(|&i| cell(i));
+    let (mut uu, mut uv_sum, mut vv, mut ru, mut rv) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for pair in order.windows(2).filter(|pair| cell(pair[0]) == cell(pair[1])) {
+        let [i, j] = [pair[0], pair[1]];
+        let step = uv[i] - uv[j];
+        let (du, dv) = (step.x * step.x, step.y * step.y);
+        let square = points[i].distance_squared(points[j]);
+        uu += du * du;
+        uv_sum += du * dv;
+        vv += dv * dv;
+        ru += du * square;
+        rv += dv * square;
+    }
+    let det = uu * vv - uv_sum * uv_sum;
+    let (a, b) = ((vv * ru - uv_sum * rv) / det, (uu * rv - uv_sum * ru) / det);
+    if a > 0.0 && b > 0.0 && a.is_finite() && b.is_finite() {
+        return (a.sqrt(), b.sqrt());
+    }
+    (1.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integrals_are_those_of_bernstein_polynomials() {
+        let knots = KnotVector::clamped_uniform(2, 3).unwrap();
+        let [values, slopes, bends] = Gram::of(&knots);
+        // ∫ (1-t)⁴ = 1/5, ∫ (1-t)² 2t(1-t) = 1/10, ∫ (2t-2)² = 4/3, ∫ 2 · -4 = -8.
+        for (got, wanted) in [
+            (values.at(0, 0), 0.2),
+            (values.at(1, 0), 0.1),
+            (slopes.at(0, 0), 4.0 / 3.0),
+            (bends.at(0, 1), -8.0),
+        ] {
+            assert!((got - wanted).abs() < 1e-14, "{got} {wanted}");
+        }
+    }
+
+    #[test]
+    fn lengths_follow_space_not_parameters() {
+        let uv: Vec<DVec2> = (0..500)
+            .map(|i| DVec2::new(f64::from(i) / 500.0, f64::from(i * 37 % 500) / 500.0))
+            .collect();
+        let points: Vec<DVec3> =
+            uv.iter().map(|at| DVec3::new(2.0 * at.x, 0.0, 10.0 * at.y)).collect();
+        let options = FitOptions::new((5, 5), (3, 3), (false, false)).unwrap();
+        let (u, v) = lengths(&points, &uv, &options);
+        assert!((v / u - 5.0).abs() < 1e-8, "{u} {v}");
+    }
+}

@@ -1,0 +1,153 @@
+//! Least squares: the surface closest to points whose parameters are known.
+//!
+//! Minimized is the weighted sum of squared distances from each point to the surface at its
+//! parameters, plus fairness times the thin-plate energy (G. Greiner, *Surface construction based
+//! on variational principles*, 1994). The normal equations ([`normal_equations`]) are sparse and
+//! positive definite; no matrix has a side as long as there are points.
+
+mod fairness;
+mod normal_equations;
+mod solve;
+
+use glam::{DVec2, DVec3};
+
+use self::normal_equations::NormalEquations;
+use crate::error::{Error, Result};
+use crate::nurbs::{KnotVector, NurbsSurface};
+
+/// Control points further from the centre than this many extents of the points were not held by
+/// anything but rounding.
+const RUNAWAY: f64 = 1e6;
+
+/// What is fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FitOptions {
+    /// Knots in u; the domain must hold all parameters.
+    pub knots_u: KnotVector,
+    /// Knots in v.
+    pub knots_v: KnotVector,
+    /// Directions in which the surface closes smoothly: their knots must be periodic.
+    pub closed: (bool, bool),
+    /// Weight of the thin-plate energy: 1 gives it as large a say (trace of the matrix) as all
+    /// points together, 0 none at all. Small values, 1e-6 say, only fill what points leave open.
+    pub fairness: f64,
+}
+
+impl FitOptions {
+    /// Evenly spaced knots on `[0, 1]²` for a net of this shape, and a fairness of 1e-6; in closed
+    /// directions the shape counts the different control points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a side of the net has not more control points than its degree.
+    pub fn new(net: (usize, usize), degree: (usize, usize), closed: (bool, bool)) -> Result<Self> {
+        let knots = |degree, count, closed| {
+            if closed {
+                KnotVector::periodic_uniform(degree, count)
+            } else {
+                KnotVector::clamped_uniform(degree, count)
+            }
+        };
+        let knots_u = knots(degree.0, net.0, closed.0)?;
+        let knots_v = knots(degree.1, net.1, closed.1)?;
+        Ok(Self { knots_u, knots_v, closed, fairness: 1e-6 })
+    }
+}
+
+/// The surface closest to points at these parameters, in the sense of least squares. Each squared
+/// distance counts with its weight (1 without weights; 0 leaves a point out).
+///
+/// O(points · degree⁴) for the normal equations; solving them takes O(unknowns^1.5) at worst.
+/// The number of threads does not change a bit of the result.
+///
+/// ```
+/// use neurbs::{DVec2, DVec3, fit::{FitOptions, fit}};
+/// let uv: Vec<DVec2> = (0..400)
+///     .map(|i| DVec2::new(f64::from(i * 7 % 400) / 399.0, f64::from(i) / 399.0))
+///     .collect();
+/// let points: Vec<DVec3> = uv.iter().map(|at| DVec3::new(at.x, at.y, at.x * at.y)).collect();
+/// let options = FitOptions { fairness: 0.0, ..FitOptions::new((5, 6), (3, 3), (false, false))? };
+/// let surface = fit(&points, &uv, None, &options)?;
+/// assert!(surface.point(0.3, 0.4).distance(DVec3::new(0.3, 0.4, 0.12)) < 1e-12);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
+/// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
+/// periodic where they should be, or the points cannot hold the net; [`Error::NotFinite`] for a
+/// point that is not finite.
+pub fn fit(
+    points: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &FitOptions,
+) -> Result<NurbsSurface> {
+    check(points, uv, weights, options)?;
+    // About the centroid numbers keep their digits wherever the points lie.
+    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+    let extent = points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
+    let mut equations = NormalEquations::new(options);
+    equations.add_points(points, centre, uv, weights);
+    if options.fairness > 0.0 {
+        let lengths = fairness::lengths(points, uv, options);
+        equations.add_fairness(options.fairness, lengths);
+    }
+    let solved = equations.solve();
+    let held = |net: &Vec<DVec3>| net.iter().all(|p| p.length() <= RUNAWAY * extent);
+    let net = solved.filter(held).ok_or_else(|| {
+        let (rows, cols) = equations.unknowns();
+        let got = format!("{rows} × {cols} for {} points", points.len());
+        Error::parameter("net", "small enough for the points to hold it; or raise fairness", got)
+    })?;
+    let (knots_u, knots_v) = (options.knots_u.clone(), options.knots_v.clone());
+    NurbsSurface::new(net.into_iter().map(|p| p + centre).collect(), None, knots_u, knots_v)
+}
+
+fn check(
+    points: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &FitOptions,
+) -> Result<()> {
+    let count = points.len();
+    let same = |name, length| {
+        let must = format!("as many as the points, {count}");
+        if length == count { Ok(()) } else { Err(Error::parameter(name, must, length)) }
+    };
+    if count == 0 {
+        return Err(Error::parameter("points", "at least one", 0));
+    }
+    same("uv", uv.len())?;
+    if let Some(index) = points.iter().position(|point| !point.is_finite()) {
+        return Err(Error::NotFinite { index, point: points[index] });
+    }
+    let sides =
+        [("u", &options.knots_u, options.closed.0), ("v", &options.knots_v, options.closed.1)];
+    for (axis, (name, knots, closed)) in sides.into_iter().enumerate() {
+        let (start, end) = knots.domain();
+        if let Some(i) = uv.iter().position(|at| !(start..=end).contains(&at[axis])) {
+            let must = format!("inside the domain [{start}, {end}] in {name}");
+            return Err(Error::parameter("uv", must, format!("{} at index {i}", uv[i][axis])));
+        }
+        if closed && !knots.is_periodic() {
+            let got = format!("{:?}", knots.as_slice());
+            return Err(Error::parameter("knots", "periodic in a closed direction", got));
+        }
+    }
+    if let Some(weights) = weights {
+        same("weights", weights.len())?;
+        if let Some(i) = weights.iter().position(|w| !(*w >= 0.0 && w.is_finite())) {
+            let got = format!("{} at index {i}", weights[i]);
+            return Err(Error::parameter("weights", "finite and at least 0", got));
+        }
+        if weights.iter().all(|w| *w == 0.0) {
+            return Err(Error::parameter("weights", "positive for some point", "all 0"));
+        }
+    }
+    if !(options.fairness >= 0.0 && options.fairness.is_finite()) {
+        return Err(Error::parameter("fairness", "finite and at least 0", options.fairness));
+    }
+    Ok(())
+}

@@ -1,0 +1,205 @@
+//! Banded systems of equations, open and cyclic, with many right-hand sides.
+//!
+//! Collocation matrices of B-splines are totally positive and their normal matrices positive
+//! definite, so that elimination needs no pivoting (C. de Boor, *A Practical Guide to Splines*,
+//! chapter XIII); the zeros outside the band stay zero.
+
+use glam::DVec4;
+
+/// Pivots below this share of the largest entry mean that the matrix is singular.
+const SINGULAR: f64 = 1e-14;
+
+/// A square matrix whose entries lie at most `reach` columns from the diagonal.
+#[derive(Clone, Debug)]
+pub(super) struct Banded {
+    size: usize,
+    reach: usize,
+    /// Row i, columns i - reach to i + reach.
+    entries: Vec<f64>,
+}
+
+impl Banded {
+    pub(super) fn new(size: usize, reach: usize) -> Self {
+        Self { size, reach, entries: vec![0.0; size * (2 * reach + 1)] }
+    }
+
+    fn at(&self, i: usize, j: usize) -> usize {
+        i * (2 * self.reach + 1) + j + self.reach - i
+    }
+
+    pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
+        let at = self.at(i, j);
+        self.entries[at] += value;
+    }
+
+    /// Solves for `width` right-hand sides at once, which lie row by row in `rows`, in place:
+    /// O(size · reach · (reach + width)). `None` if the matrix is singular.
+    pub(super) fn solve(mut self, rows: &mut [DVec4], width: usize) -> Option<()> {
+        let largest = self.entries.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+        let (n, reach) = (self.size, self.reach);
+        for k in 0..n {
+            let pivot = self.entries[self.at(k, k)];
+            if pivot.is_nan() || pivot.abs() <= SINGULAR * largest {
+                return None;
+            }
+            for i in k + 1..n.min(k + reach + 1) {
+                let factor = self.entries[self.at(i, k)] / pivot;
+                if factor == 0.0 {
+                    continue;
+                }
+                for j in k + 1..n.min(k + reach + 1) {
+                    self.add(i, j, -factor * self.entries[self.at(k, j)]);
+                }
+                subtract(rows, width, i, k, factor);
+            }
+        }
+        for k in (0..n).rev() {
+            for j in k + 1..n.min(k + reach + 1) {
+                subtract(rows, width, k, j, self.entries[self.at(k, j)]);
+            }
+            let scale = self.entries[self.at(k, k)].recip();
+            rows[k * width..(k + 1) * width].iter_mut().for_each(|value| *value *= scale);
+        }
+        Some(())
+    }
+}
+
+/// Subtracts `factor` times one row from another.
+fn subtract(rows: &mut [DVec4], width: usize, from: usize, row: usize, factor: f64) {
+    let (low, high) = rows.split_at_mut(from.max(row) * width);
+    let (target, source) = if from > row {
+        (&mut high[..width], &low[row * width..][..width])
+    } else {
+        (&mut low[from * width..][..width], &high[..width])
+    };
+    for (target, source) in target.iter_mut().zip(source) {
+        *target -= factor * *source;
+    }
+}
+
+/// A square matrix whose band goes on beyond the last column at the first.
+///
+/// The last `reach` unknowns are eliminated by their Schur complement; what is left is banded.
+#[derive(Clone, Debug)]
+pub(super) struct Cyclic {
+    size: usize,
+    reach: usize,
+    /// (row, column, value), equal places added up.
+    entries: Vec<(usize, usize, f64)>,
+}
+
+impl Cyclic {
+    pub(super) fn new(size: usize, reach: usize) -> Self {
+        Self { size, reach, entries: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
+        self.entries.push((i % self.size, j % self.size, value));
+    }
+
+    /// As [`Banded::solve`].
+    pub(super) fn solve(self, rows: &mut [DVec4], width: usize) -> Option<()> {
+        let border = self.reach.min(self.size);
+        let inner = self.size - border;
+        let mut band = Banded::new(inner, self.reach);
+        // Columns of the border, as more right-hand sides; four to a vector.
+        let extra = border.div_ceil(4);
+        let mut sides = vec![DVec4::ZERO; inner * (width + extra)];
+        for (side, row) in sides.chunks_mut(width + extra).zip(rows.chunks(width)) {
+            side[..width].copy_from_slice(row);
+        }
+        let mut below = vec![0.0; border * self.size];
+        for (i, j, value) in self.entries {
+            match (i < inner, j < inner) {
+                (true, true) => band.add(i, j, value),
+                (true, false) => {
+                    let column = j - inner;
+                    sides[i * (width + extra) + width + column / 4][column % 4] += value;
+                }
+                (false, _) => below[(i - inner) * self.size + j] += value,
+            }
+        }
+        band.solve(&mut sides, width + extra)?;
+        let side = |i: usize| &sides[i * (width + extra)..][..width + extra];
+        // The border's own equations, once the inner unknowns are put into them.
+        let mut small = Banded::new(border, border);
+        let mut last = rows[inner * width..].to_vec();
+        for row in 0..border {
+            let below = &below[row * self.size..][..self.size];
+            for column in 0..border {
+                let inside: f64 =
+                    (0..inner).map(|i| below[i] * side(i)[width + column / 4][column % 4]).sum();
+                small.add(row, column, below[inner + column] - inside);
+            }
+            for (i, factor) in below[..inner].iter().enumerate().filter(|(_, f)| **f != 0.0) {
+                for (value, inside) in last[row * width..].iter_mut().zip(&side(i)[..width]) {
+                    *value -= *factor * *inside;
+                }
+            }
+        }
+        small.solve(&mut last, width)?;
+        for i in 0..inner {
+            let row = &mut rows[i * width..][..width];
+            row.copy_from_slice(&side(i)[..width]);
+            for column in 0..border {
+                let factor = side(i)[width + column / 4][column % 4];
+                for (value, known) in row.iter_mut().zip(&last[column * width..]) {
+                    *value -= factor * *known;
+                }
+            }
+        }
+        rows[inner * width..].copy_from_slice(&last);
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solutions_solve() {
+        let (size, reach, width) = (17, 3, 2);
+        let entry = |i: usize, j: usize| if i == j { 9.0 } else { (1 + (3 * i + j) % 4) as f64 };
+        let wanted: Vec<DVec4> =
+            (0..size * width).map(|i| DVec4::new(i as f64, 1.0, -(i as f64).sin(), 0.0)).collect();
+        for wrapped in [false, true] {
+            let (mut open, mut cyclic) = (Banded::new(size, reach), Cyclic::new(size, reach));
+            let mut rows = vec![DVec4::ZERO; size * width];
+            for i in 0..size {
+                for j in i + size - reach..=i + size + reach {
+                    if !wrapped && !(size..2 * size).contains(&j) {
+                        continue;
+                    }
+                    let column = j % size;
+                    cyclic.add(i, j, entry(i, column));
+                    if !wrapped {
+                        open.add(i, column, entry(i, column));
+                    }
+                    for c in 0..width {
+                        rows[i * width + c] += entry(i, column) * wanted[column * width + c];
+                    }
+                }
+            }
+            let check = |solved: &[DVec4]| {
+                let error = solved.iter().zip(&wanted).map(|(a, b)| a.distance(*b));
+                assert!(error.fold(0.0, f64::max) < 1e-12);
+            };
+            let mut solved = rows.clone();
+            cyclic.solve(&mut solved, width).unwrap();
+            check(&solved);
+            if !wrapped {
+                open.solve(&mut rows, width).unwrap();
+                check(&rows);
+            }
+        }
+    }
+
+    #[test]
+    fn singular_matrices_are_noticed() {
+        let mut matrix = Banded::new(3, 1);
+        matrix.add(0, 0, 1.0);
+        matrix.add(2, 2, 1.0);
+        assert!(matrix.solve(&mut [DVec4::ONE; 3], 1).is_none());
+    }
+}

@@ -1,0 +1,185 @@
+//! Bézier patches: what bounds, projections and integrals work on.
+//!
+//! A surface is polynomial (or rational) on each pair of spans; there its Bézier control points
+//! bound it, and halving pulls them to it quadratically.
+
+use glam::{DVec3, DVec4};
+
+use super::basis::MAX_ORDER;
+use super::frame::Frame;
+use super::surface::NurbsSurface;
+use crate::error::Result;
+
+/// A piece of a surface over a rectangle of its parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    /// Homogeneous control points, row by row.
+    net: Vec<DVec4>,
+    degree_u: usize,
+    degree_v: usize,
+    pub u: (f64, f64),
+    pub v: (f64, f64),
+}
+
+impl Patch {
+    /// The patches of a surface, row by row, and how many there are along u and v.
+    pub(super) fn of(surface: &NurbsSurface) -> Result<(Vec<Self>, (usize, usize))> {
+        let patches = surface.bezier_patches()?;
+        let shape = (patches.len(), patches[0].len());
+        let patch = |patch: NurbsSurface| Self {
+            net: patch.homogeneous().to_vec(),
+            degree_u: patch.knots_u().degree(),
+            degree_v: patch.knots_v().degree(),
+            u: patch.knots_u().domain(),
+            v: patch.knots_v().domain(),
+        };
+        Ok((patches.into_iter().flatten().map(patch).collect(), shape))
+    }
+
+    /// The control points in space.
+    pub(super) fn points(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        self.net.iter().map(|h| h.truncate() / h.w)
+    }
+
+    /// The control point in this row and column.
+    pub(super) fn control(&self, i: usize, j: usize) -> DVec3 {
+        let h = self.net[i * (self.degree_v + 1) + j];
+        h.truncate() / h.w
+    }
+
+    pub(super) fn degrees(&self) -> (usize, usize) {
+        (self.degree_u, self.degree_v)
+    }
+
+    /// The halves in u (de Casteljau's algorithm; The NURBS Book, A1.7).
+    pub(super) fn halves_u(&self) -> (Self, Self) {
+        let ((start, end), middle) = (self.u, f64::midpoint(self.u.0, self.u.1));
+        let stride = self.degree_v + 1;
+        let (mut first, mut second) = (self.clone(), self.clone());
+        halve(&mut first.net, &mut second.net, self.degree_u, stride, 0..stride);
+        (first.u, second.u) = ((start, middle), (middle, end));
+        (first, second)
+    }
+
+    /// The halves in v.
+    pub(super) fn halves_v(&self) -> (Self, Self) {
+        let ((start, end), middle) = (self.v, f64::midpoint(self.v.0, self.v.1));
+        let (stride, rows) = (self.degree_v + 1, self.degree_u + 1);
+        let (mut first, mut second) = (self.clone(), self.clone());
+        let starts = (0..rows).map(|row| row * stride);
+        halve(&mut first.net, &mut second.net, self.degree_v, 1, starts);
+        (first.v, second.v) = ((start, middle), (middle, end));
+        (first, second)
+    }
+
+    /// The point with its first and second derivatives by shares s and t of the patch's sides.
+    pub(super) fn frame(&self, s: f64, t: f64) -> Frame {
+        let (rows, columns) = (bernstein(self.degree_u, s), bernstein(self.degree_v, t));
+        let mut sums = [DVec4::ZERO; 6];
+        for (k, row) in self.net.chunks_exact(self.degree_v + 1).enumerate() {
+            let mut along = [DVec4::ZERO; 3];
+            for (l, point) in row.iter().enumerate() {
+                for (sum, factors) in along.iter_mut().zip(&columns) {
+                    *sum += factors[l] * *point;
+                }
+            }
+            sums[0] += rows[0][k] * along[0];
+            sums[1] += rows[1][k] * along[0];
+            sums[2] += rows[0][k] * along[1];
+            sums[3] += rows[2][k] * along[0];
+            sums[4] += rows[1][k] * along[1];
+            sums[5] += rows[0][k] * along[2];
+        }
+        Frame::new(sums)
+    }
+
+    /// The parameters of the surface at shares of the patch's sides.
+    pub(super) fn parameters(&self, s: f64, t: f64) -> (f64, f64) {
+        let place = |(start, end): (f64, f64), share: f64| {
+            if share == 1.0 { end } else { start + share * (end - start) }
+        };
+        (place(self.u, s), place(self.v, t))
+    }
+}
+
+/// Splits curves of this degree, whose control points follow one another by `stride` from each of
+/// `starts`, at their middle: `first` is turned into the first halves, `second` into the second.
+fn halve(
+    first: &mut [DVec4],
+    second: &mut [DVec4],
+    degree: usize,
+    stride: usize,
+    starts: impl IntoIterator<Item = usize>,
+) {
+    for start in starts {
+        for level in 1..=degree {
+            for k in (level..=degree).rev() {
+                let at = start + k * stride;
+                first[at] = 0.5 * (first[at] + first[at - stride]);
+            }
+            second[start + (degree - level) * stride] = first[start + degree * stride];
+        }
+    }
+}
+
+/// The Bernstein polynomials of a degree at `t`, with first and second derivatives.
+fn bernstein(degree: usize, t: f64) -> [[f64; MAX_ORDER]; 3] {
+    let mut rows = [[0.0; MAX_ORDER]; 3];
+    let mut values = [0.0; MAX_ORDER];
+    values[0] = 1.0;
+    for k in 0..=degree {
+        if k > 0 {
+            let mut carried = 0.0;
+            for value in &mut values[..k] {
+                let (stays, goes) = ((1.0 - t) * *value, t * *value);
+                *value = carried + stays;
+                carried = goes;
+            }
+            values[k] = carried;
+        }
+        if let Some(row) = rows.get_mut(degree - k) {
+            *row = values;
+            for level in k + 1..=degree {
+                let mut carried = 0.0;
+                for value in &mut row[..level] {
+                    let share = level as f64 * *value;
+                    *value = carried - share;
+                    carried = share;
+                }
+                row[level] = carried;
+            }
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_and_frames_agree_with_the_surface() {
+        let torus =
+            NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap().elevate_degree(0, 2).unwrap();
+        let (patches, shape) = Patch::of(&torus).unwrap();
+        assert_eq!((shape, patches.len()), ((4, 4), 16));
+        for patch in &patches {
+            let ((a, b), (c, d)) = (patch.halves_u(), patch.halves_v());
+            for piece in [patch, &a, &b, &c, &d, &b.halves_v().1] {
+                for (s, t) in [(0.0, 0.0), (0.3, 0.9), (0.5, 0.5), (1.0, 0.2)] {
+                    let (u, v) = piece.parameters(s, t);
+                    let (here, there) = (piece.frame(s, t), torus.frame(u, v));
+                    assert!(here.point.distance(there.point) < 1e-14);
+                    let (du, dv) = (piece.u.1 - piece.u.0, piece.v.1 - piece.v.0);
+                    // At a knot the surface's derivatives are those of the next patch.
+                    if s < 1.0 {
+                        assert!(here.u.distance(there.u * du) < 1e-12);
+                        assert!(here.vv.distance(there.vv * dv * dv) < 1e-12);
+                        assert!(here.uv.distance(there.uv * du * dv) < 1e-12);
+                        assert!(here.uu.distance(there.uu * du * du) < 1e-12);
+                    }
+                }
+            }
+        }
+    }
+}

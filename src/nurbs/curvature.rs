@@ -1,0 +1,358 @@
+//! Fundamental forms and curvatures.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::basis::BasisDerivatives;
+use super::evaluate::{DETOURS, Outside, POINTS_PER_TASK, check_length, in_blocks, in_rows};
+use super::frame::Frame;
+use super::grid::{self, Isocurve};
+use super::surface::NurbsSurface;
+use crate::error::Result;
+use crate::progress::Observer;
+
+/// Principal curvatures that differ by less than this share of their size are equal: an umbilic
+/// point, where every direction is a principal one.
+const UMBILIC: f64 = 1e-7;
+
+/// How a surface bends at a point.
+///
+/// Curvatures are positive where the surface bends towards its normal.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Curvature {
+    /// The point itself.
+    pub point: DVec3,
+    /// The unit normal.
+    pub normal: DVec3,
+    /// Gaussian curvature, the product of the principal ones, in 1 / unit².
+    pub gaussian: f64,
+    /// Mean curvature, half the sum of the principal ones, in 1 / unit.
+    pub mean: f64,
+    /// The principal curvatures, the largest first, in 1 / unit.
+    pub principal: [f64; 2],
+    /// Unit tangents along which the surface bends so, at right angles to each other; the second
+    /// is `normal × first`. At an umbilic point the first runs along u.
+    pub directions: [DVec3; 2],
+}
+
+/// A fundamental form: a symmetric matrix in (du, dv).
+pub type Form = [[f64; 2]; 2];
+
+/// The first and second fundamental forms at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FundamentalForms {
+    /// [[E, F], [F, G]]: products of the tangents.
+    pub first: Form,
+    /// [[L, M], [M, N]]: second derivatives along the normal.
+    pub second: Form,
+}
+
+/// Where curvatures are written: slices of one element for each parameter.
+pub struct CurvatureSlices<'a> {
+    /// See [`Curvature::point`].
+    pub points: &'a mut [DVec3],
+    /// See [`Curvature::normal`].
+    pub normals: &'a mut [DVec3],
+    /// See [`Curvature::gaussian`].
+    pub gaussian: &'a mut [f64],
+    /// See [`Curvature::mean`].
+    pub mean: &'a mut [f64],
+    /// See [`Curvature::principal`].
+    pub principal: &'a mut [[f64; 2]],
+    /// See [`Curvature::directions`].
+    pub directions: &'a mut [[DVec3; 2]],
+}
+
+/// One element of each of the slices.
+type Places<'a> = (
+    ((&'a mut DVec3, &'a mut DVec3), (&'a mut f64, &'a mut f64)),
+    (&'a mut [f64; 2], &'a mut [DVec3; 2]),
+);
+
+impl<'a> CurvatureSlices<'a> {
+    fn check(&self, needed: usize) -> Result<()> {
+        let vectors = [self.points.len(), self.normals.len(), self.directions.len()];
+        let numbers = [self.gaussian.len(), self.mean.len(), self.principal.len()];
+        let mut lengths = vectors.into_iter().chain(numbers);
+        lengths.try_for_each(|length| check_length(length, needed))
+    }
+
+    /// The elements from..to, in parallel.
+    fn places(
+        &mut self,
+        from: usize,
+        to: usize,
+    ) -> impl IndexedParallelIterator<Item = Places<'_>> + use<'_, 'a> {
+        let vectors = self.points[from..to].par_iter_mut().zip(&mut self.normals[from..to]);
+        let numbers = self.gaussian[from..to].par_iter_mut().zip(&mut self.mean[from..to]);
+        let pairs = self.principal[from..to].par_iter_mut().zip(&mut self.directions[from..to]);
+        vectors.zip(numbers).zip(pairs)
+    }
+}
+
+impl Curvature {
+    fn write(&self, (((point, normal), (gaussian, mean)), (principal, directions)): Places<'_>) {
+        (*point, *normal) = (self.point, self.normal);
+        (*gaussian, *mean) = (self.gaussian, self.mean);
+        (*principal, *directions) = (self.principal, self.directions);
+    }
+
+    /// From a frame whose tangents span a plane with this normal (M. do Carmo, *Differential
+    /// Geometry of Curves and Surfaces*, section 3.3). In an orthonormal frame of the tangent
+    /// plane, which the first tangent begins, the second form is a symmetric 2 × 2 matrix.
+    fn new(frame: &Frame, normal: DVec3) -> Self {
+        let length = frame.u.length();
+        let along = frame.u / length;
+        let across = normal.cross(along);
+        // v = a along + b across, so that d/dacross = (d/dv - a / length d/du) / b.
+        let (a, b) = (frame.v.dot(along), frame.v.dot(across));
+        let [l, m, n] = [frame.uu, frame.uv, frame.vv].map(|second| second.dot(normal));
+        let ratio = a / length;
+        let xx = l / (length * length);
+        let xy = (m - ratio * l) / (length * b);
+        let yy = (n - 2.0 * ratio * m + ratio * ratio * l) / (b * b);
+        let mean = f64::midpoint(xx, yy);
+        let half = f64::midpoint(xx, -yy);
+        let spread = half.hypot(xy);
+        let (cos, sin) = if spread <= UMBILIC * mean.abs() {
+            (1.0, 0.0)
+        } else {
+            // Half of the angle of (half, xy), without cancellation.
+            let (x, y) = if half >= 0.0 {
+                (spread + half, xy)
+            } else {
+                (xy.abs(), (spread - half) * xy.signum())
+            };
+            let length = x.hypot(y);
+            (x / length, y / length)
+        };
+        let direction = cos * along + sin * across;
+        Self {
+            point: frame.point,
+            normal,
+            gaussian: xx * yy - xy * xy,
+            mean,
+            principal: [mean + spread, mean - spread],
+            directions: [direction, normal.cross(direction)],
+        }
+    }
+}
+
+impl NurbsSurface {
+    /// How the surface bends at (u, v).
+    ///
+    /// Where the parametrization is degenerate (a pole, a collapsed edge), it is how the surface
+    /// bends a small step nearer to the middle of the domain; all zero where the surface has no
+    /// normal there either.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 2.0)?;
+    /// let curvature = sphere.curvature(0.3, 0.4);
+    /// assert!((curvature.gaussian - 0.25).abs() < 1e-14);
+    /// assert!((curvature.mean + 0.5).abs() < 1e-14); // the normal points outwards
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    #[must_use]
+    pub fn curvature(&self, u: f64, v: f64) -> Curvature {
+        self.curvature_of(&self.frame(u, v), u, v)
+    }
+
+    fn curvature_of(&self, frame: &Frame, u: f64, v: f64) -> Curvature {
+        if let Some(normal) = self.flats().normal(frame.u, frame.v) {
+            return Curvature::new(frame, normal);
+        }
+        let (to_u, to_v) = self.to_middle(u, v);
+        // The first detour is too near to a pole for second derivatives.
+        let beside = DETOURS[1..].iter().find_map(|step| {
+            let near = self.frame(u + step * to_u, v + step * to_v);
+            let normal = self.flats().normal(near.u, near.v)?;
+            Some(Curvature::new(&near, normal))
+        });
+        let normal = self.normal(u, v);
+        Curvature { point: frame.point, normal, ..beside.unwrap_or_default() }
+    }
+
+    /// The fundamental forms at (u, v); see [`NurbsSurface::normal`] for the normal of the second.
+    #[must_use]
+    pub fn fundamental_forms(&self, u: f64, v: f64) -> FundamentalForms {
+        let frame = self.frame(u, v);
+        let normal = self.normal(u, v);
+        let mixed = (frame.u.dot(frame.v), frame.uv.dot(normal));
+        FundamentalForms {
+            first: [[frame.u.length_squared(), mixed.0], [mixed.0, frame.v.length_squared()]],
+            second: [[frame.uu.dot(normal), mixed.1], [mixed.1, frame.vv.dot(normal)]],
+        }
+    }
+
+    /// The fundamental forms at scattered parameters.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::evaluate`](NurbsSurface::evaluate).
+    pub fn fundamental_form_arrays(
+        &self,
+        uv: &[DVec2],
+        first: &mut [Form],
+        second: &mut [Form],
+        outside: Outside,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        check_length(first.len(), uv.len())?;
+        self.check_scattered(uv, second.len(), outside)?;
+        in_blocks(uv.len(), observer, |from, to| {
+            let out = first[from..to].par_iter_mut().zip(&mut second[from..to]);
+            let tasks = uv[from..to].par_iter().zip(out).with_min_len(POINTS_PER_TASK);
+            tasks.for_each(|(at, (first, second))| {
+                let forms = self.fundamental_forms(at.x, at.y);
+                (*first, *second) = (forms.first, forms.second);
+            });
+        })
+    }
+
+    /// Points, normals and curvatures at scattered parameters.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::evaluate`](NurbsSurface::evaluate).
+    pub fn curvatures(
+        &self,
+        uv: &[DVec2],
+        mut out: CurvatureSlices<'_>,
+        outside: Outside,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        out.check(uv.len())?;
+        self.check_scattered(uv, uv.len(), outside)?;
+        in_blocks(uv.len(), observer, |from, to| {
+            let tasks = uv[from..to].par_iter().zip(out.places(from, to));
+            let tasks = tasks.with_min_len(POINTS_PER_TASK);
+            tasks.for_each(|(at, places)| self.curvature(at.x, at.y).write(places));
+        })
+    }
+
+    /// Points, normals and curvatures on the grid of all pairs of `u` and `v`, row by row, `v`
+    /// fastest, in one pass.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::evaluate_grid`](NurbsSurface::evaluate_grid).
+    pub fn curvature_grid(
+        &self,
+        u: &[f64],
+        v: &[f64],
+        mut out: CurvatureSlices<'_>,
+        outside: Outside,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
+        out.check(u.len() * v.len())?;
+        self.check_grid(u, v, outside)?;
+        if v.is_empty() {
+            return Ok(());
+        }
+        let columns: Vec<BasisDerivatives<3>> =
+            v.iter().map(|&v| BasisDerivatives::at(self.knots_v(), v)).collect();
+        in_rows(u.len(), v.len(), observer, |from, to| {
+            let places = out.places(from * v.len(), to * v.len());
+            let rows = places.chunks(v.len()).zip(&u[from..to]);
+            rows.for_each_init(Isocurve::default, |net, (places, &u)| {
+                let mut places = places.into_iter();
+                grid::frames(self, u, &columns, net, |column, frame| {
+                    if let Some(places) = places.next() {
+                        self.curvature_of(frame, u, v[column]).write(places);
+                    }
+                });
+            });
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn a_torus_bends_as_the_closed_form_says() {
+        let (major, minor) = (3.0, 1.0);
+        let torus = NurbsSurface::torus(DVec3::ZERO, major, minor).unwrap();
+        for u in [0.0, 0.1, 0.33, 0.5, 0.9] {
+            for v in [0.0, 0.2, 0.25, 0.61, 1.0] {
+                let c = torus.curvature(u, v);
+                let axis = c.point.truncate().length();
+                let cos = (axis - major) / minor;
+                let (k1, k2) = (1.0 / minor, cos / axis);
+                assert!((c.gaussian - k1 * k2).abs() < 1e-13);
+                assert!((c.mean + f64::midpoint(k1, k2)).abs() < 1e-13, "{c:?}");
+                assert!((c.principal[0] + k2).abs() < 1e-13 && (c.principal[1] + k1).abs() < 1e-13);
+                // The direction of the weaker bend runs round the axis.
+                let round = DVec3::Z.cross(c.point).normalize();
+                assert!((c.directions[0].dot(round).abs() - 1.0).abs() < 1e-12);
+                assert!(c.directions[1].distance(c.normal.cross(c.directions[0])) < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn a_saddle_has_the_curvatures_of_its_height_field() {
+        // z = x y over [-1, 1]², whose tangents are not at right angles.
+        let net = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
+            .map(|(x, y)| DVec3::new(x.into(), y.into(), (x * y).into()));
+        let surface = NurbsSurface::clamped(net.to_vec(), (2, 2), 1).unwrap();
+        for (u, v) in [(0.5, 0.5), (0.2, 0.9), (1.0, 0.0)] {
+            let c = surface.curvature(u, v);
+            let (x, y) = (c.point.x, c.point.y);
+            let g = 1.0 + x * x + y * y;
+            assert!((c.gaussian + 1.0 / (g * g)).abs() < 1e-14);
+            assert!((c.mean + x * y / g.powf(1.5)).abs() < 1e-14);
+            let forms = surface.fundamental_forms(u, v);
+            let det = |m: [[f64; 2]; 2]| m[0][0] * m[1][1] - m[0][1] * m[1][0];
+            assert!((det(forms.second) / det(forms.first) - c.gaussian).abs() < 1e-14);
+            // Along a principal direction the normal curvature is the principal one.
+            for (direction, principal) in c.directions.iter().zip(c.principal) {
+                let (t, f) = (forms.second, forms.first);
+                let tangent = surface.frame(u, v);
+                let (a, b) = (direction.dot(tangent.u), direction.dot(tangent.v));
+                let du = (a * f[1][1] - b * f[0][1]) / det(f);
+                let dv = (b * f[0][0] - a * f[0][1]) / det(f);
+                let bend = t[0][0] * du * du + 2.0 * t[0][1] * du * dv + t[1][1] * dv * dv;
+                assert!((bend - principal).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn grid_and_scattered_agree_even_at_the_poles() {
+        let sphere = NurbsSurface::sphere(DVec3::ONE, 2.0).unwrap();
+        let (u, v) = ([0.0, 0.3, 1.0], [0.0, 0.5, 1.0]);
+        let uv: Vec<DVec2> = u.iter().flat_map(|&u| v.map(|v| DVec2::new(u, v))).collect();
+        let run = |grid: bool| {
+            let (mut points, mut normals) = (vec![DVec3::ZERO; 9], vec![DVec3::ZERO; 9]);
+            let (mut gaussian, mut mean) = (vec![0.0; 9], vec![0.0; 9]);
+            let (mut principal, mut directions) = (vec![[0.0; 2]; 9], vec![[DVec3::ZERO; 2]; 9]);
+            let out = CurvatureSlices {
+                points: &mut points,
+                normals: &mut normals,
+                gaussian: &mut gaussian,
+                mean: &mut mean,
+                principal: &mut principal,
+                directions: &mut directions,
+            };
+            if grid {
+                sphere.curvature_grid(&u, &v, out, Outside::Refuse, &mut Silent).unwrap();
+            } else {
+                sphere.curvatures(&uv, out, Outside::Refuse, &mut Silent).unwrap();
+            }
+            (points, normals, gaussian, mean)
+        };
+        let (grid, scattered) = (run(true), run(false));
+        for i in 0..9 {
+            assert!(grid.0[i].distance(scattered.0[i]) < 1e-14);
+            assert!(grid.1[i].distance((grid.0[i] - DVec3::ONE) / 2.0) < 1e-14);
+            // At the poles from second derivatives a step of 1e-4 aside.
+            let accuracy = if i % 3 == 1 { 1e-14 } else { 1e-6 };
+            assert!((grid.2[i] - 0.25).abs() < accuracy && (grid.3[i] + 0.5).abs() < accuracy);
+            assert!((grid.2[i] - scattered.2[i]).abs() < accuracy);
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! The NURBS curve: boundaries, isocurves, profiles.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DAffine3, DVec2, DVec3, DVec4};
+use rayon::prelude::*;
+
+use super::algebra::check_tolerance;
+use super::basis::{MAX_ORDER, derivatives};
+use super::derivatives::{check_order, project as project_derivatives};
+use super::evaluate::{Outside, check_inside, check_length};
+use super::knot_vector::KnotVector;
+use super::strip::Strip;
+use super::surface::project;
+use crate::error::{Error, Result};
+
+/// A NURBS curve in space.
+///
+/// ```
+/// use neurbs::{DVec3, nurbs::NurbsCurve};
+/// let curve = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0), DVec3::X * 2.0], 2)?;
+/// assert_eq!(curve.point(0.5), DVec3::new(1.0, 1.0, 0.0));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct NurbsCurve {
+    control_points: Vec<DVec3>,
+    weights: Option<Vec<f64>>,
+    strip: Strip,
+}
+
+/// Curves are equal if control points, weights and knots are.
+impl PartialEq for NurbsCurve {
+    fn eq(&self, other: &Self) -> bool {
+        self.control_points == other.control_points
+            && self.weights == other.weights
+            && self.knots() == other.knots()
+    }
+}
+
+impl NurbsCurve {
+    /// A curve from its parts; without weights it is polynomial (all weights are 1).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
+    /// control point is not finite, or a weight is not positive and finite.
+    pub fn new(
+        control_points: Vec<DVec3>,
+        weights: Option<Vec<f64>>,
+        knots: KnotVector,
+    ) -> Result<Self> {
+        let fail = |must, got| Err(Error::Net { must, got });
+        let (count, needed) = (control_points.len(), knots.control_points());
+        if count != needed {
+            let got = format!("{count} control points came with knots for {needed}");
+            return fail("have as many control points as its knots ask for", got);
+        }
+        if let Some(i) = control_points.iter().position(|point| !point.is_finite()) {
+            let got = format!("control point {i} is {}", control_points[i]);
+            return fail("be finite", got);
+        }
+        if let Some(weights) = &weights {
+            if weights.len() != count {
+                let got = format!("{} weights came for {count} points", weights.len());
+                return fail("have one weight for each control point", got);
+            }
+            if let Some(i) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
+                let got = format!("weight {i} is {}", weights[i]);
+                return fail("have positive, finite weights", got);
+            }
+        }
+        let weight = |i: usize| weights.as_ref().map_or(1.0, |w| w[i]);
+        let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
+        let points = control_points.iter().enumerate().map(lift).collect();
+        Ok(Self { control_points, weights, strip: Strip { knots, points, width: 1 } })
+    }
+
+    /// The polynomial curve on `[0, 1]` with clamped, evenly spaced knots.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if there are not more control points than the degree.
+    pub fn clamped(control_points: Vec<DVec3>, degree: usize) -> Result<Self> {
+        let knots = KnotVector::clamped_uniform(degree, control_points.len())?;
+        Self::new(control_points, None, knots)
+    }
+
+    /// The straight line from one point to another, on `[0, 1]`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if a point is not finite.
+    pub fn line(from: DVec3, to: DVec3) -> Result<Self> {
+        Self::clamped(vec![from, to], 1)
+    }
+
+    /// The arc `centre + x cos t + y sin t`, t from 0 to `angle` (at most a full turn), exact as a
+    /// rational quadratic on `[0, 1]` with as few pieces as keep each within a quarter turn (The
+    /// NURBS Book, A7.1). With x and y of one length and at right angles it is a circle's.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let circle = NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, std::f64::consts::TAU)?;
+    /// assert!((circle.point(0.3).length() - 1.0).abs() < 1e-15);
+    /// assert!(circle.closed());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for the angle; [`Error::Net`] if a number is not finite.
+    pub fn arc(centre: DVec3, x: DVec3, y: DVec3, angle: f64) -> Result<Self> {
+        let (circle, weights, knots) = arc(angle)?;
+        let place = |at: &DVec2| centre + at.x * x + at.y * y;
+        Self::new(circle.iter().map(place).collect(), Some(weights), knots)
+    }
+
+    pub(super) fn from_homogeneous(
+        points: &[DVec4],
+        rational: bool,
+        knots: KnotVector,
+    ) -> Result<Self> {
+        let (points, weights) = project(points, rational);
+        Self::new(points, weights, knots)
+    }
+
+    /// The control points.
+    #[must_use]
+    pub fn control_points(&self) -> &[DVec3] {
+        &self.control_points
+    }
+
+    /// The weights; `None` if the curve is polynomial.
+    #[must_use]
+    pub fn weights(&self) -> Option<&[f64]> {
+        self.weights.as_deref()
+    }
+
+    /// The knots.
+    #[must_use]
+    pub fn knots(&self) -> &KnotVector {
+        &self.strip.knots
+    }
+
+    /// Whether the curve ends where it begins.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        let first = self.control_points[0];
+        let far = self.control_points.iter().map(|p| p.distance(first)).fold(0.0, f64::max);
+        self.strip.is_closed(1e-10 * far)
+    }
+
+    /// The point at a parameter; outside the domain the outermost piece is continued.
+    #[must_use]
+    pub fn point(&self, u: f64) -> DVec3 {
+        let mut out = [DVec3::ZERO];
+        self.derivatives_at(u, &mut out);
+        out[0]
+    }
+
+    /// Points and derivatives up to `order` at parameters: for each of them `order + 1` vectors in
+    /// `out` (The NURBS Book, A4.2).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for the order, a parameter outside the domain (if that is refused),
+    /// or an `out` of the wrong length.
+    pub fn derivatives(
+        &self,
+        u: &[f64],
+        order: usize,
+        out: &mut [DVec3],
+        outside: Outside,
+    ) -> Result<()> {
+        check_order(order)?;
+        check_length(out.len(), u.len() * (order + 1))?;
+        check_inside("u", self.knots(), outside, u.par_iter().copied())?;
+        let tasks = u.par_iter().zip(out.par_chunks_mut(order + 1)).with_min_len(256);
+        tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
+        Ok(())
+    }
+
+    fn derivatives_at(&self, u: f64, out: &mut [DVec3]) {
+        let mut rows = vec![[0.0; MAX_ORDER]; out.len()];
+        let first = derivatives(self.knots(), u, &mut rows);
+        let points = &self.strip.points[first..=first + self.knots().degree()];
+        let sum = |row: &[f64; MAX_ORDER]| points.iter().zip(row).map(|(p, b)| *b * *p).sum();
+        let table: Vec<DVec4> = rows.iter().map(sum).collect();
+        project_derivatives(&table, 1, out);
+    }
+
+    /// The same curve with more knots; see
+    /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] or [`Error::Knots`], as there.
+    pub fn insert_knots(&self, knots: &[f64]) -> Result<Self> {
+        self.rebuilt(&self.strip.refined(knots)?)
+    }
+
+    /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
+    /// [`NurbsSurface::remove_knots`](super::NurbsSurface::remove_knots).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the tolerance is negative or not finite.
+    pub fn remove_knots(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
+        check_tolerance(tolerance)?;
+        self.rebuilt(&self.strip.simplified(knots, tolerance)?)
+    }
+
+    /// The same curve with a degree higher by `times`, clamped.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the degree would pass [`MAX_DEGREE`](super::MAX_DEGREE).
+    pub fn elevate_degree(&self, times: usize) -> Result<Self> {
+        self.rebuilt(&self.strip.elevated(times)?)
+    }
+
+    /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if it does not lie strictly inside the domain.
+    pub fn split(&self, at: f64) -> Result<(Self, Self)> {
+        let (before, after) = self.strip.split(at)?;
+        Ok((self.rebuilt(&before)?, self.rebuilt(&after)?))
+    }
+
+    /// The same curve run through backwards, on the same domain.
+    ///
+    /// # Errors
+    ///
+    /// None; every curve can be reversed.
+    pub fn reversed(&self) -> Result<Self> {
+        self.rebuilt(&self.strip.reversed())
+    }
+
+    /// The curve moved by an affine map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if a point leaves the range of numbers.
+    pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
+        let points = self.control_points.iter().map(|p| map.transform_point3(*p)).collect();
+        Self::new(points, self.weights.clone(), self.knots().clone())
+    }
+
+    /// The control points as a strip one point wide.
+    pub(super) fn strip(&self) -> &Strip {
+        &self.strip
+    }
+
+    fn rebuilt(&self, strip: &Strip) -> Result<Self> {
+        Self::from_homogeneous(&strip.points, self.weights.is_some(), strip.knots.clone())
+    }
+}
+
+/// Control points, weights and knots of an arc of the unit circle that begins on the x axis (The
+/// NURBS Book, A7.1).
+pub(super) fn arc(angle: f64) -> Result<(Vec<DVec2>, Vec<f64>, KnotVector)> {
+    if !(0.0 < angle && angle <= TAU) {
+        return Err(Error::parameter("angle", "between 0 and a full turn, 2π", angle));
+    }
+    // The rounding of a quarter, third or half turn is no reason for one more piece.
+    let pieces = (1..4).find(|n| angle <= f64::from(*n) * FRAC_PI_2 * (1.0 + 1e-12)).unwrap_or(4);
+    let step = angle / f64::from(2 * pieces);
+    let middle = step.cos();
+    let corner = |i: u32| {
+        if angle == f64::from(pieces) * FRAC_PI_2 {
+            // Quarter turns are exact, so that a full turn ends where it begins.
+            let turns = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
+            let (x, y) = turns[i as usize % 8];
+            return DVec2::new(f64::from(x), f64::from(y));
+        }
+        let direction = DVec2::from_angle(step * f64::from(i));
+        if i % 2 == 1 { direction / middle } else { direction }
+    };
+    let weights = (0..=2 * pieces).map(|i| if i % 2 == 1 { middle } else { 1.0 }).collect();
+    let inner = (1..pieces).flat_map(|i| [f64::from(i) / f64::from(pieces); 2]);
+    let knots = KnotVector::clamped(2, (0.0, 1.0), inner)?;
+    Ok(((0..=2 * pieces).map(corner).collect(), weights, knots))
+}

@@ -1,0 +1,455 @@
+//! Surfaces and curves through ordered points, or near them.
+
+use glam::{DVec3, DVec4};
+
+use super::algebra::transpose;
+use super::banded::{Banded, Cyclic};
+use super::basis::padded;
+use super::curve::NurbsCurve;
+use super::knot_vector::KnotVector;
+use super::strip::Strip;
+use super::surface::NurbsSurface;
+use crate::error::{Error, Result};
+
+/// How the points of a grid get their parameters (The NURBS Book, section 9.2.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Parametrization {
+    /// Evenly spaced.
+    Uniform,
+    /// In proportion to the distance of neighbours, averaged over the rows or columns.
+    #[default]
+    ChordLength,
+    /// In proportion to the root of that distance: calmer where distances vary much.
+    Centripetal,
+}
+
+/// What a grid of points is to become.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridOptions {
+    /// The degrees in u and v; 3 by default.
+    pub degree: (usize, usize),
+    /// How points get their parameters; by default from chord lengths.
+    pub parametrization: Parametrization,
+    /// Directions in which the surface closes smoothly behind the last row or column, which is
+    /// not the first one again; none by default.
+    pub closed: (bool, bool),
+}
+
+impl Default for GridOptions {
+    fn default() -> Self {
+        let parametrization = Parametrization::ChordLength;
+        Self { degree: (3, 3), parametrization, closed: (false, false) }
+    }
+}
+
+impl NurbsSurface {
+    /// The parameters of the rows and columns of a grid, on `[0, 1]`: those at which
+    /// [`NurbsSurface::interpolate`] meets them.
+    ///
+    /// In a closed direction of even degree the first row lies half a step inside the domain, as
+    /// there is no spline whose knots and data are at the same places.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the grid has another length than its shape, fewer than 2 rows or
+    /// columns, a point that is not finite, or neighbouring rows or columns that coincide.
+    pub fn grid_parameters(
+        grid: &[DVec3],
+        shape: (usize, usize),
+        options: &GridOptions,
+    ) -> Result<(Vec<f64>, Vec<f64>)> {
+        let Sites { u, v } = Sites::new(grid, shape, options)?;
+        Ok((u, v))
+    }
+
+    /// The surface through a grid of points, row by row, v fastest, with as many control points as
+    /// there are points (The NURBS Book, A9.4): banded systems, O(points · degree).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}};
+    /// let grid: Vec<DVec3> = (0..42)
+    ///     .map(|i| DVec3::new(f64::from(i / 7), f64::from(i % 7), f64::from(i * i % 5)))
+    ///     .collect();
+    /// let options = GridOptions::default();
+    /// let surface = NurbsSurface::interpolate(&grid, (6, 7), &options)?;
+    /// let (u, v) = NurbsSurface::grid_parameters(&grid, (6, 7), &options)?;
+    /// assert!(surface.point(u[2], v[5]).distance(grid[2 * 7 + 5]) < 1e-13);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if there are not more
+    /// rows or columns than the degree.
+    pub fn interpolate(
+        grid: &[DVec3],
+        shape: (usize, usize),
+        options: &GridOptions,
+    ) -> Result<Self> {
+        let Sites { u, v } = Sites::new(grid, shape, options)?;
+        let points = grid.iter().map(|point| point.extend(1.0)).collect();
+        let GridOptions { degree, closed, .. } = *options;
+        let along = interpolate_strip(points, shape.1, &u, degree.0, closed.0)?;
+        let across = transpose(&along.points, shape.1);
+        let rows = along.rows();
+        let across = interpolate_strip(across, rows, &v, degree.1, closed.1)?;
+        let net = transpose(&across.points, rows);
+        Self::from_homogeneous(&net, false, along.knots, across.knots)
+    }
+
+    /// The surface with a smaller net that comes closest to a grid of points, in the sense of least
+    /// squares in u and then in v. Knots follow the density of the points (The NURBS Book, section
+    /// 9.4.1). In closed directions `net` counts the different control points.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if a side of the net
+    /// has not more control points than the degree, or more than the grid has points.
+    pub fn approximate(
+        grid: &[DVec3],
+        shape: (usize, usize),
+        net: (usize, usize),
+        options: &GridOptions,
+    ) -> Result<Self> {
+        let Sites { u, v } = Sites::new(grid, shape, options)?;
+        let points: Vec<DVec4> = grid.iter().map(|point| point.extend(1.0)).collect();
+        let GridOptions { degree, closed, .. } = *options;
+        let along = approximate_strip(&points, shape.1, &u, net.0, degree.0, closed.0)?;
+        let across = transpose(&along.points, shape.1);
+        let rows = along.rows();
+        let across = approximate_strip(&across, rows, &v, net.1, degree.1, closed.1)?;
+        let net = transpose(&across.points, rows);
+        Self::from_homogeneous(&net, false, along.knots, across.knots)
+    }
+}
+
+impl NurbsCurve {
+    /// The curve through points, in their order (The NURBS Book, A9.1).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if there are not more points than the degree, or neighbours coincide.
+    pub fn interpolate(
+        points: &[DVec3],
+        degree: usize,
+        parametrization: Parametrization,
+        closed: bool,
+    ) -> Result<Self> {
+        check_points("points", points)?;
+        let sites = sites("points", points, 1, parametrization, closed)?;
+        let sites = shifted(sites, degree, closed);
+        let points = points.iter().map(|point| point.extend(1.0)).collect();
+        let strip = interpolate_strip(points, 1, &sites, degree, closed)?;
+        Self::from_homogeneous(&strip.points, false, strip.knots)
+    }
+}
+
+/// Parameters of the rows and columns of a grid.
+struct Sites {
+    u: Vec<f64>,
+    v: Vec<f64>,
+}
+
+impl Sites {
+    fn new(grid: &[DVec3], (rows, cols): (usize, usize), options: &GridOptions) -> Result<Self> {
+        if grid.len() != rows * cols || rows < 2 || cols < 2 {
+            let must = format!("at least 2 × 2 points, {rows} × {cols} of them");
+            return Err(Error::parameter("grid", must, grid.len()));
+        }
+        check_points("grid", grid)?;
+        let turned: Vec<DVec3> =
+            (0..cols).flat_map(|j| grid.iter().skip(j).step_by(cols).copied()).collect();
+        let GridOptions { degree, parametrization, closed } = *options;
+        let u = sites("rows of the grid", grid, cols, parametrization, closed.0)?;
+        let v = sites("columns of the grid", &turned, rows, parametrization, closed.1)?;
+        Ok(Self { u: shifted(u, degree.0, closed.0), v: shifted(v, degree.1, closed.1) })
+    }
+}
+
+fn check_points(name: &'static str, points: &[DVec3]) -> Result<()> {
+    match points.iter().position(|point| !point.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(Error::parameter(name, "finite", format!("{} at index {i}", points[i]))),
+    }
+}
+
+/// Parameters from 0 on for rows of points of this width: to 1, or in a closed direction to where
+/// one more step reaches 1.
+pub(super) fn sites(
+    name: &'static str,
+    points: &[DVec3],
+    width: usize,
+    parametrization: Parametrization,
+    closed: bool,
+) -> Result<Vec<f64>> {
+    let rows = points.len() / width;
+    let steps = rows - usize::from(!closed);
+    let mut means = vec![0.0; steps];
+    for column in 0..width {
+        let place = |row: usize| points[row % rows * width + column];
+        let measure = |row: usize| {
+            let distance = place(row).distance(place(row + 1));
+            match parametrization {
+                Parametrization::Uniform => 1.0,
+                Parametrization::ChordLength => distance,
+                Parametrization::Centripetal => distance.sqrt(),
+            }
+        };
+        let total: f64 = (0..steps).map(measure).sum();
+        // Columns that collapse in one point have no say.
+        if total > 0.0 {
+            means.iter_mut().enumerate().for_each(|(row, mean)| *mean += measure(row) / total);
+        }
+    }
+    let total: f64 = means.iter().sum();
+    let mut sites = vec![0.0];
+    for mean in &means[..rows - 1] {
+        sites.push(sites[sites.len() - 1] + mean / total);
+    }
+    if !closed {
+        sites[rows - 1] = 1.0;
+    }
+    let last = [closed.then_some(1.0)].into_iter().flatten();
+    let all: Vec<f64> = sites.iter().copied().chain(last).collect();
+    let stuck = |pair: &[f64]| pair[0] >= pair[1] || pair[1].is_nan();
+    match all.windows(2).position(stuck) {
+        None => Ok(sites),
+        Some(i) => {
+            let got = format!("number {} equal to the next", i % rows);
+            Err(Error::parameter(name, "different from their neighbours", got))
+        }
+    }
+}
+
+/// In a closed direction of even degree, the parameters moved so that 0 lies between two of them.
+fn shifted(mut sites: Vec<f64>, degree: usize, closed: bool) -> Vec<f64> {
+    if closed && degree.is_multiple_of(2) {
+        let half = (1.0 - sites[sites.len() - 1]) / 2.0;
+        for site in &mut sites {
+            *site += half;
+        }
+    }
+    sites
+}
+
+/// Splines through rows of points at these parameters.
+pub(super) fn interpolate_strip(
+    mut points: Vec<DVec4>,
+    width: usize,
+    sites: &[f64],
+    degree: usize,
+    closed: bool,
+) -> Result<Strip> {
+    let count = sites.len();
+    check_counts(degree, count, count)?;
+    let mean = |sites: &[f64]| sites.iter().sum::<f64>() / sites.len() as f64;
+    let solved = if closed {
+        let knots = if degree % 2 == 1 {
+            KnotVector::periodic(degree, &[sites, &[1.0]].concat())?
+        } else {
+            let between = sites.windows(2).map(mean);
+            let breaks: Vec<f64> = [0.0].into_iter().chain(between).chain([1.0]).collect();
+            KnotVector::periodic(degree, &breaks)?
+        };
+        // The largest function at each parameter comes to the diagonal.
+        let shift = degree / 2;
+        let mut matrix = Cyclic::new(count, degree);
+        for (i, site) in sites.iter().enumerate() {
+            let basis = padded(&knots, *site);
+            for k in 0..=degree {
+                if basis.values[k] != 0.0 {
+                    matrix.add(i, basis.first + k + count - shift, basis.values[k]);
+                }
+            }
+        }
+        let solved = matrix.solve(&mut points, width);
+        points = wrapped(&points, width, degree, count - shift);
+        solved.map(|()| knots)
+    } else {
+        let inner = (1..count - degree).map(|j| mean(&sites[j..j + degree]));
+        let knots = KnotVector::clamped(degree, (0.0, 1.0), inner)?;
+        let mut matrix = Banded::new(count, degree.min(count - 1));
+        for (i, site) in sites.iter().enumerate() {
+            let basis = padded(&knots, *site);
+            for k in 0..=degree {
+                if basis.values[k] != 0.0 {
+                    matrix.add(i, basis.first + k, basis.values[k]);
+                }
+            }
+        }
+        matrix.solve(&mut points, width).map(|()| knots)
+    };
+    let knots = solved.ok_or_else(|| singular(degree))?;
+    Ok(Strip { knots, points, width })
+}
+
+/// Splines with `count` different control points nearest to rows of points at these parameters.
+fn approximate_strip(
+    points: &[DVec4],
+    width: usize,
+    sites: &[f64],
+    count: usize,
+    degree: usize,
+    closed: bool,
+) -> Result<Strip> {
+    check_counts(degree, count, sites.len())?;
+    // The parameter at a fractional place among the sites.
+    let place = |at: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to count")]
+        let (i, share) = (at as usize, at.fract());
+        let next = sites.get(i + 1).copied().unwrap_or(1.0);
+        sites[i] + share * (next - sites[i])
+    };
+    let per_span = |spans: usize| sites.len() as f64 / spans as f64;
+    let knots = if closed {
+        let inner = (1..count).map(|j| place(j as f64 * per_span(count)));
+        let breaks: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
+        KnotVector::periodic(degree, &breaks)?
+    } else {
+        let spans = count - degree;
+        let inner = (1..spans).map(|j| place(j as f64 * per_span(spans) - 1.0));
+        KnotVector::clamped(degree, (0.0, 1.0), inner)?
+    };
+    let mut sums = vec![DVec4::ZERO; count * width];
+    let mut entries = Vec::with_capacity(sites.len() * (degree + 1) * (degree + 1));
+    for (row, site) in points.chunks(width).zip(sites) {
+        let basis = padded(&knots, *site);
+        for k in 0..=degree {
+            let (i, value) = ((basis.first + k) % count, basis.values[k]);
+            for (sum, point) in sums[i * width..][..width].iter_mut().zip(row) {
+                *sum += value * *point;
+            }
+            let other = (0..=degree).map(|l| (i, basis.first + l, value * basis.values[l]));
+            entries.extend(other);
+        }
+    }
+    let solved = if closed {
+        let mut matrix = Cyclic::new(count, degree);
+        for (i, j, value) in entries {
+            matrix.add(i, j, value);
+        }
+        matrix.solve(&mut sums, width)
+    } else {
+        let mut matrix = Banded::new(count, degree.min(count - 1));
+        for (i, j, value) in entries {
+            matrix.add(i, j, value);
+        }
+        matrix.solve(&mut sums, width)
+    };
+    solved.ok_or_else(|| singular(degree))?;
+    let points = if closed { wrapped(&sums, width, degree, 0) } else { sums };
+    Ok(Strip { knots, points, width })
+}
+
+/// The rows from `start` on, once round and `degree` more.
+fn wrapped(points: &[DVec4], width: usize, degree: usize, start: usize) -> Vec<DVec4> {
+    let count = points.len() / width;
+    let row = |i: usize| &points[(i + start) % count * width..][..width];
+    (0..count + degree).flat_map(row).copied().collect()
+}
+
+fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
+    if control_points <= degree {
+        let must = format!("more than the degree, {degree}");
+        return Err(Error::parameter("number of points along a side", must, control_points));
+    }
+    if control_points > points {
+        let must = format!("at most as large as the grid, {points} here");
+        return Err(Error::parameter("net", must, control_points));
+    }
+    Ok(())
+}
+
+fn singular(degree: usize) -> Error {
+    let must = format!("spread so that each span of degree {degree} holds some");
+    Error::parameter("points", must, "a system without a solution: use fewer control points")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ring(i: usize, rows: usize, j: usize, cols: usize) -> DVec3 {
+        let turn = |i: usize, n: usize| {
+            std::f64::consts::TAU * (i as f64 + 0.3 * (i % 2) as f64) / n as f64
+        };
+        let (a, b) = (turn(i, rows), turn(j, cols));
+        DVec3::new((3.0 + b.cos()) * a.cos(), (3.0 + b.cos()) * a.sin(), b.sin())
+    }
+
+    fn grid(rows: usize, cols: usize) -> Vec<DVec3> {
+        (0..rows * cols).map(|k| ring(k / cols, rows, k % cols, cols)).collect()
+    }
+
+    const KINDS: [Parametrization; 3] =
+        [Parametrization::Uniform, Parametrization::ChordLength, Parametrization::Centripetal];
+
+    #[test]
+    fn interpolation_meets_its_points_open_and_closed() {
+        for degree in 1..=5 {
+            for parametrization in KINDS {
+                for closed in [(false, false), (true, false), (true, true)] {
+                    let options = GridOptions { degree: (degree, 3), parametrization, closed };
+                    for shape in [(10, 8), (7, 12)] {
+                        let grid = grid(shape.0, shape.1);
+                        let surface = NurbsSurface::interpolate(&grid, shape, &options).unwrap();
+                        let (u, v) = NurbsSurface::grid_parameters(&grid, shape, &options).unwrap();
+                        for (k, point) in grid.iter().enumerate() {
+                            let met = surface.point(u[k / shape.1], v[k % shape.1]);
+                            assert!(met.distance(*point) < 1e-12, "{options:?} {met} {point}");
+                        }
+                        assert_eq!(surface.closed(), closed, "{options:?}");
+                        if closed.0 && degree > 1 {
+                            let (a, b) = (surface.normal(0.0, 0.3), surface.normal(1.0, 0.3));
+                            assert!(a.distance(b) < 1e-10);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn approximation_finds_a_surface_that_is_there() {
+        for closed in [(false, false), (true, true)] {
+            let options = GridOptions {
+                parametrization: Parametrization::Uniform,
+                closed,
+                ..GridOptions::default()
+            };
+            let near = NurbsSurface::approximate(&grid(60, 60), (60, 60), (30, 30), &options);
+            let same = NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options);
+            assert_eq!((near.unwrap().closed(), same.unwrap().closed()), (closed, closed));
+        }
+        // A bicubic polynomial is met by any net.
+        let options =
+            GridOptions { parametrization: Parametrization::Uniform, ..GridOptions::default() };
+        let height = |x: f64, y: f64| 1.0 + x * y * y - x * x * x;
+        let cubic: Vec<DVec3> = (0..900)
+            .map(|k| (f64::from(k / 30) / 29.0, f64::from(k % 30) / 29.0))
+            .map(|(x, y)| DVec3::new(x, y, height(x, y)))
+            .collect();
+        let surface = NurbsSurface::approximate(&cubic, (30, 30), (7, 5), &options).unwrap();
+        assert_eq!(surface.shape(), (7, 5));
+        let p = surface.point(0.37, 0.81);
+        assert!(p.distance(DVec3::new(0.37, 0.81, height(0.37, 0.81))) < 1e-13);
+    }
+
+    #[test]
+    fn refusals_name_what_is_wrong() {
+        let options = GridOptions::default();
+        let message = |grid: &[DVec3], shape| {
+            NurbsSurface::interpolate(grid, shape, &options).unwrap_err().to_string()
+        };
+        let good = grid(5, 5);
+        assert!(message(&good, (5, 4)).contains("5 × 4 of them, got 25"));
+        assert!(message(&good[..15], (3, 5)).contains("more than the degree, 3, got 3"));
+        let mut twice = good.clone();
+        twice.copy_within(5..10, 10);
+        assert!(message(&twice, (5, 5)).contains("rows of the grid must be different"));
+        twice[7].x = f64::NAN;
+        assert!(message(&twice, (5, 5)).contains("at index 7"));
+        let net = NurbsSurface::approximate(&good, (5, 5), (6, 5), &options).unwrap_err();
+        assert!(net.to_string().contains("at most as large as the grid, 5 here, got 6"));
+    }
+}

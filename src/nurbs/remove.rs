@@ -1,0 +1,105 @@
+//! Knot removal within a tolerance.
+
+use glam::{DVec3, DVec4};
+
+use super::elevate::difference;
+use super::knot_vector::KnotVector;
+use super::strip::Strip;
+use crate::error::Result;
+
+impl Strip {
+    /// The same curves, within `tolerance`, with as few of these knots as that allows: the ones
+    /// that are missed least go first. `None` stands for all inner knots.
+    ///
+    /// Each removal is judged by the whole way from the original, not by its own step: what is
+    /// left is refined to the original knots again, and the distance of the control points, a
+    /// bound of the distance of the curves, must hold the tolerance. O(knots² · rows · width).
+    pub(super) fn simplified(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
+        let original = self.clamped()?;
+        let mut candidates = knots.unwrap_or(original.knots.inner()).to_vec();
+        candidates.retain(|value| original.knots.inner().contains(value));
+        let moved = |strip: &Self| -> Result<f64> {
+            let new = difference(original.knots.inner(), strip.knots.inner());
+            Ok(deviation(&original.points, &strip.refined(&new)?.points))
+        };
+        let cost = |&value: &f64| Ok((moved(&original.without(value)?)?, value));
+        let mut costs = candidates.iter().map(cost).collect::<Result<Vec<_>>>()?;
+        costs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut strip = original.clone();
+        for (_, value) in costs.into_iter().take_while(|(cost, _)| *cost <= tolerance) {
+            if !strip.knots.inner().contains(&value) {
+                continue;
+            }
+            let trial = strip.without(value)?;
+            if moved(&trial)? <= tolerance {
+                strip = trial;
+            }
+        }
+        Ok(strip)
+    }
+
+    /// One of the knots of this value less (The NURBS Book, A5.8): the control points that its
+    /// insertion mixed are found again from both sides, and meet in the middle.
+    fn without(&self, value: f64) -> Result<Self> {
+        let (p, width, t) = (self.knots.degree(), self.width, self.knots.as_slice());
+        let times = self.knots.multiplicity(value);
+        let at = self.knots.span(value);
+        let (first, last) = (at - p, at - times);
+        let share = |i: usize| (value - t[i]) / (t[i + p + 1] - t[i]);
+        let mut points = self.points.clone();
+        let (mut i, mut j) = (first, last);
+        while i < j {
+            for c in 0..width {
+                let (left, right) = (points[(i - 1) * width + c], points[(j + 1) * width + c]);
+                let (a, b) = (share(i), share(j));
+                points[i * width + c] = (points[i * width + c] - (1.0 - a) * left) / a;
+                points[j * width + c] = (points[j * width + c] - b * right) / (1.0 - b);
+            }
+            (i, j) = (i + 1, j - 1);
+        }
+        // One row more than is needed is left: the one in the middle, or one of the two that met.
+        let surplus = usize::midpoint(first, last);
+        points.drain(surplus * width..(surplus + 1) * width);
+        let mut knots = t.to_vec();
+        knots.remove(at);
+        Ok(Self { knots: KnotVector::new(p, knots)?, points, width })
+    }
+}
+
+/// A bound of the distance between curves or surfaces of the same knots with these homogeneous
+/// control points. With A = w P about the middle of the net, two rational points differ by a mean
+/// of `ΔA - R Δw`, over the weights of the second.
+pub(super) fn deviation(a: &[DVec4], b: &[DVec4]) -> f64 {
+    let place = |h: &DVec4| h.truncate() / h.w;
+    let first = place(&a[0]);
+    let (low, high) =
+        a.iter().fold((first, first), |(low, high), h| (low.min(place(h)), high.max(place(h))));
+    let (middle, radius) = (low.midpoint(high), low.distance(high) / 2.0);
+    let around = |h: &DVec4| -> DVec3 { h.truncate() - h.w * middle };
+    let change =
+        |(a, b): (&DVec4, &DVec4)| around(a).distance(around(b)) + radius * (a.w - b.w).abs();
+    let most = a.iter().zip(b).map(change).fold(0.0, f64::max);
+    let least = b.iter().map(|h| h.w).fold(f64::INFINITY, f64::min);
+    if least > 0.0 { most / least } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_inserted_is_removed_and_a_corner_stays() {
+        let knots = KnotVector::clamped(3, (0.0, 1.0), [0.3, 0.6]).unwrap();
+        let heights = [0.0, 1.0, -1.0, 2.0, 0.5, 0.0];
+        let points = heights.map(|y| DVec4::new(y * y, y, 1.0, 1.0)).to_vec();
+        let strip = Strip { knots, points, width: 1 };
+        let refined = strip.refined(&[0.1, 0.3, 0.3, 0.45]).unwrap();
+        let back = refined.simplified(None, 1e-12).unwrap();
+        assert_eq!(back.knots, strip.knots);
+        assert!(deviation(&strip.points, &back.points) < 1e-14);
+        let only = refined.simplified(Some(&[0.1]), 1e-12).unwrap();
+        assert_eq!(only.knots.inner(), [0.3, 0.3, 0.3, 0.45, 0.6]);
+        // With enough tolerance everything goes.
+        assert!(refined.simplified(None, 1e3).unwrap().knots.inner().is_empty());
+    }
+}

@@ -1,0 +1,305 @@
+//! The algebra of knots, on many curves side by side.
+//!
+//! The net of a surface is a strip in either direction, and the control points of a curve are a
+//! strip one point wide; so every algorithm is written once. Points are homogeneous: what holds
+//! for polynomial curves in four dimensions holds for rational ones in three.
+
+use glam::DVec4;
+
+use super::basis::padded;
+use super::elevate::difference;
+use super::knot_vector::KnotVector;
+use super::remove::deviation;
+use crate::error::{Error, Result};
+
+/// Curves side by side over the same knots: row i holds their i-th control points.
+#[derive(Clone, Debug)]
+pub(super) struct Strip {
+    pub knots: KnotVector,
+    /// As many rows as the knots have control points, one after the other.
+    pub points: Vec<DVec4>,
+    /// Number of curves.
+    pub width: usize,
+}
+
+impl Strip {
+    /// How many rows there are.
+    pub(super) fn rows(&self) -> usize {
+        self.knots.control_points()
+    }
+
+    pub(super) fn row(&self, i: usize) -> &[DVec4] {
+        &self.points[i * self.width..][..self.width]
+    }
+
+    /// The strip whose row i is a mixture of two rows of this one, `share` of the first and the
+    /// rest of the second; a share of 1 copies the first row to the last bit.
+    fn mixed(&self, rows: impl Iterator<Item = (f64, usize, usize)>) -> Vec<DVec4> {
+        let mut points = Vec::with_capacity(rows.size_hint().0 * self.width);
+        for (share, a, b) in rows {
+            let pairs = self.row(a).iter().zip(self.row(b));
+            points.extend(pairs.map(|(a, b)| share * *a + (1.0 - share) * *b));
+        }
+        points
+    }
+
+    /// With one knot more, inside the domain or at its start (Boehm's algorithm; The NURBS Book,
+    /// A5.1). All mixtures are convex, so rounding does not grow.
+    fn with_knot(&self, value: f64) -> Result<Self> {
+        let (degree, span) = (self.knots.degree(), self.knots.span(value));
+        let t = self.knots.as_slice();
+        let mixture = |i: usize| {
+            if i + degree <= span {
+                return (1.0, i, i);
+            }
+            let (from, to) = (t[i], t[(i + degree).min(t.len() - 1)]);
+            if i > span || value <= from {
+                return (1.0, i - 1, i - 1);
+            }
+            ((value - from) / (to - from), i, i - 1)
+        };
+        let points = self.mixed((0..=self.rows()).map(mixture));
+        let mut knots = t.to_vec();
+        knots.insert(span + 1, value);
+        Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
+    }
+
+    /// With more knots (The NURBS Book, A5.4 in its effect): as long as there are fewer of them
+    /// than spans, O(knots · rows · width).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a knot lies outside the open domain, [`Error::Knots`] if one would
+    /// stand more often than the degree.
+    pub(super) fn refined(&self, knots: &[f64]) -> Result<Self> {
+        knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
+        if knots.is_empty() {
+            return Ok(self.clone());
+        }
+        let mut all = [self.knots.as_slice(), knots].concat();
+        all.sort_by(f64::total_cmp);
+        // Refuses knots that stand too often, before any work.
+        let refined = KnotVector::new(self.knots.degree(), all)?;
+        let mut sorted = knots.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        Ok(self.inserted(&sorted, refined))
+    }
+
+    /// Inserts sorted knots, from the last to the first, in place (The NURBS Book, A5.4).
+    fn inserted(&self, new: &[f64], knots: KnotVector) -> Self {
+        let (p, width) = (self.knots.degree(), self.width);
+        let t = self.knots.as_slice();
+        let s = knots.as_slice();
+        let total = knots.control_points();
+        let mut points = vec![DVec4::ZERO; total * width];
+        let (first, last) = (self.knots.span(new[0]), self.knots.span(new[new.len() - 1]) + 1);
+        let head = (first + 1 - p) * width;
+        points[..head].copy_from_slice(&self.points[..head]);
+        let tail = (self.rows() + 1 - last) * width;
+        let (from, to) = (self.points.len() - tail, points.len() - tail);
+        points[to..].copy_from_slice(&self.points[from..]);
+        // Row k - p - 1 is the next to be filled; i is the old span that is being copied.
+        let mut i = last + p - 1;
+        let mut k = last + p - 1 + new.len();
+        for &value in new.iter().rev() {
+            while value <= t[i] && i > first {
+                let (to, from) = ((k - p - 1) * width, (i - p - 1) * width);
+                points[to..to + width].copy_from_slice(&self.points[from..from + width]);
+                (i, k) = (i - 1, k - 1);
+            }
+            let at = (k - p - 1) * width;
+            points.copy_within(at + width..at + 2 * width, at);
+            for l in 1..=p {
+                let row = (k - p + l) * width;
+                let ahead = s[k + l] - value;
+                let share = if ahead == 0.0 { 0.0 } else { ahead / (s[k + l] - t[i - p + l]) };
+                let (before, after) = points.split_at_mut(row);
+                for (a, b) in before[row - width..].iter_mut().zip(&after[..width]) {
+                    *a = share * *a + (1.0 - share) * *b;
+                }
+            }
+            k -= 1;
+        }
+        Self { knots, points, width }
+    }
+
+    fn check_inside(&self, name: &'static str, value: f64) -> Result<()> {
+        let (start, end) = self.knots.domain();
+        if start < value && value < end {
+            return Ok(());
+        }
+        let must = format!("strictly inside the domain ({start}, {end})");
+        Err(Error::parameter(name, must, value))
+    }
+
+    /// The same curves with clamped knots on the same domain.
+    pub(super) fn clamped(&self) -> Result<Self> {
+        let starting = self.clamped_at_start()?;
+        starting.mirrored()?.clamped_at_start()?.mirrored()
+    }
+
+    /// The same curves with all parameters negated, which loses no bit of a knot.
+    fn mirrored(&self) -> Result<Self> {
+        let knots = self.knots.as_slice().iter().rev().map(|knot| -knot).collect();
+        let knots = KnotVector::new(self.knots.degree(), knots)?;
+        Ok(Self { knots, ..self.reversed() })
+    }
+
+    fn clamped_at_start(&self) -> Result<Self> {
+        let (start, degree) = (self.knots.domain().0, self.knots.degree());
+        let mut strip = self.clone();
+        while strip.knots.multiplicity(start) < degree {
+            strip = strip.with_knot(start)?;
+        }
+        // The last `degree` knots of this value and what follows; one of them once more.
+        let end = strip.knots.as_slice().partition_point(|&knot| knot <= start);
+        let first = end - degree;
+        if first == 1 && strip.knots.as_slice()[0] == start {
+            return Ok(strip);
+        }
+        let mut knots = strip.knots.as_slice()[first - 1..].to_vec();
+        knots[0] = start;
+        let points = strip.points[(first - 1) * strip.width..].to_vec();
+        Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
+    }
+
+    /// The same curves run through backwards, on the same domain.
+    pub(super) fn reversed(&self) -> Self {
+        let rows = (0..self.rows()).rev().map(|i| (1.0, i, i));
+        Self { knots: self.knots.reversed(), points: self.mixed(rows), width: self.width }
+    }
+
+    /// The parts before and after a parameter inside the domain, clamped.
+    pub(super) fn split(&self, at: f64) -> Result<(Self, Self)> {
+        self.check_inside("split", at)?;
+        let degree = self.knots.degree();
+        let missing = degree.saturating_sub(self.knots.multiplicity(at));
+        let strip = self.clamped()?.refined(&vec![at; missing])?;
+        let t = strip.knots.as_slice();
+        let (first, end) =
+            (t.partition_point(|&knot| knot < at), t.partition_point(|&knot| knot <= at));
+        let before: Vec<f64> = t[..end].iter().copied().chain([at]).collect();
+        let after: Vec<f64> = [at].into_iter().chain(t[first..].iter().copied()).collect();
+        let part = |knots: Vec<f64>, points: &[DVec4]| -> Result<Self> {
+            let knots = KnotVector::new(degree, knots)?;
+            Ok(Self { knots, points: points.to_vec(), width: self.width })
+        };
+        let cut = first - 1;
+        Ok((
+            part(before, &strip.points[..(cut + 1) * self.width])?,
+            part(after, &strip.points[cut * self.width..])?,
+        ))
+    }
+
+    /// The part between two parameters of the domain, clamped.
+    pub(super) fn between(&self, from: f64, to: f64) -> Result<Self> {
+        let (start, end) = self.knots.domain();
+        if !(start <= from && from < to && to <= end) {
+            let must = format!("an increasing pair inside the domain [{start}, {end}]");
+            return Err(Error::parameter("range", must, format!("({from}, {to})")));
+        }
+        let tail = if from > start { self.split(from)?.1 } else { self.clamped()? };
+        if to < end { Ok(tail.split(to)?.0) } else { Ok(tail) }
+    }
+
+    /// The same curves with every inner knot as often as the degree: Bézier curves, end to end.
+    pub(super) fn bezier(&self) -> Result<Self> {
+        let strip = self.clamped()?;
+        let degree = strip.knots.degree();
+        let missing = |value| std::iter::repeat_n(value, degree - strip.knots.multiplicity(value));
+        let breaks = strip.knots.breaks();
+        let new: Vec<f64> = breaks[1..breaks.len() - 1].iter().flat_map(|&v| missing(v)).collect();
+        strip.refined(&new)
+    }
+
+    /// Over the same knots on another domain.
+    pub(super) fn with_domain(&self, domain: (f64, f64)) -> Result<Self> {
+        Ok(Self { knots: self.knots.with_domain(domain)?, ..self.clone() })
+    }
+
+    /// This and the strip that follows it, which begins where this one ends and has the same
+    /// degree; the knots of the second are moved behind those of the first.
+    pub(super) fn joined(&self, next: &Self) -> Result<Self> {
+        let (first, next) = (self.clamped()?, next.clamped()?);
+        let degree = first.knots.degree();
+        let ((_, end), (start, _)) = (first.knots.domain(), next.knots.domain());
+        let shift = end - start;
+        let t = first.knots.as_slice();
+        let tail = next.knots.as_slice()[degree + 1..].iter().map(|knot| knot + shift);
+        let knots = t[..t.len() - 1].iter().copied().chain(tail).collect();
+        let points = [&first.points[..], &next.points[self.width..]].concat();
+        Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
+    }
+}
+
+impl Strip {
+    /// The row of points at a parameter of the domain.
+    pub(super) fn at(&self, u: f64) -> Result<Vec<DVec4>> {
+        let (start, end) = self.knots.domain();
+        if !(start..=end).contains(&u) {
+            let must = format!("inside the domain [{start}, {end}]");
+            return Err(Error::parameter("parameter", must, u));
+        }
+        let basis = padded(&self.knots, u);
+        let mut sums = vec![DVec4::ZERO; self.width];
+        for k in 0..=self.knots.degree() {
+            for (sum, point) in sums.iter_mut().zip(self.row(basis.first + k)) {
+                *sum += basis.values[k] * *point;
+            }
+        }
+        Ok(sums)
+    }
+
+    /// Whether all curves end where they begin, within a tolerance.
+    pub(super) fn is_closed(&self, tolerance: f64) -> bool {
+        let (start, end) = self.knots.domain();
+        let (Ok(start), Ok(end)) = (self.at(start), self.at(end)) else { return false };
+        // Weights count only up to a factor.
+        let factor = start[0].w / end[0].w;
+        let end: Vec<DVec4> = end.iter().map(|point| *point * factor).collect();
+        deviation(&start, &end) <= tolerance
+    }
+}
+
+/// Raises strips to the highest degree among them, clamped.
+pub(super) fn unify_degrees(strips: &mut [Strip]) -> Result<()> {
+    let degree = strips.iter().map(|strip| strip.knots.degree()).max().unwrap_or(0);
+    strips.iter_mut().try_for_each(|strip| {
+        *strip = strip.elevated(degree - strip.knots.degree())?;
+        Ok(())
+    })
+}
+
+/// Gives strips of the same domain the same degree and the same knots: those of all of them.
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if the domains differ.
+pub(super) fn unify(strips: &mut [Strip]) -> Result<()> {
+    unify_degrees(strips)?;
+    let domain = strips[0].knots.domain();
+    if let Some(other) = strips.iter().map(|strip| strip.knots.domain()).find(|d| *d != domain) {
+        return Err(Error::parameter("domain", format!("{domain:?} of all"), format!("{other:?}")));
+    }
+    let mut all: Vec<f64> = Vec::new();
+    for strip in &*strips {
+        let new = difference(strip.knots.inner(), &intersection(strip.knots.inner(), &all));
+        all.extend(new);
+        all.sort_by(f64::total_cmp);
+    }
+    strips.iter_mut().try_for_each(|strip| {
+        *strip = strip.refined(&difference(&all, strip.knots.inner()))?;
+        Ok(())
+    })
+}
+
+/// What two sorted sequences have in common, with repetitions.
+fn intersection(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut b = b.iter().peekable();
+    let mut common = Vec::new();
+    for value in a {
+        while b.next_if(|other| *other < value).is_some() {}
+        common.extend(b.next_if(|other| *other == value));
+    }
+    common
+}

@@ -1,0 +1,522 @@
+//! `neurbs.NurbsSurface`: surfaces from ordered data, curves and numbers.
+
+use glam::DVec3;
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+use super::arrays::{self, Numbers};
+use super::call;
+use super::curve::NurbsCurve;
+use super::errors::{NeurbsError, bad_argument};
+use super::surface::{NurbsSurface, closed, degrees, knot_vectors, net, weights};
+use crate::fit::{FitOptions, fit};
+use crate::nurbs::{self, GridOptions, Parametrization};
+
+/// A way to choose parameters, by its name.
+pub(super) fn parametrization(name: &str) -> PyResult<Parametrization> {
+    match name {
+        "uniform" => Ok(Parametrization::Uniform),
+        "chord" => Ok(Parametrization::ChordLength),
+        "centripetal" => Ok(Parametrization::Centripetal),
+        other => {
+            let must = "\"uniform\", \"chord\" or \"centripetal\"";
+            Err(NeurbsError::new_err(format!("parametrization must be {must}, got {other:?}")))
+        }
+    }
+}
+
+/// A point or direction: three numbers.
+pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
+    let numbers = Numbers::new(value, name, "three real numbers", &[&[Some(3)]])?;
+    let numbers: &[f64] = numbers.as_slice()?;
+    let vector = DVec3::from_slice(numbers);
+    if vector.is_finite() { Ok(vector) } else { Err(bad_argument(name, "finite", value)) }
+}
+
+fn grid_options(
+    degree: Option<&Bound<'_, PyAny>>,
+    name: &str,
+    closed: Option<&Bound<'_, PyAny>>,
+) -> PyResult<GridOptions> {
+    let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
+    Ok(GridOptions { degree, parametrization: parametrization(name)?, closed })
+}
+
+type Vectors<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+#[pymethods]
+impl NurbsSurface {
+    /// A surface through a grid of points.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : array_like of shape (n, m, 3)
+    ///     Points in rows and columns.
+    /// degree : int or (int, int), default 3
+    ///     Degrees in u and v, each lower than the number of points along it.
+    /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
+    ///     How points get their parameters: in proportion to their distances, evenly, or in
+    ///     proportion to the roots of their distances.
+    /// closed : bool or (bool, bool), default False
+    ///     Directions in which the surface closes smoothly behind the last row or column, which is
+    ///     not the first one again.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     On [0, 1]², with as many control points as there are points (and ``degree`` more rows in
+    ///     closed directions). It meets the points at :meth:`grid_parameters`.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If there are too few points, one is not finite, or neighbouring rows coincide.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, A9.4: banded systems, O(points · degree).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs, numpy as np
+    /// >>> x, y = np.mgrid[0:5, 0:6]
+    /// >>> grid = np.stack([x, y, np.sin(x) * y], axis=-1)
+    /// >>> surface = neurbs.NurbsSurface.interpolate(grid)
+    /// >>> u, v = neurbs.NurbsSurface.grid_parameters(grid)
+    /// >>> np.allclose(surface.evaluate_grid(u, v), grid)
+    /// True
+    #[staticmethod]
+    #[pyo3(
+        signature = (grid, degree=None, *, parametrization="chord", closed=None),
+        text_signature = "(grid, degree=3, *, parametrization='chord', closed=False)"
+    )]
+    fn interpolate(
+        grid: &Bound<'_, PyAny>,
+        degree: Option<&Bound<'_, PyAny>>,
+        parametrization: &str,
+        closed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let options = grid_options(degree, parametrization, closed)?;
+        let (points, shape) = net(grid, "grid")?;
+        let core = call::run(grid.py(), None, |_| {
+            nurbs::NurbsSurface::interpolate(&points, shape, &options)
+        })?;
+        Self::new(grid.py(), core)
+    }
+
+    /// The parameters at which :meth:`interpolate` meets the points of a grid.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid, degree, parametrization, closed
+    ///     As there.
+    ///
+    /// Returns
+    /// -------
+    /// u : ndarray of shape (n,)
+    /// v : ndarray of shape (m,)
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     As there.
+    #[staticmethod]
+    #[pyo3(
+        signature = (grid, degree=None, *, parametrization="chord", closed=None),
+        text_signature = "(grid, degree=3, *, parametrization='chord', closed=False)"
+    )]
+    fn grid_parameters<'py>(
+        grid: &Bound<'py, PyAny>,
+        degree: Option<&Bound<'py, PyAny>>,
+        parametrization: &str,
+        closed: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Vectors<'py>, Vectors<'py>)> {
+        let options = grid_options(degree, parametrization, closed)?;
+        let (points, shape) = net(grid, "grid")?;
+        let (u, v) = nurbs::NurbsSurface::grid_parameters(&points, shape, &options)?;
+        let array = |values: &[f64]| {
+            let array = arrays::output(grid.py(), None, &[values.len()])?;
+            arrays::writable(&array)?.as_slice_mut()?.copy_from_slice(values);
+            Ok::<_, PyErr>(array)
+        };
+        Ok((array(&u)?, array(&v)?))
+    }
+
+    /// A surface with a smaller net, as close as possible to a grid of points.
+    ///
+    /// Parameters
+    /// ----------
+    /// grid : array_like of shape (n, m, 3)
+    ///     Points in rows and columns.
+    /// net : (int, int)
+    ///     Control points along u and v, more than the degree and at most as many as the points;
+    ///     in closed directions the different ones.
+    /// degree, parametrization, closed
+    ///     As in :meth:`interpolate`.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     On [0, 1]²: least squares along u, then along v.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the net does not fit the grid or the degree, or as :meth:`interpolate`.
+    #[staticmethod]
+    #[pyo3(
+        signature = (grid, net, degree=None, *, parametrization="chord", closed=None),
+        text_signature = "(grid, net, degree=3, *, parametrization='chord', closed=False)"
+    )]
+    fn approximate(
+        grid: &Bound<'_, PyAny>,
+        net: (usize, usize),
+        degree: Option<&Bound<'_, PyAny>>,
+        parametrization: &str,
+        closed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let options = grid_options(degree, parametrization, closed)?;
+        let (points, shape) = self::net(grid, "grid")?;
+        let core = call::run(grid.py(), None, |_| {
+            nurbs::NurbsSurface::approximate(&points, shape, net, &options)
+        })?;
+        Self::new(grid.py(), core)
+    }
+
+    /// A surface as close as possible to points whose parameters are known.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : array_like of shape (n, 3)
+    ///     Points in space, in any order.
+    /// uv : array_like of shape (n, 2)
+    ///     Their parameters, inside the domain: [0, 1]², unless ``knots`` say otherwise.
+    /// net : (int, int), optional
+    ///     Control points along u and v; in closed directions the different ones. Needed unless
+    ///     there are ``knots``.
+    /// degree : int or (int, int), default 3
+    ///     Degrees in u and v.
+    /// knots : (array_like, array_like), optional
+    ///     Knot vectors in u and v instead of evenly spaced ones; periodic in closed directions.
+    /// weights : array_like of shape (n,), optional
+    ///     How much each squared distance counts, at least 0.
+    /// fairness : float, default 1e-6
+    ///     Weight of the thin-plate energy, ∫∫ S_uu² + 2 S_uv² + S_vv²: 1 gives it as large a say
+    ///     as all points together, 0 none.
+    /// closed : bool or (bool, bool), default False
+    ///     Directions in which the surface closes smoothly.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If numbers do not belong together, a parameter lies outside the domain, or the points
+    ///     cannot hold the net: choose a smaller one or more fairness.
+    ///
+    /// Notes
+    /// -----
+    /// Sparse normal equations and Cholesky's factorization; memory does not grow with the number
+    /// of points.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs, numpy as np
+    /// >>> uv = np.random.default_rng(0).random((500, 2))
+    /// >>> points = np.column_stack([uv, uv[:, 0] * uv[:, 1]])
+    /// >>> surface = neurbs.NurbsSurface.fit(points, uv, net=(5, 5))
+    /// >>> np.abs(surface.evaluate(uv) - points).max() < 1e-6
+    /// np.True_
+    #[staticmethod]
+    #[pyo3(
+        signature = (
+            points, uv, *, net=None, degree=None, knots=None, weights=None, fairness=1e-6,
+            closed=None
+        ),
+        text_signature = "(points, uv, *, net=None, degree=3, knots=None, weights=None, \
+                          fairness=1e-6, closed=False)"
+    )]
+    #[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+    fn fit(
+        points: &Bound<'_, PyAny>,
+        uv: &Bound<'_, PyAny>,
+        net: Option<(usize, usize)>,
+        degree: Option<&Bound<'_, PyAny>>,
+        knots: Option<&Bound<'_, PyAny>>,
+        weights: Option<&Bound<'_, PyAny>>,
+        fairness: f64,
+        closed: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let py = points.py();
+        let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
+        let options = match (net, knots) {
+            (Some(net), None) => FitOptions { fairness, ..FitOptions::new(net, degree, closed)? },
+            (None, Some(knots)) => {
+                let (knots_u, knots_v) = knot_vectors(knots, degree)?;
+                FitOptions { knots_u, knots_v, closed, fairness }
+            }
+            _ => {
+                let message = "one of net and knots must be given, got both or neither";
+                return Err(NeurbsError::new_err(message));
+            }
+        };
+        let points = Numbers::points(points, "points")?;
+        let uv = Numbers::parameters(uv)?;
+        let weights = weights.map(|weights| Numbers::sequence(weights, "weights")).transpose()?;
+        let weights = weights.as_ref().map(Numbers::as_slice).transpose()?;
+        let (points, uv) = (points.as_slice()?, uv.as_slice()?);
+        let core = call::run(py, None, |_| fit(points, uv, weights, &options))?;
+        Self::new(py, core)
+    }
+
+    /// The Bézier patch of a net.
+    ///
+    /// Parameters
+    /// ----------
+    /// net : array_like of shape (n, m, 3)
+    ///     Control points, 2 to 10 along each side.
+    /// weights : array_like of shape (n, m), optional
+    ///     Positive weights.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     Of degree (n - 1, m - 1) on [0, 1]².
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a side has too few or too many control points.
+    #[staticmethod]
+    #[pyo3(signature = (net, weights=None))]
+    fn bezier(net: &Bound<'_, PyAny>, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let (points, shape) = self::net(net, "net")?;
+        let weights = self::weights(weights, shape)?;
+        Self::new(net.py(), nurbs::NurbsSurface::bezier(points, weights, shape)?)
+    }
+
+    /// The surface of straight lines between two curves.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : NurbsCurve
+    ///     The curves at u = 0 and u = 1, which run in v; their domains must be the same.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the domains differ or the curves coincide.
+    #[staticmethod]
+    fn ruled(py: Python<'_>, start: &NurbsCurve, end: &NurbsCurve) -> PyResult<Self> {
+        Self::new(py, nurbs::NurbsSurface::ruled(start.core(), end.core())?)
+    }
+
+    /// A surface through curves.
+    ///
+    /// Parameters
+    /// ----------
+    /// curves : sequence of NurbsCurve
+    ///     At least two, which run in v, with the same domain. Degrees and knots are made equal.
+    /// degree : int, default 3
+    ///     The degree in u; lower where there are not more curves than it.
+    /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
+    ///     How the curves are spaced in u.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If there are too few curves, their domains differ, neighbours coincide, or weights that
+    ///     differ much would become negative between them.
+    #[staticmethod]
+    #[pyo3(signature = (curves, degree=3, *, parametrization="chord"))]
+    fn lofted(
+        py: Python<'_>,
+        curves: Vec<Py<NurbsCurve>>,
+        degree: usize,
+        parametrization: &str,
+    ) -> PyResult<Self> {
+        let parametrization = self::parametrization(parametrization)?;
+        let curves: Vec<_> = curves.iter().map(|curve| curve.get().core().clone()).collect();
+        Self::new(py, nurbs::NurbsSurface::lofted(&curves, degree, parametrization)?)
+    }
+
+    /// The surface that a profile sweeps when it turns about an axis, exact.
+    ///
+    /// Parameters
+    /// ----------
+    /// profile : NurbsCurve
+    ///     Runs in v; u goes round the axis.
+    /// origin, axis : array_like of shape (3,)
+    ///     A point of the axis and its direction.
+    /// angle : float, default 2π
+    ///     How far it turns, in radians.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the axis has no direction, or the angle is not between 0 and 2π.
+    #[staticmethod]
+    #[pyo3(
+        signature = (profile, origin, axis, angle=std::f64::consts::TAU),
+        text_signature = "(profile, origin, axis, angle=6.283185307179586)"
+    )]
+    fn revolved(
+        profile: &NurbsCurve,
+        origin: &Bound<'_, PyAny>,
+        axis: &Bound<'_, PyAny>,
+        angle: f64,
+    ) -> PyResult<Self> {
+        let (py, origin, axis) = (origin.py(), vector(origin, "origin")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::revolved(profile.core(), origin, axis, angle)?)
+    }
+
+    /// The parallelogram from a corner along two sides.
+    ///
+    /// Parameters
+    /// ----------
+    /// origin, u, v : array_like of shape (3,)
+    ///     The corner and the sides.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the sides span no plane.
+    #[staticmethod]
+    fn plane(
+        origin: &Bound<'_, PyAny>,
+        u: &Bound<'_, PyAny>,
+        v: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let py = origin.py();
+        let (origin, u, v) = (vector(origin, "origin")?, vector(u, "u")?, vector(v, "v")?);
+        Self::new(py, nurbs::NurbsSurface::plane(origin, u, v)?)
+    }
+
+    /// The side of a cylinder, exact; u runs round it, v along its axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// base, axis : array_like of shape (3,)
+    ///     The centre of the base, and the way from there to the centre of the top.
+    /// radius : float
+    ///     Its radius.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the radius is not positive or the axis has no length.
+    #[staticmethod]
+    fn cylinder(base: &Bound<'_, PyAny>, axis: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+        let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::cylinder(base, axis, radius)?)
+    }
+
+    /// The side of a cone, exact; u runs round it, v along its axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// base, axis : array_like of shape (3,)
+    ///     The centre of the base, and the way from there to the centre of the top.
+    /// radius : float
+    ///     The radius at the base.
+    /// top_radius : float, default 0
+    ///     The radius at the top: 0 for a whole cone.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a radius is negative or both are 0, or the axis has no length.
+    #[staticmethod]
+    #[pyo3(signature = (base, axis, radius, top_radius=0.0))]
+    fn cone(
+        base: &Bound<'_, PyAny>,
+        axis: &Bound<'_, PyAny>,
+        radius: f64,
+        top_radius: f64,
+    ) -> PyResult<Self> {
+        let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::cone(base, axis, radius, top_radius)?)
+    }
+
+    /// The sphere, exact; u runs round the z axis, v from the south to the north pole.
+    ///
+    /// Parameters
+    /// ----------
+    /// centre : array_like of shape (3,)
+    ///     Its centre.
+    /// radius : float
+    ///     Its radius.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the radius is not positive.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    /// NurbsSurface(net 9 × 5, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
+    #[staticmethod]
+    fn sphere(centre: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+        let (py, centre) = (centre.py(), vector(centre, "centre")?);
+        Self::new(py, nurbs::NurbsSurface::sphere(centre, radius)?)
+    }
+
+    /// The torus about the z axis through its centre, exact; u runs round the axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// centre : array_like of shape (3,)
+    ///     Its centre.
+    /// major, minor : float
+    ///     The radius of the circle that the tube follows, and that of the tube.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a radius is not positive.
+    #[staticmethod]
+    fn torus(centre: &Bound<'_, PyAny>, major: f64, minor: f64) -> PyResult<Self> {
+        let (py, centre) = (centre.py(), vector(centre, "centre")?);
+        Self::new(py, nurbs::NurbsSurface::torus(centre, major, minor)?)
+    }
+}

@@ -1,0 +1,282 @@
+//! `neurbs.NurbsSurface`: points, normals, derivatives.
+
+use glam::{DVec2, DVec3};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+use super::arrays::{self, Numbers};
+use super::call;
+use super::surface::NurbsSurface;
+use crate::error::Result;
+use crate::nurbs::{self, MAX_DERIVATIVE, Outside};
+
+/// What the argument `extrapolate` means.
+pub(super) fn outside(extrapolate: bool) -> Outside {
+    if extrapolate { Outside::Extrapolate } else { Outside::Refuse }
+}
+
+/// An array of float64.
+pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
+
+impl NurbsSurface {
+    /// Maps parameters to vectors, `shape` of them each, into `out` or a new array.
+    fn map<'py>(
+        &self,
+        uv: &Bound<'py, PyAny>,
+        shape: &[usize],
+        out: Option<&Bound<'py, PyAny>>,
+        f: impl FnOnce(&nurbs::NurbsSurface, &[DVec2], &mut [DVec3], &mut call::Watcher) -> Result<()>
+        + Send,
+    ) -> PyResult<Array<'py>> {
+        let py = uv.py();
+        let uv = Numbers::parameters(uv)?;
+        let result = arrays::output(py, out, &[&uv.shape()[..1], shape, &[3]].concat())?;
+        let (core, uv) = (self.core(), uv.as_slice()?);
+        let mut writable = arrays::writable(&result)?;
+        let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
+        call::run(py, None, |watcher| f(core, uv, out, watcher))?;
+        drop(writable);
+        Ok(result)
+    }
+}
+
+#[pymethods]
+impl NurbsSurface {
+    /// Points of the surface at scattered parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// uv : array_like of shape (n, 2)
+    ///     Parameters inside the domain.
+    /// extrapolate : bool, default False
+    ///     Whether parameters outside the domain continue the outermost patches.
+    /// out : ndarray of shape (n, 3), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n, 3)
+    ///     ``out``, or a new array.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> surface = neurbs.NurbsSurface([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], degree=1)
+    /// >>> surface.evaluate([[0.5, 0.5], [1, 1]])
+    /// array([[0.5 , 0.5 , 0.25],
+    ///        [1.  , 1.  , 1.  ]])
+    #[pyo3(signature = (uv, *, extrapolate=false, out=None))]
+    fn evaluate<'py>(
+        &self,
+        uv: &Bound<'py, PyAny>,
+        extrapolate: bool,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let outside = outside(extrapolate);
+        self.map(uv, &[], out, |core, uv, out, watcher| core.evaluate(uv, out, outside, watcher))
+    }
+
+    /// Unit normals of the surface, in the direction of ∂/∂u × ∂/∂v, at scattered parameters.
+    ///
+    /// Where a tangent vanishes (a pole, a collapsed edge) the normal is the limit for a point
+    /// that comes from the middle of the domain; zero if there is none.
+    ///
+    /// Parameters
+    /// ----------
+    /// uv : array_like of shape (n, 2)
+    ///     Parameters inside the domain.
+    /// extrapolate : bool, default False
+    ///     Whether parameters outside the domain continue the outermost patches.
+    /// out : ndarray of shape (n, 3), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n, 3)
+    ///     ``out``, or a new array.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 2).normals([[0.25, 0.5], [0, 1]]).round(12) + 0
+    /// array([[0., 1., 0.],
+    ///        [0., 0., 1.]])
+    #[pyo3(signature = (uv, *, extrapolate=false, out=None))]
+    fn normals<'py>(
+        &self,
+        uv: &Bound<'py, PyAny>,
+        extrapolate: bool,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let outside = outside(extrapolate);
+        self.map(uv, &[], out, |core, uv, out, watcher| core.normals(uv, out, outside, watcher))
+    }
+
+    /// Partial derivatives at scattered parameters.
+    ///
+    /// At a knot they are those from the right, at the end of the domain those from the left.
+    ///
+    /// Parameters
+    /// ----------
+    /// uv : array_like of shape (n, 2)
+    ///     Parameters inside the domain.
+    /// order : int, default 1
+    ///     Highest order of differentiation in each direction, at most 18.
+    /// extrapolate : bool, default False
+    ///     Whether parameters outside the domain continue the outermost patches.
+    /// out : ndarray of shape (n, order + 1, order + 1, 3), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n, order + 1, order + 1, 3)
+    ///     At ``[:, i, j]`` the i-th derivative in u and j-th in v; the points at ``[:, 0, 0]``.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, the order is too high, or an array has the
+    ///     wrong shape or dtype.
+    ///
+    /// Notes
+    /// -----
+    /// Weights are taken care of by the quotient rule, *The NURBS Book*, equation 4.20.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> surface = neurbs.NurbsSurface([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]], degree=1)
+    /// >>> derivatives = surface.derivatives([[0.5, 0.5]], order=1)
+    /// >>> derivatives[0, 1, 0], derivatives[0, 1, 1]
+    /// (array([1. , 0. , 0.5]), array([0., 0., 1.]))
+    #[pyo3(signature = (uv, order=1, *, extrapolate=false, out=None))]
+    fn derivatives<'py>(
+        &self,
+        uv: &Bound<'py, PyAny>,
+        order: usize,
+        extrapolate: bool,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let outside = outside(extrapolate);
+        // An order beyond the limit is refused by the core, before memory for it is asked for.
+        let side = order.min(MAX_DERIVATIVE) + 1;
+        self.map(uv, &[side, side], out, |core, uv, out, watcher| {
+            core.derivatives(uv, order, out, outside, watcher)
+        })
+    }
+
+    /// Points of the surface on the grid of all pairs of ``u`` and ``v``.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : array_like of shape (n,) and (m,)
+    ///     Parameters inside the domain.
+    /// extrapolate : bool, default False
+    ///     Whether parameters outside the domain continue the outermost patches.
+    /// out : ndarray of shape (n, m, 3), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n, m, 3)
+    ///     ``out``, or a new array.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+    /// >>> neurbs.NurbsSurface(net, degree=1).evaluate_grid([0, 0.5, 1], [0, 1])[1]
+    /// array([[0.5, 0. , 0. ],
+    ///        [0.5, 1. , 0.5]])
+    #[pyo3(signature = (u, v, *, extrapolate=false, out=None))]
+    fn evaluate_grid<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        extrapolate: bool,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Array<'py>> {
+        let py = u.py();
+        let (u, v) = (Numbers::sequence(u, "u")?, Numbers::sequence(v, "v")?);
+        let result = arrays::output(py, out, &[u.shape()[0], v.shape()[0], 3])?;
+        let (core, u, v) = (self.core(), u.as_slice()?, v.as_slice()?);
+        let mut writable = arrays::writable(&result)?;
+        let points = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
+        let outside = outside(extrapolate);
+        call::run(py, None, |watcher| core.evaluate_grid(u, v, points, None, outside, watcher))?;
+        drop(writable);
+        Ok(result)
+    }
+
+    /// Points and unit normals on the grid of all pairs of ``u`` and ``v``, in one pass.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : array_like of shape (n,) and (m,)
+    ///     Parameters inside the domain.
+    /// extrapolate : bool, default False
+    ///     Whether parameters outside the domain continue the outermost patches.
+    /// out : (ndarray, ndarray) of shape (n, m, 3) each, optional
+    ///     Where to write the results: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// points : ndarray of shape (n, m, 3)
+    /// normals : ndarray of shape (n, m, 3)
+    ///     See :meth:`normals` for poles.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs, numpy as np
+    /// >>> t = np.linspace(0, 1, 20)
+    /// >>> points, normals = neurbs.NurbsSurface.sphere([0, 0, 0], 1).normals_grid(t, t)
+    /// >>> np.abs(points - normals).max() < 1e-13
+    /// np.True_
+    #[pyo3(signature = (u, v, *, extrapolate=false, out=None))]
+    fn normals_grid<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+        extrapolate: bool,
+        out: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
+    ) -> PyResult<(Array<'py>, Array<'py>)> {
+        let py = u.py();
+        let (u, v) = (Numbers::sequence(u, "u")?, Numbers::sequence(v, "v")?);
+        let shape = [u.shape()[0], v.shape()[0], 3];
+        let (out_points, out_normals) = out.unzip();
+        let points = arrays::output(py, out_points.as_ref(), &shape)?;
+        let normals = arrays::output(py, out_normals.as_ref(), &shape)?;
+        let (core, u, v) = (self.core(), u.as_slice()?, v.as_slice()?);
+        {
+            let (mut points, mut normals) =
+                (arrays::writable(&points)?, arrays::writable(&normals)?);
+            let to_points = bytemuck::cast_slice_mut(points.as_slice_mut()?);
+            let to_normals = Some(bytemuck::cast_slice_mut(normals.as_slice_mut()?));
+            let outside = outside(extrapolate);
+            call::run(py, None, |watcher| {
+                core.evaluate_grid(u, v, to_points, to_normals, outside, watcher)
+            })?;
+        }
+        Ok((points, normals))
+    }
+}
