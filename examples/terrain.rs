@@ -28,7 +28,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} steps, ended by: {}", report.steps, report.stopped_by.name());
     println!("mean distance to the lattice: {:.0} m", report.quantization_error);
     export::write_step(&result.surface, &mut BufWriter::new(File::create("jacksboro.step")?))?;
-    export::write_obj(result.mesh.view(), &mut BufWriter::new(File::create("jacksboro.obj")?))?;
+    let mesh = result.tessellate(&mut watch)?;
+    export::write_obj(mesh.view(), &mut BufWriter::new(File::create("jacksboro.obj")?))?;
     Ok(())
 }
 

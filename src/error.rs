@@ -73,7 +73,8 @@ pub enum Error {
     /// ```
     #[error(
         "points must span a surface, but all {given} lie on one line \
-         (length {length:.6}, width {width:.1e}): a curve is not enough, add points beside it"
+         (length {length:.3e}, width {width:.1e}): a curve is not enough, add points beside it, or \
+         move them to the origin if their digits have run out"
     )]
     Collinear {
         /// How many points were given.

@@ -9,8 +9,9 @@ use crate::error::{Error, Result};
 /// A bicubic Bézier patch or its linear ancestor needs four corners.
 const LEAST_DISTINCT: usize = 4;
 
-/// Largest side of a bounding box for which squared distances neither overflow nor vanish.
-const EXTENT_RANGE: (f64, f64) = (1e-140, 1e140);
+/// Largest sides of a bounding box for which neither squared distances nor squares of areas, as
+/// normals need them, overflow or vanish.
+const EXTENT_RANGE: (f64, f64) = (1e-70, 1e70);
 
 /// Points count as collinear when their distance from a line is under this share of their
 /// extent: rounding in their own digits, nothing that a device could have measured.

@@ -68,10 +68,6 @@ impl Method {
 pub struct Reconstruction {
     /// The surface.
     pub surface: NurbsSurface,
-    /// The surface as triangles, on the grid of [`UniformGrid::for_surface`].
-    pub mesh: TriangleMesh,
-    /// The grid of the mesh.
-    pub mesh_grid: UniformGrid,
     /// The trained map.
     pub som: SelfOrganizingMap,
     /// How it went.
@@ -102,16 +98,27 @@ pub struct Report {
     pub change: Option<f64>,
     /// Mean distance from a point to its nearest node, in the points' unit.
     pub quantization_error: f64,
-    /// Time spent on training and measuring the map.
+    /// Time spent on checking the points, and on training and measuring the map.
     pub training_time: Duration,
-    /// Time spent on the surface and its mesh.
-    pub tessellation_time: Duration,
 }
 
-/// Turns scattered points into a NURBS surface and a mesh of it.
+impl Reconstruction {
+    /// The surface as triangles, on the grid of [`UniformGrid::for_surface`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`UniformGrid::for_surface`]; [`crate::Error::Interrupted`] if the observer stops
+    /// it.
+    pub fn tessellate(&self, observer: &mut dyn Observer) -> Result<TriangleMesh> {
+        UniformGrid::for_surface(&self.surface)?.tessellate(&self.surface, observer)
+    }
+}
+
+/// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
+/// triangles.
 ///
-/// By the paper's method: a Kohonen network learns the points, its lattice becomes the control net
-/// of a clamped B-spline surface, and the surface is tessellated uniformly.
+/// By the paper's method: a Kohonen network learns the points, and its lattice becomes the control
+/// net of a clamped B-spline surface.
 ///
 /// # Errors
 ///
@@ -127,10 +134,8 @@ pub fn reconstruct(
     check_degree(options.degree)?;
     let som = learn(points, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
-    let learned = Instant::now();
+    let training_time = start.elapsed();
     let surface = NurbsSurface::clamped(som.codebook(), som.lattice.shape(), options.degree)?;
-    let grid = UniformGrid::for_surface(&surface);
-    let mesh = grid.tessellate(&surface, observer)?;
     let report = Report {
         points: points.len(),
         diagonal: Bounds::of(points).diagonal(),
@@ -142,10 +147,9 @@ pub fn reconstruct(
         reached: som.reached,
         change: som.change,
         quantization_error,
-        training_time: learned - start,
-        tessellation_time: learned.elapsed(),
+        training_time,
     };
-    Ok(Reconstruction { surface, mesh, mesh_grid: grid, som, report })
+    Ok(Reconstruction { surface, som, report })
 }
 
 /// Trains the map by the paper's section 4.

@@ -38,10 +38,7 @@ fn imports(code: &str) -> Vec<String> {
     let code = code.join("\n");
     let after = code.split("crate::").skip(1);
     let names = after.flat_map(|rest| match rest.strip_prefix('{') {
-        Some(group) => {
-            let (group, _) = group.split_once('}').expect("a group of imports ends");
-            group.split(',').map(|name| name.trim().to_string()).collect()
-        }
+        Some(group) => members(group),
         None => vec![rest.to_string()],
     });
     let first = |name: String| {
@@ -49,6 +46,22 @@ fn imports(code: &str) -> Vec<String> {
         name[..end].to_string()
     };
     names.map(first).filter(|name| !name.is_empty()).collect()
+}
+
+/// The members of a group of imports `a::{b, c}, d}`, up to its end.
+fn members(group: &str) -> Vec<String> {
+    let (mut depth, mut names) = (0, vec![String::new()]);
+    for c in group.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => names.push(String::new()),
+            _ if depth == 0 && !c.is_whitespace() => names.last_mut().unwrap().push(c),
+            _ => {}
+        }
+    }
+    names
 }
 
 fn checked_sources() -> Vec<(PathBuf, String)> {
@@ -70,16 +83,18 @@ fn modules_import_only_what_lies_below_them() {
             .find(|(name, _)| *name == own)
             .unwrap_or_else(|| panic!("{} belongs to no known module", path.display()));
         for import in imports(&code) {
-            // Types re-exported at the root are errors of style, not of direction.
+            // Imports name the module, not what the root re-exports: the latter hides the way.
             let known = ALLOWED.iter().any(|(name, _)| *name == import);
-            let root_type = import.chars().next().is_some_and(char::is_uppercase);
-            assert!(known || root_type, "{}: what is crate::{import}?", path.display());
-            let fine = root_type
-                || import == own
+            assert!(known, "{}: what is crate::{import}?", path.display());
+            let fine = import == own
                 || FOR_ALL.contains(&import.as_str())
                 || allowed.contains(&import.as_str());
             assert!(fine, "{} must not import crate::{import}", path.display());
             seen += 1;
+        }
+        for (other, _) in ALLOWED.iter().filter(|(name, _)| *name != own) {
+            let around = format!("super::super::{other}::");
+            assert!(!code.contains(&around), "{} goes around by {around}", path.display());
         }
     }
     assert!(seen > 20, "only {seen} imports were found: this test has lost its eyes");
@@ -96,6 +111,7 @@ fn python_stands_only_at_the_wall() {
 
 #[test]
 fn imports_are_found_in_groups_and_not_in_comments() {
-    let code = "use crate::error::{Error, Result};\n// crate::som\nuse crate::{mesh::A, nurbs};";
+    let code = "use crate::error::{Error, Result};\n// crate::som\n\
+                use crate::{mesh::{A, B}, nurbs};";
     assert_eq!(imports(code), ["error", "mesh", "nurbs"]);
 }

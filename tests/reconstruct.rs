@@ -33,13 +33,14 @@ fn terrain_becomes_a_surface_over_the_terrain() {
     // The lattice spreads over the points: each has a node within about half a cell.
     assert!(report.quantization_error < 0.01 * report.diagonal);
     // The surface stays in the data's box and fills it but for half a cell or so at the border.
-    let mesh = Bounds::of(&result.mesh.vertices);
+    let triangles = result.tessellate(&mut Silent).unwrap();
+    let mesh = Bounds::of(&triangles.vertices);
     assert!(mesh.min.cmpge(data.min).all() && mesh.max.cmple(data.max).all());
     let filled = (mesh.max - mesh.min) / (data.max - data.min);
     assert!(filled.x > 0.93 && filled.y > 0.93, "{filled}");
     // It is not folded over: its normals all point to the same side of the plane.
-    let up = result.mesh.normals.iter().filter(|n| n.z > 0.0).count();
-    assert!(up == 0 || up == result.mesh.normals.len(), "{up} of {}", result.mesh.normals.len());
+    let up = triangles.normals.iter().filter(|n| n.z > 0.0).count();
+    assert!(up == 0 || up == triangles.normals.len(), "{up} of {}", triangles.normals.len());
 }
 
 #[test]
@@ -62,7 +63,8 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let got = pool.install(|| quick(&points));
         assert_eq!(got.surface, expected.surface);
-        assert_eq!(got.mesh, expected.mesh);
+        let mesh = |result: &Reconstruction| result.tessellate(&mut Silent).unwrap();
+        assert_eq!(pool.install(|| mesh(&got)), mesh(&expected));
     }
     let other = ReconstructOptions { seed: 1, max_steps: Some(1000), ..Default::default() };
     let same = ReconstructOptions { seed: 0, ..other };
@@ -79,7 +81,8 @@ fn the_surface_moves_and_scales_with_the_points() {
     let (expected, got) = (quick(&points), quick(&moved));
     assert_eq!(got.report.steps, expected.report.steps);
     let size = expected.report.diagonal;
-    for (got, expected) in got.mesh.vertices.iter().zip(&expected.mesh.vertices) {
+    let pairs = got.surface.control_points().iter().zip(expected.surface.control_points());
+    for (got, expected) in pairs {
         let back = (*got - offset) / scale;
         assert!(back.distance(*expected) < 1e-13 * size);
     }
@@ -90,7 +93,8 @@ fn millimetres_at_five_million_keep_their_digits() {
     let corner = DVec3::new(5e6, 5e6, 100.0);
     let points: Vec<DVec3> = terrain().iter().map(|p| corner + *p * 1e-6).collect();
     let result = quick(&points);
-    let (got, data) = (Bounds::of(&result.mesh.vertices), Bounds::of(&points));
+    let mesh = result.tessellate(&mut Silent).unwrap();
+    let (got, data) = (Bounds::of(&mesh.vertices), Bounds::of(&points));
     assert!(got.min.cmpge(data.min).all() && got.max.cmple(data.max).all());
     assert!((got.max - got.min).z > 0.3 * (data.max - data.min).z);
 }
@@ -107,7 +111,7 @@ fn the_observer_sees_progress_and_can_stop() {
         ControlFlow::Continue(())
     };
     let options = ReconstructOptions { max_steps: Some(10_000), ..Default::default() };
-    reconstruct(&points, &options, &mut watch).unwrap();
+    reconstruct(&points, &options, &mut watch).unwrap().tessellate(&mut watch).unwrap();
     stages.dedup();
     assert_eq!(stages, ["training", "measuring", "tessellation"]);
     assert!(steps.len() > 4);

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -23,7 +24,7 @@ import typer
 import neurbs
 from neurbs import Progress, Report, io
 
-_FAILED, _WRONG_USAGE, _INTERRUPTED = 1, 2, 130
+_FAILED, _WRONG_USAGE, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
 
 _WHY_STOPPED = {
     "reached": "all points are on the lattice",
@@ -49,6 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         # The name of a file may hold what the terminal's encoding does not.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    # Leaves what is half done as Ctrl-C does: cleaned up.
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(_TERMINATED))
     code = _run(sys.argv[1:] if arguments is None else list(arguments))
     try:
         print(end="", flush=True)
@@ -99,6 +102,8 @@ def _failure_message(error: Exception) -> str:
             return str(error)
         case MemoryError():
             return "there is not enough memory for this job"
+        case Warning():
+            return f"a warning, which Python was told to take for an error: {error}"
     return f"{type(error).__name__}: {error} (this is a fault of neurbs, please report it)"
 
 
@@ -170,18 +175,18 @@ def reconstruct(
         str | None, _option("method", "How the surface comes from the points", "NAME")
     ] = None,
     grid: Annotated[
-        tuple[int, int] | None,
+        tuple[str, str] | None,
         _option("grid", "Size of the lattice, and so of the control net", "ROWS COLS"),
     ] = None,
-    degree: Annotated[int | None, _option("degree", "Degree of the surface", "N")] = None,
-    seed: Annotated[int | None, _option("seed", "Seed of everything random", "N")] = None,
-    max_steps: Annotated[int | None, _option("max_steps", "Steps of training at most", "N")] = None,
+    degree: Annotated[str | None, _option("degree", "Degree of the surface", "N")] = None,
+    seed: Annotated[str | None, _option("seed", "Seed of everything random", "N")] = None,
+    max_steps: Annotated[str | None, _option("max_steps", "Steps of training at most", "N")] = None,
     reach: Annotated[
-        float | None,
+        str | None,
         _option("reach", "How near to a node a point is on the lattice, in its unit", "LENGTH"),
     ] = None,
     min_change: Annotated[
-        float | None,
+        str | None,
         _option(
             "min_change", "Training ends when no node moves farther, in the points' unit", "LENGTH"
         ),
@@ -200,14 +205,14 @@ def reconstruct(
     cloud = neurbs.read_points(points)
     options: dict[str, Any] = {
         "method": method,
-        "grid": grid,
+        "grid": grid and tuple(map(_value, grid)),
         "degree": degree,
         "seed": seed,
         "max_steps": max_steps,
         "reach": reach,
         "min_change": min_change,
     }
-    given = {name: value for name, value in options.items() if value is not None}
+    given = {name: _value(value) for name, value in options.items() if value is not None}
     try:
         with _progress_bar(shown=not quiet) as progress:
             result = neurbs.reconstruct(cloud, progress=progress, **given)
@@ -221,6 +226,14 @@ def reconstruct(
         print(json.dumps(document), flush=True)
     elif not quiet:
         print(_summary(result.report, files), flush=True)
+
+
+def _value(text: Any) -> Any:
+    """Make a number of what looks like one; whether it fits, `neurbs.reconstruct` will say."""
+    for kind in (int, float):
+        with suppress(TypeError, ValueError):
+            return kind(text)
+    return text
 
 
 def _check_output(context: typer.Context, path: Path, points: Path) -> None:

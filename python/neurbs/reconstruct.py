@@ -43,7 +43,7 @@ class Report:
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
-        Time spent on each stage.
+        Time spent on ``"training"`` (with checking and measuring) and on ``"tessellation"``.
     """
 
     points: int
@@ -190,6 +190,8 @@ def reconstruct(
     som = SelfOrganizingMap._of_core(
         trained, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
     )
+    if converted is not points:
+        converted.flags.writeable = False
     kept = converted.view()
     kept.flags.writeable = False
     result = Reconstruction(kept, surface, mesh, som, Report(**report))

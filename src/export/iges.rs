@@ -8,6 +8,13 @@ use crate::nurbs::NurbsSurface;
 /// Columns of the parameter section that hold data.
 const DATA_COLUMNS: usize = 64;
 
+/// Parameters on a line. A real takes at most 24 characters, so that two always fit, and the number
+/// of lines, which stands before them, is known beforehand.
+const FIELDS_PER_LINE: usize = 2;
+
+/// The integers that open the parameters of entity 128, its number included.
+const INTEGERS: usize = 10;
+
 /// Columns of the other sections that hold data.
 const COLUMNS: usize = 72;
 
@@ -27,9 +34,9 @@ const COLUMNS: usize = 72;
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_iges(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
-    let global = wrap(&global(), COLUMNS);
-    let parameters = wrap(&parameters(surface), DATA_COLUMNS);
-    let count = parameters.len();
+    let global = wrap(&global());
+    let fields = parameters(surface);
+    let count = field_count(surface).div_ceil(FIELDS_PER_LINE);
     // The directory entry: type, first parameter line, nothing special; then line count, form 0.
     let directory = [
         format!("{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:>8}", 128, 1, 0, 0, 0, 0, 0, 0, "00000000"),
@@ -38,15 +45,28 @@ pub fn write_iges(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
     section(out, 'S', &["neurbs".to_string()])?;
     section(out, 'G', &global)?;
     section(out, 'D', &directory)?;
-    let pointed: Vec<String> = parameters.iter().map(|line| format!("{line:64} {:7}", 1)).collect();
-    section(out, 'P', &pointed)?;
-    let totals = format!("S{:7}G{:7}D{:7}P{count:7}", 1, global.len(), directory.len());
-    section(out, 'T', &[totals])
+    write_record(out, fields, count)?;
+    section(out, 'T', &[format!("S{:7}G{:7}D{:7}P{count:7}", 1, global.len(), directory.len())])
 }
 
 fn section(out: &mut impl Write, letter: char, lines: &[String]) -> Result<()> {
     for (line, number) in lines.iter().zip(1..) {
-        writeln!(out, "{line:72}{letter}{number:7}")?;
+        writeln!(out, "{line:COLUMNS$}{letter}{number:7}")?;
+    }
+    Ok(())
+}
+
+/// Writes the parameter section: `count` lines of fields, a semicolon after the last.
+fn write_record(
+    out: &mut impl Write,
+    mut fields: impl Iterator<Item = String>,
+    count: usize,
+) -> Result<()> {
+    for number in 1..=count {
+        let end = if number == count { ';' } else { ',' };
+        let line: Vec<String> = fields.by_ref().take(FIELDS_PER_LINE).collect();
+        let line = format!("{}{end}", line.join(","));
+        writeln!(out, "{line:DATA_COLUMNS$} {:7}P{number:7}", 1)?;
     }
     Ok(())
 }
@@ -87,20 +107,27 @@ fn global() -> Vec<String> {
     fields.into()
 }
 
+/// How many parameters entity 128 has for this surface.
+fn field_count(surface: &NurbsSurface) -> usize {
+    let knots = surface.knots_u().as_slice().len() + surface.knots_v().as_slice().len();
+    INTEGERS + knots + 4 * surface.control_points().len() + 4
+}
+
 /// The parameters of entity 128, in the standard's order: u runs fastest over weights and points.
-fn parameters(surface: &NurbsSurface) -> Vec<String> {
+fn parameters(surface: &NurbsSurface) -> impl Iterator<Item = String> {
     let (rows, cols) = surface.shape();
     let (u, v) = (surface.knots_u(), surface.knots_v());
     let polynomial = usize::from(surface.weights().is_none());
-    let integers = [128, rows - 1, cols - 1, u.degree(), v.degree(), 0, 0, polynomial, 0, 0];
-    let by_columns = || (0..cols).flat_map(move |j| (0..rows).map(move |i| i * cols + j));
+    let integers: [usize; INTEGERS] =
+        [128, rows - 1, cols - 1, u.degree(), v.degree(), 0, 0, polynomial, 0, 0];
+    let by_columns = move || (0..cols).flat_map(move |j| (0..rows).map(move |i| i * cols + j));
     let weights = by_columns().map(|i| surface.weights().map_or(1.0, |w| w[i]));
     let points = by_columns().flat_map(|i| surface.control_points()[i].to_array());
     let (domain_u, domain_v) = (u.domain(), v.domain());
     let reals = u.as_slice().iter().chain(v.as_slice()).copied();
     let reals = reals.chain(weights).chain(points);
     let reals = reals.chain([domain_u.0, domain_u.1, domain_v.0, domain_v.1]);
-    integers.iter().map(ToString::to_string).chain(reals.map(real)).collect()
+    integers.into_iter().map(|integer| integer.to_string()).chain(reals.map(real))
 }
 
 /// A real number of IGES: the shortest that is read back as the same bits; the exponent's letter D
@@ -109,14 +136,13 @@ fn real(value: f64) -> String {
     format!("{value:?}").replace('e', "D")
 }
 
-/// Joins fields to a record (commas between, a semicolon at the end) broken into lines; no field
-/// is broken unless it is longer than a line.
-fn wrap(fields: &[String], columns: usize) -> Vec<String> {
+/// Joins the fields of the global section, broken into lines between fields.
+fn wrap(fields: &[String]) -> Vec<String> {
     let mut lines = vec![String::new()];
     for (i, field) in fields.iter().enumerate() {
         let end = if i + 1 == fields.len() { ';' } else { ',' };
         let line = lines.last_mut().expect("there is a line from the beginning");
-        if line.len() + field.len() < columns {
+        if line.len() + field.len() < COLUMNS {
             line.push_str(field);
             line.push(end);
         } else {

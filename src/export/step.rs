@@ -1,19 +1,21 @@
 //! STEP (ISO 10303-21, application protocol 214): what every CAD program reads.
 
-use std::fmt::Write as _;
 use std::io::Write;
 
 use glam::DVec3;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
-/// Distance under which a reader may take two places for one, as a share of the largest coordinate.
-/// Edges and surface are the same curves to the last bit, but readers evaluate both and compare:
-/// far from the origin, rounding alone exceeds the usual absolute value.
-const UNCERTAINTY: f64 = 1e-11;
+/// Distance under which a reader may take two places for one, as a share of the surface's size.
+/// Edges and surface are the same curves to the last bit, but readers evaluate both at places of
+/// their own and compare.
+const UNCERTAINTY: f64 = 1e-6;
 
-/// The usual absolute uncertainty of CAD programs, in millimetres.
+/// The same as a share of the largest coordinate: far from the origin, rounding alone is larger.
+const ROUNDING: f64 = 1e-11;
+
+/// The usual absolute uncertainty of CAD programs, in millimetres: the least that they accept.
 const LEAST_UNCERTAINTY: f64 = 1e-7;
 
 /// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
@@ -33,42 +35,55 @@ const LEAST_UNCERTAINTY: f64 = 1e-7;
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
-    let mut file = Entities::default();
-    let face = face(&mut file, surface);
-    let coordinates = surface.control_points().iter().map(|p| p.abs().max_element());
-    let magnitude = coordinates.fold(0.0, f64::max);
-    product(&mut file, &face, LEAST_UNCERTAINTY.max(UNCERTAINTY * magnitude));
+    for (knots, direction) in [(surface.knots_u(), "u"), (surface.knots_v(), "v")] {
+        if !knots.is_clamped() {
+            let must = "have clamped knots, to be bounded by its outermost control points";
+            return Err(Error::Net { must, got: format!("those in {direction} are not") });
+        }
+    }
     out.write_all(
         b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n\
           FILE_NAME('','1970-01-01T00:00:00',(''),(''),'neurbs','neurbs','');\n\
           FILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n",
     )?;
-    out.write_all(file.text.as_bytes())?;
+    let mut file = Entities { out: &mut *out, count: 0 };
+    let face = face(&mut file, surface)?;
+    product(&mut file, &face, uncertainty(surface))?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     Ok(())
 }
 
-/// The data section as it grows.
-#[derive(Default)]
-struct Entities {
-    text: String,
+/// How exact the file claims to be, in millimetres.
+fn uncertainty(surface: &NurbsSurface) -> f64 {
+    let net = surface.control_points().iter();
+    let (min, max) =
+        net.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)));
+    let magnitude = min.abs().max(max.abs()).max_element();
+    LEAST_UNCERTAINTY.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
+}
+
+/// The data section as it is written.
+struct Entities<'a, W: Write> {
+    out: &'a mut W,
     count: usize,
 }
 
-impl Entities {
-    /// Appends an entity and returns the reference to it.
-    fn add(&mut self, entity: &str) -> String {
+impl<W: Write> Entities<'_, W> {
+    /// Writes an entity and returns the reference to it.
+    fn add(&mut self, entity: &str) -> Result<String> {
         self.count += 1;
-        writeln!(self.text, "#{}={entity};", self.count).expect("a string can always grow");
-        format!("#{}", self.count)
+        writeln!(self.out, "#{}={entity};", self.count)?;
+        Ok(format!("#{}", self.count))
     }
 
-    fn point(&mut self, p: DVec3) -> String {
+    fn point(&mut self, p: DVec3) -> Result<String> {
         self.add(&format!("CARTESIAN_POINT('',{})", list(p.to_array().map(real))))
     }
 
-    fn points(&mut self, points: impl IntoIterator<Item = DVec3>) -> String {
-        list(points.into_iter().map(|p| self.point(p)))
+    fn points(&mut self, points: impl IntoIterator<Item = DVec3>) -> Result<String> {
+        let references: Vec<String> =
+            points.into_iter().map(|p| self.point(p)).collect::<Result<_>>()?;
+        Ok(list(references))
     }
 }
 
@@ -93,9 +108,10 @@ fn knots(knots: &KnotVector) -> (String, String) {
     (list(times.iter().map(ToString::to_string)), list(values.into_iter().map(real)))
 }
 
-fn geometry(file: &mut Entities, surface: &NurbsSurface) -> String {
+fn geometry<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<String> {
     let cols = surface.shape().1;
-    let net = list(surface.control_points().chunks(cols).map(|row| file.points(row.to_vec())));
+    let rows = surface.control_points().chunks(cols).map(|row| file.points(row.iter().copied()));
+    let net = list(rows.collect::<Result<Vec<String>>>()?);
     let (u, v) = (surface.knots_u(), surface.knots_v());
     let (p, q, (times_u, values_u), (times_v, values_v)) =
         (u.degree(), v.degree(), knots(u), knots(v));
@@ -113,13 +129,13 @@ fn geometry(file: &mut Entities, surface: &NurbsSurface) -> String {
 }
 
 /// The boundary curve through these places of the net.
-fn boundary(
-    file: &mut Entities,
+fn boundary<W: Write>(
+    file: &mut Entities<'_, W>,
     surface: &NurbsSurface,
     places: impl Iterator<Item = usize> + Clone,
     along: &KnotVector,
-) -> String {
-    let points = file.points(places.clone().map(|i| surface.control_points()[i]));
+) -> Result<String> {
+    let points = file.points(places.clone().map(|i| surface.control_points()[i]))?;
     let (degree, (times, values)) = (along.degree(), knots(along));
     let form = format!("{degree},{points},.UNSPECIFIED.,.F.,.F.");
     let spans = format!("{times},{values},.UNSPECIFIED.");
@@ -135,71 +151,73 @@ fn boundary(
 }
 
 /// The face, counter-clockwise about the normal: along u, along v, and back both ways.
-fn face(file: &mut Entities, surface: &NurbsSurface) -> String {
-    let geometry = geometry(file, surface);
+fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<String> {
+    let geometry = geometry(file, surface)?;
     let (rows, cols) = surface.shape();
     let corners = [0, (rows - 1) * cols, rows * cols - 1, cols - 1].map(|i| {
-        let point = file.point(surface.control_points()[i]);
+        let point = file.point(surface.control_points()[i])?;
         file.add(&format!("VERTEX_POINT('',{point})"))
     });
+    let corners = corners.into_iter().collect::<Result<Vec<String>>>()?;
     let (u, v) = (surface.knots_u(), surface.knots_v());
     let row = |i: usize| i * cols..(i + 1) * cols;
     let column = |j: usize| (j..rows * cols).step_by(cols);
     let curves = [
-        boundary(file, surface, column(0), u),
-        boundary(file, surface, row(rows - 1), v),
-        boundary(file, surface, column(cols - 1), u),
-        boundary(file, surface, row(0), v),
+        boundary(file, surface, column(0), u)?,
+        boundary(file, surface, row(rows - 1), v)?,
+        boundary(file, surface, column(cols - 1), u)?,
+        boundary(file, surface, row(0), v)?,
     ];
     // Curves run with the parameters; the two last are walked backwards.
     let ends = [(0, 1, ".T."), (1, 2, ".T."), (3, 2, ".F."), (0, 3, ".F.")];
-    let edges: Vec<String> = std::iter::zip(&curves, ends)
+    let edges = std::iter::zip(&curves, ends)
         .map(|(curve, (from, to, same))| {
             let (from, to) = (&corners[from], &corners[to]);
-            let edge = file.add(&format!("EDGE_CURVE('',{from},{to},{curve},.T.)"));
+            let edge = file.add(&format!("EDGE_CURVE('',{from},{to},{curve},.T.)"))?;
             file.add(&format!("ORIENTED_EDGE('',*,*,{edge},{same})"))
         })
-        .collect();
-    let edge_loop = file.add(&format!("EDGE_LOOP('',{})", list(edges)));
-    let bound = file.add(&format!("FACE_BOUND('',{edge_loop},.T.)"));
+        .collect::<Result<Vec<String>>>()?;
+    let edge_loop = file.add(&format!("EDGE_LOOP('',{})", list(edges)))?;
+    let bound = file.add(&format!("FACE_BOUND('',{edge_loop},.T.)"))?;
     file.add(&format!("ADVANCED_FACE('',({bound}),{geometry},.T.)"))
 }
 
 /// The product around the face: what AP214 wants to know beside the geometry.
-fn product(file: &mut Entities, face: &str, uncertainty: f64) {
-    let shell = file.add(&format!("OPEN_SHELL('',({face}))"));
-    let model = file.add(&format!("SHELL_BASED_SURFACE_MODEL('',({shell}))"));
-    let length = file.add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.))");
-    let angle = file.add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))");
-    let solid = file.add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())");
+fn product<W: Write>(file: &mut Entities<'_, W>, face: &str, uncertainty: f64) -> Result<()> {
+    let shell = file.add(&format!("OPEN_SHELL('',({face}))"))?;
+    let model = file.add(&format!("SHELL_BASED_SURFACE_MODEL('',({shell}))"))?;
+    let length = file.add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.))")?;
+    let angle = file.add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))")?;
+    let solid = file.add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())")?;
     let precision = file.add(&format!(
         "UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE({}),{length},\
          'distance_accuracy_value','')",
         real(uncertainty)
-    ));
+    ))?;
     let context = file.add(&format!(
         "(GEOMETRIC_REPRESENTATION_CONTEXT(3) \
          GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT(({precision})) \
          GLOBAL_UNIT_ASSIGNED_CONTEXT(({length},{angle},{solid})) REPRESENTATION_CONTEXT('',''))"
-    ));
-    let origin = file.point(DVec3::ZERO);
-    let (z, x) = (file.add("DIRECTION('',(0.,0.,1.))"), file.add("DIRECTION('',(1.,0.,0.))"));
-    let axes = file.add(&format!("AXIS2_PLACEMENT_3D('',{origin},{z},{x})"));
+    ))?;
+    let origin = file.point(DVec3::ZERO)?;
+    let (z, x) = (file.add("DIRECTION('',(0.,0.,1.))")?, file.add("DIRECTION('',(1.,0.,0.))")?);
+    let axes = file.add(&format!("AXIS2_PLACEMENT_3D('',{origin},{z},{x})"))?;
     let shape =
-        file.add(&format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',({axes},{model}),{context})"));
-    let application = file.add("APPLICATION_CONTEXT('automotive design')");
+        file.add(&format!("MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',({axes},{model}),{context})"))?;
+    let application = file.add("APPLICATION_CONTEXT('automotive design')")?;
     file.add(&format!(
         "APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2000,\
          {application})"
-    ));
-    let mechanical = file.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')"));
-    let product = file.add(&format!("PRODUCT('surface','surface','',({mechanical}))"));
-    let formation = file.add(&format!("PRODUCT_DEFINITION_FORMATION('','',{product})"));
+    ))?;
+    let mechanical = file.add(&format!("PRODUCT_CONTEXT('',{application},'mechanical')"))?;
+    let product = file.add(&format!("PRODUCT('surface','surface','',({mechanical}))"))?;
+    let formation = file.add(&format!("PRODUCT_DEFINITION_FORMATION('','',{product})"))?;
     let design =
-        file.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')"));
-    let definition = file.add(&format!("PRODUCT_DEFINITION('design','',{formation},{design})"));
-    let defined = file.add(&format!("PRODUCT_DEFINITION_SHAPE('','',{definition})"));
-    file.add(&format!("SHAPE_DEFINITION_REPRESENTATION({defined},{shape})"));
+        file.add(&format!("PRODUCT_DEFINITION_CONTEXT('part definition',{application},'design')"))?;
+    let definition = file.add(&format!("PRODUCT_DEFINITION('design','',{formation},{design})"))?;
+    let defined = file.add(&format!("PRODUCT_DEFINITION_SHAPE('','',{definition})"))?;
+    file.add(&format!("SHAPE_DEFINITION_REPRESENTATION({defined},{shape})"))?;
+    Ok(())
 }
 
 #[cfg(test)]

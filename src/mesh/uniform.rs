@@ -66,12 +66,17 @@ impl UniformGrid {
         Err(Error::parameter("shape", must, got))
     }
 
-    /// The grid for this surface when the user names none: four cells along each knot span, and
-    /// at least 32 along each side.
-    #[must_use]
-    pub fn for_surface(surface: &NurbsSurface) -> Self {
-        let side = |knots: &KnotVector| (CELLS_PER_SPAN * knots.spans()).max(LEAST_CELLS) + 1;
-        Self { n_u: side(surface.knots_u()), n_v: side(surface.knots_v()) }
+    /// The grid for this surface when the user names none: at least 32 cells along each side, and
+    /// four along each knot span, or as many fewer as [`MAX_TRIANGLES`] asks for.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if even one cell to a span is too many.
+    pub fn for_surface(surface: &NurbsSurface) -> Result<Self> {
+        let side = |knots: &KnotVector, cells: usize| (cells * knots.spans()).max(LEAST_CELLS) + 1;
+        let grid =
+            |cells| Self::new(side(surface.knots_u(), cells), side(surface.knots_v(), cells));
+        (2..=CELLS_PER_SPAN).rev().find_map(|cells| grid(cells).ok()).map_or_else(|| grid(1), Ok)
     }
 
     /// Number of vertices along u and v.
@@ -130,6 +135,8 @@ impl UniformGrid {
         MeshSlices { vertices, triangles, normals, uv }: MeshSlices<'_>,
         observer: &mut dyn Observer,
     ) -> Result<()> {
+        check_length("uv", uv.len(), self.vertices())?;
+        check_length("triangles", triangles.len(), self.triangles())?;
         let (u, v) = (steps(surface.knots_u(), self.n_u), steps(surface.knots_v(), self.n_v));
         surface.evaluate_grid(&u, &v, vertices, Some(normals), observer)?;
         for (row, &u) in uv.chunks_exact_mut(self.n_v).zip(&u) {
@@ -153,6 +160,13 @@ impl UniformGrid {
         let (a, b, c, d) = (vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1));
         [[a, b, c], [a, c, d]]
     }
+}
+
+fn check_length(name: &'static str, got: usize, needed: usize) -> Result<()> {
+    if got == needed {
+        return Ok(());
+    }
+    Err(Error::parameter(name, format!("of length {needed}, as the grid asks for"), got))
 }
 
 /// Evenly spaced parameters from one end of the domain to the other, both exactly met.

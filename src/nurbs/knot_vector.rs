@@ -102,6 +102,14 @@ impl KnotVector {
         (self.knots[self.degree], self.knots[self.control_points()])
     }
 
+    /// Whether the first and last knots stand `degree + 1` times, so that the outermost control
+    /// points are ends of the curve.
+    #[must_use]
+    pub fn is_clamped(&self) -> bool {
+        let (start, end) = self.domain();
+        self.knots[0] == start && self.knots[self.knots.len() - 1] == end
+    }
+
     /// The distinct knots with their multiplicities, in order.
     pub fn distinct(&self) -> impl Iterator<Item = (f64, usize)> {
         let runs = self.knots.chunk_by(|a, b| a == b);
@@ -116,11 +124,13 @@ impl KnotVector {
     }
 
     /// The index i with `knots[i] <= u < knots[i + 1]`, in the last span also with `u` at its end
-    /// (The NURBS Book, A2.1). Outside the domain: the first or last span.
+    /// (The NURBS Book, A2.1). Outside the domain: the first or last span. The span is never empty.
     #[must_use]
     pub(super) fn span(&self, u: f64) -> usize {
-        let inner = &self.knots[self.degree + 1..self.control_points()];
-        self.degree + inner.partition_point(|&knot| knot <= u)
+        let (start, end) = self.domain();
+        // The knot at either end of the domain may stand more often than the degree's share of it.
+        let before = if u < end { u.max(start) } else { end.next_down() };
+        self.knots[..=self.control_points()].partition_point(|&knot| knot <= before) - 1
     }
 }
 

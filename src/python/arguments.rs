@@ -2,19 +2,17 @@
 
 use pyo3::prelude::*;
 
-use super::errors::bad_argument;
+use super::errors::{bad_argument, is_about_input};
+
+/// What a count must be.
+const COUNT: &str = "an integer from 0 to 2^64 - 1";
 
 /// A number that counts something, from 0.
 pub(super) fn count<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     value: &Bound<'py, PyAny>,
 ) -> PyResult<T> {
-    value.extract().map_err(|_| bad_argument(name, "an integer from 0", value))
-}
-
-/// Two counts, as in the shape of a grid.
-pub(super) fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
-    value.extract().map_err(|_| bad_argument(name, "two integers from 0", value))
+    extract(name, COUNT, value)
 }
 
 /// A count that may be left out.
@@ -27,10 +25,32 @@ pub(super) fn optional_count<'py, T: FromPyObjectOwned<'py>>(
 
 /// A real number that may be left out.
 pub(super) fn optional_real(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<f64>> {
-    let number = |value: &Bound<'_, PyAny>| {
-        value.extract().map_err(|_| bad_argument(name, "a number", value))
-    };
-    value.map(number).transpose()
+    value.map(|value| extract(name, "a number", value)).transpose()
+}
+
+/// Two counts, as in the shape of a grid: a tuple, a list, an array.
+pub(super) fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
+    let fail = || bad_argument(name, "two integers from 0", value);
+    let [first, second] = two(value).ok_or_else(fail)?;
+    let count = |value: Bound<'_, PyAny>| value.extract().map_err(|_| fail());
+    Ok((count(first)?, count(second)?))
+}
+
+/// The items of a sequence of two.
+pub(super) fn two<'py>(value: &Bound<'py, PyAny>) -> Option<[Bound<'py, PyAny>; 2]> {
+    let items: Vec<_> = value.try_iter().ok()?.take(3).collect::<PyResult<_>>().ok()?;
+    items.try_into().ok()
+}
+
+fn extract<'py, T: FromPyObjectOwned<'py>>(
+    name: &str,
+    must: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<T> {
+    value.extract().map_err(|error: T::Error| {
+        let error: PyErr = error.into();
+        if is_about_input(value.py(), &error) { bad_argument(name, must, value) } else { error }
+    })
 }
 
 /// One of several named choices.

@@ -13,7 +13,7 @@ use numpy::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::errors::NeurbsError;
+use super::errors::{NeurbsError, is_about_input};
 
 /// Numbers from Python, as float64 in C order.
 pub(super) struct Numbers<'py>(PyReadonlyArrayDyn<'py, f64>);
@@ -35,11 +35,15 @@ impl<'py> Numbers<'py> {
         // A masked array's hidden values must not come back as numbers.
         let masked = numpy.getattr("ma")?.call_method1("is_masked", (value,))?.is_truthy()?;
         if masked {
-            return Err(fail("a masked array: remove the masked points".into()));
+            return Err(fail("a masked array: fill or remove what is masked".into()));
         }
-        let array = numpy
-            .call_method1("asarray", (value,))
-            .map_err(|error| fail(error.value(value.py()).to_string()))?;
+        let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
+            if is_about_input(value.py(), &error) {
+                fail(error.value(value.py()).to_string())
+            } else {
+                error
+            }
+        })?;
         let array: Bound<'py, PyUntypedArray> = array.cast_into()?;
         if !matches!(array.dtype().kind(), b'f' | b'i' | b'u') {
             return Err(fail(format!("dtype {}", array.dtype())));
@@ -137,8 +141,15 @@ pub(super) fn output<'py>(
         NeurbsError::new_err(format!("out must be {must}, got {got}"))
     };
     let Ok(array) = out.cast::<PyArrayDyn<f64>>() else {
-        return Err(fail(out.get_type().to_string()));
+        let got = out.getattr("dtype").map_or_else(
+            |_| out.get_type().to_string(),
+            |dtype| format!("an array of dtype {dtype}"),
+        );
+        return Err(fail(got));
     };
+    if !out.getattr("flags")?.getattr("aligned")?.is_truthy()? {
+        return Err(fail("an array that is not aligned".into()));
+    }
     if array.shape() != shape || !array.is_c_contiguous() {
         return Err(fail(format!("shape {:?} with strides {:?}", array.shape(), array.strides())));
     }

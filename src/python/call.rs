@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
+use super::errors::bad_argument;
 use super::{progress, som};
 use crate::error::Result;
 use crate::progress::{Epoch, Observer, Progress, Stage};
@@ -41,6 +42,11 @@ pub(super) fn run_watched<T: Send>(
     callbacks: Callbacks,
     job: impl FnOnce(&mut Watcher) -> Result<T> + Send,
 ) -> PyResult<T> {
+    if let Some(callback) = callbacks.progress.as_ref().map(|callback| callback.bind(py))
+        && !callback.is_callable()
+    {
+        return Err(bad_argument("progress", "callable", callback));
+    }
     let Callbacks { progress: callback, observer } = callbacks;
     let mut watcher =
         Watcher { callback, observer, looked: Instant::now(), stage: None, raised: None };

@@ -1,10 +1,13 @@
 //! The one place where the crate's errors become Python's.
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::error::Error;
+
+/// Characters of an argument that an error message repeats.
+const LONGEST_SHOWN: usize = 60;
 
 create_exception!(
     neurbs,
@@ -24,8 +27,18 @@ impl From<Error> for PyErr {
     }
 }
 
+/// Whether Python raised this because it was given something unfit, and not because of Ctrl-C, a
+/// lack of memory or a fault in somebody's code.
+pub(super) fn is_about_input(py: Python<'_>, error: &PyErr) -> bool {
+    error.is_instance_of::<PyTypeError>(py)
+        || error.is_instance_of::<PyValueError>(py)
+        || error.is_instance_of::<PyOverflowError>(py)
+}
+
 /// `{name} must be {must}, got {repr}` for an argument that is not even of the right kind.
 pub(super) fn bad_argument(name: &str, must: &str, got: &Bound<'_, PyAny>) -> PyErr {
     let got = got.repr().map_or_else(|_| "?".to_string(), |text| text.to_string());
+    let end = got.char_indices().nth(LONGEST_SHOWN).map(|(end, _)| end);
+    let got = end.map_or(got.clone(), |end| format!("{}…", &got[..end]));
     NeurbsError::new_err(format!("{name} must be {must}, got {got}"))
 }

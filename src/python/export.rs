@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use super::call::{self, WatchedFile};
 use super::mesh::TriangleMesh;
 use super::surface::NurbsSurface;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::export;
 
 /// Bytes between two looks at Ctrl-C: a few milliseconds of writing.
@@ -42,7 +42,7 @@ fn write_file(
     let written = call::run(py, None, |watcher| {
         let mut out = BufWriter::with_capacity(BUFFER, WatchedFile::new(file, watcher));
         match write(&mut out).and_then(|()| Ok(out.flush()?)) {
-            Err(crate::Error::Io(error)) => Ok(Err(error)),
+            Err(Error::Io(error)) => Ok(Err(error)),
             other => other.map(Ok),
         }
     });

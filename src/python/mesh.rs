@@ -5,8 +5,7 @@ use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::{arrays, call};
-use crate::error::Result;
-use crate::mesh::{self, MeshSlices, MeshView, UniformGrid};
+use crate::mesh::{MeshSlices, MeshView, UniformGrid};
 use crate::nurbs::NurbsSurface;
 
 /// Triangles of a surface, with a normal and the surface's parameters at each vertex.
@@ -51,11 +50,12 @@ impl Arrays<'_> {
 }
 
 impl TriangleMesh {
-    /// A mesh of this grid whose arrays NumPy allocates and `fill` fills, without the GIL.
-    fn filled(
+    /// The mesh of a surface on this grid, in arrays that NumPy allocates.
+    pub(super) fn of_surface(
         py: Python<'_>,
+        surface: &NurbsSurface,
         grid: UniformGrid,
-        fill: impl FnOnce(MeshSlices<'_>, &mut call::Watcher) -> Result<()> + Send,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let vertices = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 3])?;
         let triangles = arrays::empty::<u32, Ix2>(py, &[grid.triangles(), 3])?;
@@ -72,7 +72,7 @@ impl TriangleMesh {
                 normals: bytemuck::cast_slice_mut(normals.as_slice_mut()?),
                 uv: bytemuck::cast_slice_mut(uv.as_slice_mut()?),
             };
-            call::run(py, None, |watcher| fill(slices, watcher))?;
+            call::run(py, progress, |watcher| grid.tessellate_into(surface, slices, watcher))?;
         }
         Ok(Self {
             grid: grid.shape(),
@@ -80,29 +80,6 @@ impl TriangleMesh {
             triangles: arrays::freeze(&triangles)?,
             normals: arrays::freeze(&normals)?,
             uv: arrays::freeze(&uv)?,
-        })
-    }
-
-    pub(super) fn of_surface(
-        py: Python<'_>,
-        surface: &NurbsSurface,
-        grid: UniformGrid,
-    ) -> PyResult<Self> {
-        Self::filled(py, grid, |slices, watcher| grid.tessellate_into(surface, slices, watcher))
-    }
-
-    /// Copies a mesh of the core into memory of NumPy.
-    pub(super) fn of_core(
-        py: Python<'_>,
-        mesh: &mesh::TriangleMesh,
-        grid: UniformGrid,
-    ) -> PyResult<Self> {
-        Self::filled(py, grid, |slices, _| {
-            slices.vertices.copy_from_slice(&mesh.vertices);
-            slices.triangles.copy_from_slice(&mesh.triangles);
-            slices.normals.copy_from_slice(&mesh.normals);
-            slices.uv.copy_from_slice(&mesh.uv);
-            Ok(())
         })
     }
 

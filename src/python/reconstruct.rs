@@ -1,5 +1,7 @@
 //! The whole job, for `neurbs.reconstruct`.
 
+use std::time::{Duration, Instant};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -10,6 +12,7 @@ use super::mesh::TriangleMesh;
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, call};
+use crate::mesh::UniformGrid;
 use crate::reconstruct::{Method, ReconstructOptions, Report};
 
 /// Run the whole job; the public function is :func:`neurbs.reconstruct`.
@@ -40,9 +43,11 @@ pub(super) fn reconstruct<'py>(
     let points = Numbers::points(points, "points")?;
     let points = points.as_slice()?;
     let job = |watcher: &mut Watcher| crate::reconstruct::reconstruct(points, &options, watcher);
-    let result = call::run(py, progress, job)?;
-    let mesh = TriangleMesh::of_core(py, &result.mesh, result.mesh_grid)?;
-    let report = report(py, &result.report)?;
+    let result = call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
+    let start = Instant::now();
+    let grid = UniformGrid::for_surface(&result.surface)?;
+    let mesh = TriangleMesh::of_surface(py, &result.surface, grid, progress)?;
+    let report = report(py, &result.report, start.elapsed())?;
     let som = Map::of_core(result.som);
     Ok((NurbsSurface::new(py, result.surface)?, mesh, som, report))
 }
@@ -70,7 +75,11 @@ fn named_method(name: &Bound<'_, PyAny>) -> PyResult<Method> {
     found.ok_or_else(|| bad_argument("method", "'paper'", name))
 }
 
-fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>> {
+fn report<'py>(
+    py: Python<'py>,
+    report: &Report,
+    tessellation: Duration,
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("points", report.points)?;
     dict.set_item("diagonal", report.diagonal)?;
@@ -84,7 +93,7 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("quantization_error", report.quantization_error)?;
     let seconds = PyDict::new(py);
     seconds.set_item("training", report.training_time.as_secs_f64())?;
-    seconds.set_item("tessellation", report.tessellation_time.as_secs_f64())?;
+    seconds.set_item("tessellation", tessellation.as_secs_f64())?;
     dict.set_item("seconds", seconds)?;
     Ok(dict)
 }

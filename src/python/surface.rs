@@ -125,9 +125,8 @@ impl NurbsSurface {
                 KnotVector::clamped_uniform(degree.1, cols)?,
             ),
             Some(knots) => {
-                let two = knots.extract::<(Bound<'py, PyAny>, Bound<'py, PyAny>)>();
-                let (u, v) =
-                    two.map_err(|_| bad_argument("knots", "two sequences, for u and v", knots))?;
+                let refused = || bad_argument("knots", "two sequences, for u and v", knots);
+                let [u, v] = arguments::two(knots).ok_or_else(refused)?;
                 let vector = |name, degree, knots: &Bound<'py, PyAny>| -> PyResult<KnotVector> {
                     let knots = Numbers::sequence(knots, name)?;
                     Ok(KnotVector::new(degree, knots.as_slice()?.to_vec())?)
@@ -274,7 +273,7 @@ impl NurbsSurface {
     /// ----------
     /// shape : (int, int), optional
     ///     Vertices along u and v of a uniform grid, at least 2 each; by default four cells to a
-    ///     knot span, and at least 33 vertices a side.
+    ///     knot span (fewer for very large nets), and at least 33 vertices a side.
     ///
     /// Returns
     /// -------
@@ -291,13 +290,13 @@ impl NurbsSurface {
         shape: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<TriangleMesh> {
         let grid = match shape {
-            None => UniformGrid::for_surface(&self.core),
+            None => UniformGrid::for_surface(&self.core)?,
             Some(shape) => {
                 let (n_u, n_v) = arguments::pair("shape", shape)?;
                 UniformGrid::new(n_u, n_v)?
             }
         };
-        TriangleMesh::of_surface(py, &self.core, grid)
+        TriangleMesh::of_surface(py, &self.core, grid, None)
     }
 
     fn __repr__(&self) -> String {
@@ -312,5 +311,8 @@ fn degrees(value: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
     if let Ok(both) = value.extract::<usize>() {
         return Ok((both, both));
     }
-    value.extract().map_err(|_| bad_argument("degree", "an integer or a pair of integers", value))
+    let refused = || bad_argument("degree", "an integer from 0 or two of them", value);
+    let [u, v] = arguments::two(value).ok_or_else(refused)?;
+    let degree = |value: Bound<'_, PyAny>| value.extract().map_err(|_| refused());
+    Ok((degree(u)?, degree(v)?))
 }

@@ -101,3 +101,15 @@ def test_a_reconstruction_is_one_valid_face(result: Reconstruction, tmp_path: Pa
     for suffix in (".step", ".igs"):
         result.save(tmp_path / f"result{suffix}")
         assert only_face(tmp_path / f"result{suffix}").UDegree() == 3
+
+
+def test_unclamped_knots_are_refused_in_step(tmp_path: Path) -> None:
+    surface = make((7, 8), (3, 3), knots=(np.arange(11.0), np.arange(12.0)))
+    with pytest.raises(neurbs.NeurbsError, match="must have clamped knots"):
+        neurbs.save(surface, tmp_path / "a.step")
+    assert not any(tmp_path.iterdir())
+    neurbs.save(surface, tmp_path / "a.igs")
+    theirs = only_face(tmp_path / "a.igs")
+    np.testing.assert_allclose(
+        theirs.Value(4, 5).Coord(), surface.evaluate([[4, 5]])[0], atol=1e-12
+    )

@@ -98,12 +98,13 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
         ("grid", 5, "grid must be two integers from 0, got 5"),
         ("grid", (-4, 5), r"grid must be two integers from 0, got \(-4, 5\)"),
         ("grid", (4, 5, 6), "grid must be two integers from 0"),
+        ("progress", 5, "progress must be callable, got 5"),
         ("degree", 0, "degree must be between 1 and 9, got 0"),
-        ("degree", 2.5, "degree must be an integer from 0, got 2.5"),
-        ("seed", -1, "seed must be an integer from 0, got -1"),
+        ("degree", 2.5, "degree must be an integer from 0 .*, got 2.5"),
+        ("seed", -1, "seed must be an integer from 0 .*, got -1"),
         ("seed", 2**64, "seed must be an integer from 0"),
         ("max_steps", 0, "max_steps must be at least 1, got 0"),
-        ("max_steps", "many", "max_steps must be an integer from 0, got 'many'"),
+        ("max_steps", "many", "max_steps must be an integer from 0 .*, got 'many'"),
         ("reach", 0, "reach must be positive and finite, got 0"),
         ("reach", "far", "reach must be a number, got 'far'"),
         ("min_change", np.inf, "min_change must be positive and finite, got inf"),
@@ -112,6 +113,21 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
 def test_options_out_of_range_are_refused(option: str, value: object, message: str) -> None:
     with pytest.raises(NeurbsError, match=message):
         neurbs.reconstruct(FEW, **{option: value})  # type: ignore[arg-type]
+
+
+def test_lists_and_arrays_do_as_well_as_tuples(terrain_points: Points) -> None:
+    for grid in ([6, 7], np.array([6, 7])):
+        result = neurbs.reconstruct(terrain_points, grid=grid)  # type: ignore[arg-type]
+        assert result.report.grid == (6, 7)
+
+
+def test_other_exceptions_pass_through() -> None:
+    class Interrupted:
+        def __array__(self, *_: object) -> Points:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        neurbs.reconstruct(Interrupted())
 
 
 def test_too_few_steps_are_a_warning(terrain_points: Points) -> None:
@@ -167,7 +183,9 @@ LONG_JOBS = {
     "all points reached": "neurbs.reconstruct(many, reach=10.0, max_steps=10**12, grid=(300, 300))",
     "evaluate": "[surface.evaluate(uv) for _ in range(1000)]",
     "tessellate": "surface.tessellate(shape=(7000, 7000))",
-    "write": "neurbs.save(mesh, path)",
+    "write a mesh": "neurbs.save(mesh, path)",
+    "write STEP": "neurbs.save(large, path.replace('.obj', '.step'))",
+    "write IGES": "neurbs.save(large, path.replace('.obj', '.igs'))",
 }
 
 
@@ -185,7 +203,9 @@ def test_ctrl_c_is_answered(job: str, tmp_path: Path) -> None:
         path = {str(tmp_path / "big.obj")!r}
         surface = neurbs.NurbsSurface(rng.random((20, 20, 3)))
         uv = rng.random((4_000_000, 2))
-        mesh = surface.tessellate(shape=(2000, 2000)) if {job!r} == "write" else None
+        mesh = surface.tessellate(shape=(2000, 2000)) if {job!r} == "write a mesh" else None
+        if {job!r} in ("write STEP", "write IGES"):
+            large = neurbs.NurbsSurface(rng.random((1500, 1500, 3)))
 
         def interrupt():
             global sent
@@ -204,8 +224,8 @@ def test_ctrl_c_is_answered(job: str, tmp_path: Path) -> None:
         [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=60
     )
     assert run.returncode == 0, run.stderr
-    # Promised are 0.2 s; a machine that does other things at the same time is granted more.
-    assert float(run.stdout) < 1.0, run.stdout
+    # Measured are 0.02 to 0.05 s; what is promised holds on a busy machine too.
+    assert float(run.stdout) < 0.2, run.stdout
     assert not any(tmp_path.iterdir())
 
 

@@ -2,6 +2,7 @@
 
 import os
 import re
+import stat
 import subprocess
 import sys
 import textwrap
@@ -240,3 +241,49 @@ def test_importing_neurbs_is_light() -> None:
     code = f"import sys, neurbs; print({heavy} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("suffix", [".glb", ".stl"])
+def test_ctrl_c_is_not_lost_in_a_library(suffix: str, tmp_path: Path) -> None:
+    """Interrupt in a process that has not imported trimesh yet, where it used to be swallowed."""
+    path = tmp_path / f"a{suffix}"
+    script = f"""
+        import os, signal, threading
+        import numpy as np
+        import neurbs
+
+        mesh = neurbs.NurbsSurface(np.random.default_rng(0).random((4, 4, 3))).tessellate()
+        threading.Timer(0.03, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            neurbs.save(mesh, {str(path)!r})
+            print("written")
+        except KeyboardInterrupt:
+            print("interrupted")
+    """
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=60
+    )
+    assert run.stdout == "interrupted\n", run.stderr
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of POSIX")
+def test_a_replaced_file_keeps_its_mode(result: neurbs.Reconstruction, tmp_path: Path) -> None:
+    path = tmp_path / "private.step"
+    path.touch(0o600)
+    result.save(path)
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+
+
+@pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
+def test_a_pipe_is_not_replaced(result: neurbs.Reconstruction, tmp_path: Path) -> None:
+    path = tmp_path / "pipe.step"
+    os.mkfifo(path)
+    with pytest.raises(NeurbsError, match="a device or a pipe"):
+        result.save(path)
+    assert path.is_fifo()
+    points = tmp_path / "pipe.xyz"
+    os.mkfifo(points)
+    with pytest.raises(NeurbsError, match="a device or a pipe"):
+        neurbs.read_points(points)

@@ -110,9 +110,11 @@ def check_target(path: str | os.PathLike[str]) -> None:
     if not folder.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, "this is not a folder", str(folder))
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, "this folder must not be written to", str(folder))
+        raise PermissionError(errno.EACCES, "this folder is not writeable", str(folder))
+    if path.exists() and not path.is_file():
+        raise NeurbsError(f"{path}: a result replaces a file, but this is a device or a pipe")
     if path.exists() and not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, "this file must not be replaced", str(path))
+        raise PermissionError(errno.EACCES, "this file is not writeable", str(path))
     if path.suffix.lower() == ".png" and importlib.util.find_spec("matplotlib") is None:
         raise NeurbsError(f"{path}: pictures need matplotlib: pip install 'neurbs[plot]'")
 

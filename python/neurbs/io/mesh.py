@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +25,35 @@ It moves those of a mesh around the origin by less than a tenth of that.
 """
 
 
+@contextmanager
+def _interrupts_kept() -> Iterator[None]:
+    """Keep Ctrl-C until the end: trimesh swallows what is raised while it imports its parts."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    kept = False
+
+    def keep(_number: int, _frame: object) -> None:
+        nonlocal kept
+        kept = True
+
+    before = signal.signal(signal.SIGINT, keep)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.default_int_handler)
+    if kept:
+        raise KeyboardInterrupt
+
+
+@_interrupts_kept()
 def write_stl(mesh: TriangleMesh, path: str) -> None:
     """Write a binary STL file, as it stands: the format has no place for an offset."""
     content = _trimesh(mesh, mesh.vertices, "STL").export(file_type="stl")
     Path(path).write_bytes(content)
 
 
+@_interrupts_kept()
 def write_glb(mesh: TriangleMesh, path: str) -> None:
     """Write a binary glTF file: vertices about their centre, and the centre as the node's place.
 
@@ -69,7 +96,7 @@ def _trimesh(mesh: TriangleMesh, vertices: NDArray[np.float64], name: str) -> An
             f"{name} stores single precision, which moves vertices by up to {moved:.2g} "
             f"(the mesh's diagonal is {diagonal:.4g}): .ply, .obj and .glb keep the digits",
             UserWarning,
-            # To who called `save`, two calls above this module's writers.
-            stacklevel=4,
+            # To who called `save`, three calls above this module's writers.
+            stacklevel=5,
         )
     return trimesh.Trimesh(vertices, mesh.triangles, vertex_normals=mesh.normals, process=False)

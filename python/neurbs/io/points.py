@@ -72,6 +72,8 @@ def read_points(path: str | os.PathLike[str]) -> NDArray[np.float64]:
             errno.EISDIR, "points are read from a file, not a folder", str(path)
         )
     path.stat()  # A file that is not there matters more than its suffix.
+    if not path.is_file():
+        raise NeurbsError(f"{path}: points are read from a file, but this is a device or a pipe")
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import secrets
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -32,6 +33,9 @@ def replacement(path: Path) -> Iterator[str]:
     new = target.with_name(f".neurbs-{secrets.token_hex(8)}.tmp")
     try:
         yield str(new)
+        with suppress(OSError):
+            # Who could read the file before can read it after, and nobody else.
+            new.chmod(stat.S_IMODE(target.stat().st_mode))
         os.replace(new, target)
     except BaseException as error:
         new.unlink(missing_ok=True)

@@ -60,8 +60,8 @@ def is_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
-    # Python's float also takes 1_000.
-    return "_" not in text
+    # Python's float also takes 1_000 and the digits of other scripts.
+    return text.isascii() and "_" not in text
 
 
 def shown(text: str) -> str:
