@@ -116,7 +116,7 @@ impl Lattice {
     fn neighborhood(&self, node: usize, radius: usize) -> PyResult<Vec<usize>> {
         if node >= self.0.len() {
             let must = format!("a node from 0 to {}", self.0.len() - 1);
-            return Err(crate::Error::parameter("node", must, node).into());
+            return Err(crate::error::Error::parameter("node", must, node).into());
         }
         Ok(self.0.neighborhood(node, radius))
     }
