@@ -15,13 +15,17 @@ const CHILDREN: usize = 1 << (3 * BITS);
 /// A list as short as this is looked through rather than divided.
 const SHORT: usize = 6;
 
-/// A box is divided while it can be expected to hold this many points of a surface: what the
-/// division costs is then shared by enough of them.
-const POINTS_PER_BOX: usize = 16;
+/// A box is divided while it can be expected to hold more than this many points of a surface; its
+/// parts then have at least four each to share what the division costs.
+const POINTS_PER_BOX: usize = 64;
 
 /// Points are brought in order by their boxes on this level: 4096 boxes, a few dozen of which a
 /// core's own cache holds.
 const ORDER_LEVELS: u32 = 2;
+
+/// Boxes are divided until there are this many of them for each node, if both lie on a surface.
+/// Smaller ones would have hardly shorter lists, and take memory.
+const BOXES_PER_NODE: usize = 4;
 
 /// Coordinates are cut into at most 2^20 boxes along each axis.
 const MOST_LEVELS: u32 = 10;
@@ -61,7 +65,11 @@ impl<'a> Candidates<'a> {
     pub(super) fn new(nodes: &'a [DVec3], bounds: &Bounds, points: usize, wanted: usize) -> Self {
         let mut levels = 0;
         // A surface passes through 16 of the 64 parts of a box.
-        while levels < MOST_LEVELS && points >> (2 * BITS * levels) > POINTS_PER_BOX {
+        let worth = |levels: u32| {
+            let boxes = 1 << (2 * BITS * levels);
+            points / boxes > POINTS_PER_BOX && boxes < BOXES_PER_NODE * nodes.len()
+        };
+        while levels < MOST_LEVELS && worth(levels) {
             levels += 1;
         }
         let size = bounds.max - bounds.min;

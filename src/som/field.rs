@@ -116,6 +116,7 @@ impl WithSimd for Nearest<'_> {
     type Output = (usize, f64);
 
     #[inline(always)]
+    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self { x, y, z, point } = self;
         let squared = |x: f64, y: f64, z: f64| {
@@ -156,6 +157,7 @@ impl WithSimd for Pull<'_> {
     type Output = ();
 
     #[inline(always)]
+    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
     fn with_simd<S: Simd>(self, _: S) {
         for (shares, &weight) in self.shares.chunks_exact_mut(self.across.len()).zip(self.along) {
             for (share, across) in shares.iter_mut().zip(self.across) {

@@ -38,8 +38,12 @@ pub(super) fn principal(points: &[DVec3], lattice: &Lattice) -> Vec<DVec3> {
     if lattice.topology() != Topology::Sheet {
         return closed(points, lattice, &frame);
     }
-    let local = Bounds::of(&points.iter().map(|&p| frame.apply(p)).collect::<Vec<_>>());
-    let (low, size) = (local.min, local.max - local.min);
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = points
+        .iter()
+        .map(|&p| frame.apply(p))
+        .fold(empty, |(low, high), p| (low.min(p), high.max(p)));
+    let size = high - low;
     let place =
         |uv: DVec2| frame.undo(DVec3::new(low.x + uv.x * size.x, low.y + uv.y * size.y, 0.0));
     layout(lattice).into_iter().map(place).collect()
