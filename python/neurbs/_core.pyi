@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "BatchSums",
+    "ClosestPoints",
+    "Curvatures",
     "Epoch",
     "Lattice",
     "Map",
-    "ClosestPoints",
-    "Curvatures",
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
