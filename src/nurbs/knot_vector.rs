@@ -78,6 +78,17 @@ impl KnotVector {
             cell_density: 0.0,
             last_span: 0,
         };
+        let pairs = || knots.knots.windows(2);
+        let ordinary =
+            |width: f64| width == 0.0 || (width.is_finite() && width.recip().is_finite());
+        if let Some(i) = pairs().position(|pair| !ordinary(pair[1] - pair[0])) {
+            let got = format!(
+                "knots {i} and {} are {:e} apart",
+                i + 1,
+                knots.knots[i + 1] - knots.knots[i]
+            );
+            return fail("have spans that can be divided by", got);
+        }
         let (start, end) = knots.domain();
         if start >= end {
             return fail("have a domain", format!("it begins and ends at {start}"));
@@ -354,6 +365,8 @@ mod tests {
         assert!(message(1, &[0.0, 0.0, f64::NAN, 1.0]).contains("knot 2 is NaN"));
         assert!(message(1, &[0.0, 0.0, 2.0, 1.0]).contains("knot 3 is 1 after 2"));
         assert!(message(1, &[0.0, 1.0, 1.0, 2.0]).contains("begins and ends at 1"));
+        assert!(message(1, &[0.0, 0.0, 5e-324, 5e-324]).contains("knots 1 and 2 are 5e-324 apart"));
+        assert!(message(1, &[-1e308, -1e308, 1e308, 1e308]).contains("are inf apart"));
         assert!(message(1, &[0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).contains("0.5 stands 2 times"));
         assert!(message(1, &[0.0, 0.0, 0.0, 0.5, 1.0, 1.0]).contains("0 stands 3 times"));
     }

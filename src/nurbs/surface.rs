@@ -82,7 +82,15 @@ impl NurbsSurface {
             }
         }
         let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
-        let homogeneous = control_points.iter().enumerate().map(lift).collect();
+        let homogeneous: Vec<DVec4> = control_points.iter().enumerate().map(lift).collect();
+        if let Some(i) = homogeneous.iter().position(|p| !(p.is_finite() && p.w.is_normal())) {
+            let got = format!(
+                "control point {:?} with its weight is {}",
+                (i / cols, i % cols),
+                homogeneous[i]
+            );
+            return fail("be finite when multiplied by its weights, and these not vanish", got);
+        }
         let flats = Flats::default();
         let surface = Self { control_points, weights, knots_u, knots_v, homogeneous, flats };
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
@@ -207,6 +215,7 @@ mod tests {
         assert!(weighted(vec![1.0; 3]).contains("3 weights came for 4 points"));
         assert!(weighted(vec![1.0, 1.0, 0.0, 1.0]).contains("weight (1, 0) is 0"));
         assert!(weighted(vec![1.0, f64::NAN, 1.0, 1.0]).contains("weight (0, 1) is NaN"));
+        assert!(weighted(vec![1.0, 1.0, 1.0, 5e-324]).contains("control point (1, 1) with"));
         let mut broken = net();
         broken[3].y = f64::INFINITY;
         let broken = message(NurbsSurface::new(broken, None, knots(), knots()));
