@@ -2,7 +2,7 @@
 //!
 //! Minimized is the weighted sum of squared distances from each point to the surface at its
 //! parameters, plus fairness times the thin-plate energy (G. Greiner, *Surface construction based
-//! on variational principles*, 1994). The normal equations ([`normal_equations`]) are sparse and
+//! on variational principles*, 1994). The normal equations (`normal_equations`) are sparse and
 //! positive definite; no matrix has a side as long as there are points.
 
 mod fairness;
