@@ -9,9 +9,10 @@ use pyo3::types::PyDict;
 
 use super::algebra::{affine, values};
 use super::arrays::{self, Numbers};
-use super::construction::{parametrization, vector};
+use super::construction::parametrization;
 use super::errors::bad_argument;
 use super::evaluation::outside;
+use super::shapes::vector;
 use crate::nurbs::{self, KnotVector, MAX_DERIVATIVE};
 
 /// A NURBS curve in space: an isocurve, a boundary, a profile.

@@ -22,6 +22,7 @@ mod lattice;
 mod mesh;
 mod progress;
 mod reconstruct;
+mod shapes;
 mod som;
 mod som_options;
 mod surface;

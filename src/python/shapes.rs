@@ -1,0 +1,245 @@
+//! `neurbs.NurbsSurface`: surfaces from curves, and exact surfaces from numbers.
+
+use glam::DVec3;
+use pyo3::prelude::*;
+
+use super::arrays::Numbers;
+use super::construction;
+use super::curve::NurbsCurve;
+use super::errors::bad_argument;
+use super::surface::NurbsSurface;
+use crate::nurbs;
+
+/// A point or direction: three numbers.
+pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
+    let numbers = Numbers::new(value, name, "three real numbers", &[&[Some(3)]])?;
+    let numbers: &[f64] = numbers.as_slice()?;
+    let vector = DVec3::from_slice(numbers);
+    if vector.is_finite() { Ok(vector) } else { Err(bad_argument(name, "finite", value)) }
+}
+
+#[pymethods]
+impl NurbsSurface {
+    /// The surface of straight lines between two curves.
+    ///
+    /// Parameters
+    /// ----------
+    /// start, end : NurbsCurve
+    ///     The curves at u = 0 and u = 1, which run in v; their domains must be the same.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the domains differ or the curves coincide.
+    #[staticmethod]
+    fn ruled(py: Python<'_>, start: &NurbsCurve, end: &NurbsCurve) -> PyResult<Self> {
+        Self::new(py, nurbs::NurbsSurface::ruled(start.core(), end.core())?)
+    }
+
+    /// A surface through curves.
+    ///
+    /// Parameters
+    /// ----------
+    /// curves : sequence of NurbsCurve
+    ///     At least two, which run in v, with the same domain. Degrees and knots are made equal.
+    /// degree : int, default 3
+    ///     The degree in u; lower where there are not more curves than it.
+    /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
+    ///     How the curves are spaced in u.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If there are too few curves, their domains differ, neighbours coincide, or weights that
+    ///     differ much would become negative between them.
+    #[staticmethod]
+    #[pyo3(signature = (curves, degree=3, *, parametrization="chord"))]
+    fn lofted(
+        py: Python<'_>,
+        curves: Vec<Py<NurbsCurve>>,
+        degree: usize,
+        parametrization: &str,
+    ) -> PyResult<Self> {
+        let parametrization = construction::parametrization(parametrization)?;
+        let curves: Vec<_> = curves.iter().map(|curve| curve.get().core().clone()).collect();
+        Self::new(py, nurbs::NurbsSurface::lofted(&curves, degree, parametrization)?)
+    }
+
+    /// The surface that a profile sweeps when it turns about an axis, exact.
+    ///
+    /// Parameters
+    /// ----------
+    /// profile : NurbsCurve
+    ///     Runs in v; u goes round the axis.
+    /// origin, axis : array_like of shape (3,)
+    ///     A point of the axis and its direction.
+    /// angle : float, default 2π
+    ///     How far it turns, in radians.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the axis has no direction, or the angle is not between 0 and 2π.
+    #[staticmethod]
+    #[pyo3(
+        signature = (profile, origin, axis, angle=std::f64::consts::TAU),
+        text_signature = "(profile, origin, axis, angle=6.283185307179586)"
+    )]
+    fn revolved(
+        profile: &NurbsCurve,
+        origin: &Bound<'_, PyAny>,
+        axis: &Bound<'_, PyAny>,
+        angle: f64,
+    ) -> PyResult<Self> {
+        let (py, origin, axis) = (origin.py(), vector(origin, "origin")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::revolved(profile.core(), origin, axis, angle)?)
+    }
+
+    /// The parallelogram from a corner along two sides.
+    ///
+    /// Parameters
+    /// ----------
+    /// origin, u, v : array_like of shape (3,)
+    ///     The corner and the sides.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the sides span no plane.
+    #[staticmethod]
+    fn plane(
+        origin: &Bound<'_, PyAny>,
+        u: &Bound<'_, PyAny>,
+        v: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let py = origin.py();
+        let (origin, u, v) = (vector(origin, "origin")?, vector(u, "u")?, vector(v, "v")?);
+        Self::new(py, nurbs::NurbsSurface::plane(origin, u, v)?)
+    }
+
+    /// The side of a cylinder, exact; u runs round it, v along its axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// base, axis : array_like of shape (3,)
+    ///     The centre of the base, and the way from there to the centre of the top.
+    /// radius : float
+    ///     Its radius.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the radius is not positive or the axis has no length.
+    #[staticmethod]
+    fn cylinder(base: &Bound<'_, PyAny>, axis: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+        let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::cylinder(base, axis, radius)?)
+    }
+
+    /// The side of a cone, exact; u runs round it, v along its axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// base, axis : array_like of shape (3,)
+    ///     The centre of the base, and the way from there to the centre of the top.
+    /// radius : float
+    ///     The radius at the base.
+    /// top_radius : float, default 0
+    ///     The radius at the top: 0 for a whole cone.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a radius is negative or both are 0, or the axis has no length.
+    #[staticmethod]
+    #[pyo3(signature = (base, axis, radius, top_radius=0.0))]
+    fn cone(
+        base: &Bound<'_, PyAny>,
+        axis: &Bound<'_, PyAny>,
+        radius: f64,
+        top_radius: f64,
+    ) -> PyResult<Self> {
+        let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
+        Self::new(py, nurbs::NurbsSurface::cone(base, axis, radius, top_radius)?)
+    }
+
+    /// The sphere, exact; u runs round the z axis, v from the south to the north pole.
+    ///
+    /// Parameters
+    /// ----------
+    /// centre : array_like of shape (3,)
+    ///     Its centre.
+    /// radius : float
+    ///     Its radius.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the radius is not positive.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    /// NurbsSurface(net 9 × 5, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
+    #[staticmethod]
+    fn sphere(centre: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+        let (py, centre) = (centre.py(), vector(centre, "centre")?);
+        Self::new(py, nurbs::NurbsSurface::sphere(centre, radius)?)
+    }
+
+    /// The torus about the z axis through its centre, exact; u runs round the axis.
+    ///
+    /// Parameters
+    /// ----------
+    /// centre : array_like of shape (3,)
+    ///     Its centre.
+    /// major, minor : float
+    ///     The radius of the circle that the tube follows, and that of the tube.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     With normals that point outwards.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a radius is not positive.
+    #[staticmethod]
+    fn torus(centre: &Bound<'_, PyAny>, major: f64, minor: f64) -> PyResult<Self> {
+        let (py, centre) = (centre.py(), vector(centre, "centre")?);
+        Self::new(py, nurbs::NurbsSurface::torus(centre, major, minor)?)
+    }
+}
