@@ -1,5 +1,6 @@
 """What several tests start from."""
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,11 @@ import pytest
 from numpy.typing import NDArray
 
 import neurbs
+
+# A shell that starts the tests in the background has them ignore Ctrl-C, and so all processes that
+# they start and interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
