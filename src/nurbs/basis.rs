@@ -26,13 +26,13 @@ impl<const ORDER: usize> Basis<ORDER> {
     pub(super) fn at(knots: &KnotVector, u: f64) -> Self {
         let span = knots.span(u);
         let t = knots.as_slice();
-        let from: [f64; ORDER] = std::array::from_fn(|i| u - t[span + 1 + i - ORDER]);
-        let to: [f64; ORDER] = std::array::from_fn(|i| t[span + 1 + i] - u);
+        let from = window::<_, ORDER>(t, span + 1 - ORDER).map(|knot| u - knot);
+        let to = window::<_, ORDER>(t, span + 1).map(|knot| knot - u);
         let mut values = [0.0; ORDER];
         let mut slopes = [0.0; ORDER];
         values[0] = 1.0;
         for k in 1..ORDER {
-            let reciprocals = &knots.reciprocals(k)[span + 1..span + 1 + k];
+            let reciprocals = window::<_, ORDER>(knots.reciprocals(k), span + 1);
             let (mut carried, mut carried_slope) = (0.0, 0.0);
             for i in 0..k {
                 let share = values[i] * reciprocals[i];
@@ -48,27 +48,54 @@ impl<const ORDER: usize> Basis<ORDER> {
         }
         Self { first: span + 1 - ORDER, values, slopes }
     }
+
+    /// With zeros behind the last function.
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    pub(super) fn padded(self) -> Basis<MAX_ORDER> {
+        let mut padded = Basis { first: self.first, ..Basis::default() };
+        padded.values[..ORDER].copy_from_slice(&self.values);
+        padded.slopes[..ORDER].copy_from_slice(&self.slopes);
+        padded
+    }
+}
+
+impl<const ORDER: usize> Default for Basis<ORDER> {
+    fn default() -> Self {
+        Self { first: 0, values: [0.0; ORDER], slopes: [0.0; ORDER] }
+    }
+}
+
+/// Evaluates an expression in which a constant is the order (degree + 1) that a degree asks for.
+macro_rules! with_order {
+    ($degree:expr, $order:ident => $body:expr) => {
+        with_order!($degree, $order => $body, 1 2 3 4 5 6 7 8)
+    };
+    ($degree:expr, $order:ident => $body:expr, $($known:literal)*) => {
+        match $degree {
+            $($known => {
+                const $order: usize = $known + 1;
+                $body
+            })*
+            _ => {
+                const $order: usize = $crate::nurbs::MAX_DEGREE + 1;
+                $body
+            }
+        }
+    };
+}
+pub(super) use with_order;
+
+/// The `N` items from `first`, which are known to be there.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+pub(super) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
+    items[first..].first_chunk().expect("spans lie inside their tables")
 }
 
 /// As [`Basis::at`], for a degree that is only known at run time.
 pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
-    fn pad<const ORDER: usize>(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
-        let Basis { first, values: given, .. } = Basis::<ORDER>::at(knots, u);
-        let mut values = [0.0; MAX_ORDER];
-        values[..ORDER].copy_from_slice(&given);
-        Basis { first, values, slopes: [0.0; MAX_ORDER] }
-    }
-    match knots.degree() {
-        1 => pad::<2>(knots, u),
-        2 => pad::<3>(knots, u),
-        3 => pad::<4>(knots, u),
-        4 => pad::<5>(knots, u),
-        5 => pad::<6>(knots, u),
-        6 => pad::<7>(knots, u),
-        7 => pad::<8>(knots, u),
-        8 => pad::<9>(knots, u),
-        _ => pad::<10>(knots, u),
-    }
+    with_order!(knots.degree(), ORDER => Basis::<ORDER>::at(knots, u).padded())
 }
 
 /// Values or derivatives of one order; `degree + 1` of them count, the rest is zero.

@@ -9,8 +9,8 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::batch::{check_length, in_blocks};
 use super::bezier::Patch;
-use super::evaluate::{check_length, in_blocks};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -34,6 +34,11 @@ const MOST_STEPS: usize = 100;
 /// A step shorter than this share of size and distance is the last one: the one after it would be
 /// rounding.
 const CONVERGED: f64 = 1e-12;
+
+/// A slope of the squared distance below this share of size and distance, for the length of the
+/// tangent, is rounding. Where a whole curve of the surface is equally near (the axis of a torus,
+/// the centre of a sphere), steps along it have no reason to become short.
+const STATIONARY: f64 = 1e-14;
 
 /// Share by which rounding changes a square of a distance.
 const ROUNDING: f64 = 1e-15;
@@ -234,10 +239,18 @@ impl ClosestPointSearch {
             let held =
                 |at: f64, slope: f64| (at == 0.0 && slope > 0.0) || (at == 1.0 && slope < 0.0);
             let free = [!held(at.x, gradient.x), !held(at.y, gradient.y)];
+            let reach = self.size + square.sqrt();
+            let still =
+                |slope: f64, tangent: DVec3| slope.abs() <= STATIONARY * reach * tangent.length();
+            if (!free[0] || still(gradient.x, frame.u)) && (!free[1] || still(gradient.y, frame.v))
+            {
+                converged = true;
+                break;
+            }
             let gauss = [frame.u.length_squared(), frame.u.dot(frame.v), frame.v.length_squared()];
             let bends = [away.dot(frame.uu), away.dot(frame.uv), away.dot(frame.vv)];
             let step = descent(gradient, gauss, bends, free);
-            let accuracy = CONVERGED * (self.size + square.sqrt());
+            let accuracy = CONVERGED * reach;
             let mut share = 1.0;
             loop {
                 steps += 1;

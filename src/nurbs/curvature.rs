@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::basis::BasisDerivatives;
-use super::evaluate::{DETOURS, Outside, POINTS_PER_TASK, check_length, in_blocks, in_rows};
+use super::batch::{Outside, POINTS_PER_TASK, check_length, in_blocks, in_rows};
+use super::evaluate::DETOURS;
 use super::frame::Frame;
 use super::grid::{self, Isocurve};
 use super::surface::NurbsSurface;

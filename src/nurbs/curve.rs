@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::algebra::check_tolerance;
 use super::basis::{MAX_ORDER, derivatives};
+use super::batch::{Outside, check_inside, check_length};
 use super::derivatives::{check_order, project as project_derivatives};
-use super::evaluate::{Outside, check_inside, check_length};
 use super::knot_vector::KnotVector;
 use super::strip::Strip;
 use super::surface::project;
@@ -175,7 +175,7 @@ impl NurbsCurve {
     ) -> Result<()> {
         check_order(order)?;
         check_length(out.len(), u.len() * (order + 1))?;
-        check_inside("u", self.knots(), outside, u.par_iter().copied())?;
+        check_inside("u", self.knots(), outside, 0, u.iter().copied())?;
         let tasks = u.par_iter().zip(out.par_chunks_mut(order + 1)).with_min_len(256);
         tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
         Ok(())

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, Row, derivatives};
-use super::evaluate::{Outside, POINTS_PER_TASK, check_length, in_blocks};
+use super::batch::{Outside, POINTS_PER_TASK, check_length, in_blocks};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Observer;

@@ -1,54 +1,21 @@
-//! Points and normals of a surface, at scattered parameters and on grids.
+//! Points and normals of a surface, at single and at scattered parameters.
 
 use glam::{DVec2, DVec3, DVec4};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 use rayon::prelude::*;
 
-use super::basis::{Basis, BasisDerivatives, Row, padded};
+use super::basis::{BasisDerivatives, Row, padded};
+use super::batch::{Outside, POINTS_PER_TASK, in_blocks};
 use super::frame::Frame;
-use super::grid::{self, Columns, Isocurve};
 use super::knot_vector::KnotVector;
+use super::scattered::{BLOCK, homogeneous};
 use super::surface::NurbsSurface;
-use crate::error::{Error, Result};
-use crate::progress::{self, Observer, Progress, Stage};
-
-/// Points between two calls of the observer: a few milliseconds, of which the threads lose a few
-/// microseconds in meeting.
-const POINTS_PER_REPORT: usize = 1 << 20;
-
-/// Points that a thread takes at a time: tens of microseconds of work.
-pub(super) const POINTS_PER_TASK: usize = 1 << 10;
+use crate::error::Result;
+use crate::progress::Observer;
 
 /// Steps towards the middle of the domain, as shares of it, at which a normal or curvature is
 /// looked for where neither the derivatives nor their first change define it: near first.
 pub(super) const DETOURS: [f64; 3] = [1e-5, 1e-4, 1e-2];
-
-/// What to do with parameters outside the domain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outside {
-    /// Refuse them.
-    #[default]
-    Refuse,
-    /// Continue the outermost patches beyond their borders.
-    Extrapolate,
-}
-
-/// Calls a generic function with the order (degree + 1) that a degree asks for.
-macro_rules! with_order {
-    ($degree:expr, $self:ident.$method:ident($($argument:expr),*)) => {
-        match $degree {
-            1 => $self.$method::<2>($($argument),*),
-            2 => $self.$method::<3>($($argument),*),
-            3 => $self.$method::<4>($($argument),*),
-            4 => $self.$method::<5>($($argument),*),
-            5 => $self.$method::<6>($($argument),*),
-            6 => $self.$method::<7>($($argument),*),
-            7 => $self.$method::<8>($($argument),*),
-            8 => $self.$method::<9>($($argument),*),
-            _ => $self.$method::<10>($($argument),*),
-        }
-    };
-}
 
 impl NurbsSurface {
     /// The point at (u, v); outside the domain the outermost patch is continued.
@@ -94,18 +61,8 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         self.check_scattered(uv, out.len(), outside)?;
-        in_blocks(uv.len(), observer, |from, to| {
-            let tasks = uv[from..to].par_chunks(POINTS_PER_TASK);
-            let tasks = tasks.zip(out[from..to].par_chunks_mut(POINTS_PER_TASK));
-            let arch = Arch::new();
-            let (degree_u, degree_v) = (self.knots_u().degree(), self.knots_v().degree());
-            tasks.for_each(|(uv, out)| {
-                if degree_u == degree_v {
-                    with_order!(degree_u, self.scattered(arch, uv, out));
-                } else {
-                    self.scattered_mixed(uv, out);
-                }
-            });
+        self.scattered(uv, out, observer, |out, _, [value]: [DVec4; 1]| {
+            *out = value.truncate() * value.w.recip();
         })
     }
 
@@ -122,114 +79,36 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         self.check_scattered(uv, out.len(), outside)?;
+        self.scattered(uv, out, observer, |out, at, [value, by_u, by_v]: [DVec4; 3]| {
+            let point = value.truncate() * value.w.recip();
+            let tangent = |d: DVec4| (d.truncate() - d.w * point) * value.w.recip();
+            let normal = self.flats().normal(tangent(by_u), tangent(by_v));
+            *out = normal.unwrap_or_else(|| self.normal(at.x, at.y));
+        })
+    }
+
+    /// Writes what `f` makes of each parameter's homogeneous point (and derivatives by u and v, if
+    /// `SUMS` is 3).
+    fn scattered<const SUMS: usize>(
+        &self,
+        uv: &[DVec2],
+        out: &mut [DVec3],
+        observer: &mut dyn Observer,
+        f: impl Fn(&mut DVec3, DVec2, [DVec4; SUMS]) + Sync,
+    ) -> Result<()> {
+        let arch = Arch::new();
         in_blocks(uv.len(), observer, |from, to| {
-            let tasks = uv[from..to].par_iter().zip(&mut out[from..to]);
-            let tasks = tasks.with_min_len(POINTS_PER_TASK);
-            tasks.for_each(|(at, out)| *out = self.normal(at.x, at.y));
-        })
-    }
-
-    /// The points on the grid of all pairs of `u` and `v`, and the unit normals if asked for,
-    /// written row by row, `v` fastest.
-    ///
-    /// Each row contracts the net once, so that a point costs O(degree) instead of O(degree²).
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if a parameter lies outside the domain (and that is refused) or an
-    /// output has not `u.len() * v.len()` elements; [`Error::Interrupted`] if the observer stops
-    /// it.
-    pub fn evaluate_grid(
-        &self,
-        u: &[f64],
-        v: &[f64],
-        points: &mut [DVec3],
-        normals: Option<&mut [DVec3]>,
-        outside: Outside,
-        observer: &mut dyn Observer,
-    ) -> Result<()> {
-        let total = u.len() * v.len();
-        check_length(points.len(), total)?;
-        check_length(normals.as_ref().map_or(total, |n| n.len()), total)?;
-        self.check_grid(u, v, outside)?;
-        if total == 0 {
-            return Ok(());
-        }
-        let degree = self.knots_v().degree();
-        match normals {
-            None => with_order!(degree, self.grid_points(u, v, points, observer)),
-            Some(normals) => {
-                with_order!(degree, self.grid_normals(u, v, (points, normals), observer))
-            }
-        }
-    }
-
-    fn grid_points<const ORDER: usize>(
-        &self,
-        u: &[f64],
-        v: &[f64],
-        points: &mut [DVec3],
-        observer: &mut dyn Observer,
-    ) -> Result<()> {
-        let (arch, columns) = (Arch::new(), Columns::<ORDER>::new(self.knots_v(), v));
-        in_rows(u.len(), v.len(), observer, |from, to| {
-            let rows = points[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-            let rows = rows.zip(&u[from..to]).with_min_len(POINTS_PER_TASK / v.len());
-            rows.for_each_init(Isocurve::default, |net, (row, &u)| {
-                arch.dispatch(grid::PointRow {
-                    surface: self,
-                    u,
-                    columns: &columns,
-                    net,
-                    out: row,
-                });
+            let tasks = uv[from..to].par_chunks(POINTS_PER_TASK);
+            let tasks = tasks.zip(out[from..to].par_chunks_mut(POINTS_PER_TASK));
+            tasks.for_each(|(uv, out)| {
+                for (uv, out) in uv.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+                    let sums = homogeneous::<SUMS>(self, arch, uv);
+                    for ((out, at), sums) in out.iter_mut().zip(uv).zip(sums) {
+                        f(out, *at, sums.map(DVec4::from));
+                    }
+                }
             });
         })
-    }
-
-    fn grid_normals<const ORDER: usize>(
-        &self,
-        u: &[f64],
-        v: &[f64],
-        (points, normals): (&mut [DVec3], &mut [DVec3]),
-        observer: &mut dyn Observer,
-    ) -> Result<()> {
-        let (arch, columns) = (Arch::new(), Columns::<ORDER>::new(self.knots_v(), v));
-        in_rows(u.len(), v.len(), observer, |from, to| {
-            let rows = points[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-            let normals = normals[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-            let rows = rows.zip(normals).zip(&u[from..to]);
-            let rows = rows.with_min_len(POINTS_PER_TASK / v.len());
-            rows.for_each_init(Isocurve::default, |net, (row, &u)| {
-                let repair = |column: usize| self.normal(u, v[column]);
-                let (points, normals) = row;
-                let (surface, columns) = (self, &columns);
-                arch.dispatch(grid::NormalRow {
-                    surface,
-                    u,
-                    columns,
-                    net,
-                    points,
-                    normals,
-                    repair,
-                });
-            });
-        })
-    }
-
-    /// Points at scattered parameters where both directions have the same order.
-    fn scattered<const ORDER: usize>(&self, arch: Arch, uv: &[DVec2], out: &mut [DVec3]) {
-        arch.dispatch(Scattered::<ORDER> { surface: self, uv, out });
-    }
-
-    /// Points at scattered parameters, of any degrees.
-    fn scattered_mixed(&self, uv: &[DVec2], out: &mut [DVec3]) {
-        for (at, out) in uv.iter().zip(out) {
-            let (rows, columns) = (padded(self.knots_u(), at.x), padded(self.knots_v(), at.y));
-            let firsts = (rows.first, columns.first);
-            let value = self.contract(firsts, &rows.values, &columns.values);
-            *out = value.truncate() / value.w;
-        }
     }
 
     fn limit_normal(&self, u: f64, v: f64, frame: &Frame) -> DVec3 {
@@ -268,115 +147,8 @@ impl NurbsSurface {
         };
         (0..=degree_u).map(along).sum()
     }
-
-    pub(super) fn check_scattered(&self, uv: &[DVec2], out: usize, outside: Outside) -> Result<()> {
-        check_length(out, uv.len())?;
-        check_inside("u", self.knots_u(), outside, uv.par_iter().map(|at| at.x))?;
-        check_inside("v", self.knots_v(), outside, uv.par_iter().map(|at| at.y))
-    }
-
-    pub(super) fn check_grid(&self, u: &[f64], v: &[f64], outside: Outside) -> Result<()> {
-        check_inside("u", self.knots_u(), outside, u.par_iter().copied())?;
-        check_inside("v", self.knots_v(), outside, v.par_iter().copied())
-    }
 }
 
-/// A run of scattered parameters, to be evaluated with the widest instructions there are.
-struct Scattered<'a, const ORDER: usize> {
-    surface: &'a NurbsSurface,
-    uv: &'a [DVec2],
-    out: &'a mut [DVec3],
-}
-
-impl<const ORDER: usize> WithSimd for Scattered<'_, ORDER> {
-    type Output = ();
-
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let net: &[[f64; 4]] = bytemuck::cast_slice(self.surface.homogeneous());
-        let (knots_u, knots_v) = (self.surface.knots_u(), self.surface.knots_v());
-        let cols = self.surface.shape().1;
-        for (at, out) in self.uv.iter().zip(self.out) {
-            let rows = Basis::<ORDER>::at(knots_u, at.x);
-            let columns = Basis::<ORDER>::at(knots_v, at.y);
-            let mut sum = [0.0; 4];
-            for k in 0..ORDER {
-                let points: &[[f64; 4]; ORDER] =
-                    grid::window(net, (rows.first + k) * cols + columns.first);
-                for (point, value) in points.iter().zip(&columns.values) {
-                    let factor = rows.values[k] * value;
-                    for c in 0..4 {
-                        sum[c] += factor * point[c];
-                    }
-                }
-            }
-            let scale = sum[3].recip();
-            *out = DVec3::new(sum[0] * scale, sum[1] * scale, sum[2] * scale);
-        }
-    }
-}
-
-/// Does `total` points in blocks from..to, with a report after each.
-pub(super) fn in_blocks(
-    total: usize,
-    observer: &mut dyn Observer,
-    mut work: impl FnMut(usize, usize),
-) -> Result<()> {
-    in_rows(total, 1, observer, &mut work)
-}
-
-/// Does `rows` rows of `width` points in blocks from..to, with a report after each.
-pub(super) fn in_rows(
-    rows: usize,
-    width: usize,
-    observer: &mut dyn Observer,
-    mut work: impl FnMut(usize, usize),
-) -> Result<()> {
-    let total = rows * width;
-    let block = POINTS_PER_REPORT.div_ceil(width.max(1));
-    for from in (0..rows).step_by(block) {
-        report(observer, from * width, total)?;
-        work(from, rows.min(from + block));
-    }
-    report(observer, total, total)
-}
-
-fn report(observer: &mut dyn Observer, done: usize, total: usize) -> Result<()> {
-    let (step, total) = (done as u64, total as u64);
-    let stage = Stage::Tessellation;
-    progress::report(observer, &Progress::of_stage(stage, step, total, 0))
-}
-
-pub(super) fn check_length(out: usize, needed: usize) -> Result<()> {
-    if out == needed {
-        return Ok(());
-    }
-    Err(Error::parameter("out", format!("of length {needed}, one for each parameter"), out))
-}
-
-pub(super) fn check_inside(
-    name: &'static str,
-    knots: &KnotVector,
-    outside: Outside,
-    parameters: impl IndexedParallelIterator<Item = f64>,
-) -> Result<()> {
-    let (start, end) = match outside {
-        Outside::Refuse => knots.domain(),
-        // Infinities would come back as NaN.
-        Outside::Extrapolate => (f64::MIN, f64::MAX),
-    };
-    let parameters = parameters.with_min_len(POINTS_PER_TASK).enumerate();
-    // Not `<` and `>`: NaN lies nowhere.
-    let found = parameters.find_first(|(_, t)| !(start..=end).contains(t));
-    found.map_or(Ok(()), |(index, t)| {
-        let must = match outside {
-            Outside::Refuse => format!("inside the domain [{start}, {end}]"),
-            Outside::Extrapolate => "finite".to_string(),
-        };
-        Err(Error::parameter(name, must, format!("{t} at index {index}")))
-    })
-}
 #[cfg(test)]
 mod tests {
     use std::f64::consts::FRAC_1_SQRT_2;

@@ -5,8 +5,12 @@ use crate::error::{Error, Result};
 /// Highest degree in either direction.
 pub const MAX_DEGREE: usize = 9;
 
-/// Cells of the table that finds spans, for each span: with two, a search looks at three knots.
+/// Cells of the table that finds spans, for each span: with two, and evenly spaced knots, a cell
+/// and its neighbours hold [`FEW`] of them.
 const CELLS_PER_SPAN: usize = 2;
+
+/// So many knots are compared without branches, which random parameters would mispredict.
+const FEW: u32 = 2;
 
 /// A non-decreasing sequence of knots that belongs to its degree.
 ///
@@ -24,6 +28,8 @@ pub struct KnotVector {
     reciprocals: Vec<f64>,
     /// For each cell of an even division of the domain, the spans that its parameters can be in.
     cells: Vec<(u32, u32)>,
+    /// Whether no cell leaves more than [`FEW`] knots to compare with.
+    even: bool,
     /// Cells for each unit of the parameter.
     cell_density: f64,
     /// Index of the last knot below the domain's end: that of its last span.
@@ -75,6 +81,7 @@ impl KnotVector {
             knots,
             reciprocals: vec![],
             cells: vec![],
+            even: false,
             cell_density: 0.0,
             last_span: 0,
         };
@@ -129,6 +136,7 @@ impl KnotVector {
             (before(border(i - 1.0)).unwrap_or(0), before(border(i + 2.0)).unwrap_or(most))
         };
         self.cells = (0..count).map(cell).collect();
+        self.even = self.cells.iter().all(|(from, to)| to - from <= FEW);
         self.cell_density = count as f64 / (end - start);
         self
     }
@@ -307,18 +315,22 @@ impl KnotVector {
 
     /// The index i with `knots[i] <= u < knots[i + 1]`, in the last span also with `u` at its end
     /// (The NURBS Book, A2.1). Outside the domain: the first or last span. The span is never empty.
-    #[must_use]
-    #[inline]
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
     pub(crate) fn span(&self, u: f64) -> usize {
-        let inner = &self.knots[self.degree + 1..=self.last_span];
         let start = self.knots[self.degree];
         let share = (u - start) * self.cell_density;
         // Outside the domain the cast saturates, and NaN becomes 0.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let (from, to) = self.cells[(share as usize).min(self.cells.len() - 1)];
-        let (from, to) = (from as usize, to as usize);
+        let (from, to) = (self.degree + from as usize, self.degree + to as usize);
         let u = u.max(start);
-        self.degree + from + inner[from..to].partition_point(|&knot| knot <= u)
+        if self.even {
+            // Behind the last span's knot stand at least two more.
+            let passed = |i: usize| usize::from(self.knots[from + i] <= u);
+            return (from + passed(1) + passed(2)).min(self.last_span);
+        }
+        from + self.knots[from + 1..=to].partition_point(|&knot| knot <= u)
     }
 
     /// At level `k` (1 to the degree), `1 / (knots[j] - knots[j - k])` for all j.

@@ -6,6 +6,7 @@
 mod algebra;
 mod banded;
 mod basis;
+mod batch;
 mod bezier;
 mod closest_point;
 mod construct;
@@ -21,6 +22,7 @@ mod interpolate;
 mod knot_vector;
 mod measure;
 mod remove;
+mod scattered;
 mod strip;
 mod surface;
 
@@ -28,11 +30,11 @@ pub(crate) use self::basis::{BasisDerivatives, padded};
 pub(crate) use self::knot_vector::check_degree;
 
 pub use self::algebra::Direction;
+pub use self::batch::Outside;
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};
 pub use self::curvature::{Curvature, CurvatureSlices, Form, FundamentalForms};
 pub use self::curve::NurbsCurve;
 pub use self::derivatives::MAX_DERIVATIVE;
-pub use self::evaluate::Outside;
 pub use self::interpolate::{GridOptions, Parametrization};
 pub use self::knot_vector::{KnotVector, MAX_DEGREE};
 pub use self::surface::NurbsSurface;

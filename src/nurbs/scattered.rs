@@ -1,0 +1,117 @@
+//! The inner loops of evaluation at scattered parameters: a block of points at a time.
+//!
+//! The basis functions in u come first, then those in v and the sums over the net, so that each of
+//! the two loops is compiled for one order and any two degrees go together. Four lanes of a
+//! homogeneous point are one register for the compiler. As on grids, no loop fuses multiplication
+//! and addition, and the net is summed along u first: results are the same on every machine, and
+//! those of [`grid`](super::grid).
+
+use glam::DVec2;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::basis::{Basis, MAX_ORDER, window, with_order};
+use super::knot_vector::KnotVector;
+use super::surface::NurbsSurface;
+
+/// A homogeneous point as an array, in a form that the compiler vectorizes.
+type Lanes = [f64; 4];
+
+/// Points whose basis functions stay in the first level of the cache.
+pub(super) const BLOCK: usize = 32;
+
+/// The homogeneous points at up to [`BLOCK`] parameters; if `SUMS` is 3, also the derivatives by u
+/// and v. What is behind the last parameter is anything.
+pub(super) fn homogeneous<const SUMS: usize>(
+    surface: &NurbsSurface,
+    arch: Arch,
+    uv: &[DVec2],
+) -> [[Lanes; SUMS]; BLOCK] {
+    let mut rows = [Basis::default(); BLOCK];
+    let mut out = [[[0.0; 4]; SUMS]; BLOCK];
+    let (knots, out_rows) = (surface.knots_u(), &mut rows);
+    with_order!(knots.degree(), ORDER => arch.dispatch(Rows::<ORDER> { knots, uv, rows: out_rows }));
+    let (rows, sums) = (&rows, &mut out);
+    with_order!(surface.knots_v().degree(), ORDER => {
+        arch.dispatch(Sums::<ORDER, SUMS> { surface, uv, rows, sums });
+    });
+    out
+}
+
+/// The basis functions in u.
+struct Rows<'a, const ORDER: usize> {
+    knots: &'a KnotVector,
+    uv: &'a [DVec2],
+    rows: &'a mut [Basis<MAX_ORDER>; BLOCK],
+}
+
+impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
+    type Output = ();
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (at, row) in self.uv.iter().zip(self.rows) {
+            *row = Basis::<ORDER>::at(self.knots, at.x).padded();
+        }
+    }
+}
+
+/// The sums of control points, weighted by basis functions.
+struct Sums<'a, const ORDER: usize, const SUMS: usize> {
+    surface: &'a NurbsSurface,
+    uv: &'a [DVec2],
+    rows: &'a [Basis<MAX_ORDER>; BLOCK],
+    sums: &'a mut [[Lanes; SUMS]; BLOCK],
+}
+
+impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
+    type Output = ();
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
+        let (cols, order_u) = (self.surface.shape().1, self.surface.knots_u().degree() + 1);
+        let tangents = SUMS == 3;
+        for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.sums) {
+            let columns = Basis::<ORDER>::at(self.surface.knots_v(), at.y);
+            let (mut along, mut along_slopes) = ([[0.0; 4]; ORDER], [[0.0; 4]; ORDER]);
+            for k in 0..order_u {
+                let points = window(net, (rows.first + k) * cols + columns.first);
+                add(&mut along, rows.values[k], points);
+                if tangents {
+                    add(&mut along_slopes, rows.slopes[k], points);
+                }
+            }
+            sums[0] = weighted(&along, &columns.values);
+            if tangents {
+                sums[1] = weighted(&along_slopes, &columns.values);
+                sums[2] = weighted(&along, &columns.slopes);
+            }
+        }
+    }
+}
+
+/// Adds a multiple of points to points.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lanes; ORDER]) {
+    for (sum, point) in sums.iter_mut().zip(points) {
+        for c in 0..4 {
+            sum[c] += factor * point[c];
+        }
+    }
+}
+
+/// The sum of points, each by its factor.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn weighted<const ORDER: usize>(points: &[Lanes; ORDER], factors: &[f64; ORDER]) -> Lanes {
+    let mut sum = points[0].map(|c| factors[0] * c);
+    for (point, factor) in points.iter().zip(factors).skip(1) {
+        for c in 0..4 {
+            sum[c] += factor * point[c];
+        }
+    }
+    sum
+}
