@@ -2,9 +2,9 @@
 //!
 //! A tree of boxes over pieces of the surface, each of them nearly flat, gives lower bounds of the
 //! distance; Newton's method with second derivatives gives feet on the pieces. A piece is left
-//! aside only when it cannot hold a closer foot. Newton stays on one Bézier patch, where the
-//! surface is smooth: edges, borders and seams need no rule of their own, because the patch on the
-//! other side has its own turn.
+//! aside only when it cannot hold a closer foot. Newton stays on its piece, where the surface is
+//! smooth and has one valley: edges, borders and seams need no rule of their own, because the piece
+//! on the other side has its own turn.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -22,8 +22,9 @@ const FLATNESS: f64 = 0.05;
 /// Halvings of a patch at most: a piece that is not flat by then is small.
 const MOST_HALVINGS: usize = 14;
 
-/// Share of the radius of curvature beyond which a piece may have several feet.
-const FOCAL_SHARE: f64 = 0.4;
+/// Share of the radius of curvature beyond which a piece may have several feet: small, as parts of
+/// a piece may bend more than the whole.
+const FOCAL_SHARE: f64 = 0.1;
 
 /// Starts of Newton's method along each side of a piece that may have several feet.
 const STARTS: usize = 3;
@@ -210,7 +211,7 @@ impl ClosestPointSearch {
             return;
         }
         let mut start = |at: DVec2| {
-            let foot = self.newton(piece.patch, piece.middle + at * piece.half, point);
+            let foot = self.newton(piece, piece.middle + at * piece.half, point);
             if foot.distance < best.distance {
                 *best = foot;
             }
@@ -223,12 +224,14 @@ impl ClosestPointSearch {
         }
     }
 
-    /// The foot on a patch by Newton's method for the squared distance, with steps that are cut
-    /// to the patch and halved while they lead away; where the second derivatives do not describe
-    /// a minimum, by those of Gauss and Newton.
-    fn newton(&self, patch: usize, start: DVec2, point: DVec3) -> ClosestPoint {
-        let patch = &self.patches[patch];
-        let mut at = start.clamp(DVec2::ZERO, DVec2::ONE);
+    /// The nearest place of a piece by Newton's method for the squared distance, with steps that
+    /// are cut to the piece and halved while they lead away; where the second derivatives do not
+    /// describe a minimum, by those of Gauss and Newton.
+    fn newton(&self, piece: &Piece, start: DVec2, point: DVec3) -> ClosestPoint {
+        let patch = &self.patches[piece.patch];
+        // A step out of the piece could end in another valley, and leave this one unseen.
+        let (low, high) = (piece.middle - piece.half, piece.middle + piece.half);
+        let mut at = start.clamp(low, high);
         let mut frame = patch.frame(at.x, at.y);
         let mut square = frame.point.distance_squared(point);
         let mut converged = false;
@@ -236,9 +239,11 @@ impl ClosestPointSearch {
         while steps < MOST_STEPS && !converged {
             let away = frame.point - point;
             let gradient = DVec2::new(away.dot(frame.u), away.dot(frame.v));
-            let held =
-                |at: f64, slope: f64| (at == 0.0 && slope > 0.0) || (at == 1.0 && slope < 0.0);
-            let free = [!held(at.x, gradient.x), !held(at.y, gradient.y)];
+            let held = |at: f64, slope: f64, low: f64, high: f64| {
+                (at <= low && slope > 0.0) || (at >= high && slope < 0.0)
+            };
+            let free =
+                [!held(at.x, gradient.x, low.x, high.x), !held(at.y, gradient.y, low.y, high.y)];
             let reach = self.size + square.sqrt();
             let still =
                 |slope: f64, tangent: DVec3| slope.abs() <= STATIONARY * reach * tangent.length();
@@ -254,7 +259,7 @@ impl ClosestPointSearch {
             let mut share = 1.0;
             loop {
                 steps += 1;
-                let next = (at + share * step).clamp(DVec2::ZERO, DVec2::ONE);
+                let next = (at + share * step).clamp(low, high);
                 let moved = next - at;
                 let small = (moved.x * frame.u + moved.y * frame.v).length() <= accuracy;
                 let there = patch.frame(next.x, next.y);
@@ -403,5 +408,24 @@ impl Piece {
         });
         let [[first, second], [third, fourth]] = sides;
         [second, third, fourth].into_iter().fold(first, |a, b| if b.0 < a.0 { b } else { a })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn searches_end_where_a_whole_curve_is_equally_near() {
+        let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap();
+        let search = ClosestPointSearch::new(&torus).unwrap();
+        for i in 0..400 {
+            let (sin, cos) = (f64::from(i) / 400.0 * std::f64::consts::TAU).sin_cos();
+            let inside = search.closest_point(3.0 * DVec3::new(cos, sin, 0.0));
+            assert!(inside.converged && (inside.distance - 1.0).abs() < 1e-14, "{i} {inside:?}");
+            let axis = search.closest_point(DVec3::Z * (f64::from(i) / 40.0 - 5.0));
+            let distance = DVec2::new(3.0, f64::from(i) / 40.0 - 5.0).length() - 1.0;
+            assert!(axis.converged && (axis.distance - distance).abs() < 1e-14, "{i} {axis:?}");
+        }
     }
 }

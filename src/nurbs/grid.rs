@@ -221,7 +221,7 @@ impl<const ORDER: usize> WithSimd for PointRow<'_, ORDER> {
             combine(&net.values, &columns.groups, &columns.values, &mut block);
             let [x, y, z, w] = &mut block;
             if surface.weights().is_some() {
-                w.iter_mut().for_each(|w| *w = w.recip());
+                *w = w.map(f64::recip);
             } else {
                 // In place of sums that are 1 up to rounding.
                 *w = [1.0; BLOCK + LANES];

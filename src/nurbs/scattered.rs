@@ -26,22 +26,23 @@ pub(super) fn homogeneous<const SUMS: usize>(
     arch: Arch,
     uv: &[DVec2],
 ) -> [[Lanes; SUMS]; BLOCK] {
+    let (knots_u, knots_v) = (surface.knots_u(), surface.knots_v());
     let mut rows = [Basis::default(); BLOCK];
-    let mut out = [[[0.0; 4]; SUMS]; BLOCK];
-    let (knots, out_rows) = (surface.knots_u(), &mut rows);
-    with_order!(knots.degree(), ORDER => arch.dispatch(Rows::<ORDER> { knots, uv, rows: out_rows }));
-    let (rows, sums) = (&rows, &mut out);
-    with_order!(surface.knots_v().degree(), ORDER => {
-        arch.dispatch(Sums::<ORDER, SUMS> { surface, uv, rows, sums });
+    with_order!(knots_u.degree(), ORDER => {
+        arch.dispatch(Rows::<ORDER> { knots: knots_u, uv, out: &mut rows });
     });
-    out
+    let (rows, mut sums) = (&rows, [[[0.0; 4]; SUMS]; BLOCK]);
+    with_order!(knots_v.degree(), ORDER => {
+        arch.dispatch(Sums::<ORDER, SUMS> { surface, uv, rows, out: &mut sums });
+    });
+    sums
 }
 
 /// The basis functions in u.
 struct Rows<'a, const ORDER: usize> {
     knots: &'a KnotVector,
     uv: &'a [DVec2],
-    rows: &'a mut [Basis<MAX_ORDER>; BLOCK],
+    out: &'a mut [Basis<MAX_ORDER>; BLOCK],
 }
 
 impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
@@ -50,7 +51,7 @@ impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for (at, row) in self.uv.iter().zip(self.rows) {
+        for (at, row) in self.uv.iter().zip(self.out) {
             *row = Basis::<ORDER>::at(self.knots, at.x).padded();
         }
     }
@@ -61,7 +62,7 @@ struct Sums<'a, const ORDER: usize, const SUMS: usize> {
     surface: &'a NurbsSurface,
     uv: &'a [DVec2],
     rows: &'a [Basis<MAX_ORDER>; BLOCK],
-    sums: &'a mut [[Lanes; SUMS]; BLOCK],
+    out: &'a mut [[Lanes; SUMS]; BLOCK],
 }
 
 impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
@@ -73,7 +74,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
         let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
         let (cols, order_u) = (self.surface.shape().1, self.surface.knots_u().degree() + 1);
         let tangents = SUMS == 3;
-        for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.sums) {
+        for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.out) {
             let columns = Basis::<ORDER>::at(self.surface.knots_v(), at.y);
             let (mut along, mut along_slopes) = ([[0.0; 4]; ORDER], [[0.0; 4]; ORDER]);
             for k in 0..order_u {
