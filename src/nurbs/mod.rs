@@ -11,6 +11,7 @@ mod closest_point;
 mod construct;
 mod curvature;
 mod curve;
+mod curve_algebra;
 mod derivatives;
 mod elevate;
 mod evaluate;
@@ -20,7 +21,9 @@ mod grid;
 mod interpolate;
 mod knot_vector;
 mod measure;
+mod net;
 mod remove;
+mod span_table;
 mod strip;
 mod surface;
 
