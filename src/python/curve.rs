@@ -388,8 +388,8 @@ impl NurbsCurve {
     /// --------
     /// >>> import neurbs
     /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1)
-    /// >>> line.to_dict().keys()
-    /// dict_keys(['control_points', 'weights', 'degree', 'knots'])
+    /// >>> line.to_dict().get("degree")
+    /// 1
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.arrays.to_dict(py, self.degree())
     }
