@@ -49,7 +49,7 @@ mod python;
 pub mod reconstruct;
 pub mod som;
 
-pub use glam::{DVec2, DVec3};
+pub use glam::{DAffine3, DVec2, DVec3};
 
 pub use crate::error::{Error, Result};
 pub use crate::mesh::TriangleMesh;

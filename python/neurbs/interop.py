@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from neurbs._core import NurbsSurface
 
@@ -22,12 +23,25 @@ def to_geomdl(surface: NurbsSurface) -> Any:
     Parameters
     ----------
     surface : NurbsSurface
-        Any surface. Its parameters stay as they are.
+        Any surface. Its parameters and knots stay as they are.
 
     Returns
     -------
     geomdl.NURBS.Surface or geomdl.BSpline.Surface
         The former if the surface is rational.
+
+    Raises
+    ------
+    ImportError
+        If geomdl is not installed.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    >>> other = neurbs.to_geomdl(sphere)  # doctest: +SKIP
+    >>> neurbs.from_geomdl(other) == sphere  # doctest: +SKIP
+    True
     """
     from geomdl import NURBS, BSpline
 
@@ -35,7 +49,7 @@ def to_geomdl(surface: NurbsSurface) -> Any:
     kind = NURBS.Surface if rational else BSpline.Surface
     other = kind(normalize_kv=False)
     other.degree_u, other.degree_v = surface.degree
-    net = _homogeneous(surface) if rational else surface.control_points
+    net = _net(surface)
     other.set_ctrlpts(net.reshape(-1, net.shape[2]).tolist(), *net.shape[:2])
     other.knotvector_u, other.knotvector_v = (knots.tolist() for knots in surface.knots)
     return other
@@ -47,19 +61,30 @@ def from_geomdl(surface: Any) -> NurbsSurface:
     Parameters
     ----------
     surface : geomdl.NURBS.Surface or geomdl.BSpline.Surface
-        Any surface in space.
+        Any surface in space, or in the plane z = 0.
 
     Returns
     -------
     NurbsSurface
+        With the same net, weights and knots.
 
     Raises
     ------
     NeurbsError
         If net, weights and knots do not belong together.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> from geomdl import BSpline  # doctest: +SKIP
+    >>> surface = BSpline.Surface(degree_u=1, degree_v=1)  # doctest: +SKIP
+    >>> surface.set_ctrlpts([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 1]], 2, 2)  # doctest: +SKIP
+    >>> surface.knotvector_u = surface.knotvector_v = [0, 0, 1, 1]  # doctest: +SKIP
+    >>> neurbs.from_geomdl(surface)  # doctest: +SKIP
+    NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     """
     shape = (surface.ctrlpts_size_u, surface.ctrlpts_size_v)
-    net = np.asarray(surface.ctrlpts, float).reshape(*shape, -1)
+    net = _in_space(np.asarray(surface.ctrlpts, float).reshape(*shape, -1))
     weights = np.asarray(surface.weights, float).reshape(shape) if surface.rational else None
     knots = (surface.knotvector_u, surface.knotvector_v)
     return NurbsSurface(net, weights, (surface.degree_u, surface.degree_v), knots)
@@ -71,11 +96,24 @@ def to_splipy(surface: NurbsSurface) -> Any:
     Parameters
     ----------
     surface : NurbsSurface
-        Any surface. Its parameters stay as they are.
+        Any surface. Its parameters stay as they are; its knots become clamped.
 
     Returns
     -------
     splipy.Surface
+
+    Raises
+    ------
+    ImportError
+        If Splipy is not installed.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    >>> other = neurbs.to_splipy(sphere)  # doctest: +SKIP
+    >>> neurbs.from_splipy(other).degree  # doctest: +SKIP
+    (2, 2)
     """
     import splipy
 
@@ -85,8 +123,7 @@ def to_splipy(surface: NurbsSurface) -> Any:
         for degree, knots in zip(surface.degree, surface.knots, strict=True)
     ]
     rational = surface.weights is not None
-    net = _homogeneous(surface) if rational else surface.control_points
-    return splipy.Surface(*bases, np.array(net), rational=rational, raw=True)
+    return splipy.Surface(*bases, np.array(_net(surface)), rational=rational, raw=True)
 
 
 def from_splipy(surface: Any) -> NurbsSurface:
@@ -95,23 +132,35 @@ def from_splipy(surface: Any) -> NurbsSurface:
     Parameters
     ----------
     surface : splipy.Surface
-        Any surface in space that is not periodic; split a periodic one at its seam first.
+        Any surface in space, or in the plane z = 0, periodic or not.
 
     Returns
     -------
     NurbsSurface
+        With the same knots; the net of a periodic surface repeats its first rows, as it must.
 
     Raises
     ------
     NeurbsError
-        If net, weights and knots do not belong together, as in a periodic surface.
+        If net, weights and knots do not belong together.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> from splipy import surface_factory  # doctest: +SKIP
+    >>> neurbs.from_splipy(surface_factory.torus()).closed  # doctest: +SKIP
+    (True, True)
     """
     net = np.asarray(surface.controlpoints, float)
-    weights = net[..., 3] if surface.rational else None
-    points = net[..., :3] / net[..., 3:] if surface.rational else net
+    for axis, basis in enumerate(surface.bases):
+        # Splipy leaves the repeated rows out: one more than there are continuous derivatives.
+        first = net.take(range(basis.periodic + 1), axis)
+        net = np.concatenate([net, first], axis)
+    weights = net[..., -1] if surface.rational else None
+    points = net[..., :-1] / net[..., -1:] if surface.rational else net
     degree = tuple(basis.order - 1 for basis in surface.bases)
     knots = tuple(basis.knots for basis in surface.bases)
-    return NurbsSurface(points, weights, (degree[0], degree[1]), (knots[0], knots[1]))
+    return NurbsSurface(_in_space(points), weights, (degree[0], degree[1]), (knots[0], knots[1]))
 
 
 def to_opencascade(surface: NurbsSurface) -> Any:
@@ -125,8 +174,21 @@ def to_opencascade(surface: NurbsSurface) -> Any:
     Returns
     -------
     OCP.Geom.Geom_BSplineSurface
+
+    Raises
+    ------
+    ImportError
+        If OCP is not installed.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    >>> other = neurbs.to_opencascade(sphere)  # doctest: +SKIP
+    >>> other.Value(0.0, 1.0).Coord()  # doctest: +SKIP
+    (0.0, 0.0, 1.0)
     """
-    from OCP.collections import Array1_double, Array1_int, Array2_double, Array2_gp_Pnt
+    from OCP.collections import Array2_double, Array2_gp_Pnt
     from OCP.Geom import Geom_BSplineSurface
     from OCP.gp import gp_Pnt
 
@@ -138,16 +200,9 @@ def to_opencascade(surface: NurbsSurface) -> Any:
             poles.SetValue(i + 1, j + 1, gp_Pnt(*surface.control_points[i, j].tolist()))
             weight = 1.0 if surface.weights is None else float(surface.weights[i, j])
             weights.SetValue(i + 1, j + 1, weight)
-    values, times = [], []
-    for knots in surface.knots:
-        distinct, counts = np.unique(knots, return_counts=True)
-        places, repeats = Array1_double(1, len(distinct)), Array1_int(1, len(distinct))
-        for k, (value, count) in enumerate(zip(distinct.tolist(), counts.tolist(), strict=True)):
-            places.SetValue(k + 1, value)
-            repeats.SetValue(k + 1, count)
-        values.append(places)
-        times.append(repeats)
-    return Geom_BSplineSurface(poles, weights, *values, *times, *surface.degree, False, False)
+    (knots_u, times_u), (knots_v, times_v) = map(_opencascade_knots, surface.knots)
+    knots = (knots_u, knots_v, times_u, times_v)
+    return Geom_BSplineSurface(poles, weights, *knots, *surface.degree, False, False)
 
 
 def from_opencascade(surface: Any) -> NurbsSurface:
@@ -161,11 +216,22 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     Returns
     -------
     NurbsSurface
-    """
-    from OCP.Geom import Geom_BSplineSurface
 
+    Raises
+    ------
+    NeurbsError
+        If its degree is above 9.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    >>> other = neurbs.to_opencascade(sphere)  # doctest: +SKIP
+    >>> neurbs.from_opencascade(other).closed  # doctest: +SKIP
+    (True, False)
+    """
     if surface.IsUPeriodic() or surface.IsVPeriodic():
-        surface = Geom_BSplineSurface.DownCast_s(surface.Copy())
+        surface = surface.Copy()
         surface.SetUNotPeriodic()
         surface.SetVNotPeriodic()
     rows, cols = surface.NbUPoles(), surface.NbVPoles()
@@ -184,7 +250,27 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     return NurbsSurface(net, weights if rational else None, degree, knots)
 
 
-def _homogeneous(surface: NurbsSurface) -> Any:
-    """(w x, w y, w z, w) of each control point of a rational surface."""
-    weights = np.asarray(surface.weights)[..., None]
+def _opencascade_knots(knots: NDArray[np.float64]) -> tuple[Any, Any]:
+    """Distinct knots and how often they stand."""
+    from OCP.collections import Array1_double, Array1_int
+
+    distinct, counts = np.unique(knots, return_counts=True)
+    places, repeats = Array1_double(1, len(distinct)), Array1_int(1, len(distinct))
+    for k, (value, count) in enumerate(zip(distinct.tolist(), counts.tolist(), strict=True)):
+        places.SetValue(k + 1, value)
+        repeats.SetValue(k + 1, count)
+    return places, repeats
+
+
+def _net(surface: NurbsSurface) -> NDArray[np.float64]:
+    """Control points, of a rational surface as (w x, w y, w z, w)."""
+    if surface.weights is None:
+        return surface.control_points
+    weights = surface.weights[..., None]
     return np.concatenate([surface.control_points * weights, weights], axis=-1)
+
+
+def _in_space(net: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Control points with z = 0 where they have none."""
+    missing = 3 - net.shape[-1]
+    return np.pad(net, [(0, 0), (0, 0), (0, missing)]) if missing > 0 else net

@@ -19,6 +19,9 @@ use crate::nurbs::{KnotVector, NurbsSurface};
 /// anything but rounding.
 const RUNAWAY: f64 = 1e6;
 
+/// Most control points of a net to fit: the equations of more would not fit into memory.
+const MOST_CONTROL_POINTS: usize = 1 << 20;
+
 /// What is fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitOptions {
@@ -39,8 +42,13 @@ impl FitOptions {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side of the net has not more control points than its degree.
+    /// [`Error::Parameter`] if a side of the net has not more control points than its degree, or
+    /// the net has more than 2^20 of them.
     pub fn new(net: (usize, usize), degree: (usize, usize), closed: (bool, bool)) -> Result<Self> {
+        if net.0.saturating_mul(net.1) > MOST_CONTROL_POINTS {
+            let must = format!("of at most {MOST_CONTROL_POINTS} control points");
+            return Err(Error::parameter("net", must, format!("{} × {}", net.0, net.1)));
+        }
         let knots = |degree, count, closed| {
             if closed {
                 KnotVector::periodic_uniform(degree, count)

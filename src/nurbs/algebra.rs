@@ -2,14 +2,14 @@
 
 use glam::{DAffine3, DVec4};
 
+use super::bezier::Patch;
 use super::curve::NurbsCurve;
 use super::knot_vector::KnotVector;
+use super::net::same_place;
+use super::remove::deviation;
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-
-/// Ends that lie within this share of the size of each other are the same place.
-const SAME_PLACE: f64 = 1e-10;
 
 /// A direction of a surface's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +18,15 @@ pub enum Direction {
     U,
     /// Along the columns of the net, its axis 1.
     V,
+}
+
+impl Direction {
+    fn other(self) -> Self {
+        match self {
+            Self::U => Self::V,
+            Self::V => Self::U,
+        }
+    }
 }
 
 impl NurbsSurface {
@@ -67,13 +76,16 @@ impl NurbsSurface {
         self.along(direction, |strip| strip.simplified(knots, tolerance))
     }
 
-    /// The same surface with higher degrees, by `u` and `v`, clamped (H. Prautzsch, 1984).
+    /// The same surface with higher degrees, by `u` and `v`, clamped in each direction that is
+    /// raised (H. Prautzsch, *Degree elevation of B-spline curves*, 1984).
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if a degree would pass [`MAX_DEGREE`](super::MAX_DEGREE).
     pub fn elevate_degree(&self, u: usize, v: usize) -> Result<Self> {
-        let raise = |times| move |strip: &Strip| strip.elevated(times);
+        let raise = |times| {
+            move |strip: &Strip| if times == 0 { Ok(strip.clone()) } else { strip.elevated(times) }
+        };
         self.along(Direction::U, raise(u))?.along(Direction::V, raise(v))
     }
 
@@ -132,19 +144,17 @@ impl NurbsSurface {
     ///
     /// None; every surface has Bézier patches.
     pub fn bezier_patches(&self) -> Result<Vec<Vec<Self>>> {
-        let whole = self.along(Direction::U, Strip::bezier)?.along(Direction::V, Strip::bezier)?;
-        let (p, q) = (self.knots_u().degree(), self.knots_v().degree());
-        let (u, v) = (self.knots_u().breaks(), self.knots_v().breaks());
-        let net = whole.homogeneous();
-        let cols = whole.shape().1;
-        let patch = |i: usize, j: usize| {
-            let row = |k: usize| &net[(i * p + k) * cols + j * q..][..=q];
-            let points: Vec<DVec4> = (0..=p).flat_map(row).copied().collect();
-            let knots_u = KnotVector::clamped(p, (u[i], u[i + 1]), [])?;
-            let knots_v = KnotVector::clamped(q, (v[j], v[j + 1]), [])?;
-            Self::from_homogeneous(&points, self.weights().is_some(), knots_u, knots_v)
-        };
-        (0..u.len() - 1).map(|i| (0..v.len() - 1).map(|j| patch(i, j)).collect()).collect()
+        let (patches, (_, cols)) = Patch::of(self)?;
+        let rational = self.weights().is_some();
+        patches
+            .chunks(cols)
+            .map(|row| row.iter().map(|patch| patch.surface(rational)).collect())
+            .collect()
+    }
+
+    /// The same surface with every inner knot as often as its degree.
+    pub(super) fn in_bezier_form(&self) -> Result<Self> {
+        self.along(Direction::U, Strip::bezier)?.along(Direction::V, Strip::bezier)
     }
 
     /// The curve of points with this parameter in this direction; it runs in the other one.
@@ -153,12 +163,9 @@ impl NurbsSurface {
     ///
     /// [`Error::Parameter`] if the parameter lies outside the domain.
     pub fn isocurve(&self, direction: Direction, at: f64) -> Result<NurbsCurve> {
-        let other = match direction {
-            Direction::U => Direction::V,
-            Direction::V => Direction::U,
-        };
         let points = self.strip(direction).at(at)?;
-        NurbsCurve::from_homogeneous(&points, self.weights().is_some(), self.knots(other).clone())
+        let knots = self.knots(direction.other()).clone();
+        NurbsCurve::from_homogeneous(&points, self.weights().is_some(), knots)
     }
 
     /// The same surface run through backwards in a direction: on the same domain, the point at
@@ -210,32 +217,17 @@ impl NurbsSurface {
     /// `tolerance`, in the points' unit, or the other direction's domains differ.
     pub fn joined(&self, direction: Direction, next: &Self, tolerance: f64) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let other = match direction {
-            Direction::U => Direction::V,
-            Direction::V => Direction::U,
-        };
-        let [along, next_along] = compatible(direction, &self.clamp()?, &next.clamp()?, false)?;
-        let [first, second] = compatible(other, &along, &next_along, true)?;
-        let (first_strip, mut second_strip) = (first.strip(direction), second.strip(direction));
-        let ends = |strip: &Strip, row: usize| strip.row(row).to_vec();
-        let (end, start) = (ends(&first_strip, first_strip.rows() - 1), ends(&second_strip, 0));
-        // Weights count only up to a factor.
-        let factor = end[0].w / start[0].w;
-        second_strip.points.iter_mut().for_each(|point| *point *= factor);
-        let start: Vec<DVec4> = start.iter().map(|point| *point * factor).collect();
-        let gap = super::remove::deviation(&end, &start);
-        if gap > tolerance {
-            let must = format!("at least {gap:e}, which is how far the edges are apart");
-            return Err(Error::parameter("tolerance", must, tolerance));
-        }
+        let [along, next_along] = compatible(direction, self, next, false)?;
+        let [first, second] = compatible(direction.other(), &along, &next_along, true)?;
+        let joined = joined(&first.strip(direction), &second.strip(direction), tolerance)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        first.rebuilt_as(direction, &first_strip.joined(&second_strip)?, rational)
+        first.rebuilt_as(direction, &joined, rational)
     }
 
     /// Whether the surface ends where it begins, in u and in v: a tube, a torus.
     #[must_use]
     pub fn closed(&self) -> (bool, bool) {
-        let tolerance = SAME_PLACE * self.size();
+        let tolerance = same_place(self.control_points());
         let closed = |direction| self.strip(direction).is_closed(tolerance);
         (closed(Direction::U), closed(Direction::V))
     }
@@ -280,6 +272,22 @@ impl NurbsSurface {
 /// The columns of a net of this many columns, one after the other.
 pub(super) fn transpose(net: &[DVec4], cols: usize) -> Vec<DVec4> {
     (0..cols).flat_map(|j| net.iter().skip(j).step_by(cols).copied()).collect()
+}
+
+/// A strip and one of the same degree that begins where it ends, within a tolerance.
+pub(super) fn joined(first: &Strip, next: &Strip, tolerance: f64) -> Result<Strip> {
+    let (first, mut next) = (first.clamped()?, next.clamped()?);
+    // Weights count only up to a factor.
+    let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
+    next.points.iter_mut().for_each(|point| *point *= factor);
+    let gap = deviation(first.row(first.rows() - 1), next.row(0));
+    // `gap > tolerance` would let NaN pass.
+    let held = gap <= tolerance;
+    if !held {
+        let must = format!("at least {gap:e}, which is how far the edges are apart");
+        return Err(Error::parameter("tolerance", must, tolerance));
+    }
+    first.joined(&next)
 }
 
 pub(super) fn check_tolerance(tolerance: f64) -> Result<()> {

@@ -7,6 +7,8 @@ use glam::{DVec3, DVec4};
 
 use super::basis::MAX_ORDER;
 use super::frame::Frame;
+use super::knot_vector::KnotVector;
+use super::net::bounds;
 use super::surface::NurbsSurface;
 use crate::error::Result;
 
@@ -24,16 +26,34 @@ pub(super) struct Patch {
 impl Patch {
     /// The patches of a surface, row by row, and how many there are along u and v.
     pub(super) fn of(surface: &NurbsSurface) -> Result<(Vec<Self>, (usize, usize))> {
-        let patches = surface.bezier_patches()?;
-        let shape = (patches.len(), patches[0].len());
-        let patch = |patch: NurbsSurface| Self {
-            net: patch.homogeneous().to_vec(),
-            degree_u: patch.knots_u().degree(),
-            degree_v: patch.knots_v().degree(),
-            u: patch.knots_u().domain(),
-            v: patch.knots_v().domain(),
+        let whole = surface.in_bezier_form()?;
+        let (degree_u, degree_v) = (whole.knots_u().degree(), whole.knots_v().degree());
+        let (u, v) = (whole.knots_u().breaks(), whole.knots_v().breaks());
+        let (net, cols) = (whole.homogeneous(), whole.shape().1);
+        let patch = |(i, j): (usize, usize)| {
+            let row = |k: usize| &net[(i * degree_u + k) * cols + j * degree_v..][..=degree_v];
+            let net = (0..=degree_u).flat_map(row).copied().collect();
+            Self { net, degree_u, degree_v, u: (u[i], u[i + 1]), v: (v[j], v[j + 1]) }
         };
-        Ok((patches.into_iter().flatten().map(patch).collect(), shape))
+        let shape = (u.len() - 1, v.len() - 1);
+        let places = (0..shape.0).flat_map(|i| (0..shape.1).map(move |j| (i, j)));
+        Ok((places.map(patch).collect(), shape))
+    }
+
+    /// The patch as a surface.
+    pub(super) fn surface(&self, rational: bool) -> Result<NurbsSurface> {
+        let knots_u = KnotVector::clamped(self.degree_u, self.u, [])?;
+        let knots_v = KnotVector::clamped(self.degree_v, self.v, [])?;
+        NurbsSurface::from_homogeneous(&self.net, rational, knots_u, knots_v)
+    }
+
+    /// The patch moved so that the middle of its box is the origin, where numbers keep most
+    /// digits, and the diagonal of that box.
+    pub(super) fn centred(&self) -> (Self, f64) {
+        let (low, high) = bounds(self.points());
+        let middle = low.midpoint(high);
+        let moved = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
+        (Self { net: moved.collect(), ..self.clone() }, low.distance(high))
     }
 
     /// The control points in space.

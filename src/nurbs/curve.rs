@@ -2,16 +2,15 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use glam::{DAffine3, DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::algebra::check_tolerance;
 use super::basis::{MAX_ORDER, derivatives};
 use super::batch::{Outside, check_inside, check_length};
 use super::derivatives::{check_order, project as project_derivatives};
 use super::knot_vector::KnotVector;
+use super::net::{lift, project, same_place};
 use super::strip::Strip;
-use super::surface::project;
 use crate::error::{Error, Result};
 
 /// A NURBS curve in space.
@@ -50,29 +49,15 @@ impl NurbsCurve {
         weights: Option<Vec<f64>>,
         knots: KnotVector,
     ) -> Result<Self> {
-        let fail = |must, got| Err(Error::Net { must, got });
         let (count, needed) = (control_points.len(), knots.control_points());
         if count != needed {
             let got = format!("{count} control points came with knots for {needed}");
-            return fail("have as many control points as its knots ask for", got);
+            return Err(Error::Net {
+                must: "have as many control points as its knots ask for",
+                got,
+            });
         }
-        if let Some(i) = control_points.iter().position(|point| !point.is_finite()) {
-            let got = format!("control point {i} is {}", control_points[i]);
-            return fail("be finite", got);
-        }
-        if let Some(weights) = &weights {
-            if weights.len() != count {
-                let got = format!("{} weights came for {count} points", weights.len());
-                return fail("have one weight for each control point", got);
-            }
-            if let Some(i) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
-                let got = format!("weight {i} is {}", weights[i]);
-                return fail("have positive, finite weights", got);
-            }
-        }
-        let weight = |i: usize| weights.as_ref().map_or(1.0, |w| w[i]);
-        let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
-        let points = control_points.iter().enumerate().map(lift).collect();
+        let points = lift(&control_points, weights.as_deref(), |i| i.to_string())?;
         Ok(Self { control_points, weights, strip: Strip { knots, points, width: 1 } })
     }
 
@@ -146,9 +131,7 @@ impl NurbsCurve {
     /// Whether the curve ends where it begins.
     #[must_use]
     pub fn closed(&self) -> bool {
-        let first = self.control_points[0];
-        let far = self.control_points.iter().map(|p| p.distance(first)).fold(0.0, f64::max);
-        self.strip.is_closed(1e-10 * far)
+        self.strip.is_closed(same_place(&self.control_points))
     }
 
     /// The point at a parameter; outside the domain the outermost piece is continued.
@@ -190,72 +173,16 @@ impl NurbsCurve {
         project_derivatives(&table, 1, out);
     }
 
-    /// The same curve with more knots; see
-    /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] or [`Error::Knots`], as there.
-    pub fn insert_knots(&self, knots: &[f64]) -> Result<Self> {
-        self.rebuilt(&self.strip.refined(knots)?)
-    }
-
-    /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
-    /// [`NurbsSurface::remove_knots`](super::NurbsSurface::remove_knots).
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the tolerance is negative or not finite.
-    pub fn remove_knots(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
-        check_tolerance(tolerance)?;
-        self.rebuilt(&self.strip.simplified(knots, tolerance)?)
-    }
-
-    /// The same curve with a degree higher by `times`, clamped.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the degree would pass [`MAX_DEGREE`](super::MAX_DEGREE).
-    pub fn elevate_degree(&self, times: usize) -> Result<Self> {
-        self.rebuilt(&self.strip.elevated(times)?)
-    }
-
-    /// The parts before and after a parameter, which keep their parameters.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if it does not lie strictly inside the domain.
-    pub fn split(&self, at: f64) -> Result<(Self, Self)> {
-        let (before, after) = self.strip.split(at)?;
-        Ok((self.rebuilt(&before)?, self.rebuilt(&after)?))
-    }
-
-    /// The same curve run through backwards, on the same domain.
-    ///
-    /// # Errors
-    ///
-    /// None; every curve can be reversed.
-    pub fn reversed(&self) -> Result<Self> {
-        self.rebuilt(&self.strip.reversed())
-    }
-
-    /// The curve moved by an affine map.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Net`] if a point leaves the range of numbers.
-    pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
-        let points = self.control_points.iter().map(|p| map.transform_point3(*p)).collect();
-        Self::new(points, self.weights.clone(), self.knots().clone())
+    /// The derivative by the parameter.
+    pub(super) fn velocity(&self, u: f64) -> DVec3 {
+        let mut out = [DVec3::ZERO; 2];
+        self.derivatives_at(u, &mut out);
+        out[1]
     }
 
     /// The control points as a strip one point wide.
     pub(super) fn strip(&self) -> &Strip {
         &self.strip
-    }
-
-    fn rebuilt(&self, strip: &Strip) -> Result<Self> {
-        Self::from_homogeneous(&strip.points, self.weights.is_some(), strip.knots.clone())
     }
 }
 

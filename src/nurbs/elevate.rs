@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 impl Strip {
     /// The same curves with a degree higher by `times`, clamped; O(degree) refinements each.
     pub(super) fn elevated(&self, times: usize) -> Result<Self> {
-        let degree = self.knots.degree() + times;
+        let degree = self.knots.degree().saturating_add(times);
         if degree > MAX_DEGREE {
             let must = format!("at most {MAX_DEGREE} after elevation");
             return Err(Error::parameter("degree", must, degree));

@@ -136,6 +136,7 @@ impl NurbsCurve {
         closed: bool,
     ) -> Result<Self> {
         check_points("points", points)?;
+        check_counts(degree, points.len(), points.len())?;
         let sites = sites("points", points, 1, parametrization, closed)?;
         let sites = shifted(sites, degree, closed);
         let points = points.iter().map(|point| point.extend(1.0)).collect();
@@ -451,5 +452,7 @@ mod tests {
         assert!(message(&twice, (5, 5)).contains("at index 7"));
         let net = NurbsSurface::approximate(&good, (5, 5), (6, 5), &options).unwrap_err();
         assert!(net.to_string().contains("at most as large as the grid, 5 here, got 6"));
+        let none = NurbsCurve::interpolate(&[], 3, Parametrization::ChordLength, false);
+        assert!(none.unwrap_err().to_string().contains("more than the degree, 3, got 0"));
     }
 }

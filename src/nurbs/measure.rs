@@ -1,14 +1,18 @@
-//! What a surface measures: its box and its area.
+//! What curves and surfaces measure: lengths, boxes, areas.
 
 use std::collections::BinaryHeap;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
+use super::batch::in_rows;
 use super::bezier::Patch;
+use super::curve::NurbsCurve;
 use super::gauss;
+use super::net::bounds;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
+use crate::progress::Observer;
 
 /// A box is tight when no side lies further outside than this share of the size.
 const TIGHT: f64 = 1e-10;
@@ -23,6 +27,13 @@ const NODES: usize = 8;
 /// Halvings of a patch at most when its area is measured: where the surface is singular, the
 /// pieces are negligible by then.
 const MOST_HALVINGS: usize = 12;
+
+/// Points that the quadrature of a patch costs where the surface is wild; what reports count with.
+const POINTS_PER_PATCH: usize = 1 << 17;
+
+/// Two estimates of an area agree when they differ by this share of what it could be at most, the
+/// tangents' lengths times the patch's extent: the rest is rounding.
+const ROUNDING: f64 = 1e-15;
 
 /// A piece and how far it may reach in the direction that is looked at.
 struct Reach {
@@ -79,36 +90,100 @@ impl NurbsSurface {
     /// Gauss-Legendre quadrature on each patch, which is halved until it agrees with itself.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface};
-    /// let area = NurbsSurface::sphere(DVec3::ZERO, 1.0)?.area(1e-12)?;
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
+    /// let area = NurbsSurface::sphere(DVec3::ZERO, 1.0)?.area(1e-12, &mut Silent)?;
     /// assert!((area / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1.
-    pub fn area(&self, accuracy: f64) -> Result<f64> {
-        if !(1e-14..=1.0).contains(&accuracy) {
-            return Err(Error::parameter("accuracy", "between 1e-14 and 1", accuracy));
-        }
+    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1, [`Error::Interrupted`] if
+    /// the observer stops it.
+    pub fn area(&self, accuracy: f64, observer: &mut dyn Observer) -> Result<f64> {
+        check_accuracy(accuracy)?;
         let (patches, _) = Patch::of(self)?;
         let rule = gauss::rule(NODES);
-        let first: Vec<f64> = patches.par_iter().map(|patch| quadrature(patch, &rule)).collect();
-        let enough = accuracy * first.iter().sum::<f64>() / patches.len() as f64;
-        let refined = patches.par_iter().zip(&first);
-        let areas: Vec<f64> = refined
-            .map(|(patch, area)| refine(patch, *area, enough, &rule, MOST_HALVINGS))
-            .collect();
+        let first = |patch: &Patch| {
+            let (patch, extent) = patch.centred();
+            (quadrature(&patch, &rule).area, patch, extent)
+        };
+        let first: Vec<(f64, Patch, f64)> = patches.par_iter().map(first).collect();
+        let enough =
+            accuracy * first.iter().map(|(area, ..)| area).sum::<f64>() / patches.len() as f64;
+        let mut areas = Vec::with_capacity(patches.len());
+        in_rows(patches.len(), POINTS_PER_PATCH, observer, |from, to| {
+            let refined = first[from..to].par_iter().map(|(area, patch, extent)| {
+                let limit = Limit { enough, rounding: ROUNDING * extent, halvings: MOST_HALVINGS };
+                refine(patch, *area, &limit, &rule)
+            });
+            areas.par_extend(refined);
+        })?;
         Ok(areas.iter().sum())
     }
+}
+
+impl NurbsCurve {
+    /// The length, in the points' unit, to a share of `accuracy`; as [`NurbsSurface::area`].
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let circle = NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, std::f64::consts::TAU)?;
+    /// assert!((circle.length(1e-12)? / std::f64::consts::TAU - 1.0).abs() < 1e-12);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1.
+    pub fn length(&self, accuracy: f64) -> Result<f64> {
+        check_accuracy(accuracy)?;
+        let (low, high) = bounds(self.control_points().iter().copied());
+        let middle = low.midpoint(high);
+        let centred = self.transformed(&DAffine3::from_translation(-middle))?;
+        let rule = gauss::rule(NODES);
+        let breaks = centred.knots().breaks();
+        let part = |from: f64, to: f64| -> f64 {
+            let speed = |(place, weight): &(f64, f64)| {
+                let u = from + place * (to - from);
+                weight * (to - from) * centred.velocity(u).length()
+            };
+            rule.iter().map(speed).sum()
+        };
+        let spans: Vec<(f64, f64, f64)> =
+            breaks.windows(2).map(|ends| (ends[0], ends[1], part(ends[0], ends[1]))).collect();
+        let total: f64 = spans.iter().map(|(.., length)| length).sum();
+        let enough = (accuracy / spans.len() as f64).max(ROUNDING) * total;
+        Ok(spans.iter().map(|span| halved(*span, enough, &part, MOST_HALVINGS)).sum())
+    }
+}
+
+/// The length of a piece, from one parameter to another, of which this estimate is known.
+fn halved(
+    (from, to, length): (f64, f64, f64),
+    enough: f64,
+    part: &impl Fn(f64, f64) -> f64,
+    halvings: usize,
+) -> f64 {
+    let middle = f64::midpoint(from, to);
+    let halves = [(from, middle), (middle, to)].map(|(a, b)| (a, b, part(a, b)));
+    let sum = halves[0].2 + halves[1].2;
+    if (sum - length).abs() <= enough || halvings == 0 {
+        return sum;
+    }
+    halves.iter().map(|half| halved(*half, enough / 2.0, part, halvings - 1)).sum()
+}
+
+fn check_accuracy(accuracy: f64) -> Result<()> {
+    if (1e-14..=1.0).contains(&accuracy) {
+        return Ok(());
+    }
+    Err(Error::parameter("accuracy", "between 1e-14 and 1", accuracy))
 }
 
 /// The largest coordinate in a direction: the piece that may reach farthest is halved until no
 /// control point lies further out than the farthest point that is known.
 fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
-    let bound =
-        |patch: &Patch| patch.points().map(|p| p.dot(side)).fold(f64::NEG_INFINITY, f64::max);
     let corners = |patch: &Patch| {
         let (p, q) = patch.degrees();
         let corners = [(0, 0), (0, q), (p, 0), (p, q)];
@@ -118,12 +193,21 @@ fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
             .fold(f64::NEG_INFINITY, f64::max)
     };
     let mut known = patches.iter().map(corners).fold(f64::NEG_INFINITY, f64::max);
-    let reach = |patch: &Patch| Reach { bound: bound(patch), patch: patch.clone() };
-    let mut open: BinaryHeap<Reach> = patches.iter().map(reach).collect();
+    // What patches that are not looked into may reach.
+    let mut settled = known;
+    let mut open = BinaryHeap::new();
+    for patch in patches {
+        let bound = bound(patch, side);
+        if bound <= known + tolerance {
+            settled = settled.max(bound);
+        } else {
+            open.push(Reach { bound, patch: patch.clone() });
+        }
+    }
     for _ in 0..MOST_PIECES {
         let Some(Reach { bound, patch }) = open.pop() else { break };
         if bound <= known + tolerance {
-            return known.max(bound);
+            return settled.max(known).max(bound);
         }
         let halves = if bend(&patch, side, 0) >= bend(&patch, side, 1) {
             patch.halves_u()
@@ -132,10 +216,15 @@ fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
         };
         for half in [halves.0, halves.1] {
             known = known.max(corners(&half));
-            open.push(reach(&half));
+            open.push(Reach { bound: self::bound(&half, side), patch: half });
         }
     }
-    open.peek().map_or(known, |reach| reach.bound.max(known))
+    open.peek().map_or(known, |reach| reach.bound.max(known)).max(settled)
+}
+
+/// The farthest that a patch may reach in a direction.
+fn bound(patch: &Patch, side: DVec3) -> f64 {
+    patch.points().map(|p| p.dot(side)).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// How far a net is from linear along one of its axes, in a direction.
@@ -152,30 +241,52 @@ fn bend(patch: &Patch, side: DVec3, axis: usize) -> f64 {
     bends.fold(0.0, f64::max)
 }
 
-fn quadrature(patch: &Patch, rule: &[(f64, f64)]) -> f64 {
-    let places = rule.iter().flat_map(|s| rule.iter().map(move |t| (s, t)));
-    let part = |((s, a), (t, b)): (&(f64, f64), &(f64, f64))| {
-        let frame = patch.frame(*s, *t);
-        a * b * frame.u.cross(frame.v).length()
-    };
-    places.map(part).sum()
+/// An area, and the lengths of both tangents, integrated likewise.
+struct Quadrature {
+    area: f64,
+    lengths: f64,
 }
 
-fn refine(patch: &Patch, area: f64, enough: f64, rule: &[(f64, f64)], halvings: usize) -> f64 {
+fn quadrature(patch: &Patch, rule: &[(f64, f64)]) -> Quadrature {
+    let mut sums = Quadrature { area: 0.0, lengths: 0.0 };
+    for (s, a) in rule {
+        for (t, b) in rule {
+            let frame = patch.frame(*s, *t);
+            sums.area += a * b * frame.u.cross(frame.v).length();
+            sums.lengths += a * b * (frame.u.length() + frame.v.length());
+        }
+    }
+    sums
+}
+
+/// When a piece is measured well enough.
+struct Limit {
+    /// A difference of areas that does not matter.
+    enough: f64,
+    /// What rounding makes of the tangents' lengths.
+    rounding: f64,
+    halvings: usize,
+}
+
+/// The area of a patch of which this estimate is known, from its quarters.
+fn refine(patch: &Patch, area: f64, limit: &Limit, rule: &[(f64, f64)]) -> f64 {
     let (first, second) = patch.halves_u();
     let ((a, b), (c, d)) = (first.halves_v(), second.halves_v());
     let quarters = [a, b, c, d].map(|quarter| (quadrature(&quarter, rule), quarter));
-    let sum = quarters.iter().map(|(area, _)| area).sum::<f64>();
-    if (sum - area).abs() <= enough || halvings == 0 {
+    let sum: f64 = quarters.iter().map(|(known, _)| known.area).sum();
+    let lengths: f64 = quarters.iter().map(|(known, _)| known.lengths).sum();
+    let agrees = (sum - area).abs() <= limit.enough.max(limit.rounding * lengths);
+    if agrees || limit.halvings == 0 {
         return sum;
     }
-    let parts = quarters.iter();
-    parts.map(|(area, part)| refine(part, *area, enough / 2.0, rule, halvings - 1)).sum()
+    let limit = Limit { enough: limit.enough / 2.0, halvings: limit.halvings - 1, ..*limit };
+    quarters.iter().map(|(known, part)| refine(part, known.area, &limit, rule)).sum()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
 
     #[test]
     fn boxes_are_those_of_dense_samples() {
@@ -202,7 +313,8 @@ mod tests {
     #[test]
     fn areas_are_those_of_closed_forms() {
         use std::f64::consts::PI;
-        let area = |surface: Result<NurbsSurface>| surface.unwrap().area(1e-12).unwrap();
+        let area =
+            |surface: Result<NurbsSurface>| surface.unwrap().area(1e-12, &mut Silent).unwrap();
         let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-11, "{a} {b}");
         close(area(NurbsSurface::torus(DVec3::ONE, 3.0, 1.0)), 12.0 * PI * PI);
         close(area(NurbsSurface::cone(DVec3::ONE, DVec3::X * 4.0, 3.0, 0.0)), 15.0 * PI);
@@ -210,5 +322,18 @@ mod tests {
             area(NurbsSurface::plane(DVec3::ONE, DVec3::X * 2.0, DVec3::new(5.0, 3.0, 0.0))),
             6.0,
         );
+    }
+
+    #[test]
+    fn areas_of_what_has_none_and_of_what_is_far_away_are_found_at_once() {
+        let line = |i: i32| DVec3::new(0.3, 0.7, -0.1) * f64::from(i * i % 11);
+        let line = NurbsSurface::clamped((0..64).map(line).collect(), (8, 8), 3).unwrap();
+        assert!(line.area(1e-12, &mut Silent).unwrap() < 1e-13);
+        let far = NurbsSurface::sphere(DVec3::new(5e6, 7.5e6, 300.0), 2.0).unwrap();
+        let area = far.area(1e-14, &mut Silent).unwrap();
+        // The centre's coordinates have a rounding of 1e-9.
+        assert!((area / (16.0 * std::f64::consts::PI) - 1.0).abs() < 1e-9, "{area}");
+        let mut stop = |_: &crate::Progress| std::ops::ControlFlow::Break(());
+        assert!(matches!(far.area(1e-9, &mut stop), Err(Error::Interrupted)));
     }
 }

@@ -12,6 +12,7 @@ mod closest_point;
 mod construct;
 mod curvature;
 mod curve;
+mod curve_algebra;
 mod derivatives;
 mod elevate;
 mod evaluate;
@@ -21,8 +22,10 @@ mod grid;
 mod interpolate;
 mod knot_vector;
 mod measure;
+mod net;
 mod remove;
 mod scattered;
+mod span_table;
 mod strip;
 mod surface;
 

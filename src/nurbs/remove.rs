@@ -39,27 +39,34 @@ impl Strip {
     }
 
     /// One of the knots of this value less (The NURBS Book, A5.8): the control points that its
-    /// insertion mixed are found again from both sides, and meet in the middle.
+    /// insertion mixed are found again from both sides, always from the one that divides by more,
+    /// so that rounding grows little even for a knot near the domain's end.
     fn without(&self, value: f64) -> Result<Self> {
         let (p, width, t) = (self.knots.degree(), self.width, self.knots.as_slice());
         let times = self.knots.multiplicity(value);
         let at = self.knots.span(value);
-        let (first, last) = (at - p, at - times);
         let share = |i: usize| (value - t[i]) / (t[i + p + 1] - t[i]);
         let mut points = self.points.clone();
-        let (mut i, mut j) = (first, last);
-        while i < j {
+        // Row i becomes what was mixed with row `known` to give it, by this share.
+        let mut unmix = |i: usize, known: usize, share: f64| {
             for c in 0..width {
-                let (left, right) = (points[(i - 1) * width + c], points[(j + 1) * width + c]);
-                let (a, b) = (share(i), share(j));
-                points[i * width + c] = (points[i * width + c] - (1.0 - a) * left) / a;
-                points[j * width + c] = (points[j * width + c] - b * right) / (1.0 - b);
+                let known = points[known * width + c];
+                points[i * width + c] = (points[i * width + c] - (1.0 - share) * known) / share;
             }
-            (i, j) = (i + 1, j - 1);
+        };
+        let (mut i, mut j) = (at - p, at - times);
+        while i < j {
+            let (from_left, from_right) = (share(i), 1.0 - share(j));
+            if from_left >= from_right {
+                unmix(i, i - 1, from_left);
+                i += 1;
+            } else {
+                unmix(j, j + 1, from_right);
+                j -= 1;
+            }
         }
-        // One row more than is needed is left: the one in the middle, or one of the two that met.
-        let surplus = usize::midpoint(first, last);
-        points.drain(surplus * width..(surplus + 1) * width);
+        // One row more than is needed is left: the one where both sides meet.
+        points.drain(i * width..(i + 1) * width);
         let mut knots = t.to_vec();
         knots.remove(at);
         Ok(Self { knots: KnotVector::new(p, knots)?, points, width })

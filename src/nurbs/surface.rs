@@ -4,6 +4,7 @@ use glam::{DVec3, DVec4};
 
 use super::frame::Flats;
 use super::knot_vector::{KnotVector, check_degree};
+use super::net::{bounds, lift, project};
 use crate::error::{Error, Result};
 
 /// A tensor-product NURBS surface.
@@ -56,41 +57,19 @@ impl NurbsSurface {
         knots_u: KnotVector,
         knots_v: KnotVector,
     ) -> Result<Self> {
-        let fail = |must, got| Err(Error::Net { must, got });
         let (rows, cols) = (knots_u.control_points(), knots_v.control_points());
         if control_points.len() != rows * cols {
             let got = format!(
                 "{} control points came with knots for {rows} × {cols}",
                 control_points.len()
             );
-            return fail("have as many control points as its knots ask for", got);
+            return Err(Error::Net {
+                must: "have as many control points as its knots ask for",
+                got,
+            });
         }
-        if let Some(i) = control_points.iter().position(|p| !p.is_finite()) {
-            let got = format!("control point {:?} is {}", (i / cols, i % cols), control_points[i]);
-            return fail("be finite", got);
-        }
-        let weight = |i: usize| weights.as_ref().map_or(1.0, |w| w[i]);
-        if let Some(weights) = &weights {
-            if weights.len() != control_points.len() {
-                let got =
-                    format!("{} weights came for {} points", weights.len(), control_points.len());
-                return fail("have one weight for each control point", got);
-            }
-            if let Some(i) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
-                let got = format!("weight {:?} is {}", (i / cols, i % cols), weights[i]);
-                return fail("have positive, finite weights", got);
-            }
-        }
-        let lift = |(i, p): (usize, &DVec3)| (*p * weight(i)).extend(weight(i));
-        let homogeneous: Vec<DVec4> = control_points.iter().enumerate().map(lift).collect();
-        if let Some(i) = homogeneous.iter().position(|p| !(p.is_finite() && p.w.is_normal())) {
-            let got = format!(
-                "control point {:?} with its weight is {}",
-                (i / cols, i % cols),
-                homogeneous[i]
-            );
-            return fail("be finite when multiplied by its weights, and these not vanish", got);
-        }
+        let name = |i: usize| format!("{:?}", (i / cols, i % cols));
+        let homogeneous = lift(&control_points, weights.as_deref(), name)?;
         let flats = Flats::default();
         let surface = Self { control_points, weights, knots_u, knots_v, homogeneous, flats };
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
@@ -160,9 +139,7 @@ impl NurbsSurface {
     /// Smallest and largest coordinates of the control points: a box that holds the surface.
     #[must_use]
     pub fn net_box(&self) -> (DVec3, DVec3) {
-        let first = self.control_points[0];
-        let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
-        self.control_points.iter().fold((first, first), grow)
+        bounds(self.control_points.iter().copied())
     }
 
     /// The diagonal of the net's box, in the points' unit: what "the size" means in tolerances.
@@ -191,12 +168,6 @@ impl NurbsSurface {
     pub(super) fn homogeneous(&self) -> &[DVec4] {
         &self.homogeneous
     }
-}
-
-/// Control points and, of a rational net, weights.
-pub(super) fn project(net: &[DVec4], rational: bool) -> (Vec<DVec3>, Option<Vec<f64>>) {
-    let points = net.iter().map(|h| h.truncate() / h.w).collect();
-    (points, rational.then(|| net.iter().map(|h| h.w).collect()))
 }
 
 #[cfg(test)]

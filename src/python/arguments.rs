@@ -36,6 +36,19 @@ pub(super) fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, usi
     Ok((count(first)?, count(second)?))
 }
 
+/// The first and last of a range of numbers, or its default.
+pub(super) fn range(
+    name: &str,
+    value: Option<&Bound<'_, PyAny>>,
+    default: (f64, f64),
+) -> PyResult<(f64, f64)> {
+    let Some(value) = value else { return Ok(default) };
+    let fail = || bad_argument(name, "two numbers, the first and the last", value);
+    let [first, last] = two(value).ok_or_else(fail)?;
+    let number = |value: Bound<'_, PyAny>| value.extract().map_err(|_| fail());
+    Ok((number(first)?, number(last)?))
+}
+
 /// The items of a sequence of two.
 pub(super) fn two<'py>(value: &Bound<'py, PyAny>) -> Option<[Bound<'py, PyAny>; 2]> {
     let items: Vec<_> = value.try_iter().ok()?.take(3).collect::<PyResult<_>>().ok()?;

@@ -3,6 +3,7 @@
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
+use super::arguments::{choice, pair};
 use super::arrays::{self, Numbers};
 use super::call;
 use super::errors::NeurbsError;
@@ -10,22 +11,22 @@ use super::surface::{NurbsSurface, closed, degrees, knot_vectors, net, weights};
 use crate::fit::{FitOptions, fit};
 use crate::nurbs::{self, GridOptions, Parametrization};
 
-/// A way to choose parameters, by its name.
-pub(super) fn parametrization(name: &str) -> PyResult<Parametrization> {
-    match name {
-        "uniform" => Ok(Parametrization::Uniform),
-        "chord" => Ok(Parametrization::ChordLength),
-        "centripetal" => Ok(Parametrization::Centripetal),
-        other => {
-            let must = "\"uniform\", \"chord\" or \"centripetal\"";
-            Err(NeurbsError::new_err(format!("parametrization must be {must}, got {other:?}")))
-        }
-    }
+/// A way to choose parameters, by its name; chord lengths by default.
+pub(super) fn parametrization(name: Option<&Bound<'_, PyAny>>) -> PyResult<Parametrization> {
+    let all =
+        [Parametrization::ChordLength, Parametrization::Uniform, Parametrization::Centripetal];
+    let name_of = |one| match one {
+        Parametrization::ChordLength => "chord",
+        Parametrization::Uniform => "uniform",
+        Parametrization::Centripetal => "centripetal",
+    };
+    let chosen = |name| choice("parametrization", &all, name_of, name);
+    name.map_or(Ok(Parametrization::default()), chosen)
 }
 
 fn grid_options(
     degree: Option<&Bound<'_, PyAny>>,
-    name: &str,
+    name: Option<&Bound<'_, PyAny>>,
     closed: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<GridOptions> {
     let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
@@ -77,13 +78,13 @@ impl NurbsSurface {
     /// True
     #[staticmethod]
     #[pyo3(
-        signature = (grid, degree=None, *, parametrization="chord", closed=None),
+        signature = (grid, degree=None, *, parametrization=None, closed=None),
         text_signature = "(grid, degree=3, *, parametrization='chord', closed=False)"
     )]
     fn interpolate(
         grid: &Bound<'_, PyAny>,
         degree: Option<&Bound<'_, PyAny>>,
-        parametrization: &str,
+        parametrization: Option<&Bound<'_, PyAny>>,
         closed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let options = grid_options(degree, parametrization, closed)?;
@@ -110,15 +111,28 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     As there.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, section 9.2.1 and A9.3: averaged over rows and columns; those that
+    /// collapse in one point have no say.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> u, v = neurbs.NurbsSurface.grid_parameters([[[0, 0, 0], [0, 3, 0], [0, 4, 0]]] * 2 + [
+    /// ...     [[1, 0, 0], [1, 3, 0], [1, 4, 0]]], parametrization="uniform")
+    /// >>> u
+    /// array([0. , 0.5, 1. ])
     #[staticmethod]
     #[pyo3(
-        signature = (grid, degree=None, *, parametrization="chord", closed=None),
+        signature = (grid, degree=None, *, parametrization=None, closed=None),
         text_signature = "(grid, degree=3, *, parametrization='chord', closed=False)"
     )]
     fn grid_parameters<'py>(
         grid: &Bound<'py, PyAny>,
         degree: Option<&Bound<'py, PyAny>>,
-        parametrization: &str,
+        parametrization: Option<&Bound<'py, PyAny>>,
         closed: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Vectors<'py>, Vectors<'py>)> {
         let options = grid_options(degree, parametrization, closed)?;
@@ -153,19 +167,40 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If the net does not fit the grid or the degree, or as :meth:`interpolate`.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.fit : For points that lie in no grid.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, section 9.4: knots follow the density of the points; banded normal
+    /// equations, O(points · degree²).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs, numpy as np
+    /// >>> x, y = np.mgrid[0:1:30j, 0:1:40j]
+    /// >>> grid = np.stack([x, y, np.sin(3 * x) * y], axis=-1)
+    /// >>> surface = neurbs.NurbsSurface.approximate(grid, (8, 6))
+    /// >>> surface
+    /// NurbsSurface(net 8 × 6, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
+    /// >>> surface.closest_points(grid.reshape(-1, 3)).distances.max() < 1e-2
+    /// np.True_
     #[staticmethod]
     #[pyo3(
-        signature = (grid, net, degree=None, *, parametrization="chord", closed=None),
+        signature = (grid, net, degree=None, *, parametrization=None, closed=None),
         text_signature = "(grid, net, degree=3, *, parametrization='chord', closed=False)"
     )]
     fn approximate(
         grid: &Bound<'_, PyAny>,
-        net: (usize, usize),
+        net: &Bound<'_, PyAny>,
         degree: Option<&Bound<'_, PyAny>>,
-        parametrization: &str,
+        parametrization: Option<&Bound<'_, PyAny>>,
         closed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let options = grid_options(degree, parametrization, closed)?;
+        let net = pair("net", net)?;
         let (points, shape) = self::net(grid, "grid")?;
         let core = call::run(grid.py(), None, |_| {
             nurbs::NurbsSurface::approximate(&points, shape, net, &options)
@@ -232,7 +267,7 @@ impl NurbsSurface {
     fn fit(
         points: &Bound<'_, PyAny>,
         uv: &Bound<'_, PyAny>,
-        net: Option<(usize, usize)>,
+        net: Option<&Bound<'_, PyAny>>,
         degree: Option<&Bound<'_, PyAny>>,
         knots: Option<&Bound<'_, PyAny>>,
         weights: Option<&Bound<'_, PyAny>>,
@@ -241,6 +276,7 @@ impl NurbsSurface {
     ) -> PyResult<Self> {
         let py = points.py();
         let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
+        let net = net.map(|net| pair("net", net)).transpose()?;
         let options = match (net, knots) {
             (Some(net), None) => FitOptions { fairness, ..FitOptions::new(net, degree, closed)? },
             (None, Some(knots)) => {
@@ -279,6 +315,16 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a side has too few or too many control points.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, section 1.5.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.bezier([[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]])
+    /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     #[staticmethod]
     #[pyo3(signature = (net, weights=None))]
     fn bezier(net: &Bound<'_, PyAny>, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {

@@ -122,6 +122,26 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.curvatures_grid : The same on a grid, in one pass.
+    ///
+    /// Notes
+    /// -----
+    /// From the first and second fundamental forms [1]_. Curvatures are positive where the surface
+    /// bends towards its normal: those of a sphere are negative, as its normals point outwards.
+    ///
+    /// References
+    /// ----------
+    /// .. [1] M. do Carmo, *Differential Geometry of Curves and Surfaces*, section 3.3.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> bends = neurbs.NurbsSurface.torus([0, 0, 0], 3, 1).curvatures([[0.3, 0]])
+    /// >>> bends.principal.round(12)
+    /// array([[-0.25, -1.  ]])
     #[pyo3(signature = (uv, *, extrapolate=false, out=None))]
     fn curvatures(
         &self,
@@ -156,6 +176,18 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Notes
+    /// -----
+    /// Each row contracts the net once, so that a point costs O(degree) instead of O(degree²).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 2)
+    /// >>> sphere.curvatures_grid([0, 0.5], [0.25, 0.5, 0.75]).mean.round(9)
+    /// array([[-0.5, -0.5, -0.5],
+    ///        [-0.5, -0.5, -0.5]])
     #[pyo3(signature = (u, v, *, extrapolate=false, out=None))]
     fn curvatures_grid(
         &self,
@@ -196,6 +228,20 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Notes
+    /// -----
+    /// The area element is the root of the first form's determinant, the Gaussian curvature the
+    /// second form's determinant over the first one's.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [2, 0, 0], [1, 1, 0])
+    /// >>> first, second = plane.fundamental_forms([[0.5, 0.5]])
+    /// >>> first[0]
+    /// array([[4., 2.],
+    ///        [2., 2.]])
     #[pyo3(signature = (uv, *, extrapolate=false, out=None))]
     fn fundamental_forms<'py>(
         &self,

@@ -1,38 +1,63 @@
 //! `neurbs.NurbsCurve`.
 
 use glam::DVec3;
-use numpy::ndarray::{Ix1, Ix2};
-use numpy::{PyArray1, PyArray2, PyArrayDyn};
+use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::algebra::{affine, values};
+use super::arguments::optional_count;
 use super::arrays::{self, Numbers};
+use super::call;
 use super::construction::parametrization;
-use super::errors::bad_argument;
 use super::evaluation::outside;
+use super::knots::values;
 use super::shapes::vector;
+use super::spline::{SplineArrays, SplineItems};
 use crate::nurbs::{self, KnotVector, MAX_DERIVATIVE};
+
+/// The degree of a curve that none is given for.
+const DEGREE: usize = 3;
 
 /// A NURBS curve in space: an isocurve, a boundary, a profile.
 ///
+/// A frozen value: whatever changes a curve returns a new one.
+///
 /// Parameters
 /// ----------
-/// control_points : array_like of shape (n, 3)
-///     The control points, as they lie in space (not multiplied by weights).
+/// control_points : array_like of shape (n, 3) or (n, 2)
+///     The control points, as they lie in space (not multiplied by weights); two columns lie in
+///     z = 0.
 /// weights : array_like of shape (n,), optional
 ///     Positive weights; without them the curve is polynomial.
 /// degree : int, default 3
 ///     The degree, from 1 to 9.
 /// knots : array_like of shape (n + degree + 1,), optional
-///     The knots; by default clamped and evenly spaced on [0, 1].
+///     The knots, non-decreasing; by default clamped and evenly spaced on [0, 1].
+///
+/// Attributes
+/// ----------
+/// control_points : ndarray of shape (n, 3)
+/// weights : ndarray of shape (n,) or None
+/// degree : int
+/// knots : ndarray of shape (n + degree + 1,)
+/// domain : (float, float)
+/// closed : bool
 ///
 /// Raises
 /// ------
 /// NeurbsError
 ///     If control points, weights, degree and knots do not belong together, a number is not
-///     finite, a weight is not positive, or the knots decrease.
+///     finite, a weight is not positive, or the knots decrease or repeat too often.
+///
+/// See Also
+/// --------
+/// NurbsSurface.isocurve : Curves of a surface.
+/// NurbsSurface.ruled, NurbsSurface.lofted, NurbsSurface.revolved : Surfaces from curves.
+///
+/// Notes
+/// -----
+/// L. Piegl and W. Tiller, *The NURBS Book*, second edition, Springer 1997, section 4.2.
 ///
 /// Examples
 /// --------
@@ -45,20 +70,14 @@ use crate::nurbs::{self, KnotVector, MAX_DERIVATIVE};
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct NurbsCurve {
     core: nurbs::NurbsCurve,
-    control_points: Py<PyArray2<f64>>,
-    weights: Option<Py<PyArray1<f64>>>,
-    knots: Py<PyArray1<f64>>,
+    arrays: SplineArrays,
 }
 
 impl NurbsCurve {
     pub(super) fn new(py: Python<'_>, core: nurbs::NurbsCurve) -> PyResult<Self> {
-        let count = core.control_points().len();
-        let points = bytemuck::cast_slice(core.control_points());
-        let control_points = arrays::constant::<f64, Ix2>(py, &[count, 3], points)?;
-        let weights = core.weights().map(|w| arrays::constant::<f64, Ix1>(py, &[count], w));
-        let knots = core.knots().as_slice();
-        let knots = arrays::constant::<f64, Ix1>(py, &[knots.len()], knots)?;
-        Ok(Self { control_points, weights: weights.transpose()?, knots, core })
+        let knots = [core.knots()];
+        let arrays = SplineArrays::new(py, core.control_points(), core.weights(), &knots)?;
+        Ok(Self { core, arrays })
     }
 
     pub(super) fn core(&self) -> &nurbs::NurbsCurve {
@@ -69,13 +88,17 @@ impl NurbsCurve {
 #[pymethods]
 impl NurbsCurve {
     #[new]
-    #[pyo3(signature = (control_points, weights=None, degree=3, knots=None))]
+    #[pyo3(
+        signature = (control_points, weights=None, degree=None, knots=None),
+        text_signature = "(control_points, weights=None, degree=3, knots=None)"
+    )]
     fn py_new(
         control_points: &Bound<'_, PyAny>,
         weights: Option<&Bound<'_, PyAny>>,
-        degree: usize,
+        degree: Option<&Bound<'_, PyAny>>,
         knots: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let degree = optional_count("degree", degree)?.unwrap_or(DEGREE);
         let points = Numbers::points(control_points, "control_points")?;
         let points: Vec<DVec3> = points.as_slice()?.to_vec();
         let knots = match values(knots, "knots")? {
@@ -90,35 +113,56 @@ impl NurbsCurve {
     ///
     /// Parameters
     /// ----------
-    /// points : array_like of shape (n, 3)
+    /// points : array_like of shape (n, 3) or (n, 2)
     ///     More points than the degree.
     /// degree : int, default 3
-    ///     The degree.
+    ///     The degree, from 1 to 9.
     /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
-    ///     How points get their parameters.
+    ///     How points get their parameters: in proportion to their distances, evenly, or in
+    ///     proportion to the roots of their distances.
     /// closed : bool, default False
     ///     Whether the curve closes smoothly behind the last point, which is not the first again.
     ///
     /// Returns
     /// -------
     /// NurbsCurve
+    ///     On [0, 1], with as many control points as there are points (and ``degree`` more if it
+    ///     is closed).
     ///
     /// Raises
     /// ------
     /// NeurbsError
     ///     If there are too few points, one is not finite, or neighbours coincide.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, A9.1: a banded system, O(points · degree).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> curve = neurbs.NurbsCurve.interpolate([[0, 0], [1, 1], [2, 0], [3, 1]])
+    /// >>> curve.evaluate([0, 1])
+    /// array([[0., 0., 0.],
+    ///        [3., 1., 0.]])
     #[staticmethod]
-    #[pyo3(signature = (points, degree=3, *, parametrization="chord", closed=false))]
+    #[pyo3(
+        signature = (points, degree=None, *, parametrization=None, closed=false),
+        text_signature = "(points, degree=3, *, parametrization='chord', closed=False)"
+    )]
     fn interpolate(
         points: &Bound<'_, PyAny>,
-        degree: usize,
-        parametrization: &str,
+        degree: Option<&Bound<'_, PyAny>>,
+        parametrization: Option<&Bound<'_, PyAny>>,
         closed: bool,
     ) -> PyResult<Self> {
         let parametrization = self::parametrization(parametrization)?;
+        let degree = optional_count("degree", degree)?.unwrap_or(DEGREE);
         let numbers = Numbers::points(points, "points")?;
-        let core =
-            nurbs::NurbsCurve::interpolate(numbers.as_slice()?, degree, parametrization, closed)?;
+        let slice = numbers.as_slice()?;
+        let core = call::run(points.py(), None, |_| {
+            nurbs::NurbsCurve::interpolate(slice, degree, parametrization, closed)
+        })?;
         Self::new(points.py(), core)
     }
 
@@ -162,37 +206,74 @@ impl NurbsCurve {
         Self::new(py, nurbs::NurbsCurve::arc(centre, x, y, angle)?)
     }
 
-    /// The control points, read-only float64 of shape (n, 3).
+    /// The control points, as they lie in space: ndarray of shape (n, 3), read-only.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).control_points
+    /// array([[0., 0., 0.],
+    ///        [1., 2., 0.]])
     #[getter]
     fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::view(py, &self.control_points)
+        self.arrays.control_points(py)
     }
 
-    /// The weights, read-only float64 of shape (n,); None if the curve is polynomial.
+    /// The weights: ndarray of shape (n,), read-only; None if the curve is polynomial.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0]).weights[:3].round(3)
+    /// array([1.   , 0.707, 1.   ])
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.weights.as_ref().map(|weights| arrays::view(py, weights)).transpose()
+        self.arrays.weights(py)
     }
 
     /// The degree.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0]).degree
+    /// 2
     #[getter]
     fn degree(&self) -> usize {
         self.core.knots().degree()
     }
 
-    /// The knots, read-only.
+    /// The knots: ndarray of shape (n + degree + 1,), read-only.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=1).knots
+    /// array([0. , 0. , 0.5, 1. , 1. ])
     #[getter]
     fn knots<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::view(py, &self.knots)
+        self.arrays.knots(py, 0)
     }
 
     /// First and last parameter.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1, knots=[2, 2, 5, 5]).domain
+    /// (2.0, 5.0)
     #[getter]
     fn domain(&self) -> (f64, f64) {
         self.core.knots().domain()
     }
 
     /// Whether the curve ends where it begins.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0]).closed
+    /// True
     #[getter]
     fn closed(&self) -> bool {
         self.core.closed()
@@ -218,6 +299,14 @@ impl NurbsCurve {
     /// ------
     /// NeurbsError
     ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> curve = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2)
+    /// >>> curve.evaluate([0.5, 1])
+    /// array([[1., 1., 0.],
+    ///        [2., 0., 0.]])
     #[pyo3(signature = (u, *, extrapolate=false, out=None))]
     fn evaluate<'py>(
         &self,
@@ -254,15 +343,32 @@ impl NurbsCurve {
     /// NeurbsError
     ///     If a parameter lies outside the domain, the order is too high, or an array has the
     ///     wrong shape or dtype.
-    #[pyo3(signature = (u, order=1, *, extrapolate=false, out=None))]
+    ///
+    /// Notes
+    /// -----
+    /// Weights are taken care of by the quotient rule, *The NURBS Book*, A4.2.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> curve = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2)
+    /// >>> curve.derivatives([0.5], order=2)[0]
+    /// array([[ 1.,  1.,  0.],
+    ///        [ 2.,  0.,  0.],
+    ///        [ 0., -8.,  0.]])
+    #[pyo3(
+        signature = (u, order=None, *, extrapolate=false, out=None),
+        text_signature = "($self, u, order=1, *, extrapolate=False, out=None)"
+    )]
     fn derivatives<'py>(
         &self,
         u: &Bound<'py, PyAny>,
-        order: usize,
+        order: Option<&Bound<'py, PyAny>>,
         extrapolate: bool,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (py, u) = (u.py(), Numbers::sequence(u, "u")?);
+        let order: usize = optional_count("order", order)?.unwrap_or(1);
         // An order beyond the limit is refused by the core, before memory for it is asked for.
         let side = order.min(MAX_DERIVATIVE) + 1;
         let result = arrays::output(py, out, &[u.shape()[0], side, 3])?;
@@ -270,66 +376,51 @@ impl NurbsCurve {
         Ok(result)
     }
 
-    /// The same curve with more knots, each strictly inside the domain.
-    fn insert_knots(&self, knots: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let numbers = Numbers::sequence(knots, "knots")?;
-        Self::new(knots.py(), self.core.insert_knots(numbers.as_slice()?)?)
-    }
-
-    /// The curve with as few of some inner knots, by default of all, as a tolerance allows.
-    #[pyo3(signature = (knots=None, *, tolerance))]
-    fn remove_knots(
-        &self,
-        py: Python<'_>,
-        knots: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
-    ) -> PyResult<Self> {
-        let knots = values(knots, "knots")?;
-        Self::new(py, self.core.remove_knots(knots.as_deref(), tolerance)?)
-    }
-
-    /// The same curve with a higher degree, clamped.
-    #[pyo3(signature = (times=1))]
-    fn elevate_degree(&self, py: Python<'_>, times: usize) -> PyResult<Self> {
-        Self::new(py, self.core.elevate_degree(times)?)
-    }
-
-    /// The parts before and after a parameter strictly inside the domain.
-    fn split(&self, py: Python<'_>, u: f64) -> PyResult<(Self, Self)> {
-        let (before, after) = self.core.split(u)?;
-        Ok((Self::new(py, before)?, Self::new(py, after)?))
-    }
-
-    /// The same curve run through backwards.
-    fn reversed(&self, py: Python<'_>) -> PyResult<Self> {
-        Self::new(py, self.core.reversed()?)
-    }
-
-    /// The curve moved by an affine map: a matrix of shape (3, 4) or (4, 4).
-    fn transformed(&self, matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::new(matrix.py(), self.core.transformed(&affine(matrix)?)?)
-    }
-
-    /// The curve as plain lists and numbers: the arguments of the constructor.
+    /// The curve as plain lists and numbers, for JSON and the like.
+    ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     ``control_points``, ``weights`` (or None), ``degree`` and ``knots``: the arguments of
+    ///     the constructor.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1)
+    /// >>> line.to_dict().get("degree")
+    /// 1
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let list = |array: Bound<'py, PyAny>| array.call_method0("tolist");
-        let dict = PyDict::new(py);
-        dict.set_item("control_points", list(self.control_points(py)?)?)?;
-        dict.set_item("weights", self.weights(py)?.map(list).transpose()?)?;
-        dict.set_item("degree", self.degree())?;
-        dict.set_item("knots", list(self.knots(py)?)?)?;
-        Ok(dict)
+        self.arrays.to_dict(py, self.degree())
     }
 
     /// The curve that :meth:`to_dict` took apart.
+    ///
+    /// Parameters
+    /// ----------
+    /// data : dict
+    ///     ``control_points`` and, if they are not to have the constructor's defaults,
+    ///     ``weights``, ``degree`` and ``knots``.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If there are no control points in it, or as the constructor.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> circle = neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> neurbs.NurbsCurve.from_dict(circle.to_dict()) == circle
+    /// True
     #[staticmethod]
-    fn from_dict(data: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let item = |name: &str| Ok::<_, PyErr>(data.get_item(name)?.filter(|item| !item.is_none()));
-        let Some(points) = item("control_points")? else {
-            return Err(bad_argument("data", "a dict with control_points", data));
-        };
-        let degree = item("degree")?.map_or(Ok(3), |degree| degree.extract())?;
-        Self::py_new(&points, item("weights")?.as_ref(), degree, item("knots")?.as_ref())
+    fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let SplineItems { control_points, weights, degree, knots } = SplineItems::new(data)?;
+        Self::py_new(&control_points, weights.as_ref(), degree.as_ref(), knots.as_ref())
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -7,7 +7,6 @@
 #![allow(clippy::doc_markdown, reason = "these docs are numpydoc, for Python's help()")]
 #![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
 
-mod algebra;
 mod arguments;
 mod arrays;
 mod call;
@@ -15,16 +14,21 @@ mod closest_points;
 mod construction;
 mod curvature;
 mod curve;
+mod curve_algebra;
 mod errors;
 mod evaluation;
 mod export;
+mod knots;
 mod lattice;
 mod mesh;
+mod moves;
+mod parts;
 mod progress;
 mod reconstruct;
 mod shapes;
 mod som;
 mod som_options;
+mod spline;
 mod surface;
 
 use pyo3::pymodule;

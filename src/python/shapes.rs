@@ -3,6 +3,7 @@
 use glam::DVec3;
 use pyo3::prelude::*;
 
+use super::arguments::optional_count;
 use super::arrays::Numbers;
 use super::construction;
 use super::curve::NurbsCurve;
@@ -35,6 +36,17 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If the domains differ or the curves coincide.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, section 8.3.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 0]], degree=1)
+    /// >>> neurbs.NurbsSurface.ruled(line, neurbs.NurbsCurve([[0, 0, 1], [1, 1, 1]], degree=1))
+    /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     #[staticmethod]
     fn ruled(py: Python<'_>, start: &NurbsCurve, end: &NurbsCurve) -> PyResult<Self> {
         Self::new(py, nurbs::NurbsSurface::ruled(start.core(), end.core())?)
@@ -60,14 +72,32 @@ impl NurbsSurface {
     /// NeurbsError
     ///     If there are too few curves, their domains differ, neighbours coincide, or weights that
     ///     differ much would become negative between them.
+    ///
+    /// Notes
+    /// -----
+    /// Skinning, *The NURBS Book*, section 10.3.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> rings = [
+    /// ...     neurbs.NurbsCurve.arc([0, 0, z], [r, 0, 0], [0, r, 0])
+    /// ...     for z, r in [(0, 1), (1, 2), (2, 1.5)]
+    /// ... ]
+    /// >>> neurbs.NurbsSurface.lofted(rings)
+    /// NurbsSurface(net 3 × 9, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in v)
     #[staticmethod]
-    #[pyo3(signature = (curves, degree=3, *, parametrization="chord"))]
+    #[pyo3(
+        signature = (curves, degree=None, *, parametrization=None),
+        text_signature = "(curves, degree=3, *, parametrization='chord')"
+    )]
     fn lofted(
         py: Python<'_>,
         curves: Vec<Py<NurbsCurve>>,
-        degree: usize,
-        parametrization: &str,
+        degree: Option<&Bound<'_, PyAny>>,
+        parametrization: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let degree = optional_count("degree", degree)?.unwrap_or(3);
         let parametrization = construction::parametrization(parametrization)?;
         let curves: Vec<_> = curves.iter().map(|curve| curve.get().core().clone()).collect();
         Self::new(py, nurbs::NurbsSurface::lofted(&curves, degree, parametrization)?)
@@ -92,6 +122,17 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If the axis has no direction, or the angle is not between 0 and 2π.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, A8.1.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> profile = neurbs.NurbsCurve([[1, 0, 0], [2, 0, 1], [1, 0, 2]], degree=2)
+    /// >>> neurbs.NurbsSurface.revolved(profile, [0, 0, 0], [0, 0, 1])
+    /// NurbsSurface(net 9 × 3, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
     #[pyo3(
         signature = (profile, origin, axis, angle=std::f64::consts::TAU),
@@ -122,6 +163,12 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If the sides span no plane.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.plane([0, 0, 0], [2, 0, 0], [0, 1, 0]).evaluate([[0.5, 1]])
+    /// array([[1., 1., 0.]])
     #[staticmethod]
     fn plane(
         origin: &Bound<'_, PyAny>,
@@ -151,6 +198,16 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If the radius is not positive or the axis has no length.
+    ///
+    /// Notes
+    /// -----
+    /// A line that turns about the axis, *The NURBS Book*, A8.1.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 3], 1)
+    /// NurbsSurface(net 9 × 2, degree (2, 1), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
     fn cylinder(base: &Bound<'_, PyAny>, axis: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
         let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
@@ -177,6 +234,17 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a radius is negative or both are 0, or the axis has no length.
+    ///
+    /// Notes
+    /// -----
+    /// A line that turns about the axis, *The NURBS Book*, A8.1.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> cone = neurbs.NurbsSurface.cone([0, 0, 0], [0, 0, 4], 3)
+    /// >>> round(cone.area(), 6)  # π · 3 · 5
+    /// 47.12389
     #[staticmethod]
     #[pyo3(signature = (base, axis, radius, top_radius=0.0))]
     fn cone(
@@ -208,6 +276,11 @@ impl NurbsSurface {
     /// NeurbsError
     ///     If the radius is not positive.
     ///
+    /// Notes
+    /// -----
+    /// Half a circle that turns about the z axis, *The NURBS Book*, A8.1. The poles, where an edge
+    /// of the net collapses, have normals and closest points like any other place.
+    ///
     /// Examples
     /// --------
     /// >>> import neurbs
@@ -237,6 +310,16 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a radius is not positive.
+    ///
+    /// Notes
+    /// -----
+    /// A circle that turns about the axis, *The NURBS Book*, A8.1.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.torus([0, 0, 0], 3, 1)
+    /// NurbsSurface(net 9 × 9, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u and v)
     #[staticmethod]
     fn torus(centre: &Bound<'_, PyAny>, major: f64, minor: f64) -> PyResult<Self> {
         let (py, centre) = (centre.py(), vector(centre, "centre")?);

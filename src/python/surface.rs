@@ -3,23 +3,23 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use numpy::ndarray::{Ix1, Ix2, Ix3};
-use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arguments;
-use super::arrays::{self, Numbers};
+use super::arrays::Numbers;
 use super::errors::bad_argument;
 use super::mesh::TriangleMesh;
+use super::spline::{SplineArrays, SplineItems};
 use crate::error::Result;
 use crate::mesh::UniformGrid;
 use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 
 /// A tensor-product NURBS surface.
 ///
-/// u runs along the rows of the control net, v along its columns.
+/// A frozen value: whatever changes a surface returns a new one. u runs along the rows of the
+/// control net, v along its columns.
 ///
 /// Parameters
 /// ----------
@@ -30,17 +30,43 @@ use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 /// degree : int or (int, int), default 3
 ///     Degrees in u and v, from 1 to 9.
 /// knots : (array_like, array_like), optional
-///     Knot vectors in u and v, with ``n + degree + 1`` knots each; by default clamped and evenly
-///     spaced on [0, 1].
+///     Knot vectors in u and v, with ``n + degree + 1`` knots each, non-decreasing: clamped or not,
+///     inner knots at most ``degree`` times. By default clamped and evenly spaced on [0, 1].
 /// closed : bool or (bool, bool), default False
 ///     Directions in which the surface closes smoothly on itself behind the last row or column of
-///     the net, with evenly spaced knots. The surface's own net then repeats its first rows.
+///     the net, with evenly spaced knots. The surface's own net then repeats its first ``degree``
+///     rows or columns.
+///
+/// Attributes
+/// ----------
+/// control_points : ndarray of shape (n_u, n_v, 3)
+/// weights : ndarray of shape (n_u, n_v) or None
+/// degree : (int, int)
+/// knots : (ndarray, ndarray)
+/// domain : ((float, float), (float, float))
+/// closed : (bool, bool)
 ///
 /// Raises
 /// ------
 /// NeurbsError
 ///     If net, weights, degree and knots do not belong together, a number is not finite, a weight
-///     is not positive, or a knot vector decreases.
+///     is not positive, or a knot vector decreases or repeats a knot too often.
+///
+/// See Also
+/// --------
+/// NurbsSurface.interpolate, NurbsSurface.approximate : Surfaces from a grid of points.
+/// NurbsSurface.fit : A surface from scattered points with known parameters.
+/// reconstruct : A surface from scattered points alone.
+/// NurbsCurve : What isocurves and boundaries are.
+///
+/// Notes
+/// -----
+/// With basis functions N of degrees p and q, control points P and weights w, the point at (u, v)
+/// is ``Σ N_ip(u) N_jq(v) w_ij P_ij / Σ N_ip(u) N_jq(v) w_ij`` [1]_.
+///
+/// References
+/// ----------
+/// .. [1] L. Piegl and W. Tiller, *The NURBS Book*, second edition, Springer 1997, chapter 4.
 ///
 /// Examples
 /// --------
@@ -53,26 +79,16 @@ use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct NurbsSurface {
     core: nurbs::NurbsSurface,
-    control_points: Py<PyArray3<f64>>,
-    weights: Option<Py<PyArray2<f64>>>,
-    knots: (Py<PyArray1<f64>>, Py<PyArray1<f64>>),
+    arrays: SplineArrays,
     /// Made by the first search for closest points.
     search: OnceLock<ClosestPointSearch>,
 }
 
 impl NurbsSurface {
     pub(super) fn new(py: Python<'_>, core: nurbs::NurbsSurface) -> PyResult<Self> {
-        let (rows, cols) = core.shape();
-        let net = bytemuck::cast_slice(core.control_points());
-        let control_points = arrays::constant::<f64, Ix3>(py, &[rows, cols, 3], net)?;
-        let weights = core.weights().map(|w| arrays::constant::<f64, Ix2>(py, &[rows, cols], w));
-        let knots = |knots: &KnotVector| {
-            let knots = knots.as_slice();
-            arrays::constant::<f64, Ix1>(py, &[knots.len()], knots)
-        };
-        let knots = (knots(core.knots_u())?, knots(core.knots_v())?);
-        let search = OnceLock::new();
-        Ok(Self { control_points, weights: weights.transpose()?, knots, core, search })
+        let knots = [core.knots_u(), core.knots_v()];
+        let arrays = SplineArrays::new(py, core.control_points(), core.weights(), &knots)?;
+        Ok(Self { core, arrays, search: OnceLock::new() })
     }
 
     pub(super) fn core(&self) -> &nurbs::NurbsSurface {
@@ -119,34 +135,77 @@ impl NurbsSurface {
         Self::new(py, core)
     }
 
-    /// The control net, read-only float64 of shape (n_u, n_v, 3).
+    /// The control net, as it lies in space: ndarray of shape (n_u, n_v, 3), read-only.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.plane([0, 0, 0], [2, 0, 0], [0, 1, 0]).control_points[1, 0]
+    /// array([2., 0., 0.])
     #[getter]
     fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::view(py, &self.control_points)
+        self.arrays.control_points(py)
     }
 
-    /// The weights, read-only float64 of shape (n_u, n_v); None if the surface is polynomial.
+    /// The weights: ndarray of shape (n_u, n_v), read-only; None if the surface is polynomial.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 1).weights[0, :2].round(3)
+    /// array([1.   , 0.707])
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.weights.as_ref().map(|weights| arrays::view(py, weights)).transpose()
+        self.arrays.weights(py)
     }
 
     /// The degrees in u and v.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 1], 1).degree
+    /// (2, 1)
     #[getter]
     fn degree(&self) -> (usize, usize) {
         (self.core.knots_u().degree(), self.core.knots_v().degree())
     }
 
-    /// The knot vectors in u and v, read-only.
+    /// The knot vectors in u and v: two ndarrays of shape (n + degree + 1,), read-only.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 1], 1).knots[1]
+    /// array([0., 0., 1., 1.])
     #[getter]
     fn knots<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        Ok((arrays::view(py, &self.knots.0)?, arrays::view(py, &self.knots.1)?))
+        Ok((self.arrays.knots(py, 0)?, self.arrays.knots(py, 1)?))
     }
 
-    /// The parameter ranges: ((u first, u last), (v first, v last)).
+    /// The ranges of the parameters: ((u first, u last), (v first, v last)).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.torus([0, 0, 0], 3, 1).domain
+    /// ((0.0, 1.0), (0.0, 1.0))
     #[getter]
     fn domain(&self) -> ((f64, f64), (f64, f64)) {
         (self.core.knots_u().domain(), self.core.knots_v().domain())
+    }
+
+    /// Which directions end where they begin: (in u, in v). A sheet is open, a tube closed in one
+    /// direction, a torus in both.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsSurface.torus([0, 0, 0], 3, 1).closed
+    /// (True, True)
+    #[getter]
+    fn closed(&self) -> (bool, bool) {
+        self.core.closed()
     }
 
     /// Turn the surface into triangles.
@@ -181,12 +240,6 @@ impl NurbsSurface {
         TriangleMesh::of_surface(py, &self.core, grid, None)
     }
 
-    /// Which directions end where they begin: (in u, in v).
-    #[getter]
-    fn closed(&self) -> (bool, bool) {
-        self.core.closed()
-    }
-
     /// The surface as plain lists and numbers, for JSON and the like.
     ///
     /// Returns
@@ -195,22 +248,19 @@ impl NurbsSurface {
     ///     ``control_points``, ``weights`` (or None), ``degree`` and ``knots``: the arguments of
     ///     the constructor.
     ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.from_dict : The way back.
+    ///
     /// Examples
     /// --------
-    /// >>> import neurbs
+    /// >>> import json, neurbs
     /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
-    /// >>> neurbs.NurbsSurface.from_dict(plane.to_dict()) == plane
+    /// >>> text = json.dumps(plane.to_dict())
+    /// >>> neurbs.NurbsSurface.from_dict(json.loads(text)) == plane
     /// True
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let list = |array: Bound<'py, PyAny>| array.call_method0("tolist");
-        let weights = self.weights(py)?.map(list).transpose()?;
-        let (u, v) = self.knots(py)?;
-        let dict = PyDict::new(py);
-        dict.set_item("control_points", list(self.control_points(py)?)?)?;
-        dict.set_item("weights", weights)?;
-        dict.set_item("degree", [self.degree().0, self.degree().1])?;
-        dict.set_item("knots", [list(u)?, list(v)?])?;
-        Ok(dict)
+        self.arrays.to_dict(py, [self.degree().0, self.degree().1])
     }
 
     /// The surface that :meth:`to_dict` took apart.
@@ -229,14 +279,17 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If there are no control points in it, or as the constructor.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> net = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+    /// >>> neurbs.NurbsSurface.from_dict({"control_points": net, "degree": 1})
+    /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     #[staticmethod]
-    fn from_dict(data: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let item = |name: &str| Ok::<_, PyErr>(data.get_item(name)?.filter(|item| !item.is_none()));
-        let Some(net) = item("control_points")? else {
-            return Err(bad_argument("data", "a dict with control_points", data));
-        };
-        let (weights, degree, knots) = (item("weights")?, item("degree")?, item("knots")?);
-        Self::py_new(&net, weights.as_ref(), degree.as_ref(), knots.as_ref(), None)
+    fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let SplineItems { control_points, weights, degree, knots } = SplineItems::new(data)?;
+        Self::py_new(&control_points, weights.as_ref(), degree.as_ref(), knots.as_ref(), None)
     }
 
     fn __eq__(&self, other: &Self) -> bool {

@@ -1,6 +1,7 @@
 """What several tests start from."""
 
 import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -42,3 +43,26 @@ def points_file(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
     path = tmp_path / "points.xyz"
     np.savetxt(path, terrain_points, fmt="%.17g")
     return path
+
+
+SurfaceMaker = Callable[[tuple[int, int], int], neurbs.NurbsSurface]
+
+
+@pytest.fixture(scope="session")
+def random_surface() -> SurfaceMaker:
+    """Make surfaces of a degree, from a seed: inner knots repeated, weights from 0.1 to 10."""
+
+    def make(degree: tuple[int, int], seed: int) -> neurbs.NurbsSurface:
+        rng = np.random.default_rng([seed, *degree])
+
+        def knots(degree: int) -> NDArray[np.float64]:
+            places = np.sort(rng.choice(np.arange(1, 20), 4, replace=False)) / 20
+            inner = np.repeat(places, [1, degree, *rng.integers(1, degree + 1, 2)])
+            return np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+
+        vectors = knots(degree[0]), knots(degree[1])
+        shape = tuple(len(k) - p - 1 for k, p in zip(vectors, degree, strict=True))
+        weights = 10 ** rng.uniform(-1, 1, shape)
+        return neurbs.NurbsSurface(rng.uniform(-1, 1, (*shape, 3)), weights, degree, vectors)
+
+    return make

@@ -3,11 +3,16 @@
 import copy
 import json
 import pickle
+import subprocess
+import sys
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 import neurbs
+
+Maker = Callable[[np.random.Generator], neurbs.NurbsSurface]
 
 
 def rational(rng: np.random.Generator) -> neurbs.NurbsSurface:
@@ -20,28 +25,90 @@ def polynomial(rng: np.random.Generator) -> neurbs.NurbsSurface:
     return neurbs.NurbsSurface(rng.normal(size=(4, 6, 3)), degree=(1, 3))
 
 
-@pytest.mark.parametrize("library", ["geomdl", "splipy", "opencascade"])
-@pytest.mark.parametrize("make", [rational, polynomial])
-def test_surfaces_come_back_as_they_went(library: str, make, rng: np.random.Generator) -> None:  # type: ignore[no-untyped-def]
-    surface = make(rng)
+def torus(rng: np.random.Generator) -> neurbs.NurbsSurface:
+    return neurbs.NurbsSurface.torus(rng.random(3), 3, 1)
+
+
+def tube(rng: np.random.Generator) -> neurbs.NurbsSurface:
+    """Close smoothly in u: the knots are periodic, not clamped."""
+    net, weights = rng.normal(size=(7, 4, 3)), rng.uniform(0.1, 10, (7, 4))
+    return neurbs.NurbsSurface(net, weights, (3, 2), closed=(True, False))
+
+
+MAKERS = [rational, polynomial, torus, tube]
+LIBRARIES = ["geomdl", "splipy", "opencascade"]
+
+
+@pytest.mark.parametrize("library", LIBRARIES)
+@pytest.mark.parametrize("make", MAKERS)
+def test_surfaces_come_back_as_they_went(library: str, make: Maker) -> None:
+    surface = make(np.random.default_rng(0))
     other = getattr(neurbs, f"to_{library}")(surface)
     again = getattr(neurbs, f"from_{library}")(other)
+    # Splipy and OpenCASCADE take clamped knots.
+    kept = surface if library == "geomdl" else surface.clamped()
     assert again.degree == surface.degree
-    np.testing.assert_allclose(again.control_points, surface.control_points, atol=1e-14)
+    assert again.closed == surface.closed
+    np.testing.assert_allclose(again.control_points, kept.control_points, atol=1e-14)
     assert (again.weights is None) == (surface.weights is None)
-    for a, b in zip(again.knots, surface.knots, strict=True):
+    for a, b in zip(again.knots, kept.knots, strict=True):
         np.testing.assert_array_equal(a, b)
-    u, v = 0.3, 0.7
-    point = {
-        "geomdl": lambda: other.evaluate_single((u, v)),
-        "splipy": lambda: other(u, v),
-        "opencascade": lambda: other.Value(u, v).Coord(),
-    }[library]()
-    np.testing.assert_allclose(point, surface.evaluate([[u, v]])[0], atol=1e-13)
+    for u, v in [(0.0, 0.0), (0.3, 0.7), (1.0, 0.4), (0.5, 1.0)]:
+        point = {
+            "geomdl": lambda u=u, v=v: other.evaluate_single((u, v)),
+            "splipy": lambda u=u, v=v: other(u, v),
+            "opencascade": lambda u=u, v=v: other.Value(u, v).Coord(),
+        }[library]()
+        np.testing.assert_allclose(point, surface.evaluate([[u, v]])[0], atol=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "torus", "sphere", "disc"])
+def test_periodic_surfaces_of_splipy_are_taken(kind: str) -> None:
+    factory = pytest.importorskip("splipy.surface_factory")
+    other = getattr(factory, kind)()
+    surface = neurbs.from_splipy(other)
+    assert surface.closed == tuple(other.periodic(axis) for axis in range(2))
+    assert surface.domain == tuple(zip(other.start(), other.end(), strict=True))
+    inside = [np.linspace(*domain, 20)[1:-1] for domain in surface.domain]
+    expected = other(*inside)
+    if other.dimension == 2:
+        expected = np.pad(expected, [(0, 0), (0, 0), (0, 1)])
+    np.testing.assert_allclose(surface.evaluate_grid(*inside), expected, atol=1e-14)
+
+
+def test_smoothly_periodic_surfaces_of_splipy_are_taken(rng: np.random.Generator) -> None:
+    splipy = pytest.importorskip("splipy")
+    knots = neurbs.NurbsSurface(rng.random((7, 4, 3)), degree=(3, 1), closed=(True, False)).knots
+    bases = [splipy.BSplineBasis(4, knots[0], periodic=2), splipy.BSplineBasis(2, knots[1])]
+    other = splipy.Surface(*bases, rng.random((7, 4, 3)), raw=True)
+    surface = neurbs.from_splipy(other)
+    t = np.linspace(0, 0.99, 12)
+    np.testing.assert_allclose(surface.evaluate_grid(t, t), other(t, t), atol=1e-14)
+    start, end = surface.derivatives([[0, 0.3], [1, 0.3]], 2)
+    np.testing.assert_allclose(start, end, atol=1e-11)
+
+
+def test_periodic_surfaces_of_opencascade_are_taken(rng: np.random.Generator) -> None:
+    pytest.importorskip("OCP")
+    surface = torus(rng)
+    other = neurbs.to_opencascade(surface)
+    other.SetUPeriodic()
+    other.SetVPeriodic()
+    again = neurbs.from_opencascade(other)
+    assert again.closed == (True, True)
+    t = np.linspace(0, 1, 9)
+    np.testing.assert_allclose(again.evaluate_grid(t, t), surface.evaluate_grid(t, t), atol=1e-13)
+
+
+def test_other_libraries_are_imported_only_when_asked_for() -> None:
+    code = "import sys, neurbs; print([m for m in ('geomdl', 'splipy', 'OCP') if m in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert loaded.stdout.strip() == b"[]"
 
 
 def test_plain_data_pickle_and_copies_are_equal(rng: np.random.Generator) -> None:
-    for surface in [rational(rng), polynomial(rng)]:
+    for make in MAKERS:
+        surface = make(rng)
         through_json = json.loads(json.dumps(surface.to_dict()))
         assert neurbs.NurbsSurface.from_dict(through_json) == surface
         for again in [
@@ -50,7 +117,9 @@ def test_plain_data_pickle_and_copies_are_equal(rng: np.random.Generator) -> Non
             copy.deepcopy(surface),
         ]:
             assert again == surface
-        assert surface != surface.reversed(u=True)
+            assert (again != surface) is False
+        assert surface != surface.transposed()
+        assert surface != "surface"
         curve = surface.isocurve(u=0.25)
         assert neurbs.NurbsCurve.from_dict(json.loads(json.dumps(curve.to_dict()))) == curve
         assert pickle.loads(pickle.dumps(curve)) == curve

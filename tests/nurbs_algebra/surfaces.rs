@@ -1,75 +1,11 @@
-//! Knot algebra leaves the shape where it was, to 1e-13 of its size.
+//! Surfaces, open and unclamped.
 
-use neurbs::nurbs::{Direction, KnotVector, NurbsSurface};
+use neurbs::nurbs::{Direction, NurbsSurface};
+use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 use proptest::prelude::*;
 
-/// Share of the size by which no point may move.
-const EXACT: f64 = 1e-13;
-
-/// A knot vector of this degree with some inner knots, repeated or not, clamped or not.
-fn knots(degree: usize) -> impl Strategy<Value = KnotVector> {
-    let inner = prop::collection::vec((1_u8..40, 1..=degree), 0..5);
-    (inner, any::<bool>()).prop_map(move |(mut inner, clamped)| {
-        inner.sort_unstable();
-        inner.dedup_by_key(|(place, _)| *place);
-        let repeat = |(place, times)| std::iter::repeat_n(f64::from(place) / 40.0, times);
-        let inner = inner.into_iter().flat_map(repeat);
-        let before = (0..=degree).map(|i| if clamped { 0.0 } else { -0.1 * (degree - i) as f64 });
-        let after = (0..=degree).map(|i| if clamped { 1.0 } else { 1.0 + 0.15 * i as f64 });
-        KnotVector::new(degree, before.chain(inner).chain(after).collect()).unwrap()
-    })
-}
-
-/// A surface of any degrees up to 5, of random net and weights from 0.1 to 10 or none.
-fn surface() -> impl Strategy<Value = NurbsSurface> {
-    let knots = (1_usize..=5, 1_usize..=5).prop_flat_map(|(p, q)| (knots(p), knots(q)));
-    let parts = knots.prop_flat_map(|(u, v)| {
-        let count = u.control_points() * v.control_points();
-        let net = prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), count);
-        let weights = prop::option::of(prop::collection::vec(0.1..10.0_f64, count));
-        (net, weights, Just(u), Just(v))
-    });
-    parts.prop_map(|(net, weights, u, v)| {
-        let net = net.into_iter().map(DVec3::from).collect();
-        NurbsSurface::new(net, weights, u, v).unwrap()
-    })
-}
-
-fn samples(u: (f64, f64), v: (f64, f64)) -> impl Iterator<Item = DVec2> {
-    let steps = [0.0, 0.013, 0.1, 0.25, 0.43, 0.5, 0.77, 0.9, 0.999, 1.0];
-    let place = |(from, to): (f64, f64), t: f64| if t == 1.0 { to } else { from + t * (to - from) };
-    let both = move |s| steps.map(|t| DVec2::new(place(u, s), place(v, t)));
-    steps.into_iter().flat_map(both)
-}
-
-fn same_where(a: &NurbsSurface, b: &NurbsSurface, of_a: impl Fn(DVec2) -> DVec2) {
-    for at in samples(b.knots_u().domain(), b.knots_v().domain()) {
-        let place = of_a(at);
-        let moved = a.point(place.x, place.y).distance(b.point(at.x, at.y));
-        assert!(moved <= EXACT * a.size(), "{moved:e} at {at}");
-    }
-}
-
-fn same(a: &NurbsSurface, b: &NurbsSurface) {
-    assert_eq!(
-        (a.knots_u().domain(), a.knots_v().domain()),
-        (b.knots_u().domain(), b.knots_v().domain())
-    );
-    same_where(a, b, |at| at);
-}
-
-/// Knots that may still be inserted.
-fn room(knots: &KnotVector, wanted: &[f64]) -> Vec<f64> {
-    let mut chosen: Vec<f64> = Vec::new();
-    for value in wanted {
-        let times = chosen.iter().filter(|other| *other == value).count();
-        if knots.multiplicity(*value) + times < knots.degree() {
-            chosen.push(*value);
-        }
-    }
-    chosen
-}
+use crate::strategies::{EXACT, affine, room, same, same_where, samples, surface};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
@@ -139,6 +75,31 @@ proptest! {
     }
 
     #[test]
+    fn affine_maps_move_points_as_they_move_the_net(surface in surface(), map in affine()) {
+        let moved = surface.transformed(&map).unwrap();
+        let size = surface.size() + moved.size();
+        for at in samples((0.0, 1.0), (0.0, 1.0)) {
+            let expected = map.transform_point3(surface.point(at.x, at.y));
+            prop_assert!(moved.point(at.x, at.y).distance(expected) <= EXACT * size);
+        }
+    }
+
+    #[test]
+    fn surfaces_of_other_degrees_are_joined(surface in surface(), at in 0.1..0.9_f64, u in 0_usize..3, v in 0_usize..3) {
+        let (before, after) = surface.split(Direction::V, at).unwrap();
+        let raised = after.elevate_degree(u, v).unwrap().insert_knots(Direction::V, &[f64::midpoint(at, 1.0)]);
+        let raised = raised.unwrap().with_domain((0.0, 1.0), (7.0, 8.0 - at)).unwrap();
+        let whole = before.joined(Direction::V, &raised, 1e-12 * surface.size()).unwrap();
+        prop_assert_eq!(whole.knots_v().degree(), surface.knots_v().degree() + v);
+        let apart = whole.knots_v().domain().1 - 1.0;
+        prop_assert!(apart.abs() < 1e-14);
+        for at in samples((0.0, 1.0), (0.0, 1.0)) {
+            let moved = whole.point(at.x, at.y).distance(surface.point(at.x, at.y));
+            prop_assert!(moved <= 1e-12 * surface.size(), "{:e} at {}", moved, at);
+        }
+    }
+
+    #[test]
     fn directions(surface in surface(), at in 0.0..1.0_f64) {
         same_where(&surface, &surface.transposed().unwrap(), |at| DVec2::new(at.y, at.x));
         same_where(&surface, &surface.reversed(Direction::U).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
@@ -151,6 +112,29 @@ proptest! {
         for t in [0.0, 0.3, 0.8, 1.0] {
             prop_assert!(across.point(t).distance(surface.point(at, t)) <= EXACT * surface.size());
             prop_assert!(along.point(t).distance(surface.point(t, at)) <= EXACT * surface.size());
+        }
+    }
+}
+
+proptest! {
+    // The area of so wild a surface takes a while.
+    #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
+
+    #[test]
+    fn areas_and_boxes_stay(surface in surface(), at in 0.1..0.9_f64) {
+        let area = |surface: &NurbsSurface| surface.area(1e-5, &mut Silent).unwrap();
+        let whole = area(&surface);
+        let raised = area(&surface.elevate_degree(1, 1).unwrap());
+        prop_assert!((raised / whole - 1.0).abs() < 1e-4);
+        let (before, after) = surface.split(Direction::U, at).unwrap();
+        prop_assert!(((area(&before) + area(&after)) / whole - 1.0).abs() < 1e-4);
+        let (low, high) = surface.bounding_box().unwrap();
+        let (below, above) = surface.transposed().unwrap().bounding_box().unwrap();
+        prop_assert!(low.distance(below) <= 1e-9 && high.distance(above) <= 1e-9);
+        for at in samples((0.0, 1.0), (0.0, 1.0)) {
+            let p = surface.point(at.x, at.y);
+            let outside = (low - p).max(p - high).max_element();
+            prop_assert!(outside <= EXACT * surface.size());
         }
     }
 }

@@ -1,0 +1,141 @@
+//! What can be done to a curve without moving it, as to a surface.
+
+use glam::DAffine3;
+
+use super::algebra::{check_tolerance, joined};
+use super::curve::NurbsCurve;
+use super::strip::{Strip, unify_degrees};
+use crate::error::Result;
+
+impl NurbsCurve {
+    /// The same curve with more knots; see
+    /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let curve = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// let refined = curve.insert_knots(&[0.25, 0.5])?;
+    /// assert_eq!(refined.control_points().len(), 5);
+    /// assert!(refined.point(0.3).distance(curve.point(0.3)) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] or [`Error::Knots`], as there.
+    ///
+    /// [`Error::Parameter`]: crate::Error::Parameter
+    /// [`Error::Knots`]: crate::Error::Knots
+    pub fn insert_knots(&self, knots: &[f64]) -> Result<Self> {
+        self.rebuilt(&self.strip().refined(knots)?)
+    }
+
+    /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
+    /// [`NurbsSurface::remove_knots`](super::NurbsSurface::remove_knots).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if the tolerance is negative or not finite.
+    pub fn remove_knots(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
+        check_tolerance(tolerance)?;
+        self.rebuilt(&self.strip().simplified(knots, tolerance)?)
+    }
+
+    /// The same curve with a degree higher by `times`, clamped.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would pass
+    /// [`MAX_DEGREE`](super::MAX_DEGREE).
+    pub fn elevate_degree(&self, times: usize) -> Result<Self> {
+        self.rebuilt(&self.strip().elevated(times)?)
+    }
+
+    /// A curve with a degree lower by `times`, clamped, no point of which lies further from where
+    /// it was than `tolerance`; its ends stay.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would be 0, or the tolerance
+    /// cannot be held: the message says what can.
+    pub fn reduce_degree(&self, times: usize, tolerance: f64) -> Result<Self> {
+        check_tolerance(tolerance)?;
+        self.rebuilt(&self.strip().reduced(times, tolerance)?)
+    }
+
+    /// The same curve with clamped knots: it begins and ends at its outermost control points.
+    ///
+    /// # Errors
+    ///
+    /// None; a curve can always be clamped.
+    pub fn clamp(&self) -> Result<Self> {
+        self.rebuilt(&self.strip().clamped()?)
+    }
+
+    /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if it does not lie strictly inside the domain.
+    pub fn split(&self, at: f64) -> Result<(Self, Self)> {
+        let (before, after) = self.strip().split(at)?;
+        Ok((self.rebuilt(&before)?, self.rebuilt(&after)?))
+    }
+
+    /// The part between two parameters, which keeps its parameters, clamped.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or leaves the domain.
+    pub fn sub_curve(&self, from: f64, to: f64) -> Result<Self> {
+        self.rebuilt(&self.strip().between(from, to)?)
+    }
+
+    /// The same curve with another range of its parameter.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Knots`](crate::Error::Knots) if the range is empty or not finite.
+    pub fn with_domain(&self, from: f64, to: f64) -> Result<Self> {
+        self.rebuilt(&self.strip().with_domain((from, to))?)
+    }
+
+    /// The same curve run through backwards, on the same domain.
+    ///
+    /// # Errors
+    ///
+    /// None; every curve can be reversed.
+    pub fn reversed(&self) -> Result<Self> {
+        self.rebuilt(&self.strip().reversed())
+    }
+
+    /// This curve and `next`, which begins where this one ends, as one; see
+    /// [`NurbsSurface::joined`](super::NurbsSurface::joined).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if the ends lie further apart than
+    /// `tolerance`, in the points' unit.
+    pub fn joined(&self, next: &Self, tolerance: f64) -> Result<Self> {
+        check_tolerance(tolerance)?;
+        let mut strips = [self.strip().clone(), next.strip().clone()];
+        unify_degrees(&mut strips)?;
+        let joined = joined(&strips[0], &strips[1], tolerance)?;
+        let rational = self.weights().is_some() || next.weights().is_some();
+        Self::from_homogeneous(&joined.points, rational, joined.knots)
+    }
+
+    /// The curve moved by an affine map.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`](crate::Error::Net) if a point leaves the range of numbers.
+    pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
+        let points = self.control_points().iter().map(|p| map.transform_point3(*p)).collect();
+        Self::new(points, self.weights().map(<[f64]>::to_vec), self.knots().clone())
+    }
+
+    fn rebuilt(&self, strip: &Strip) -> Result<Self> {
+        Self::from_homogeneous(&strip.points, self.weights().is_some(), strip.knots.clone())
+    }
+}

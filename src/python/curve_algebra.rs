@@ -1,0 +1,349 @@
+//! `neurbs.NurbsCurve`: what can be done to a curve without moving it, and its length.
+
+use pyo3::prelude::*;
+
+use super::arguments::optional_count;
+use super::arrays::Numbers;
+use super::curve::NurbsCurve;
+use super::knots::values;
+use super::moves::affine;
+
+#[pymethods]
+impl NurbsCurve {
+    /// The same curve with more knots.
+    ///
+    /// Parameters
+    /// ----------
+    /// knots : array_like of shape (n,)
+    ///     New knots strictly inside the domain; one that is named twice is inserted twice.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a knot lies outside the domain, or would stand more often than the degree.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, A5.4.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2).insert_knots([0.25, 0.5])
+    /// NurbsCurve(5 control points, degree 2, domain [0, 1], polynomial, open)
+    fn insert_knots(&self, knots: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let numbers = Numbers::sequence(knots, "knots")?;
+        Self::new(knots.py(), self.core().insert_knots(numbers.as_slice()?)?)
+    }
+
+    /// The curve with fewer knots, no point of which moves further than a tolerance.
+    ///
+    /// Parameters
+    /// ----------
+    /// knots : array_like of shape (n,), optional
+    ///     Inner knots that may go, each once for each time it is named; by default all.
+    /// tolerance : float
+    ///     The furthest that a point may move, in the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     Clamped, with as few of these knots as the tolerance allows.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the tolerance is negative or not finite.
+    ///
+    /// Notes
+    /// -----
+    /// *The NURBS Book*, A5.8.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> curve = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2)
+    /// >>> curve.insert_knots([0.3, 0.7]).remove_knots(tolerance=1e-12)
+    /// NurbsCurve(3 control points, degree 2, domain [0, 1], polynomial, open)
+    #[pyo3(signature = (knots=None, *, tolerance))]
+    fn remove_knots(
+        &self,
+        py: Python<'_>,
+        knots: Option<&Bound<'_, PyAny>>,
+        tolerance: f64,
+    ) -> PyResult<Self> {
+        let knots = values(knots, "knots")?;
+        Self::new(py, self.core().remove_knots(knots.as_deref(), tolerance)?)
+    }
+
+    /// The same curve with a higher degree.
+    ///
+    /// Parameters
+    /// ----------
+    /// times : int, default 1
+    ///     How much higher; the degree may not pass 9.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     Clamped.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the degree would pass 9.
+    ///
+    /// Notes
+    /// -----
+    /// As :meth:`NurbsSurface.elevate_degree`.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).elevate_degree(2).degree
+    /// 3
+    #[pyo3(signature = (times=None), text_signature = "($self, times=1)")]
+    fn elevate_degree(&self, py: Python<'_>, times: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let times = optional_count("times", times)?.unwrap_or(1);
+        Self::new(py, self.core().elevate_degree(times)?)
+    }
+
+    /// A curve of a lower degree, no point of which moves further than a tolerance.
+    ///
+    /// Parameters
+    /// ----------
+    /// times : int, default 1
+    ///     How much lower.
+    /// tolerance : float
+    ///     The furthest that a point may move, in the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     Clamped; its ends are where they were.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the degree would be 0, or the tolerance cannot be held: the message says what can.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1)
+    /// >>> line.elevate_degree(3).reduce_degree(3, tolerance=1e-12).degree
+    /// 1
+    #[pyo3(signature = (times=None, *, tolerance), text_signature = "($self, times=1, *, tolerance)")]
+    fn reduce_degree(
+        &self,
+        py: Python<'_>,
+        times: Option<&Bound<'_, PyAny>>,
+        tolerance: f64,
+    ) -> PyResult<Self> {
+        let times = optional_count("times", times)?.unwrap_or(1);
+        Self::new(py, self.core().reduce_degree(times, tolerance)?)
+    }
+
+    /// The same curve with clamped knots: it begins and ends at its outermost control points.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> loose = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2, knots=range(6))
+    /// >>> loose.clamped().knots
+    /// array([2., 2., 2., 3., 3., 3.])
+    fn clamped(&self, py: Python<'_>) -> PyResult<Self> {
+        Self::new(py, self.core().clamp()?)
+    }
+
+    /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// u : float
+    ///     Where to cut, strictly inside the domain.
+    ///
+    /// Returns
+    /// -------
+    /// before, after : NurbsCurve
+    ///     Clamped.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the parameter does not lie strictly inside the domain.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> before, after = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2).split(0.5)
+    /// >>> after.control_points[0]
+    /// array([1., 1., 0.])
+    fn split(&self, py: Python<'_>, u: f64) -> PyResult<(Self, Self)> {
+        let (before, after) = self.core().split(u)?;
+        Ok((Self::new(py, before)?, Self::new(py, after)?))
+    }
+
+    /// The part between two parameters, which keeps its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// first, last : float
+    ///     An increasing pair inside the domain.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     Clamped.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the range is empty or leaves the domain.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2).sub_curve(0.25, 0.75)
+    /// NurbsCurve(3 control points, degree 2, domain [0.25, 0.75], polynomial, open)
+    fn sub_curve(&self, py: Python<'_>, first: f64, last: f64) -> PyResult<Self> {
+        Self::new(py, self.core().sub_curve(first, last)?)
+    }
+
+    /// The same curve with another range of its parameter.
+    ///
+    /// Parameters
+    /// ----------
+    /// first, last : float
+    ///     The new first and last parameters.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the range is empty or not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).with_domain(0, 360).evaluate([90])
+    /// array([[0.25, 0.5 , 0.  ]])
+    fn with_domain(&self, py: Python<'_>, first: f64, last: f64) -> PyResult<Self> {
+        Self::new(py, self.core().with_domain(first, last)?)
+    }
+
+    /// This curve and the one that follows it, as one.
+    ///
+    /// Parameters
+    /// ----------
+    /// other : NurbsCurve
+    ///     Begins where this one ends. Its parameters are moved behind the domain of this one.
+    /// tolerance : float, default 0
+    ///     How far the ends may be apart, in the points' unit; this curve's end counts.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     Clamped, of the higher degree of both.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the ends are further apart than the tolerance.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 0]], degree=1)
+    /// >>> line.joined(neurbs.NurbsCurve([[1, 0], [2, 1], [3, 0]], degree=2))
+    /// NurbsCurve(5 control points, degree 2, domain [0, 2], polynomial, open)
+    #[pyo3(signature = (other, *, tolerance=0.0))]
+    fn joined(&self, py: Python<'_>, other: &Self, tolerance: f64) -> PyResult<Self> {
+        Self::new(py, self.core().joined(other.core(), tolerance)?)
+    }
+
+    /// The same curve run through backwards, on the same domain.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).reversed().evaluate([0])
+    /// array([[1., 2., 0.]])
+    fn reversed(&self, py: Python<'_>) -> PyResult<Self> {
+        Self::new(py, self.core().reversed()?)
+    }
+
+    /// The curve moved by an affine map.
+    ///
+    /// Parameters
+    /// ----------
+    /// matrix : array_like of shape (3, 4) or (4, 4)
+    ///     The map of column vectors (x, y, z, 1).
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the matrix has another shape, a last row that is not [0, 0, 0, 1] or numbers that
+    ///     are not finite.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1)
+    /// >>> line.transformed([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]]).evaluate([1])
+    /// array([[1., 2., 5.]])
+    fn transformed(&self, matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Self::new(matrix.py(), self.core().transformed(&affine(matrix)?)?)
+    }
+
+    /// The length of the curve.
+    ///
+    /// Parameters
+    /// ----------
+    /// accuracy : float, default 1e-9
+    ///     Share of the length by which it may be wrong, from 1e-14 to 1.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    ///     In the points' unit.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the accuracy is not between 1e-14 and 1.
+    ///
+    /// Notes
+    /// -----
+    /// Gauss-Legendre quadrature of the speed on each span, which is halved until it agrees with
+    /// itself.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> round(neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0]).length(), 6)
+    /// 6.283185
+    #[pyo3(signature = (*, accuracy=1e-9))]
+    fn length(&self, py: Python<'_>, accuracy: f64) -> PyResult<f64> {
+        Ok(py.detach(|| self.core().length(accuracy))?)
+    }
+}

@@ -1,0 +1,215 @@
+//! `neurbs.NurbsSurface`: its parts, and one of two.
+
+use pyo3::prelude::*;
+
+use super::arguments::{choice, range};
+use super::call;
+use super::curve::NurbsCurve;
+use super::errors::NeurbsError;
+use super::surface::NurbsSurface;
+use crate::nurbs::Direction;
+
+/// The one direction for which there is an argument.
+fn one(u: Option<f64>, v: Option<f64>) -> PyResult<(Direction, f64)> {
+    match (u, v) {
+        (Some(u), None) => Ok((Direction::U, u)),
+        (None, Some(v)) => Ok((Direction::V, v)),
+        _ => Err(NeurbsError::new_err("one of u and v must be given, got both or neither")),
+    }
+}
+
+/// How a direction is called.
+fn name(direction: Direction) -> &'static str {
+    match direction {
+        Direction::U => "u",
+        Direction::V => "v",
+    }
+}
+
+#[pymethods]
+impl NurbsSurface {
+    /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : float, optional
+    ///     Where to cut, strictly inside the domain; exactly one of them.
+    ///
+    /// Returns
+    /// -------
+    /// before, after : NurbsSurface
+    ///     Clamped in the direction that was cut.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the parameter does not lie strictly inside the domain, or not exactly one is given.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.joined : The way back.
+    ///
+    /// Notes
+    /// -----
+    /// The parameter is inserted as a knot until the surface touches its net there.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> before, after = neurbs.NurbsSurface.sphere([0, 0, 0], 1).split(u=0.25)
+    /// >>> before.domain, after.domain
+    /// (((0.0, 0.25), (0.0, 1.0)), ((0.25, 1.0), (0.0, 1.0)))
+    #[pyo3(signature = (*, u=None, v=None))]
+    fn split(&self, py: Python<'_>, u: Option<f64>, v: Option<f64>) -> PyResult<(Self, Self)> {
+        let (direction, at) = one(u, v)?;
+        let (before, after) = call::run(py, None, |_| self.core().split(direction, at))?;
+        Ok((Self::new(py, before)?, Self::new(py, after)?))
+    }
+
+    /// The part over a rectangle of the domain, which keeps its parameters.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : (float, float), optional
+    ///     Ranges of parameters inside the domain; by default the whole.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     Clamped.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a range is empty or leaves the domain.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.split : Both parts beside a parameter.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> plane.sub_surface(u=(0.25, 0.5))
+    /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0.25, 0.5] × [0, 1], polynomial, open)
+    #[pyo3(signature = (*, u=None, v=None))]
+    fn sub_surface(
+        &self,
+        py: Python<'_>,
+        u: Option<&Bound<'_, PyAny>>,
+        v: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let domains = (self.core().knots_u().domain(), self.core().knots_v().domain());
+        let (u, v) = (range("u", u, domains.0)?, range("v", v, domains.1)?);
+        self.derived(py, |core| core.sub_surface(u, v))
+    }
+
+    /// The surface as Bézier patches, one for each pair of knot spans.
+    ///
+    /// Returns
+    /// -------
+    /// list of list of NurbsSurface
+    ///     Row by row; each patch keeps its parameters, so that a point has the same u and v on
+    ///     its patch.
+    ///
+    /// Notes
+    /// -----
+    /// Every inner knot is inserted until it stands as often as the degree (*The NURBS Book*,
+    /// section 5.3).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> patches = neurbs.NurbsSurface.sphere([0, 0, 0], 1).bezier_patches()
+    /// >>> len(patches), len(patches[0])
+    /// (4, 2)
+    /// >>> patches[3][1]
+    /// NurbsSurface(net 3 × 3, degree (2, 2), domain [0.75, 1] × [0.5, 1], rational, open)
+    fn bezier_patches(&self, py: Python<'_>) -> PyResult<Vec<Vec<Self>>> {
+        let patches = call::run(py, None, |_| self.core().bezier_patches())?;
+        let row = |row: Vec<_>| row.into_iter().map(|core| Self::new(py, core)).collect();
+        patches.into_iter().map(row).collect()
+    }
+
+    /// The curve of points with one parameter fixed; at the ends of the domain a boundary.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, v : float, optional
+    ///     The fixed parameter, inside the domain; exactly one of them.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsCurve
+    ///     It runs in the other parameter.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the parameter lies outside the domain, or not exactly one is given.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> equator = neurbs.NurbsSurface.sphere([0, 0, 0], 1).isocurve(v=0.5)
+    /// >>> equator
+    /// NurbsCurve(9 control points, degree 2, domain [0, 1], rational, closed)
+    /// >>> round(equator.length(), 6)
+    /// 6.283185
+    #[pyo3(signature = (*, u=None, v=None))]
+    fn isocurve(&self, py: Python<'_>, u: Option<f64>, v: Option<f64>) -> PyResult<NurbsCurve> {
+        let (direction, at) = one(u, v)?;
+        NurbsCurve::new(py, self.core().isocurve(direction, at)?)
+    }
+
+    /// This surface and the one that follows it, as one.
+    ///
+    /// Parameters
+    /// ----------
+    /// other : NurbsSurface
+    ///     Begins where this one ends. Its parameters are moved behind the domain of this one.
+    /// direction : {"u", "v"}, default "u"
+    ///     The direction in which it follows.
+    /// tolerance : float, default 0
+    ///     How far the edges may be apart, in the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// NurbsSurface
+    ///     Degrees and knots are the union of both; at the edge, where this surface's points
+    ///     count, the knot stands ``degree`` times.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If the edges are further apart than the tolerance, or the domains along the edge differ.
+    ///
+    /// See Also
+    /// --------
+    /// NurbsSurface.split : The way back.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> next = neurbs.NurbsSurface.plane([1, 0, 0], [1, 0, 1], [0, 1, 0])
+    /// >>> plane.joined(next)
+    /// NurbsSurface(net 3 × 2, degree (1, 1), domain [0, 2] × [0, 1], polynomial, open)
+    #[pyo3(
+        signature = (other, direction=None, *, tolerance=0.0),
+        text_signature = "($self, other, direction='u', *, tolerance=0.0)"
+    )]
+    fn joined(
+        &self,
+        py: Python<'_>,
+        other: &Self,
+        direction: Option<&Bound<'_, PyAny>>,
+        tolerance: f64,
+    ) -> PyResult<Self> {
+        let all = [Direction::U, Direction::V];
+        let named = |direction| choice("direction", &all, name, direction);
+        let direction = direction.map_or(Ok(Direction::U), named)?;
+        self.derived(py, |core| core.joined(direction, other.core(), tolerance))
+    }
+}

@@ -1,0 +1,96 @@
+//! What curves and surfaces are made of, as Python has it: read-only arrays, plain lists, pickles.
+
+use glam::DVec3;
+use numpy::PyArrayDyn;
+use numpy::ndarray::IxDyn;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arrays;
+use super::errors::bad_argument;
+use crate::nurbs::KnotVector;
+
+type Array = Py<PyArrayDyn<f64>>;
+
+/// The arrays of a curve or surface, made once and kept.
+pub(super) struct SplineArrays {
+    control_points: Array,
+    weights: Option<Array>,
+    knots: Vec<Array>,
+}
+
+impl SplineArrays {
+    /// Those of control points in an array of this shape, with one knot vector for each of its
+    /// axes.
+    pub(super) fn new(
+        py: Python<'_>,
+        control_points: &[DVec3],
+        weights: Option<&[f64]>,
+        knots: &[&KnotVector],
+    ) -> PyResult<Self> {
+        let shape: Vec<usize> = knots.iter().map(|knots| knots.control_points()).collect();
+        let array =
+            |shape: &[usize], values: &[f64]| arrays::constant::<f64, IxDyn>(py, shape, values);
+        let points = bytemuck::cast_slice(control_points);
+        let vector = |knots: &&KnotVector| array(&[knots.as_slice().len()], knots.as_slice());
+        Ok(Self {
+            control_points: array(&[&shape[..], &[3]].concat(), points)?,
+            weights: weights.map(|weights| array(&shape, weights)).transpose()?,
+            knots: knots.iter().map(vector).collect::<PyResult<_>>()?,
+        })
+    }
+
+    pub(super) fn control_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.control_points)
+    }
+
+    pub(super) fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.weights.as_ref().map(|weights| arrays::view(py, weights)).transpose()
+    }
+
+    /// The knots along an axis of the control points.
+    pub(super) fn knots<'py>(&self, py: Python<'py>, axis: usize) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.knots[axis])
+    }
+
+    /// The arguments of the constructor, by name, in plain lists and numbers.
+    pub(super) fn to_dict<'py>(
+        &self,
+        py: Python<'py>,
+        degree: impl IntoPyObject<'py>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let list = |array: Bound<'py, PyAny>| array.call_method0("tolist");
+        let dict = PyDict::new(py);
+        dict.set_item("control_points", list(self.control_points(py)?)?)?;
+        dict.set_item("weights", self.weights(py)?.map(list).transpose()?)?;
+        dict.set_item("degree", degree)?;
+        match &self.knots[..] {
+            [_] => dict.set_item("knots", list(self.knots(py, 0)?)?)?,
+            _ => dict.set_item("knots", [list(self.knots(py, 0)?)?, list(self.knots(py, 1)?)?])?,
+        }
+        Ok(dict)
+    }
+}
+
+/// The arguments of a constructor from a dict that `to_dict` made; what is not there or None is to
+/// have its default.
+pub(super) struct SplineItems<'py> {
+    pub(super) control_points: Bound<'py, PyAny>,
+    pub(super) weights: Option<Bound<'py, PyAny>>,
+    pub(super) degree: Option<Bound<'py, PyAny>>,
+    pub(super) knots: Option<Bound<'py, PyAny>>,
+}
+
+impl<'py> SplineItems<'py> {
+    pub(super) fn new(data: &Bound<'py, PyAny>) -> PyResult<Self> {
+        let refused = || bad_argument("data", "a dict with control_points", data);
+        let dict = data.cast::<PyDict>().map_err(|_| refused())?;
+        let item = |name: &str| Ok::<_, PyErr>(dict.get_item(name)?.filter(|item| !item.is_none()));
+        Ok(Self {
+            control_points: item("control_points")?.ok_or_else(refused)?,
+            weights: item("weights")?,
+            degree: item("degree")?,
+            knots: item("knots")?,
+        })
+    }
+}

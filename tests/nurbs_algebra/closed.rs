@@ -1,0 +1,76 @@
+//! Surfaces that close on themselves: no seam, before and after.
+
+use neurbs::nurbs::{Direction, NurbsSurface, Outside};
+use neurbs::progress::Silent;
+use neurbs::{DVec2, DVec3};
+use proptest::prelude::*;
+
+use crate::strategies::{closed_surface, same, same_where};
+
+/// All derivatives below the degree of the closed direction, on both sides of the seam.
+fn seam(surface: &NurbsSurface, t: f64, direction: Direction) -> [Vec<DVec3>; 2] {
+    let order = surface.knots(direction).degree() - 1;
+    let (start, end) = surface.knots(direction).domain();
+    [start, end].map(|at| {
+        let at = if direction == Direction::U { DVec2::new(at, t) } else { DVec2::new(t, at) };
+        let mut out = vec![DVec3::ZERO; (order + 1) * (order + 1)];
+        surface.derivatives(&[at], order, &mut out, Outside::Refuse, &mut Silent).unwrap();
+        out
+    })
+}
+
+/// How much larger than the surface its derivatives of these orders can be: each divides by a span
+/// what the degree multiplies.
+fn growth(surface: &NurbsSurface, orders: (usize, usize)) -> f64 {
+    let one = |direction| {
+        let knots = surface.knots(direction);
+        (2 * knots.degree() * knots.spans()) as f64
+    };
+    let power = |base: f64, order: usize| (0..order).map(|_| base).product::<f64>();
+    power(one(Direction::U), orders.0) * power(one(Direction::V), orders.1)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
+
+    #[test]
+    fn derivatives_below_the_degree_agree_across_the_seam(surface in closed_surface(), t in 0.01..0.99_f64) {
+        let closed = surface.closed();
+        for (direction, closed) in [(Direction::U, closed.0), (Direction::V, closed.1)] {
+            if !closed {
+                continue;
+            }
+            let [before, after] = seam(&surface, t, direction);
+            let order = surface.knots(direction).degree();
+            for (k, (a, b)) in before.iter().zip(&after).enumerate() {
+                let scale = surface.size() * growth(&surface, (k / order, k % order));
+                prop_assert!(a.distance(*b) <= 1e-14 * scale, "{} {} {:e}", a, b, scale);
+            }
+        }
+    }
+
+    #[test]
+    fn algebra_leaves_it_where_it_was(surface in closed_surface(), at in 0.1..0.9_f64) {
+        same(&surface, &surface.clamp().unwrap());
+        same(&surface, &surface.elevate_degree(1, 2).unwrap());
+        same(&surface, &surface.insert_knots(Direction::U, &[at]).unwrap());
+        same_where(&surface, &surface.transposed().unwrap(), |at| DVec2::new(at.y, at.x));
+        same_where(&surface, &surface.reversed(Direction::U).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
+        for patch in surface.bezier_patches().unwrap().iter().flatten() {
+            same_where(&surface, patch, |at| at);
+        }
+        for moved in [surface.clamp(), surface.elevate_degree(1, 1), surface.reversed(Direction::U)] {
+            prop_assert_eq!(moved.unwrap().closed(), surface.closed());
+        }
+        let far = surface.map_control_points(|p| p + DVec3::new(5e6, 7.5e6, 300.0)).unwrap();
+        prop_assert_eq!(far.closed(), surface.closed());
+    }
+
+    #[test]
+    fn a_tube_cut_open_is_joined_at_another_place(surface in closed_surface(), at in 0.1..0.9_f64) {
+        let (before, after) = surface.split(Direction::U, at).unwrap();
+        let turned = after.joined(Direction::U, &before, 1e-12 * surface.size()).unwrap();
+        prop_assert!(turned.closed().0);
+        prop_assert_eq!(turned.closed().1, surface.closed().1);
+    }
+}

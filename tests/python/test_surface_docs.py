@@ -1,0 +1,50 @@
+"""The docstrings of curves and surfaces: complete, and their examples run."""
+
+import doctest
+import inspect
+import re
+
+import pytest
+
+import neurbs
+from neurbs import _core
+
+CLASSES = [_core.NurbsSurface, _core.NurbsCurve, _core.Curvatures, _core.ClosestPoints]
+MEMBERS = [(kind, name) for kind in CLASSES for name in vars(kind) if not name.startswith("_")]
+
+
+@pytest.mark.parametrize("kind", CLASSES, ids=lambda kind: kind.__name__)
+def test_examples_run(kind: type) -> None:
+    docs = {name: inspect.getdoc(getattr(kind, name)) for each, name in MEMBERS if each is kind}
+    docs[kind.__name__] = inspect.getdoc(kind)
+    parser = doctest.DocTestParser()
+    tests = [parser.get_doctest(doc or "", {}, name, None, 0) for name, doc in docs.items()]
+    assert tests
+    runner = doctest.DocTestRunner(verbose=False)
+    for test in tests:
+        report: list[str] = []
+        runner.run(test, out=report.append)
+        assert not report, "".join(report)
+
+
+@pytest.mark.parametrize(("kind", "name"), MEMBERS, ids=lambda x: getattr(x, "__name__", x))
+def test_docstrings_are_complete(kind: type, name: str) -> None:
+    doc = inspect.getdoc(getattr(kind, name))
+    assert doc, "no docstring"
+    if not callable(getattr(kind, name)):
+        return
+    assert ">>>" in doc or name == "tessellate", "no example"
+    assert "Returns\n-------" in doc
+    arguments = set(inspect.signature(getattr(kind, name)).parameters) - {"self"}
+    if arguments:
+        section = doc.split("Parameters\n----------")[1].split("\n\n")[0]
+        heads = re.findall(r"^(\w[\w, ]*)(?: : |$)", section, re.M)
+        named = {word.strip() for head in heads for word in head.split(",")}
+        assert arguments == named
+
+
+def test_help_tells_what_a_surface_is() -> None:
+    doc = inspect.getdoc(neurbs.NurbsSurface)
+    assert doc is not None
+    for section in ["Parameters", "Attributes", "Raises", "See Also", "Notes", "Examples"]:
+        assert f"\n{section}\n{'-' * len(section)}\n" in doc

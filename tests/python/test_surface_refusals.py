@@ -1,0 +1,106 @@
+"""What is no curve, no surface and no argument is refused, and the message says why."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import neurbs
+from neurbs import NeurbsError, NurbsCurve, NurbsSurface
+
+RNG = np.random.default_rng(0)
+SURFACE = NurbsSurface(RNG.random((5, 6, 3)))
+CURVE = SURFACE.isocurve(u=0.3)
+POINTS, UV = RNG.random((30, 3)), RNG.random((30, 2))
+GRID = np.stack([*np.mgrid[0:6, 0:7], RNG.random((6, 7))], axis=-1)
+
+REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
+    (SURFACE.insert_knots, [0.5] * 4, "0.5 stands 4 times"),
+    (SURFACE.insert_knots, [np.nan], "strictly inside the domain"),
+    (SURFACE.insert_knots, "x", "u must be real numbers"),
+    (SURFACE.elevate_degree, 2**64 - 1, "at most 9 after elevation"),
+    (SURFACE.elevate_degree, -1, "u must be an integer from 0"),
+    (SURFACE.elevate_degree, 1.5, "u must be an integer from 0"),
+    (lambda x: SURFACE.reduce_degree(x, tolerance=1), 3, "less than the degree, 3, got 3"),
+    (lambda x: SURFACE.reduce_degree(1, tolerance=x), np.nan, "tolerance must be a finite"),
+    (lambda x: SURFACE.reduce_degree(1, tolerance=x), 1e-9, "tolerance must be at least"),
+    (lambda x: SURFACE.remove_knots(tolerance=x), -1, "tolerance must be a finite distance"),
+    (lambda x: SURFACE.split(u=x), 1, "strictly inside the domain"),
+    (lambda x: SURFACE.split(u=x), None, "one of u and v must be given"),
+    (lambda x: SURFACE.isocurve(v=x), 1.5, "inside the domain"),
+    (lambda x: SURFACE.sub_surface(u=x), (0.5, 0.5), "an increasing pair inside the domain"),
+    (lambda x: SURFACE.sub_surface(u=x), 0.5, "u must be two numbers, the first and the last"),
+    (lambda x: SURFACE.with_domain(v=x), [0, np.inf], "v|knot"),
+    (lambda x: SURFACE.joined(SURFACE, x), "w", "direction must be 'u' or 'v'"),
+    (SURFACE.joined, SURFACE, "how far the edges are apart"),
+    (SURFACE.transformed, np.eye(3), "matrix must be real numbers of shape"),
+    (SURFACE.transformed, np.full((3, 4), np.nan), "finite"),
+    (SURFACE.transformed, np.ones((4, 4)), r"matrix must end in \[0, 0, 0, 1\]"),
+    (lambda x: SURFACE.area(accuracy=x), 0, "accuracy must be between"),
+    (SURFACE.closest_points, [[np.nan, 0, 0]], "must be finite"),
+    (SURFACE.evaluate, [[0.5]], "uv must be real numbers of shape"),
+    (lambda x: SURFACE.derivatives(UV, x), 19, "order must be at most 18, got 19"),
+    (CURVE.elevate_degree, -1, "times must be an integer from 0"),
+    (lambda x: CURVE.derivatives([0.5], x), 10**30, "order must be an integer from 0"),
+    (lambda x: CURVE.length(accuracy=x), 2, "accuracy must be between"),
+    (lambda x: NurbsCurve(POINTS, degree=x), -3, "degree must be an integer from 0"),
+    (lambda x: NurbsCurve(POINTS, x), np.full(30, 1e-320), "these not vanish"),
+    (lambda x: NurbsCurve(x, np.full(4, 1e200)), np.full((4, 3), 1e200), "multiplied by its"),
+    (NurbsCurve, np.empty((0, 3)), "more than the degree, 3, got 0"),
+    (NurbsCurve.interpolate, np.empty((0, 3)), "more than the degree, 3, got 0"),
+    (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbours"),
+    (lambda x: NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0], x), 7, "a full turn"),
+    (NurbsCurve.from_dict, {}, "a dict with control_points"),
+    (NurbsSurface.from_dict, 7, "a dict with control_points"),
+    (NurbsSurface, np.empty((0, 0, 3)), "more than the degree, 3, got 0"),
+    (lambda x: NurbsSurface(GRID, knots=x), (range(10), [0] * 11), "begins and ends at 0"),
+    (lambda x: NurbsSurface(GRID, degree=(1, 1), knots=x), ([0, 0, 1], [0, 1]), "4 knots|knots"),
+    (lambda x: NurbsSurface(GRID, closed=True, degree=x), 6, "more than the degree, 6, got 6"),
+    (lambda x: NurbsSurface.interpolate(GRID, parametrization=x), "arc", "'chord' or 'uniform'"),
+    (NurbsSurface.interpolate, np.empty((0, 0, 3)), "at least 2 × 2 points"),
+    (NurbsSurface.interpolate, GRID * np.nan, "grid must be finite"),
+    (lambda x: NurbsSurface.approximate(GRID, x), (7, 4), "at most as large as the grid"),
+    (lambda x: NurbsSurface.approximate(GRID, x), 4, "net must be two integers"),
+    (lambda x: NurbsSurface.fit(POINTS, UV, net=x), (2**40, 2**40), "at most 1048576 control"),
+    (lambda x: NurbsSurface.fit(POINTS, UV, net=x), (10**5, 10**5), "at most 1048576 control"),
+    (lambda x: NurbsSurface.fit(POINTS, UV, net=x), None, "one of net and knots must be given"),
+    (lambda x: NurbsSurface.fit(POINTS, x, net=(4, 4)), UV[:5], "as many as the points, 30, got 5"),
+    (lambda x: NurbsSurface.fit(POINTS, x, net=(4, 4)), UV + 1, "uv must be inside the domain"),
+    (lambda x: NurbsSurface.fit(x, UV, net=(4, 4)), POINTS * np.nan, "points must be finite"),
+    (lambda x: NurbsSurface.fit(POINTS[:0], UV[:0], net=x), (4, 4), "at least one, got 0"),
+    (lambda x: NurbsSurface.fit(POINTS, UV, net=(4, 4), weights=x), -np.ones(30), "at least 0"),
+    (lambda x: NurbsSurface.fit(POINTS, UV, net=(4, 4), fairness=x), -1, "fairness must be"),
+    (NurbsSurface.bezier, np.ones((11, 3, 3)), "degree must be between 1 and 9, got 10"),
+    (NurbsSurface.lofted, [CURVE], "at least two, got 1"),
+    (lambda x: NurbsSurface.ruled(CURVE, x), CURVE.with_domain(0, 2), "domain must be"),
+    (lambda x: NurbsSurface.revolved(CURVE, [0, 0, 0], x), [0, 0, 0], "axis must be a direction"),
+    (lambda x: NurbsSurface.plane([0, 0, 0], x, x), [1, 0, 0], "u × v must be a direction"),
+    (lambda x: NurbsSurface.sphere([0, 0, 0], x), np.inf, "radius must be a positive length"),
+]
+
+
+@pytest.mark.parametrize(("call", "argument", "message"), REFUSALS, ids=lambda x: str(x)[:40])
+def test_it_is_refused(call: Callable[[Any], object], argument: Any, message: str) -> None:
+    with pytest.raises(NeurbsError, match=message):
+        call(argument)
+
+
+def test_a_foreign_kind_of_argument_is_named() -> None:
+    with pytest.raises(TypeError) as error:
+        SURFACE.split(u="x")  # type: ignore[arg-type]
+    said = str(error.value) + "".join(getattr(error.value, "__notes__", []))
+    assert "'u'" in said
+
+
+def test_empty_batches_have_empty_results() -> None:
+    none = np.empty((0, 2))
+    assert SURFACE.evaluate(none).shape == (0, 3)
+    assert SURFACE.derivatives(none, 2).shape == (0, 3, 3, 3)
+    assert SURFACE.curvatures(none).directions.shape == (0, 2, 3)
+    assert SURFACE.normals_grid([], [0.5])[1].shape == (0, 1, 3)
+    assert SURFACE.curvatures_grid([0.5], []).mean.shape == (1, 0)
+    assert SURFACE.closest_points(np.empty((0, 3))).uv.shape == (0, 2)
+    assert CURVE.evaluate([]).shape == (0, 3)
+    assert SURFACE.insert_knots(u=[]) == SURFACE
+    assert isinstance(SURFACE.elevate_degree(), neurbs.NurbsSurface)
