@@ -31,7 +31,7 @@ from neurbs.interop import (
     to_opencascade,
     to_splipy,
 )
-from neurbs.io import read_points, save
+from neurbs.io import PointCloud, read_point_cloud, read_points, save
 from neurbs.reconstruct import Reconstruction, Report, reconstruct
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
@@ -45,6 +45,7 @@ __all__ = [
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
+    "PointCloud",
     "Progress",
     "Reconstruction",
     "Report",
@@ -54,6 +55,7 @@ __all__ = [
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
+    "read_point_cloud",
     "read_points",
     "reconstruct",
     "save",

@@ -5,6 +5,16 @@ where they are used, so that importing this package costs nothing.
 """
 
 from neurbs.io.files import WRITABLE, check_target, save
-from neurbs.io.points import READABLE, read_points
+from neurbs.io.point_cloud import PointCloud
+from neurbs.io.points import READABLE, check_source, read_point_cloud, read_points
 
-__all__ = ["READABLE", "WRITABLE", "check_target", "read_points", "save"]
+__all__ = [
+    "READABLE",
+    "WRITABLE",
+    "PointCloud",
+    "check_source",
+    "check_target",
+    "read_point_cloud",
+    "read_points",
+    "save",
+]
