@@ -1,4 +1,4 @@
-"""PLY files: the vertices of any, and a triangle mesh that keeps its digits.
+"""PLY files: the vertices of any; meshes and points that keep their digits.
 
 The vertex table is read here and not by a mesh library, because points are wanted and not a mesh:
 every vertex, once, in its order, whatever the faces are.
@@ -10,13 +10,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
+from neurbs.io.binary import write_rows
+from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, whole
 from neurbs.io.table import Layout, open_text, read_blocks, shown
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ _TYPES = {
 """PLY's names of number types, old and new, and NumPy's."""
 
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+_Columns: TypeAlias = dict[str, tuple[str, NDArray[Any]]]
+"""Names of columns that belong together, the type they are written in, and their values."""
 
 _AXES = (("x",), ("y",), ("z",))
 _NORMALS = (("nx", "normal_x"), ("ny", "normal_y"), ("nz", "normal_z"))
@@ -179,26 +183,50 @@ def _binary(
 
 
 def write_ply(mesh: TriangleMesh, path: str) -> None:
-    """Write a binary PLY file with coordinates in double precision, and normals in single."""
-    vertices = np.empty(len(mesh.vertices), [("position", "<f8", 3), ("normal", "<f4", 3)])
-    vertices["position"] = mesh.vertices
-    vertices["normal"] = mesh.normals
-    # Indices are signed, because most readers know no other.
-    faces = np.empty(len(mesh.triangles), [("count", "u1"), ("vertices", "<i4", 3)])
-    faces["count"] = 3
-    faces["vertices"] = mesh.triangles
+    """Write a mesh in binary, with coordinates in double precision and normals in single."""
+    vertices = {"x y z": ("<f8", mesh.vertices), "nx ny nz": ("<f4", mesh.normals)}
+    with open(path, "wb") as file:
+        _write_head(file, len(mesh.vertices), vertices, len(mesh.triangles))
+        _write_vertices(file, vertices)
+        # Indices are signed, because most readers know no other.
+        face = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
+        corners = np.broadcast_to(np.uint8(3), len(mesh.triangles))
+        write_rows(file, face, {"count": corners, "vertices": mesh.triangles})
+
+
+def write_ply_points(cloud: PointCloud, path: str) -> None:
+    """Write points in binary, with what is known of each."""
+    vertices: _Columns = {"x y z": ("<f8", cloud.points)}
+    if cloud.normals is not None:
+        vertices["nx ny nz"] = ("<f4", cloud.normals)
+    if cloud.colors is not None:
+        vertices["red green blue"] = ("u1", cloud.colors)
+    if cloud.distances is not None:
+        vertices["distance"] = ("<f8", cloud.distances[:, None])
+    with open(path, "wb") as file:
+        _write_head(file, len(cloud), vertices)
+        _write_vertices(file, vertices)
+
+
+def _write_head(file: BinaryIO, count: int, vertices: _Columns, faces: int | None = None) -> None:
+    words = {"<f8": "double", "<f4": "float", "u1": "uchar"}
     lines = [
         "ply",
         "format binary_little_endian 1.0",
         "comment neurbs",
-        f"element vertex {len(vertices)}",
-        *(f"property double {name}" for name in ("x", "y", "z")),
-        *(f"property float {name}" for name in ("nx", "ny", "nz")),
-        f"element face {len(faces)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
+        f"element vertex {count}",
+        *(
+            f"property {words[dtype]} {name}"
+            for names, (dtype, _) in vertices.items()
+            for name in names.split()
+        ),
     ]
-    with open(path, "wb") as file:
-        file.write("\n".join(lines).encode())
-        file.write(vertices.tobytes())
-        file.write(faces.tobytes())
+    if faces is not None:
+        lines += [f"element face {faces}", "property list uchar int vertex_indices"]
+    file.write("\n".join([*lines, "end_header\n"]).encode())
+
+
+def _write_vertices(file: BinaryIO, vertices: _Columns) -> None:
+    fields = [(names, dtype, len(names.split())) for names, (dtype, _) in vertices.items()]
+    record = np.dtype([(names, dtype, (width,)) for names, dtype, width in fields])
+    write_rows(file, record, {names: values for names, (_, values) in vertices.items()})

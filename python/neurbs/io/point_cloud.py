@@ -66,6 +66,27 @@ class PointCloud:
     offset: tuple[float, float, float] | None = None
     dropped: int = 0
 
+    def __post_init__(self) -> None:
+        """Bring what users give into arrays of the right types, and check their shapes."""
+        points = np.ascontiguousarray(self.points, np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise NeurbsError(f"points must be an array of shape (n, 3), got shape {points.shape}")
+        object.__setattr__(self, "points", points)
+        shapes = {"normals": points.shape, "colors": points.shape, "distances": points.shape[:1]}
+        for name, shape in shapes.items():
+            if getattr(self, name) is None:
+                continue
+            array = np.asarray(getattr(self, name))
+            if array.shape != shape:
+                raise NeurbsError(
+                    f"{name} must be of shape {shape}, as there are {len(points)} points, "
+                    f"got shape {array.shape}"
+                )
+            converted = (
+                as_bytes(array) if name == "colors" else array.astype(np.float64, copy=False)
+            )
+            object.__setattr__(self, name, converted)
+
     def __len__(self) -> int:
         """Return the number of points."""
         return len(self.points)

@@ -20,7 +20,7 @@ from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
 from neurbs.io.pcd import read_pcd
 from neurbs.io.ply import read_ply
-from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request, as_bytes
+from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.text import read_pts, read_text
 from neurbs.io.vertices import read_vertices
@@ -279,7 +279,7 @@ def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
     return PointCloud(
         points.joined(),
         normals.joined() if normals.rows else None,
-        as_bytes(colors.joined()) if colors.rows else None,
+        colors.joined() if colors.rows else None,
         unit=source.unit,
         crs=source.crs,
         offset=source.offset,
