@@ -19,11 +19,14 @@ _COLORS = ("red", "green", "blue")
 def read_las(path: Path, request: Request) -> PointSource:
     """Read all returns."""
     laspy = imported(path, "laspy")
+    if request.attributes:
+        # Without it, laspy knows no reference system at all.
+        imported(path, "pyproj")
     damaged = NeurbsError(f"{path}: must be a whole LAS file, but is damaged or cut short")
     try:
         with laspy.open(path) as file:
             header = file.header
-            crs = _crs(path, header) if request.attributes else None
+            crs = header.parse_crs() if request.attributes else None
     except (laspy.errors.LaspyException, ValueError, EOFError):
         raise damaged from None
     colored = request.attributes and set(_COLORS) <= set(header.point_format.dimension_names)
@@ -45,13 +48,6 @@ def read_las(path: Path, request: Request) -> PointSource:
         crs=None if crs is None else crs.to_string(),
         offset=tuple(header.offsets.tolist()) if request.attributes else None,
     )
-
-
-def _crs(path: Path, header: Any) -> Any:
-    """Return the reference system as pyproj's, if the file says one."""
-    # Without pyproj, laspy knows no system at all.
-    imported(path, "pyproj")
-    return header.parse_crs()
 
 
 def _unit(crs: Any) -> str:

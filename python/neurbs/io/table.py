@@ -45,6 +45,8 @@ class Layout:
         How many columns each row must have; ``None`` if rows may be longer than they need to be.
     separator : str or None
         What stands between two columns; ``None`` for any amount of whitespace.
+    decimal_comma : bool
+        Whether a comma stands for a decimal point.
     allow_missing : bool
         Whether a coordinate may be missing or not finite. Normals and colours always may.
     """
@@ -54,6 +56,7 @@ class Layout:
     colors: tuple[int, ...] = ()
     width: int | None = None
     separator: str | None = None
+    decimal_comma: bool = False
     allow_missing: bool = False
 
     @property
@@ -65,6 +68,11 @@ class Layout:
     def required(self) -> tuple[int, ...]:
         """The columns in which each row must have a finite number."""
         return () if self.allow_missing else self.points
+
+    def split(self, text: str) -> list[str]:
+        """Cut a row into fields, with decimal points."""
+        fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
+        return [field.strip() for field in fields]
 
     def block(self, values: NDArray[np.float64]) -> Block:
         """Tell apart what has been read."""
@@ -130,6 +138,8 @@ def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
     walk = rows()
     required = len(layout.required)
     while lines := [text for _, text in islice(walk, BLOCK)]:
+        if layout.decimal_comma:
+            lines = [text.replace(",", ".") for text in lines]
         try:
             values = _load(lines, layout)
         except ValueError as error:
@@ -176,7 +186,7 @@ def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsErro
     """Find the first row that breaks the table."""
     first = None
     for number, text in rows():
-        fields = [field.strip() for field in split(text, layout.separator)]
+        fields = layout.split(text)
         first = first or number
         if layout.width is not None and len(fields) != layout.width:
             return _wrong_width(path, number, fields, layout.width, first)

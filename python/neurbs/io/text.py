@@ -78,17 +78,11 @@ class _Table:
 
     layout: Layout
     has_header: bool = False
-    decimal_comma: bool = False
     unit: str | None = None
 
     def source(self, path: Path, rows: Rows) -> PointSource:
         """Read the rows."""
-
-        def with_decimal_points() -> Iterator[tuple[int, str]]:
-            return ((number, text.replace(",", ".")) for number, text in rows())
-
-        rows_of_numbers = with_decimal_points if self.decimal_comma else rows
-        return PointSource(read_blocks(path, rows_of_numbers, self.layout), unit=self.unit)
+        return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
 
 
 def _table(path: Path, request: Request) -> _Table:
@@ -98,10 +92,10 @@ def _table(path: Path, request: Request) -> _Table:
     if not text:
         raise NeurbsError(f"{path}: must hold at least one point, but the file is empty")
     if not _is_header(text):
-        separator, _ = _separator(text)
-        named = Header.of(split(_comment_above(path, number), separator), number)
+        cut = _cut(text)
+        named = Header.of(split(_comment_above(path, number), cut.separator), number)
         # Most comments are not about columns.
-        fits = named.has_axes and len(named.names) == len(split(text, separator))
+        fits = named.has_axes and len(named.names) == len(cut.split(text))
         return _table_of(path, request, named if fits else Header(), number, text)
     header_number, names = number, text
     number, text = next(rows, (0, ""))
@@ -110,14 +104,14 @@ def _table(path: Path, request: Request) -> _Table:
             f"{path}: must hold at least one point, "
             f"but ends after the header in line {header_number}"
         )
-    header = Header.of(split(names, _separator(text)[0]), header_number)
+    header = Header.of(split(names, _cut(text).separator), header_number)
     return replace(_table_of(path, request, header, number, text), has_header=True)
 
 
 def _table_of(path: Path, request: Request, header: Header, number: int, text: str) -> _Table:
     """Find out how the first row of points, and so each, is cut."""
-    separator, decimal_comma = _separator(text)
-    fields = split(text.replace(",", ".") if decimal_comma else text, separator)
+    cut = _cut(text)
+    fields = cut.split(text)
     if len(fields) < 2:
         raise NeurbsError(
             f"{path}: line {number} must have columns x, y and z (or x and y), "
@@ -128,20 +122,20 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
         points = header.chosen(path, request.columns, len(fields))
     else:
         points = header.coordinates(path, number, len(fields)) or _leading_numbers(fields)
-    layout = Layout(
-        points,
-        header.normals if request.attributes else (),
-        header.colors if request.attributes else (),
+    layout = replace(
+        cut,
+        points=points,
+        normals=header.normals if request.attributes else (),
+        colors=header.colors if request.attributes else (),
         width=len(fields),
-        separator=separator,
         allow_missing=request.nan == "drop",
     )
-    return _Table(layout, decimal_comma=decimal_comma, unit=header.unit_of(points))
+    return _Table(layout, unit=header.unit_of(points))
 
 
 def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
     """Take the first three columns, after such as hold a point's name."""
-    start = next((i for i, field in enumerate(fields) if is_number(field.strip())), 0)
+    start = next((i for i, field in enumerate(fields) if is_number(field)), 0)
     if len(fields) - start < 3:
         start = 0
     return tuple(range(start, min(start + 3, len(fields))))
@@ -149,21 +143,20 @@ def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
 
 def _is_header(text: str) -> bool:
     """Names, and not a number among them."""
-    separator, decimal_comma = _separator(text)
-    fields = split(text.replace(",", ".") if decimal_comma else text, separator)
-    return any(map(str.isalpha, text)) and not any(is_number(field) for field in fields)
+    return any(map(str.isalpha, text)) and not any(map(is_number, _cut(text).split(text)))
 
 
-def _separator(text: str) -> tuple[str | None, bool]:
+def _cut(text: str) -> Layout:
     """Find out what separates the columns of a row, and whether a comma is a decimal point."""
     if ";" in text:
-        return ";", True
+        return Layout((), separator=";", decimal_comma=True)
     with_comma = [word for word in text.split() if "," in word]
     if with_comma and all(map(_DECIMAL_COMMA.fullmatch, with_comma)) and len(text.split()) > 1:
-        return ("\t" if "\t" in text else None), True
-    if "," in text:
-        return ",", False
+        return Layout((), separator="\t" if "\t" in text else None, decimal_comma=True)
+    if with_comma:
+        return Layout((), separator=",")
     # A tab is one blank among others, unless it sets apart fields that have blanks of their own.
     fields = [field.split() for field in text.split("\t")]
     whole = (len(words) == 1 or (words and not is_number(words[0])) for words in fields)
-    return ("\t" if len(fields) > 1 and all(whole) else None), True
+    separator = "\t" if len(fields) > 1 and all(whole) else None
+    return Layout((), separator=separator, decimal_comma=True)

@@ -42,11 +42,11 @@ def _part(scene: Any, node: str, request: Request) -> Block:
     transform, name = scene.graph[node]
     geometry = scene.geometry[name]
     points = geometry.vertices @ transform[:3, :3].T + transform[:3, 3]
-    visual = geometry.visual if hasattr(geometry, "visual") else None
-    colors = None
-    if request.attributes and visual is not None and visual.kind == "vertex":
-        colors = np.asarray(visual.vertex_colors)[:, :3]
-    return Block(np.asarray(points), colors=colors)
+    visual = getattr(geometry, "visual", None)
+    colors = visual.vertex_colors if visual is not None and visual.kind == "vertex" else None
+    # Without colours, a point cloud has an empty array of them.
+    colored = request.attributes and colors is not None and len(colors) == len(points)
+    return Block(np.asarray(points), colors=np.asarray(colors)[:, :3] if colored else None)
 
 
 def _once(points: NDArray[np.float64]) -> NDArray[np.float64]:
