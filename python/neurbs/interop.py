@@ -162,10 +162,8 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     -------
     NurbsSurface
     """
-    from OCP.Geom import Geom_BSplineSurface
-
     if surface.IsUPeriodic() or surface.IsVPeriodic():
-        surface = Geom_BSplineSurface.DownCast_s(surface.Copy())
+        surface = surface.Copy()
         surface.SetUNotPeriodic()
         surface.SetVNotPeriodic()
     rows, cols = surface.NbUPoles(), surface.NbVPoles()

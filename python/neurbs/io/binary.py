@@ -1,8 +1,8 @@
-"""Rows of arrays to binary files, a block at a time: Ctrl-C is heard in between."""
+"""Rows of large arrays, a block at a time: Ctrl-C is heard in between."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -33,7 +33,19 @@ def write_rows(
         file.write(table.tobytes())
 
 
-def write_array(file: BinaryIO, array: NDArray[Any], dtype: str) -> None:
-    """Write the rows of an array as numbers of this type."""
-    for part in row_blocks(len(array)):
-        file.write(array[part].astype(dtype).tobytes())
+def blocks_of(array: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Give the rows of an array, a block at a time."""
+    return (array[part] for part in row_blocks(len(array)))
+
+
+def write_blocks(file: BinaryIO, blocks: Iterable[NDArray[Any]], dtype: str) -> None:
+    """Write arrays as numbers of this type."""
+    for block in blocks:
+        file.write(block.astype(dtype).tobytes())
+
+
+def bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the least and the largest of each coordinate."""
+    corners = [(block.min(axis=0), block.max(axis=0)) for block in blocks_of(points)]
+    low, high = zip(*corners, strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0)

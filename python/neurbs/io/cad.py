@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from neurbs.io.units import symbol
 _TRIMMED = 1e-6
 """Share of its surface's area that a face must lack to count as trimmed."""
 
+_STEP = (".step", ".stp")
+
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
 """The standard's numbers of the units."""
 
@@ -24,37 +27,35 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
 def read_cad(path: Path) -> SurfaceFile:
     """Read the surface of each face, in the file's unit."""
     imported(path, "OCP")
-    is_step = path.suffix.lower() in (".step", ".stp")
-    reader, unit = _step(path) if is_step else _iges(path)
-    reader.TransferRoots()
-    surfaces, trimmed = [], 0
-    for surface, is_trimmed in _faces(reader.OneShape()):
-        surfaces.append(surface)
-        trimmed += is_trimmed
+    with _quiet():
+        reader, unit = (_step if path.suffix.lower() in _STEP else _iges)(path)
+        reader.TransferRoots()
+        shape = reader.OneShape()
+        faces = [] if shape.IsNull() else list(_faces(shape))
     # OpenCASCADE has turned all into millimetres.
-    factor = 1 / LENGTH_UNITS[unit] if unit in LENGTH_UNITS else 1.0
-    if factor != 1:
-        scale = np.diag([factor, factor, factor, 1.0])
-        surfaces = [surface.transformed(scale) for surface in surfaces]
-    return SurfaceFile(surfaces, trimmed, unit if unit in LENGTH_UNITS else "mm")
+    factor = 1 / LENGTH_UNITS[unit]
+    scale = np.diag([factor, factor, factor, 1.0])
+    surfaces = [s if factor == 1 else s.transformed(scale) for s, _ in faces]
+    return SurfaceFile(surfaces, sum(is_trimmed for _, is_trimmed in faces), unit)
 
 
 def _step(path: Path) -> tuple[Any, str]:
-    from OCP.collections import Sequence_AsciiString
+    from OCP.collections import Sequence_TCollection_AsciiString
     from OCP.STEPControl import STEPControl_Reader
 
     reader = _read(path, STEPControl_Reader())
-    lengths, angles, solid_angles = (Sequence_AsciiString() for _ in range(3))
+    lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.FileUnits(lengths, angles, solid_angles)
-    return reader, symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
+    unit = symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
+    # Coordinates in a unit that nobody else knows stay in millimetres.
+    return reader, unit if unit in LENGTH_UNITS else "mm"
 
 
 def _iges(path: Path) -> tuple[Any, str]:
     from OCP.IGESControl import IGESControl_Reader
 
     reader = _read(path, IGESControl_Reader())
-    flag = reader.IGESModel().GlobalSection().UnitFlag()
-    return reader, _IGES_UNITS.get(flag, "mm")
+    return reader, _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
 
 
 def _read(path: Path, reader: Any) -> Any:
@@ -67,12 +68,27 @@ def _read(path: Path, reader: Any) -> Any:
     return reader
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep OpenCASCADE from printing what it thinks of a file."""
+    from OCP.Message import Message
+
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
+
+
 def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
     """Give the B-spline surface of each face, and whether the face is smaller than it."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
     from OCP.BRepGProp import BRepGProp
-    from OCP.Geom import Geom_BSplineSurface
     from OCP.GProp import GProp_GProps
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp_Explorer
@@ -87,7 +103,7 @@ def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
     faces = TopExp_Explorer(BRepBuilderAPI_NurbsConvert(shape).Shape(), TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face(faces.Current())
-        surface = Geom_BSplineSurface.DownCast_s(BRep_Tool.Surface_s(face))
-        whole = BRepBuilderAPI_MakeFace(surface, 0.0).Face()
+        surface = BRep_Tool.Surface_s(face)
+        whole = BRepBuilderAPI_MakeFace(surface, 1e-7).Face()
         yield from_opencascade(surface), area(face) < (1 - _TRIMMED) * area(whole)
         faces.Next()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError
-from neurbs.io.binary import write_array
+from neurbs.io.binary import blocks_of, bounds, write_blocks
 from neurbs.io.single_precision import check_single_precision
 
 if TYPE_CHECKING:
@@ -30,14 +30,13 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
     coordinates far from the origin keep their digits. Its unit is the metre: another one is
     written as the node's scale.
     """
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    low, high = bounds(mesh.vertices)
     # Halved first: the sum of two large coordinates may overflow.
     centre = low / 2 + high / 2
-    vertices = mesh.vertices - centre
-    check_single_precision(vertices, "GLB", stacklevel=4)
+    check_single_precision(mesh.vertices, centre, "GLB", stacklevel=4)
     metres = 1.0 if unit is None else LENGTH_UNITS[unit] / LENGTH_UNITS["m"]
-    count, corners = len(vertices), 3 * len(mesh.triangles)
-    bounds = {"min": _single(low - centre), "max": _single(high - centre)}
+    count, corners = len(mesh.vertices), 3 * len(mesh.triangles)
+    extent = {"min": _single(low - centre), "max": _single(high - centre)}
     sizes = [12 * count, 12 * count, 4 * corners]
     starts = [0, sizes[0], sizes[0] + sizes[1]]
     targets = [_ARRAY_BUFFER, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER]
@@ -59,7 +58,7 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
             for start, size, target in zip(starts, sizes, targets, strict=True)
         ],
         "accessors": [
-            {"bufferView": 0, "componentType": _FLOAT, "count": count, "type": "VEC3"} | bounds,
+            {"bufferView": 0, "componentType": _FLOAT, "count": count, "type": "VEC3"} | extent,
             {"bufferView": 1, "componentType": _FLOAT, "count": count, "type": "VEC3"},
             {"bufferView": 2, "componentType": _UINT32, "count": corners, "type": "SCALAR"},
         ],
@@ -75,9 +74,9 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
         file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + sum(sizes)))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
         file.write(struct.pack("<I4s", sum(sizes), b"BIN\0"))
-        write_array(file, vertices, "<f4")
-        write_array(file, mesh.normals, "<f4")
-        write_array(file, mesh.triangles, "<u4")
+        write_blocks(file, (block - centre for block in blocks_of(mesh.vertices)), "<f4")
+        write_blocks(file, blocks_of(mesh.normals), "<f4")
+        write_blocks(file, blocks_of(mesh.triangles), "<u4")
 
 
 def _single(numbers: Any) -> list[float]:

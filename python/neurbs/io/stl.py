@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from neurbs.io.binary import row_blocks, write_rows
+from neurbs.io.binary import blocks_of, write_rows
 from neurbs.io.single_precision import check_single_precision
 
 if TYPE_CHECKING:
@@ -20,12 +20,12 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 
 def write_stl(mesh: TriangleMesh, path: str) -> None:
     """Write a mesh as it stands: the format has no place for an offset."""
-    check_single_precision(mesh.vertices, "STL", stacklevel=4)
+    check_single_precision(mesh.vertices, np.zeros(3), "STL", stacklevel=4)
     with open(path, "wb") as file:
         file.write(b"neurbs".ljust(_HEAD))
         file.write(np.uint32(len(mesh.triangles)).astype("<u4").tobytes())
-        for part in row_blocks(len(mesh.triangles)):
-            corners = mesh.vertices[mesh.triangles[part]]
+        for triangles in blocks_of(mesh.triangles):
+            corners = mesh.vertices[triangles]
             normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
             lengths = np.linalg.norm(normals, axis=1, keepdims=True)
             # A triangle without area has no normal: zero, as the format has it.

@@ -130,7 +130,9 @@ def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
     with path.open("rb"):
         file = reader(path)
     if not file.surfaces:
-        raise NeurbsError(f"{path}: must hold at least one surface, but holds none")
+        raise NeurbsError(
+            f"{path}: must hold at least one surface, but holds none: it may be cut short"
+        )
     if file.trimmed:
         warnings.warn(
             f"{path}: {file.trimmed} of {len(file.surfaces)} faces are trimmed: "

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs.io.binary import write_array
+from neurbs.io.binary import blocks_of, row_blocks, write_blocks
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh
@@ -21,22 +22,23 @@ _TYPES = {"<f8": "Float64", "<f4": "Float32", "<i8": "Int64"}
 
 def write_vtp(mesh: TriangleMesh, path: str) -> None:
     """Write a mesh: an XML head, then the arrays as they are."""
-    ends = np.arange(3, 3 * len(mesh.triangles) + 1, 3)
-    arrays: list[tuple[str, str, NDArray[Any]]] = [
-        ("Normals", "<f4", mesh.normals),
-        ("uv", "<f8", mesh.uv),
-        ("Points", "<f8", mesh.vertices),
-        ("connectivity", "<i8", mesh.triangles.reshape(-1)),
-        ("offsets", "<i8", ends),
+    count, triangles = len(mesh.vertices), len(mesh.triangles)
+    ends = (np.arange(3 * part.start, 3 * part.stop, 3) + 3 for part in row_blocks(triangles))
+    arrays: list[tuple[str, str, tuple[int, int], Iterator[NDArray[Any]]]] = [
+        ("Normals", "<f4", (count, 3), blocks_of(mesh.normals)),
+        ("uv", "<f8", (count, 2), blocks_of(mesh.uv)),
+        ("Points", "<f8", (count, 3), blocks_of(mesh.vertices)),
+        ("connectivity", "<i8", (3 * triangles, 1), blocks_of(mesh.triangles)),
+        ("offsets", "<i8", (triangles, 1), ends),
     ]
-    elements, start = [], 0
-    for name, dtype, array in arrays:
-        width = array.shape[1] if array.ndim == 2 else 1
+    elements: list[str] = []
+    sizes: list[int] = []
+    for name, dtype, (rows, width), _ in arrays:
         elements.append(
             f'<DataArray type="{_TYPES[dtype]}" Name="{name}" NumberOfComponents="{width}" '
-            f'format="appended" offset="{start}"/>'
+            f'format="appended" offset="{sum(sizes) + len(sizes) * _LENGTH.size}"/>'
         )
-        start += _LENGTH.size + _bytes(array, dtype)
+        sizes.append(rows * width * np.dtype(dtype).itemsize)
     normals, uv, points, *polys = elements
     head = (
         '<?xml version="1.0"?>\n'
@@ -50,12 +52,7 @@ def write_vtp(mesh: TriangleMesh, path: str) -> None:
     )
     with open(path, "wb") as file:
         file.write(head.encode())
-        for _, dtype, array in arrays:
-            file.write(_LENGTH.pack(_bytes(array, dtype)))
-            write_array(file, array, dtype)
+        for (_, dtype, _, blocks), size in zip(arrays, sizes, strict=True):
+            file.write(_LENGTH.pack(size))
+            write_blocks(file, blocks, dtype)
         file.write(b"\n</AppendedData></VTKFile>\n")
-
-
-def _bytes(array: NDArray[Any], dtype: str) -> int:
-    """Return how many an array takes when it is written as this type."""
-    return array.size * np.dtype(dtype).itemsize
