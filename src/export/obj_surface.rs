@@ -56,7 +56,7 @@ fn record(
     write!(out, "{statement}")?;
     for (i, number) in numbers.into_iter().enumerate() {
         if i > 0 && i % NUMBERS_PER_LINE == 0 {
-            write!(out, " \\\n")?;
+            writeln!(out, " \\")?;
         }
         write!(out, " {number:?}")?;
     }

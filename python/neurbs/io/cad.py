@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +21,9 @@ _TRIMMED = 1e-6
 """Share of its surface's area that a face must lack to count as trimmed."""
 
 _STEP = (".step", ".stp")
+
+_SECTION = 72
+"""Column, from 0, of the letter that says which section of an IGES file a line belongs to."""
 
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
 """The standard's numbers of the units."""
@@ -54,17 +59,36 @@ def _step(path: Path) -> tuple[Any, str]:
 def _iges(path: Path) -> tuple[Any, str]:
     from OCP.IGESControl import IGESControl_Reader
 
+    _check_iges(path)
     reader = _read(path, IGESControl_Reader())
     return reader, _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
+
+
+def _check_iges(path: Path) -> None:
+    """Hold a file against its last line, which counts the lines of each section.
+
+    OpenCASCADE ends the process over some files that are cut short.
+    """
+    with path.open(encoding="latin-1") as file:
+        lines = [line[:80] for line in file if line.strip()]
+    last = lines[-1] if lines else ""
+    counts = Counter(line[_SECTION:][:1] for line in lines)
+    said = {letter: int(count) for letter, count in re.findall(r"([SGDP]) *(\d+)", last[:_SECTION])}
+    if last[_SECTION:][:1] != "T" or any(counts[letter] != said.get(letter) for letter in "SGDP"):
+        raise _damaged(path)
+
+
+def _damaged(path: Path) -> NeurbsError:
+    return NeurbsError(
+        f"{path}: must be a whole {path.suffix.lower()} file, but is damaged or cut short"
+    )
 
 
 def _read(path: Path, reader: Any) -> Any:
     from OCP.IFSelect import IFSelect_ReturnStatus
 
     if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise NeurbsError(
-            f"{path}: must be a whole {path.suffix.lower()} file, but is damaged or cut short"
-        )
+        raise _damaged(path)
     return reader
 
 
