@@ -31,7 +31,14 @@ from neurbs.interop import (
     to_opencascade,
     to_splipy,
 )
-from neurbs.io import read_points, save
+from neurbs.io import (
+    PointCloud,
+    load_surface,
+    load_surfaces,
+    read_point_cloud,
+    read_points,
+    save,
+)
 from neurbs.reconstruct import Reconstruction, Report, reconstruct
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
@@ -45,6 +52,7 @@ __all__ = [
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
+    "PointCloud",
     "Progress",
     "Reconstruction",
     "Report",
@@ -54,6 +62,9 @@ __all__ = [
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
+    "load_surface",
+    "load_surfaces",
+    "read_point_cloud",
     "read_points",
     "reconstruct",
     "save",

@@ -202,6 +202,7 @@ def reconstruct(
     """
     for path in output:
         _check_output(context, path, points)
+    _check_points(context, points)
     cloud = neurbs.read_points(points)
     options: dict[str, Any] = {
         "method": method,
@@ -244,6 +245,15 @@ def _check_output(context: typer.Context, path: Path, points: Path) -> None:
         raise wrong(str(error)) from None
     if path.exists() and points.exists() and path.samefile(points):
         raise wrong(f"{path}: the points must not be overwritten, give another file")
+
+
+def _check_points(context: typer.Context, path: Path) -> None:
+    # That there is no such file matters more than its suffix; reading it will say so.
+    if path.is_file():
+        try:
+            io.check_source(path)
+        except neurbs.NeurbsError as error:
+            raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
 
 
 def _blame_option(

@@ -182,6 +182,7 @@ def test_help_has_an_example_and_the_defaults(
         ("reconstruct P -o a.step --method magic", "'--method': must be 'paper', got 'magic'"),
         ("reconstruct P -o a.step -o a.dxf", r"'--output': a\.dxf: .*\.step .*, got the suffix"),
         ("reconstruct P -o a", "'--output': a: .* got no suffix"),
+        ("reconstruct points.dwg -o a.step", "'POINTS': points.dwg: points must be in a file with"),
     ],
 )
 def test_a_wrong_command_line(
@@ -192,12 +193,13 @@ def test_a_wrong_command_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(points_file.parent)
+    Path("points.dwg").touch()
     arguments = words.replace("P", points_file.name, 1).split() if " P" in words else words.split()
     done = Outcome(capsys, *arguments)
     assert done.code == 2
     assert done.out == ""
     assert re.fullmatch(rf"neurbs: error: .*{message}.* \(see 'neurbs.* --help'\)\n", done.err)
-    assert [path.name for path in Path().iterdir()] == [points_file.name]
+    assert {path.name for path in Path().iterdir()} == {points_file.name, "points.dwg"}
 
 
 @pytest.mark.parametrize(
@@ -234,7 +236,6 @@ def test_bad_points(
         ("points.xyz", "no/a.step", "FileNotFoundError", "no: there is no such folder"),
         ("points.xyz", ".", "IsADirectoryError", ".: a result is a file, but this is a folder"),
         ("points.xyz", "points.xyz/a.obj", "NotADirectoryError", "this is not a folder"),
-        ("points.las", "a.step", "NeurbsError", "points.las: points must be in a file with"),
         # The target is checked before the points are read.
         ("missing.xyz", "no/a.step", "FileNotFoundError", "no: there is no such folder"),
     ],
@@ -250,7 +251,6 @@ def test_files_that_are_not_there(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("points.las").touch()
     done = Outcome(capsys, "reconstruct", points, "-o", output, "--json")
     assert done.code == 1
     assert message in done.err

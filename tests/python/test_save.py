@@ -11,18 +11,21 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import meshio
 import numpy as np
 import pytest
 import trimesh
 from numpy.typing import NDArray
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 
 import neurbs
 from neurbs import NeurbsError, NurbsSurface, Reconstruction
 from neurbs.io import check_target
 from neurbs.io.replacement import replacement
 
-MESHES = (".obj", ".ply", ".glb", ".stl")
-SURFACES = (".step", ".stp", ".igs", ".iges")
+MESHES = (".obj", ".ply", ".glb", ".stl", ".vtp", ".off")
+SURFACES = (".step", ".stp", ".igs", ".iges", ".3dm", ".json")
 
 
 def plane() -> NurbsSurface:
@@ -44,7 +47,9 @@ def loaded(path: Path) -> tuple[Any, NDArray[np.float64]]:
     return mesh, trimesh.transform_points(mesh.vertices, transform)
 
 
-@pytest.mark.parametrize(("suffix", "lost"), [(".obj", 0), (".ply", 0), (".glb", 1e-5)])
+@pytest.mark.parametrize(
+    ("suffix", "lost"), [(".obj", 0), (".ply", 0), (".glb", 1e-5), (".off", 0)]
+)
 def test_meshes_keep_their_digits(
     tmp_path: Path, result: Reconstruction, suffix: str, lost: float
 ) -> None:
@@ -53,9 +58,86 @@ def test_meshes_keep_their_digits(
     mesh, placed = loaded(path)
     np.testing.assert_array_equal(mesh.faces, result.mesh.triangles)
     np.testing.assert_allclose(placed, result.mesh.vertices, rtol=0, atol=lost)
-    np.testing.assert_allclose(mesh.vertex_normals, result.mesh.normals, rtol=0, atol=1e-6)
-    if suffix in (".obj", ".ply"):
+    if suffix != ".off":
+        np.testing.assert_allclose(mesh.vertex_normals, result.mesh.normals, rtol=0, atol=1e-6)
+    if suffix != ".glb":
         np.testing.assert_array_equal(neurbs.read_points(path), result.mesh.vertices)
+
+
+def test_vtp_has_all_of_a_mesh(tmp_path: Path, result: Reconstruction) -> None:
+    neurbs.save(result.mesh, tmp_path / "a.vtp")
+    reader = vtkXMLPolyDataReader()
+    reader.SetFileName(str(tmp_path / "a.vtp"))
+    reader.Update()
+    data = reader.GetOutput()
+    mesh, attributes = result.mesh, data.GetPointData()
+    corners = vtk_to_numpy(data.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    np.testing.assert_array_equal(corners, mesh.triangles)
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), mesh.vertices)
+    np.testing.assert_allclose(vtk_to_numpy(attributes.GetNormals()), mesh.normals, atol=1e-7)
+    np.testing.assert_array_equal(vtk_to_numpy(attributes.GetArray("uv")), mesh.uv)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [(None, 1), ("mm", 1e-3), ("in", 0.0254)])
+def test_glb_is_in_metres(tmp_path: Path, unit: str | None, metres: float) -> None:
+    mesh = plane().tessellate()
+    neurbs.save(mesh, tmp_path / "a.glb", unit=unit)
+    _, placed = loaded(tmp_path / "a.glb")
+    np.testing.assert_allclose(placed, metres * mesh.vertices, rtol=0, atol=1e-6 * metres)
+
+
+def test_stl_has_the_normals_of_its_triangles(tmp_path: Path) -> None:
+    mesh = plane().tessellate(shape=(9, 7))
+    neurbs.save(mesh, tmp_path / "a.stl")
+    record = [("normal", "<f4", 3), ("corners", "<f4", 9), ("attributes", "<u2")]
+    table = np.fromfile(tmp_path / "a.stl", np.dtype(record), offset=84)
+    theirs, _ = loaded(tmp_path / "a.stl")
+    np.testing.assert_allclose(table["normal"], theirs.face_normals, atol=1e-6)
+
+
+POINTS = neurbs.PointCloud(
+    np.array([[5000000.001, 7500000.0, 120.25], [0.1, -1e-300, 1e300], [1 / 3, 2.0, 3.0]]),
+    np.eye(3),
+    np.array([[1, 2, 3], [4, 5, 6], [7, 8, 255]], np.uint8),
+    np.array([0.1, 2.0, 1e-9]),
+)
+
+
+def test_points_with_distances_as_ply(tmp_path: Path) -> None:
+    neurbs.save(POINTS, tmp_path / "a.ply")
+    mesh = meshio.read(tmp_path / "a.ply")
+    np.testing.assert_array_equal(mesh.points, POINTS.points)
+    np.testing.assert_array_equal(mesh.point_data["distance"], POINTS.distances)
+    np.testing.assert_array_equal(trimesh.load(tmp_path / "a.ply").colors[:, :3], POINTS.colors)
+    neurbs.save(neurbs.PointCloud(POINTS.points), tmp_path / "b.ply")
+    np.testing.assert_array_equal(meshio.read(tmp_path / "b.ply").points, POINTS.points)
+
+
+def test_points_with_distances_as_csv(tmp_path: Path) -> None:
+    neurbs.save(POINTS, tmp_path / "a.csv")
+    table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
+    assert table.dtype.names == (*"xyz", "nx", "ny", "nz", "red", "green", "blue", "distance")
+    np.testing.assert_array_equal(table["distance"], POINTS.distances)
+    read = neurbs.read_point_cloud(tmp_path / "a.csv")
+    for name in ("points", "normals", "colors"):
+        np.testing.assert_array_equal(getattr(read, name), getattr(POINTS, name))
+
+
+def test_a_result_as_csv_has_its_distances(tmp_path: Path, result: Reconstruction) -> None:
+    result.save(tmp_path / "a.csv")
+    table = np.genfromtxt(tmp_path / "a.csv", delimiter=",", names=True)
+    points = np.column_stack([table[axis] for axis in "xyz"])
+    np.testing.assert_array_equal(points, result.points)
+    distances = result.surface.closest_points(points).distances
+    np.testing.assert_array_equal(table["distance"], distances)
+
+
+def test_an_unknown_unit(tmp_path: Path) -> None:
+    message = "unit must be 'mm' or 'cm' or 'm' or 'in' or 'ft', got 'parsec'"
+    for suffix in (".step", ".obj"):
+        with pytest.raises(NeurbsError, match=message):
+            neurbs.save(plane(), tmp_path / f"a{suffix}", unit="parsec")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_stl_says_what_it_loses(tmp_path: Path, result: Reconstruction) -> None:
@@ -98,7 +180,7 @@ def test_a_surface_and_a_result_go_into_every_file(
         result.save(str(tmp_path / f"result{suffix}"))
     sizes = {path.name: path.stat().st_size for path in tmp_path.iterdir()}
     assert set(sizes) == {f"surface{suffix}", f"result{suffix}"}
-    assert min(sizes.values()) > 500
+    assert min(sizes.values()) > 400
 
 
 def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
@@ -111,14 +193,19 @@ def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("thing", "suffix", "message"),
     [
-        (plane().tessellate(), ".step", "surface, which a TriangleMesh has not: .* as .obj .ply"),
+        (
+            plane().tessellate(),
+            ".step",
+            "surface, which a TriangleMesh has not: .* as .obj .ply",
+        ),
         (plane().tessellate(), ".png", "picture, which a TriangleMesh has not"),
         (
             plane(),
             ".png",
-            "picture, which a NurbsSurface has not: .* as .step .stp .igs .iges .obj",
+            "picture, which a NurbsSurface has not: .* as .step .stp .igs .iges .3dm .json .obj",
         ),
-        (np.zeros((3, 3)), ".obj", "mesh, which a ndarray has not: it can be written as nothing"),
+        (POINTS, ".obj", "surface or a mesh, which a PointCloud has not: .* as .ply .csv"),
+        (np.zeros((3, 3)), ".stl", "mesh, which a ndarray has not: it can be written as nothing"),
     ],
 )
 def test_a_thing_in_the_wrong_file(tmp_path: Path, thing: Any, suffix: str, message: str) -> None:
@@ -170,7 +257,7 @@ def umask() -> Iterator[None]:
 
 @pytest.mark.usefixtures("umask")
 @pytest.mark.skipif(os.name == "nt", reason="permissions are those of POSIX")
-@pytest.mark.parametrize("suffix", [".step", ".ply", ".glb", ".png"])
+@pytest.mark.parametrize("suffix", [".step", ".ply", ".glb", ".3dm", ".csv", ".png"])
 def test_permissions_are_those_of_any_new_file(
     tmp_path: Path, result: Reconstruction, suffix: str
 ) -> None:
@@ -212,7 +299,7 @@ def test_the_longest_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="file sizes are limited by POSIX")
-@pytest.mark.parametrize("suffix", [*SURFACES[:1], *SURFACES[2:3], *MESHES, ".png"])
+@pytest.mark.parametrize("suffix", [".step", ".igs", ".3dm", ".json", ".csv", *MESHES, ".png"])
 def test_a_full_disk_leaves_what_was_there(tmp_path: Path, suffix: str) -> None:
     path = existing(tmp_path / f"a{suffix}")
     code = f"""
@@ -231,41 +318,72 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, suffix: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True
     )
-    assert done.stdout.strip() == f"{path} File too large"
+    # Rhino's library does not say what the system has said.
+    reasons = {".3dm": "Rhino's library cannot write this file"}
+    assert done.stdout.strip() == f"{path} {reasons.get(suffix, 'File too large')}"
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_importing_neurbs_is_light() -> None:
-    heavy = {"matplotlib", "pydantic", "rich", "trimesh", "typer"}
+    heavy = {"OCP", "laspy", "matplotlib", "pydantic", "pye57", "rasterio", "rhino3dm"}
+    heavy |= {"rich", "trimesh", "typer", "vtkmodules"}
     code = f"import sys, neurbs; print({heavy} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize("suffix", [".glb", ".stl"])
-def test_ctrl_c_is_not_lost_in_a_library(suffix: str, tmp_path: Path) -> None:
-    """Interrupt in a process that has not imported trimesh yet, where it used to be swallowed."""
-    path = tmp_path / f"a{suffix}"
-    script = f"""
-        import os, signal, threading
-        import numpy as np
-        import neurbs
+ALL_AT_ONCE = """
+    import os, signal, sys, threading, time
+    import numpy as np
+    import neurbs
 
-        mesh = neurbs.NurbsSurface(np.random.default_rng(0).random((4, 4, 3))).tessellate()
-        threading.Timer(0.03, os.kill, (os.getpid(), signal.SIGINT)).start()
-        try:
-            neurbs.save(mesh, {str(path)!r})
-            print("written")
-        except KeyboardInterrupt:
-            print("interrupted")
-    """
+    surface = neurbs.NurbsSurface(np.random.default_rng(0).random((4, 4, 3)))
+    thing = {thing}
+    sent = []
+
+    def interrupt():
+        sent.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Timer({delay}, interrupt).start()
+    try:
+        {call}
+        print("done")
+    except KeyboardInterrupt:
+        print(time.monotonic() - sent[0])
+"""
+
+
+def answered(thing: str, call: str, delay: float) -> str:
+    """Interrupt a call after some seconds: how long it goes on."""
+    code = textwrap.dedent(ALL_AT_ONCE.format(thing=thing, call=call, delay=delay))
     run = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=60
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False
     )
-    assert run.stdout == "interrupted\n", run.stderr
-    assert not any(tmp_path.iterdir())
+    return run.stdout.strip() or run.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("suffix", MESHES)
+def test_ctrl_c_is_answered_while_a_large_mesh_is_written(suffix: str, tmp_path: Path) -> None:
+    call = f"neurbs.save(thing, {str(tmp_path / f'a{suffix}')!r})"
+    # A busy machine gets more than one chance.
+    for _ in range(3):
+        seconds = answered("surface.tessellate(shape=(3000, 3000))", call, 0.1)
+        assert not any(tmp_path.iterdir())
+        if float(seconds) < 0.2:
+            return
+    pytest.fail(f"Ctrl-C was answered after {seconds} s")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_is_not_lost_in_a_library(tmp_path: Path) -> None:
+    """Interrupt while trimesh is imported, which swallows what is raised then."""
+    path = tmp_path / "a.stl"
+    neurbs.save(plane().tessellate(), path)
+    seconds = answered("None", f"neurbs.read_points({str(path)!r})", 0.03)
+    assert float(seconds) > 0
 
 
 @pytest.mark.skipif(os.name == "nt", reason="modes of POSIX")

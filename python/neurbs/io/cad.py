@@ -1,0 +1,133 @@
+"""Surfaces in STEP and IGES files, read by OpenCASCADE."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
+from neurbs.interop import from_opencascade
+from neurbs.io.extras import imported
+from neurbs.io.surface_file import SurfaceFile
+from neurbs.io.units import symbol
+
+_TRIMMED = 1e-6
+"""Share of its surface's area that a face must lack to count as trimmed."""
+
+_STEP = (".step", ".stp")
+
+_SECTION = 72
+"""Column, from 0, of the letter that says which section of an IGES file a line belongs to."""
+
+_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
+"""The standard's numbers of the units."""
+
+
+def read_cad(path: Path) -> SurfaceFile:
+    """Read the surface of each face, in the file's unit."""
+    imported(path, "OCP")
+    with _quiet():
+        reader, unit = (_step if path.suffix.lower() in _STEP else _iges)(path)
+        reader.TransferRoots()
+        shape = reader.OneShape()
+        faces = [] if shape.IsNull() else list(_faces(shape))
+    # OpenCASCADE has turned all into millimetres.
+    factor = 1 / LENGTH_UNITS[unit]
+    scale = np.diag([factor, factor, factor, 1.0])
+    surfaces = [s if factor == 1 else s.transformed(scale) for s, _ in faces]
+    return SurfaceFile(surfaces, sum(is_trimmed for _, is_trimmed in faces), unit)
+
+
+def _step(path: Path) -> tuple[Any, str]:
+    from OCP.collections import Sequence_TCollection_AsciiString
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = _read(path, STEPControl_Reader())
+    lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
+    reader.FileUnits(lengths, angles, solid_angles)
+    unit = symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
+    # Coordinates in a unit that nobody else knows stay in millimetres.
+    return reader, unit if unit in LENGTH_UNITS else "mm"
+
+
+def _iges(path: Path) -> tuple[Any, str]:
+    from OCP.IGESControl import IGESControl_Reader
+
+    _check_iges(path)
+    reader = _read(path, IGESControl_Reader())
+    return reader, _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
+
+
+def _check_iges(path: Path) -> None:
+    """Hold a file against its last line, which counts the lines of each section.
+
+    OpenCASCADE ends the process over some files that are cut short.
+    """
+    with path.open(encoding="latin-1") as file:
+        lines = [line[:80] for line in file if line.strip()]
+    last = lines[-1] if lines else ""
+    counts = Counter(line[_SECTION:][:1] for line in lines)
+    said = {letter: int(count) for letter, count in re.findall(r"([SGDP]) *(\d+)", last[:_SECTION])}
+    if last[_SECTION:][:1] != "T" or any(counts[letter] != said.get(letter) for letter in "SGDP"):
+        raise _damaged(path)
+
+
+def _damaged(path: Path) -> NeurbsError:
+    return NeurbsError(
+        f"{path}: must be a whole {path.suffix.lower()} file, but is damaged or cut short"
+    )
+
+
+def _read(path: Path, reader: Any) -> Any:
+    from OCP.IFSelect import IFSelect_ReturnStatus
+
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise _damaged(path)
+    return reader
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep OpenCASCADE from printing what it thinks of a file."""
+    from OCP.Message import Message
+
+    messenger = Message.DefaultMessenger_s()
+    printers = list(messenger.Printers())
+    for printer in printers:
+        messenger.RemovePrinter(printer)
+    try:
+        yield
+    finally:
+        for printer in printers:
+            messenger.AddPrinter(printer)
+
+
+def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
+    """Give the B-spline surface of each face, and whether the face is smaller than it."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    def area(face: Any) -> float:
+        properties = GProp_GProps()
+        BRepGProp.SurfaceProperties_s(face, properties)
+        return abs(float(properties.Mass()))
+
+    # Planes, cylinders and the like become B-splines, too.
+    faces = TopExp_Explorer(BRepBuilderAPI_NurbsConvert(shape).Shape(), TopAbs_FACE)
+    while faces.More():
+        face = TopoDS.Face(faces.Current())
+        surface = BRep_Tool.Surface_s(face)
+        whole = BRepBuilderAPI_MakeFace(surface, 1e-7).Face()
+        yield from_opencascade(surface), area(face) < (1 - _TRIMMED) * area(whole)
+        faces.Next()
