@@ -166,7 +166,7 @@ def test_threads_do_not_change_a_bit() -> None:
         fitted = neurbs.NurbsSurface.fit(points, uv, net=(15, 14), weights=rng.random(20000))
         closed = neurbs.NurbsSurface.fit(points, uv, net=(15, 14), closed=True)
         met = neurbs.NurbsSurface.interpolate(grid)
-        area = np.array([fitted.area(), met.area()])
+        area = np.array([met.area(accuracy=1e-3)])
         feet = fitted.closest_points(points[:2000])
         for array in [*(s.control_points for s in (fitted, closed, met)), area, feet.uv]:
             sys.stdout.buffer.write(array.tobytes())

@@ -16,7 +16,7 @@ POINTS, UV = RNG.random((30, 3)), RNG.random((30, 2))
 GRID = np.stack([*np.mgrid[0:6, 0:7], RNG.random((6, 7))], axis=-1)
 
 REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
-    (SURFACE.insert_knots, [0.5] * 4, "0.5 stands 4 times"),
+    (SURFACE.insert_knots, [0.5] * 4, "0.5 stands 5 times"),
     (SURFACE.insert_knots, [np.nan], "strictly inside the domain"),
     (SURFACE.insert_knots, "x", "u must be real numbers"),
     (SURFACE.elevate_degree, 2**64 - 1, "at most 9 after elevation"),
