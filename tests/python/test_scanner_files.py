@@ -194,6 +194,19 @@ def test_a_damaged_pcd_is_refused(tmp_path: Path, old: str, new: str, message: s
         neurbs.read_points(path)
 
 
+def test_a_count_beyond_all_memory_is_cut_short(tmp_path: Path) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_text(PCD.replace("POINTS 2", f"POINTS {10**15}").replace("ascii", "binary"))
+    with pytest.raises(NeurbsError, match=r"must hold 10{15} points, .* cut short after"):
+        neurbs.read_points(path)
+    write_las(tmp_path / "a.las", survey(9))
+    content = bytearray((tmp_path / "a.las").read_bytes())
+    content[107:111] = b"\xff" * 4  # The number of points, in version 1.2.
+    (tmp_path / "a.las").write_bytes(content)
+    with pytest.raises(NeurbsError, match=r"a\.las: must "):
+        neurbs.read_points(tmp_path / "a.las")
+
+
 # Grids of heights
 
 ESRI = "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n"

@@ -142,6 +142,8 @@ def _binary(path: Path, header: _Header) -> Iterator[_Fields]:
         file.seek(header.size)
         for start in range(0, header.points, BLOCK):
             table = np.fromfile(file, record, min(BLOCK, header.points - start))
+            if not len(table):
+                return
             yield {name: table[str(i)][:, 0] for i, name in enumerate(header.names)}
 
 

@@ -63,11 +63,6 @@ class _Element:
         found = [there.index(name) for known in names for name in known if name in there]
         return tuple(found) if len(found) == len(names) else ()
 
-    def possible(self, path: Path) -> int:
-        """How many rows there can be: a damaged count would ask for all memory."""
-        # A row has a byte at least for each number.
-        return min(self.count, path.stat().st_size // max(len(self.properties), 1))
-
     def row(self, byte_order: str) -> np.dtype[np.void]:
         """Make the record of a row; its columns are named by their place, for names may repeat."""
         return np.dtype([(str(i), byte_order + t) for i, (_, t) in enumerate(self.properties)])
@@ -109,7 +104,7 @@ def read_ply(path: Path, request: Request) -> PointSource:
     )
     read = _binary if header.byte_order else _ascii
     blocks = read(path, header, before, vertex, layout)
-    return PointSource(whole(path, blocks, vertex.count), count=vertex.possible(path))
+    return PointSource(whole(path, blocks, vertex.count), count=vertex.count)
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:

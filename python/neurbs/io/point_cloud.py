@@ -165,7 +165,7 @@ class PointSource:
     blocks : iterator of Block
         The points, in the file's order.
     count : int
-        How many there are at most, as far as is known: memory is taken for so many.
+        How many there are at most, as far as the file says: memory is taken for so many.
     unit, crs, offset
         As in `PointCloud`.
     """

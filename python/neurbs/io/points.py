@@ -266,7 +266,9 @@ def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block
 
 def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
     """Join all blocks."""
-    points, normals, colors = (Collector(source.count) for _ in range(3))
+    # A damaged count would ask for all memory; if a file is compressed well, arrays will grow.
+    capacity = min(source.count, path.stat().st_size)
+    points, normals, colors = (Collector(capacity) for _ in range(3))
     dropped = 0
     for block in _finite(path, source, request):
         dropped += block.dropped

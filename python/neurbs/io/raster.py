@@ -66,7 +66,7 @@ def read_asc(path: Path, request: Request) -> PointSource:
     """Read an ESRI grid, or a table of points, whichever it is."""
     with open_text(path) as file:
         head = list(islice(file, _HEAD))
-    if not head or head[0].split()[:1] not in (["ncols"], ["NCOLS"]):
+    if not head or head[0].lower().split()[:1] != ["ncols"]:
         return read_text(path, request)
     pairs = [line.replace(",", ".").split() for line in head]
     entries = {
