@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::error::Result;
 use crate::mesh::{TriangleMesh, UniformGrid};
-use crate::nurbs::{NurbsSurface, check_degree};
+use crate::nurbs::{MAX_DEGREE, NurbsSurface, OrderedSurface, check_degree};
 use crate::point_cloud::{self, Bounds};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
@@ -16,8 +16,10 @@ use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 pub struct ReconstructOptions {
     /// How the surface comes from the points.
     pub method: Method,
+    /// What the lattice is to the surface.
+    pub surface: OrderedSurface,
     /// Rows and columns of the lattice, and so of the control net; `None`: see
-    /// [`Lattice::for_points`].
+    /// [`Lattice::for_points`], but no more of a Bézier surface than it can have.
     pub grid: Option<(usize, usize)>,
     /// Degree of the surface in both directions, lowered where the net has too few rows or
     /// columns for it.
@@ -36,6 +38,7 @@ impl Default for ReconstructOptions {
     fn default() -> Self {
         Self {
             method: Method::Paper,
+            surface: OrderedSurface::ControlNet,
             grid: None,
             degree: 3,
             seed: 0,
@@ -49,7 +52,7 @@ impl Default for ReconstructOptions {
 /// How the surface comes from the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The paper's method: the trained lattice is the surface's control net.
+    /// The paper's method: the surface of the trained lattice, by [`ReconstructOptions::surface`].
     Paper,
 }
 
@@ -118,7 +121,8 @@ impl Reconstruction {
 /// triangles.
 ///
 /// By the paper's method: a Kohonen network learns the points, and its lattice becomes the control
-/// net of a clamped B-spline surface.
+/// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net. Points that are in
+/// order already need no network: [`OrderedSurface::through`] is this last stage.
 ///
 /// # Errors
 ///
@@ -130,15 +134,15 @@ pub fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let start = Instant::now();
-    point_cloud::check(points)?;
     check_degree(options.degree)?;
-    let som = learn(points, options, observer)?;
+    let bounds = point_cloud::checked_bounds(points, observer)?;
+    let som = learn(points, &bounds, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
     let training_time = start.elapsed();
-    let surface = NurbsSurface::clamped(som.codebook(), som.lattice.shape(), options.degree)?;
+    let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
     let report = Report {
         points: points.len(),
-        diagonal: Bounds::of(points).diagonal(),
+        diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
         steps: som.steps,
@@ -155,13 +159,19 @@ pub fn reconstruct(
 /// Trains the map by the paper's section 4.
 fn learn(
     points: &[DVec3],
+    bounds: &Bounds,
     options: &ReconstructOptions,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let lattice = match options.grid {
         Some((rows, cols)) => Lattice::quad(rows, cols)?,
+        None if options.surface == OrderedSurface::Bezier => {
+            let (rows, cols) = Lattice::for_points(points.len()).shape();
+            Lattice::quad(rows.min(MAX_DEGREE + 1), cols.min(MAX_DEGREE + 1))?
+        }
         None => Lattice::for_points(points.len()),
     };
+    options.surface.check_shape(lattice.shape())?;
     let som_options = SomOptions {
         seed: options.seed,
         max_steps: options.max_steps,
@@ -169,5 +179,5 @@ fn learn(
         min_change: options.min_change,
         ..SomOptions::paper()
     };
-    SelfOrganizingMap::fit(points, lattice, &som_options, observer)
+    SelfOrganizingMap::fit_within(bounds, points, lattice, &som_options, observer)
 }

@@ -113,7 +113,7 @@ fn the_observer_sees_progress_and_can_stop() {
     let options = ReconstructOptions { max_steps: Some(10_000), ..Default::default() };
     reconstruct(&points, &options, &mut watch).unwrap().tessellate(&mut watch).unwrap();
     stages.dedup();
-    assert_eq!(stages, ["training", "measuring", "tessellation"]);
+    assert_eq!(stages, ["checking", "training", "measuring", "tessellation"]);
     assert!(steps.len() > 4);
 
     let mut calls = 0;

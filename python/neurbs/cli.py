@@ -101,7 +101,7 @@ def _failure_message(error: Exception) -> str:
         case neurbs.NeurbsError() | OSError():
             return str(error)
         case MemoryError():
-            return "there is not enough memory for this job"
+            return str(error) or "there is not enough memory for this job"
         case Warning():
             return f"a warning, which Python was told to take for an error: {error}"
     return f"{type(error).__name__}: {error} (this is a fault of neurbs, please report it)"
@@ -174,6 +174,9 @@ def reconstruct(
     method: Annotated[
         str | None, _option("method", "How the surface comes from the points", "NAME")
     ] = None,
+    surface: Annotated[
+        str | None, _option("surface", "What the lattice is to the surface", "NAME")
+    ] = None,
     grid: Annotated[
         tuple[str, str] | None,
         _option("grid", "Size of the lattice, and so of the control net", "ROWS COLS"),
@@ -206,6 +209,7 @@ def reconstruct(
     cloud = neurbs.read_points(points)
     options: dict[str, Any] = {
         "method": method,
+        "surface": surface,
         "grid": grid and tuple(map(_value, grid)),
         "degree": degree,
         "seed": seed,

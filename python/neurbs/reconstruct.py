@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import time
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -34,7 +35,8 @@ class Report:
     ordered_at : int
         The step from which on the radius was zero.
     stopped_by : str
-        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
+        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``; ``"ordered"`` for
+        points that were in order already, which need none.
     reached : int
         How many points are on the lattice.
     change : float or None
@@ -76,13 +78,14 @@ class Reconstruction:
     Attributes
     ----------
     points : ndarray of shape (n, 3)
-        The points: a read-only view of the array that was given, or of its conversion.
+        The points, row by row if they were ordered: a read-only view of the array that was given,
+        or of its conversion.
     surface : NurbsSurface
         The surface.
     mesh : TriangleMesh
         The surface as triangles.
-    som : SelfOrganizingMap
-        The trained map.
+    som : SelfOrganizingMap or None
+        The trained map; None for points that were in order already.
     report : Report
         How it went.
     """
@@ -90,7 +93,7 @@ class Reconstruction:
     points: NDArray[np.float64] = dataclasses.field(repr=False)
     surface: _core.NurbsSurface
     mesh: _core.TriangleMesh
-    som: SelfOrganizingMap
+    som: SelfOrganizingMap | None
     report: Report = dataclasses.field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -102,6 +105,7 @@ def reconstruct(
     points: ArrayLike,
     *,
     method: str = "paper",
+    surface: str = "control-net",
     grid: tuple[int, int] | None = None,
     degree: int = 3,
     seed: int = 0,
@@ -113,22 +117,29 @@ def reconstruct(
     """Turn scattered points into a NURBS surface.
 
     A Kohonen network learns the points, its lattice becomes the control net of a clamped B-spline
-    surface, which is tessellated uniformly.
+    surface, which is tessellated uniformly. Points that are in order already, an array of shape
+    (r, c, 3), become a surface without a network.
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         At least four distinct points, finite, not all on one line; two columns lie in z = 0. A
-        C-contiguous float64 array is used as it is, anything else is converted once.
+        C-contiguous float64 array is used as it is, anything else is converted once. Of shape
+        (r, c, 3) they are the rows of an ordered grid, and the lattice themselves: only `surface`,
+        `degree` and `progress` have a meaning then.
     method : {"paper"}, default "paper"
-        How the surface comes from the points: by the paper's method, the trained lattice is the
-        control net.
+        How the surface comes from the points: by the paper's method, from the trained lattice.
+    surface : {"control-net", "interpolate", "bezier"}, default "control-net"
+        What the lattice is to the surface (section 5 of the paper): the control net of a clamped
+        B-spline surface, the points that such a surface passes through, or the control net of one
+        Bézier surface.
     grid : (int, int), optional
         Rows and columns of the lattice, and so of the control net; by default four nodes for each
-        of few points, at least 400 nodes for many, and up to 2500.
+        of few points, at least 400 nodes for many, and up to 2500. A Bézier surface has from 2 to
+        10 of each, by default up to 10.
     degree : int, default 3
         Degree of the surface in both directions, lowered where the net has too few rows or columns
-        for it.
+        for it. A Bézier surface's degrees are one less than rows and columns, whatever it is.
     seed : int, default 0
         Seed of everything random; the same seed gives the same bits.
     max_steps : int, optional
@@ -175,10 +186,13 @@ def reconstruct(
     >>> result.report.stopped_by
     'settled'
     """
+    if np.ndim(points) == 3:
+        return _of_ordered(points, surface, degree, progress)
     converted = _core.as_points(points)
-    surface, mesh, trained, report = _core.reconstruct(
+    made, mesh, trained, report = _core.reconstruct(
         converted,
         method=method,
+        surface=surface,
         grid=grid,
         degree=degree,
         seed=seed,
@@ -192,9 +206,7 @@ def reconstruct(
     )
     if converted is not points:
         converted.flags.writeable = False
-    kept = converted.view()
-    kept.flags.writeable = False
-    result = Reconstruction(kept, surface, mesh, som, Report(**report))
+    result = Reconstruction(_read_only(converted), made, mesh, som, Report(**report))
     if not result.report.converged:
         change = result.report.change
         moved = "" if change is None else f", while the lattice still moved {change:.3g} an epoch"
@@ -205,3 +217,36 @@ def reconstruct(
             stacklevel=2,
         )
     return result
+
+
+def _of_ordered(
+    points: ArrayLike,
+    surface: str,
+    degree: int,
+    progress: Callable[[_core.Progress], object] | None,
+) -> Reconstruction:
+    """Make the surface of points in order, without a network."""
+    start = time.perf_counter()
+    made, mesh = _core.ordered_surface(points, surface, degree, progress)
+    flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+    rows, cols = np.shape(points)[:2]
+    report = Report(
+        points=len(flat),
+        diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
+        grid=(rows, cols),
+        degree=made.degree,
+        steps=0,
+        ordered_at=0,
+        stopped_by="ordered",
+        reached=len(flat),
+        change=None,
+        quantization_error=0.0,
+        seconds={"surface": time.perf_counter() - start},
+    )
+    return Reconstruction(_read_only(flat), made, mesh, None, report)
+
+
+def _read_only(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    view = points.view()
+    view.flags.writeable = False
+    return view

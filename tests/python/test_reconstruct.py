@@ -27,6 +27,7 @@ def test_terrain_becomes_a_surface() -> None:
     result = neurbs.reconstruct(points)
     assert result.report.converged
     assert result.report.stopped_by == "settled"
+    assert result.som is not None
     assert result.som.codebook_.shape == result.surface.control_points.shape == (28, 29, 3)
     np.testing.assert_array_equal(result.som.codebook_, result.surface.control_points)
     assert result.report.quantization_error < 0.01 * result.report.diagonal
@@ -94,7 +95,10 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
         ("method", "fit", "method must be 'paper', got 'fit'"),
         ("method", 3, "method must be 'paper', got 3"),
         ("grid", (1, 5), r"grid must be \(rows, cols\) of at least \(2, 2\)"),
-        ("grid", (10**6, 10**6), "at most 16777216 nodes in all, got .1000000, 1000000."),
+        ("grid", (10**6, 10**6), "nodes in all, got .1000000, 1000000., about 512000 GB of memory"),
+        ("grid", (2**40, 2**40), "at most 16777216 nodes in all"),
+        ("grid", (200_000, 200_000), "about 20480 GB of memory"),
+        ("surface", "mesh", "surface must be 'control-net' or 'interpolate' or 'bezier', got"),
         ("grid", 5, "grid must be two integers from 0, got 5"),
         ("grid", (-4, 5), r"grid must be two integers from 0, got \(-4, 5\)"),
         ("grid", (4, 5, 6), "grid must be two integers from 0"),
@@ -113,6 +117,71 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
 def test_options_out_of_range_are_refused(option: str, value: object, message: str) -> None:
     with pytest.raises(NeurbsError, match=message):
         neurbs.reconstruct(FEW, **{option: value})  # type: ignore[arg-type]
+
+
+def test_the_lattice_is_interpolated_or_a_bezier_net(terrain_points: Points) -> None:
+    through = neurbs.reconstruct(terrain_points, surface="interpolate", grid=(12, 9))
+    assert through.som is not None
+    lattice = through.som.codebook_
+    distances = through.surface.closest_points(lattice.reshape(-1, 3)).distances
+    assert distances.max() < 1e-9 * through.report.diagonal
+    bezier = neurbs.reconstruct(terrain_points, surface="bezier", grid=(8, 10))
+    assert bezier.som is not None
+    assert bezier.surface.degree == bezier.report.degree == (7, 9)
+    np.testing.assert_array_equal(bezier.surface.control_points, bezier.som.codebook_)
+    assert neurbs.reconstruct(terrain_points, surface="bezier").report.grid == (10, 10)
+    with pytest.raises(NeurbsError, match=r"grid must be from 2 to 10 rows and columns .*11, 4"):
+        neurbs.reconstruct(terrain_points, surface="bezier", grid=(11, 4))
+
+
+def test_ordered_points_need_no_network() -> None:
+    x, y = np.meshgrid(np.linspace(0, 3, 7), np.linspace(0, 2, 6), indexing="ij")
+    grid = np.stack([x, y, np.sin(x) * y], axis=-1)
+    result = neurbs.reconstruct(grid)
+    assert result.som is None
+    assert result.report.stopped_by == "ordered"
+    assert result.report.converged
+    assert result.report.grid == (7, 6)
+    np.testing.assert_array_equal(result.surface.control_points, grid)
+    np.testing.assert_array_equal(result.points, grid.reshape(-1, 3))
+    through = neurbs.reconstruct(grid, surface="interpolate").surface
+    assert through.closest_points(grid.reshape(-1, 3)).distances.max() < 1e-12
+    assert neurbs.reconstruct(grid.tolist(), surface="bezier").surface.degree == (6, 5)
+    for bad, message in [
+        (np.zeros((4, 4, 3)), "points must differ"),
+        (grid * np.nan, "points must be finite"),
+        (grid[:1], "grid must be at least 2 rows and columns, got .1, 6."),
+        (grid[..., :2], r"points must be real numbers of shape .*in order, \(r, c, 3\)"),
+    ]:
+        with pytest.raises(NeurbsError, match=message):
+            neurbs.reconstruct(bad)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory as Linux has them")
+def test_too_little_memory_is_an_error_and_no_crash() -> None:
+    script = """
+        import resource
+        import numpy as np
+        import neurbs
+
+        points = np.random.default_rng(0).random((1000, 3))
+        neurbs.SelfOrganizingMap(5, 5).fit(points)
+        limit = 4 << 30
+        resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+        for job in (
+            lambda: neurbs.reconstruct(points, grid=(4000, 4000)),
+            lambda: neurbs.SelfOrganizingMap(4000, 4000).fit(points),
+        ):
+            try:
+                job()
+            except MemoryError as error:
+                print(error)
+    """
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.count("a lattice of 16000000 nodes takes about 8.2 GB of memory") == 2
 
 
 def test_lists_and_arrays_do_as_well_as_tuples(terrain_points: Points) -> None:
@@ -134,14 +203,15 @@ def test_too_few_steps_are_a_warning(terrain_points: Points) -> None:
     with pytest.warns(ConvergenceWarning, match="max_steps=500 steps, while the lattice still"):
         result = neurbs.reconstruct(terrain_points, grid=(6, 6), max_steps=500)
     assert not result.report.converged
+    assert result.som is not None
     assert not result.som.converged_
 
 
 def test_progress_is_told(terrain_points: Points) -> None:
     seen: list[Progress] = []
     neurbs.reconstruct(terrain_points, grid=(20, 20), progress=seen.append)
-    assert [s.stage for s in seen[:1]] == ["training"]
-    assert {s.stage for s in seen} == {"training", "measuring", "tessellation"}
+    assert [s.stage for s in seen[:1]] == ["checking"]
+    assert {s.stage for s in seen} == {"checking", "training", "measuring", "tessellation"}
     assert all(0 <= s.step <= s.total for s in seen)
     training = [s for s in seen if s.stage == "training"]
     assert all(s.points == len(terrain_points) for s in training)
@@ -178,8 +248,12 @@ def test_other_threads_run_meanwhile() -> None:
 
 LONG_JOBS = {
     "reconstruct": "neurbs.reconstruct(points, max_steps=10**12, min_change=1e-12)",
-    "fit": "neurbs.SelfOrganizingMap(max_steps=10**12, min_change=1e-12).fit(points)",
-    "a large lattice": "neurbs.reconstruct(points, grid=(700, 700))",
+    "fit": "neurbs.SelfOrganizingMap(epochs=10**9, min_change=1e-300).fit(points)",
+    "fit a large lattice": "neurbs.SelfOrganizingMap(1500, 1500, epochs=99).fit(points)",
+    "check points": "[neurbs.reconstruct(line) for _ in range(100)]",
+    "geodesic": "[neurbs.SelfOrganizingMap(init='geodesic').fit(points) for _ in range(100)]",
+    "measure": "[som.topographic_error(cloud) for _ in range(100)]",
+    "a large lattice": "neurbs.reconstruct(points, grid=(2000, 2000))",
     "all points reached": "neurbs.reconstruct(many, reach=10.0, max_steps=10**12, grid=(300, 300))",
     "evaluate": "[surface.evaluate(uv) for _ in range(1000)]",
     "tessellate": "surface.tessellate(shape=(7000, 7000))",
@@ -203,6 +277,20 @@ def test_ctrl_c_is_answered(job: str, tmp_path: Path) -> None:
         path = {str(tmp_path / "big.obj")!r}
         surface = neurbs.NurbsSurface(rng.random((20, 20, 3)))
         uv = rng.random((4_000_000, 2))
+        if {job!r} == "check points":
+            # A line, refused only when all of it has been seen; then again.
+            line = np.linspace(0, 1, 3_000_000)[:, None] * [[1.0, 2.0, 3.0]]
+            check, neurbs.reconstruct = neurbs.reconstruct, lambda points: refused(points)
+        if {job!r} == "measure":
+            cloud = rng.random((3_000_000, 3))
+            som = neurbs.SelfOrganizingMap(50, 50, epochs=1).fit(points)
+
+        def refused(points):
+            try:
+                check(points)
+            except neurbs.NeurbsError:
+                pass
+
         mesh = surface.tessellate(shape=(2000, 2000)) if {job!r} == "write a mesh" else None
         if {job!r} in ("write STEP", "write IGES"):
             large = neurbs.NurbsSurface(rng.random((1500, 1500, 3)))
@@ -220,18 +308,11 @@ def test_ctrl_c_is_answered(job: str, tmp_path: Path) -> None:
         except KeyboardInterrupt:
             print(time.monotonic() - sent)
     """
-    latencies: list[float] = []
-    # Measured are 0.02 to 0.05 s. A machine that is busy elsewhere gets two more chances.
-    while len(latencies) < 3 and min(latencies, default=1.0) >= 0.2:
-        run = subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(script)],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
-        assert run.returncode == 0, run.stderr
-        latencies.append(float(run.stdout))
-    assert min(latencies) < 0.2, latencies
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120
+    )
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) < 0.2, run.stdout
     assert not any(tmp_path.iterdir())
 
 
