@@ -3,12 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::TriangleMesh;
+use super::options::MAX_TRIANGLES;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface, Outside};
 use crate::progress::Observer;
-
-/// Most triangles that a mesh may have: 100 million, some 6 GB.
-pub const MAX_TRIANGLES: usize = 100_000_000;
 
 /// Cells along each knot span by default: a cubic span looks smooth with them.
 const CELLS_PER_SPAN: usize = 4;
@@ -112,6 +110,7 @@ impl UniformGrid {
             triangles: vec![[0; 3]; self.triangles()],
             normals: vec![DVec3::ZERO; self.vertices()],
             uv: vec![DVec2::ZERO; self.vertices()],
+            max_deviation: f64::NAN,
         };
         let out = MeshSlices {
             vertices: &mut mesh.vertices,

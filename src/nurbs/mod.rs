@@ -20,12 +20,15 @@ mod grid;
 mod interpolate;
 mod knot_vector;
 mod measure;
+mod patch_nets;
 mod remove;
 mod strip;
 mod surface;
 
-pub(crate) use self::basis::{BasisDerivatives, padded};
+pub(crate) use self::basis::{BasisDerivatives, MAX_ORDER, padded};
+pub(crate) use self::bezier::halve;
 pub(crate) use self::knot_vector::check_degree;
+pub(crate) use self::patch_nets::PatchNets;
 
 pub use self::algebra::Direction;
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};

@@ -5,7 +5,8 @@ use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::{arrays, call};
-use crate::mesh::{MeshSlices, MeshView, UniformGrid};
+use crate::error::Result;
+use crate::mesh::{MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid};
 use crate::nurbs::NurbsSurface;
 
 /// Triangles of a surface, with a normal and the surface's parameters at each vertex.
@@ -23,7 +24,8 @@ use crate::nurbs::NurbsSurface;
 /// array([1., 1., 1.])
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct TriangleMesh {
-    grid: (usize, usize),
+    grid: Option<(usize, usize)>,
+    max_deviation: Option<f64>,
     vertices: Py<PyArray2<f64>>,
     triangles: Py<PyArray2<u32>>,
     normals: Py<PyArray2<f64>>,
@@ -57,10 +59,40 @@ impl TriangleMesh {
         grid: UniformGrid,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let vertices = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 3])?;
-        let triangles = arrays::empty::<u32, Ix2>(py, &[grid.triangles(), 3])?;
-        let normals = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 3])?;
-        let uv = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 2])?;
+        let counts = (grid.vertices(), grid.triangles());
+        let mesh = Self::written(py, counts, progress, |slices, watcher| {
+            grid.tessellate_into(surface, slices, watcher)
+        })?;
+        Ok(Self { grid: Some(grid.shape()), ..mesh })
+    }
+
+    /// The mesh of a surface within these limits, in arrays that NumPy allocates.
+    pub(super) fn adaptive(
+        py: Python<'_>,
+        surface: &NurbsSurface,
+        options: &TessellateOptions,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let again = progress.as_ref().map(|progress| progress.clone_ref(py));
+        let plan =
+            call::run(py, again, |watcher| Tessellation::new(surface, options, watcher))?;
+        let counts = (plan.vertices(), plan.triangles());
+        let mesh =
+            Self::written(py, counts, progress, |slices, watcher| plan.write(slices, watcher))?;
+        Ok(Self { max_deviation: Some(plan.max_deviation()), ..mesh })
+    }
+
+    /// A mesh of so many vertices and triangles, which a job of the core writes.
+    fn written(
+        py: Python<'_>,
+        (vertex_count, triangle_count): (usize, usize),
+        progress: Option<Py<PyAny>>,
+        job: impl FnOnce(MeshSlices<'_>, &mut call::Watcher) -> Result<()> + Send,
+    ) -> PyResult<Self> {
+        let vertices = arrays::empty::<f64, Ix2>(py, &[vertex_count, 3])?;
+        let triangles = arrays::empty::<u32, Ix2>(py, &[triangle_count, 3])?;
+        let normals = arrays::empty::<f64, Ix2>(py, &[vertex_count, 3])?;
+        let uv = arrays::empty::<f64, Ix2>(py, &[vertex_count, 2])?;
         {
             let mut vertices = vertices.readwrite();
             let mut triangles = triangles.readwrite();
@@ -72,10 +104,11 @@ impl TriangleMesh {
                 normals: bytemuck::cast_slice_mut(normals.as_slice_mut()?),
                 uv: bytemuck::cast_slice_mut(uv.as_slice_mut()?),
             };
-            call::run(py, progress, |watcher| grid.tessellate_into(surface, slices, watcher))?;
+            call::run(py, progress, |watcher| job(slices, watcher))?;
         }
         Ok(Self {
-            grid: grid.shape(),
+            grid: None,
+            max_deviation: None,
             vertices: arrays::freeze(&vertices)?,
             triangles: arrays::freeze(&triangles)?,
             normals: arrays::freeze(&normals)?,
@@ -122,9 +155,15 @@ impl TriangleMesh {
         arrays::view(py, &self.uv)
     }
 
+    /// An upper bound of the distance between the surface and the triangles, in both directions.
+    #[getter]
+    fn max_deviation(&self) -> Option<f64> {
+        self.max_deviation
+    }
+
     /// Vertices along u and v, (n_u, n_v); they are numbered row by row, v fastest.
     #[getter]
-    fn shape(&self) -> (usize, usize) {
+    fn shape(&self) -> Option<(usize, usize)> {
         self.grid
     }
 

@@ -14,7 +14,7 @@ use super::arrays::{self, Numbers};
 use super::errors::bad_argument;
 use super::mesh::TriangleMesh;
 use crate::error::Result;
-use crate::mesh::UniformGrid;
+use crate::mesh::{TessellateOptions, UniformGrid};
 use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 
 /// A tensor-product NURBS surface.
@@ -165,20 +165,20 @@ impl NurbsSurface {
     /// ------
     /// NeurbsError
     ///     If a side is too small, or there would be more than 100 million triangles.
-    #[pyo3(signature = (*, shape=None))]
+    #[pyo3(signature = (tolerance=None, *, shape=None))]
     fn tessellate(
         &self,
         py: Python<'_>,
+        tolerance: Option<&Bound<'_, PyAny>>,
         shape: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<TriangleMesh> {
-        let grid = match shape {
-            None => UniformGrid::for_surface(&self.core)?,
-            Some(shape) => {
-                let (n_u, n_v) = arguments::pair("shape", shape)?;
-                UniformGrid::new(n_u, n_v)?
-            }
+        let tolerance = arguments::optional_real("tolerance", tolerance)?;
+        let Some(shape) = shape else {
+            let options = TessellateOptions { tolerance, ..TessellateOptions::default() };
+            return TriangleMesh::adaptive(py, &self.core, &options, None);
         };
-        TriangleMesh::of_surface(py, &self.core, grid, None)
+        let (n_u, n_v) = arguments::pair("shape", shape)?;
+        TriangleMesh::of_surface(py, &self.core, UniformGrid::new(n_u, n_v)?, None)
     }
 
     /// Which directions end where they begin: (in u, in v).

@@ -1,0 +1,490 @@
+//! Adaptive tessellation: as few triangles as a certified tolerance allows.
+//!
+//! The surface is cut into blocks of Bézier patches, and each block into pieces (rectangles of the
+//! parameters), until two triangles meet every piece within the tolerance. Then the corners that
+//! neighbours have put on a piece's sides become corners of its triangles as well, so that no
+//! vertex lies on an edge; a piece that these triangles do not meet is divided again, until nothing
+//! changes. Blocks are independent in between, so the result does not depend on the threads.
+
+use std::time::{Duration, Instant};
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::bernstein::Bernstein;
+use super::estimate::Estimate;
+use super::lattice::Lattice;
+use super::options::{Limits, TessellateOptions, diagonal};
+use super::piece::{Desk, Divider, Piece};
+use super::stitch::{Borders, Place, Vertices, own_borders, parameter};
+use super::{MeshSlices, TriangleMesh};
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// Time between two calls of the observer that is aimed at.
+const REPORT: Duration = Duration::from_millis(20);
+
+/// Share by which an estimate must pass the limit on triangles before the work is refused.
+const SURELY: f64 = 2.0;
+
+/// A finished division of a surface, ready to be written into memory of whatever origin.
+#[derive(Debug)]
+pub struct Tessellation<'a> {
+    surface: &'a NurbsSurface,
+    limits: Limits,
+    lattice: Lattice,
+    bernstein: Bernstein,
+    pieces: Vec<Vec<Piece>>,
+    borders: Borders,
+    numbers: Numbers,
+    deviation: f64,
+}
+
+/// The numbers of vertices and triangles.
+#[derive(Debug, Default)]
+struct Numbers {
+    /// Of the corners of blocks, row by row.
+    corners: Vec<u32>,
+    /// Of the first vertex of each border, and whether they all are that one (a pole).
+    across_u: Vec<(u32, bool)>,
+    across_v: Vec<(u32, bool)>,
+    /// Where the vertices of borders are in the parameters, in order.
+    on_borders: Vec<DVec2>,
+    /// The first inner vertex of each block, and the end.
+    vertices: Vec<usize>,
+    /// The first triangle of each block, and the end.
+    triangles: Vec<usize>,
+}
+
+#[derive(Default)]
+struct Local {
+    desk: Desk,
+    vertices: Vertices,
+    outline: Vec<(u32, Place)>,
+    places: Vec<Place>,
+    numbers: Vec<u32>,
+}
+
+impl NurbsSurface {
+    /// The surface as triangles that lie within a certified tolerance of it everywhere.
+    ///
+    /// No vertex lies on an edge, every inner edge belongs to two triangles, closed directions are
+    /// welded (unless split on request), poles are one vertex, and creases (knots repeated as often
+    /// as the degree) lie on edges. The same bits for any number of threads; O(triangles).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a limit is out of its range, or so small that the mesh would have
+    /// more than `options.max_triangles`; [`Error::Interrupted`] if the observer stops it.
+    pub fn tessellate(
+        &self,
+        options: &TessellateOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<TriangleMesh> {
+        Tessellation::new(self, options, observer)?.mesh(observer)
+    }
+}
+
+impl<'a> Tessellation<'a> {
+    /// Divides a surface.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::tessellate`].
+    pub fn new(
+        surface: &'a NurbsSurface,
+        options: &TessellateOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let limits = options.limits(diagonal(&[surface]))?;
+        let estimate = Estimate::of(surface, &limits);
+        if estimate.triangles > SURELY * options.max_triangles as f64 {
+            return Err(too_many(options, &limits, estimate.triangles));
+        }
+        let lattice = Lattice::new(surface, estimate, &limits)?;
+        let bernstein = Bernstein::new(lattice.nets.degrees);
+        let borders = Borders::new(&lattice);
+        let mut this = Self {
+            surface,
+            limits,
+            lattice,
+            bernstein,
+            pieces: vec![],
+            borders,
+            numbers: Numbers::default(),
+            deviation: 0.0,
+        };
+        this.divide(options, observer)?;
+        this.conform(options, observer)?;
+        this.number(options.split_seams, observer)?;
+        if this.triangles() > options.max_triangles {
+            return Err(too_many(options, &limits, this.triangles() as f64));
+        }
+        Ok(this)
+    }
+
+    /// Number of vertices.
+    #[must_use]
+    pub fn vertices(&self) -> usize {
+        self.numbers.vertices[self.lattice.blocks()]
+    }
+
+    /// Number of triangles.
+    #[must_use]
+    pub fn triangles(&self) -> usize {
+        self.numbers.triangles[self.lattice.blocks()]
+    }
+
+    /// See [`TriangleMesh::max_deviation`].
+    #[must_use]
+    pub fn max_deviation(&self) -> f64 {
+        self.deviation
+    }
+
+    /// The mesh.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn mesh(&self, observer: &mut dyn Observer) -> Result<TriangleMesh> {
+        let mut mesh = TriangleMesh {
+            vertices: vec![DVec3::ZERO; self.vertices()],
+            triangles: vec![[0; 3]; self.triangles()],
+            normals: vec![DVec3::ZERO; self.vertices()],
+            uv: vec![DVec2::ZERO; self.vertices()],
+            max_deviation: self.deviation,
+        };
+        let TriangleMesh { vertices, triangles, normals, uv, .. } = &mut mesh;
+        self.write(MeshSlices { vertices, triangles, normals, uv }, observer)?;
+        Ok(mesh)
+    }
+
+    fn divider(&self) -> Divider<'_> {
+        Divider { nets: &self.lattice.nets, bernstein: &self.bernstein, limits: self.limits }
+    }
+
+    fn divide(&mut self, options: &TessellateOptions, observer: &mut dyn Observer) -> Result<()> {
+        let (divider, lattice) = (self.divider(), &self.lattice);
+        let mut count = 0;
+        let job = |local: &mut Local, index: usize| {
+            let (block, mut done) = (lattice.block(index), vec![]);
+            local.desk.deviation = 0.0;
+            divider.divide(block, Piece::of(block), &mut local.desk, &mut done);
+            done.shrink_to_fit();
+            (done, local.desk.deviation)
+        };
+        let mut pieces = Vec::with_capacity(lattice.blocks());
+        let mut deviation = 0.0_f64;
+        let all: Vec<usize> = (0..lattice.blocks()).collect();
+        in_groups(&all, observer, job, |_, (done, most)| {
+            count += done.len();
+            deviation = deviation.max(most);
+            pieces.push(done);
+            if 2 * count > options.max_triangles {
+                let share = lattice.blocks() as f64 / pieces.len() as f64;
+                return Err(too_many(options, &self.limits, 2.0 * count as f64 * share));
+            }
+            Ok(())
+        })?;
+        (self.pieces, self.deviation) = (pieces, deviation);
+        Ok(())
+    }
+
+    /// Divides pieces until their triangles hold with all vertices that stand on their sides.
+    fn conform(&mut self, options: &TessellateOptions, observer: &mut dyn Observer) -> Result<()> {
+        let blocks = self.lattice.blocks();
+        let mut pending = vec![true; blocks];
+        let touch = |borders: &mut Borders, pieces: &[Vec<Piece>], lattice: &Lattice, index: usize, pending: &mut [bool]| {
+            let sides = own_borders(lattice.block(index), &pieces[index]);
+            for (side, places) in borders.around(index).into_iter().zip(sides) {
+                if borders.add(side, &places) {
+                    for other in lattice.beside(side) {
+                        pending[other] = true;
+                    }
+                }
+            }
+        };
+        for index in 0..blocks {
+            touch(&mut self.borders, &self.pieces, &self.lattice, index, &mut pending);
+        }
+        while pending.contains(&true) {
+            let todo: Vec<usize> = (0..blocks).filter(|&index| pending[index]).collect();
+            let mut changed: Vec<(usize, Vec<Piece>)> = vec![];
+            let mut deviation = self.deviation;
+            in_groups(&todo, observer, |local, index| self.review(local, index), |index, (pieces, most)| {
+                deviation = deviation.max(most);
+                changed.extend(pieces.map(|pieces| (index, pieces)));
+                Ok(())
+            })?;
+            self.deviation = deviation;
+            pending.fill(false);
+            for (index, pieces) in changed {
+                self.pieces[index] = pieces;
+                pending[index] = true;
+                touch(&mut self.borders, &self.pieces, &self.lattice, index, &mut pending);
+            }
+            let count = self.pieces.iter().map(Vec::len).sum::<usize>();
+            if 2 * count > options.max_triangles {
+                return Err(too_many(options, &self.limits, 2.0 * count as f64));
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks at the pieces of a block that have vertices on their sides: the new pieces, if any
+    /// had to be divided, and the largest distance.
+    fn review(&self, local: &mut Local, index: usize) -> (Option<Vec<Piece>>, f64) {
+        let (block, pieces, divider) = (self.lattice.block(index), &self.pieces[index], self.divider());
+        local.desk.deviation = 0.0;
+        local.vertices.collect(block, pieces, self.sides(index));
+        let mut new: Option<Vec<Piece>> = None;
+        for (k, piece) in pieces.iter().enumerate() {
+            local.outline.clear();
+            local.vertices.outline(piece, &mut local.outline);
+            let mut fits = true;
+            if local.outline.len() > 4 {
+                local.places.clear();
+                local.places.extend(local.outline.iter().map(|&(_, place)| place));
+                let distance = divider.check(block, *piece, &local.places, &mut local.desk);
+                fits = distance <= self.limits.tolerance || !piece.divisible();
+                if fits {
+                    local.desk.deviation = local.desk.deviation.max(distance);
+                }
+            }
+            if !fits {
+                let new = new.get_or_insert_with(|| pieces[..k].to_vec());
+                divider.redivide(block, *piece, &mut local.desk, new);
+            } else if let Some(new) = &mut new {
+                new.push(*piece);
+            }
+        }
+        (new, local.desk.deviation)
+    }
+
+    fn sides(&self, index: usize) -> [&[u32]; 4] {
+        self.borders.around(index).map(|side| self.borders.at(side))
+    }
+
+    /// Gives numbers to vertices and triangles: first to the corners of blocks, then to their
+    /// borders, then to what is inside.
+    fn number(&mut self, split: bool, observer: &mut dyn Observer) -> Result<()> {
+        let lattice = &self.lattice;
+        let (rows, cols) = lattice.shape();
+        let closed = if split { (false, false) } else { lattice.closed };
+        let mut numbers = Numbers::default();
+        let next = |numbers: &Numbers| numbers.on_borders.len() as u32;
+        let (u, v) = (
+            |line: usize| lattice.nets.u[lattice.u[line]],
+            |line: usize| lattice.nets.v[lattice.v[line]],
+        );
+        for (i, j) in (0..=rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
+            let owner = lattice.owner((i, j), closed);
+            let number = if owner == (i, j) {
+                numbers.on_borders.push(DVec2::new(u(i), v(j)));
+                next(&numbers) - 1
+            } else {
+                numbers.corners[owner.0 * (cols + 1) + owner.1]
+            };
+            numbers.corners.push(number);
+        }
+        for (i, j) in (0..=rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
+            let entry = if lattice.is_pole_u(i) {
+                (numbers.corners[i * (cols + 1) + j], true)
+            } else if i == rows && closed.0 {
+                numbers.across_u[j]
+            } else {
+                let first = next(&numbers);
+                let border = self.borders.at(self.borders.line_u(i, j));
+                let at = |&place: &u32| parameter(&lattice.nets.v, lattice.v[j], place);
+                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(u(i), at(place))));
+                (first, false)
+            };
+            numbers.across_u.push(entry);
+        }
+        for (i, j) in (0..rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
+            let entry = if lattice.is_pole_v(j) {
+                (numbers.corners[i * (cols + 1) + j], true)
+            } else if j == cols && closed.1 {
+                numbers.across_v[i * (cols + 1)]
+            } else {
+                let first = next(&numbers);
+                let border = self.borders.at(self.borders.line_v(i, j));
+                let at = |&place: &u32| parameter(&lattice.nets.u, lattice.u[i], place);
+                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(at(place), v(j))));
+                (first, false)
+            };
+            numbers.across_v.push(entry);
+        }
+        self.numbers = numbers;
+        let all: Vec<usize> = (0..lattice.blocks()).collect();
+        let (mut vertices, mut triangles) = (vec![self.numbers.on_borders.len()], vec![0]);
+        let count = |local: &mut Local, index: usize| self.count(local, index);
+        in_groups(&all, observer, count, |index, (inside, faces)| {
+            vertices.push(vertices[index] + inside);
+            triangles.push(triangles[index] + faces);
+            Ok(())
+        })?;
+        (self.numbers.vertices, self.numbers.triangles) = (vertices, triangles);
+        Ok(())
+    }
+
+    /// The inner vertices and the triangles of a block.
+    fn count(&self, local: &mut Local, index: usize) -> (usize, usize) {
+        let pieces = &self.pieces[index];
+        local.vertices.collect(self.lattice.block(index), pieces, self.sides(index));
+        let on_borders = 4 + self.sides(index).iter().map(|side| side.len()).sum::<usize>();
+        self.names(local, index, self.numbers.on_borders.len() as u32);
+        let mut triangles = 0;
+        for piece in pieces {
+            local.outline.clear();
+            local.vertices.outline(piece, &mut local.outline);
+            let name = |k: usize| local.numbers[local.outline[k % local.outline.len()].0 as usize];
+            let n = local.outline.len();
+            // At a pole, triangles of which two corners are the pole are left out.
+            let collapsed = if self.lattice.has_poles() {
+                (0..n).filter(|&k| name(k) == name(k + 1)).count()
+            } else {
+                0
+            };
+            triangles += n - 2 - collapsed;
+        }
+        (local.vertices.places().len() - on_borders, triangles)
+    }
+
+    /// Puts the numbers of a block's vertices on the desk, in order of their places.
+    fn names(&self, local: &mut Local, index: usize, mut inner: u32) {
+        let (_, cols) = self.lattice.shape();
+        let (i, j) = (index / cols, index % cols);
+        let whole = Piece::of(self.lattice.block(index));
+        let numbers = &self.numbers;
+        let sides = self.sides(index);
+        let border = |(first, pole): (u32, bool), places: &[u32], place: u32| {
+            if pole { first } else { first + places.partition_point(|&at| at < place) as u32 }
+        };
+        local.numbers.clear();
+        local.numbers.extend(local.vertices.places().iter().map(|&(u, v)| {
+            let (last_u, last_v) = (u == whole.u.1, v == whole.v.1);
+            let (on_u, on_v) = (u == 0 || last_u, v == 0 || last_v);
+            let (line_u, line_v) = (i + usize::from(last_u), j + usize::from(last_v));
+            match (on_u, on_v) {
+                (true, true) => numbers.corners[line_u * (cols + 1) + line_v],
+                (true, false) => {
+                    border(numbers.across_u[line_u * cols + j], sides[usize::from(last_u)], v)
+                }
+                (false, true) => {
+                    let side = sides[2 + usize::from(last_v)];
+                    border(numbers.across_v[i * (cols + 1) + line_v], side, u)
+                }
+                (false, false) => {
+                    inner += 1;
+                    inner - 1
+                }
+            }
+        }));
+    }
+
+    /// Writes the mesh into memory of the caller.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a slice has not the right length; [`Error::Interrupted`] if the
+    /// observer stops it.
+    pub fn write(&self, out: MeshSlices<'_>, observer: &mut dyn Observer) -> Result<()> {
+        let MeshSlices { vertices, triangles, normals, uv } = out;
+        let (blocks, numbers) = (self.lattice.blocks(), &self.numbers);
+        let borders = numbers.on_borders.len();
+        let all: Vec<usize> = (0..blocks).collect();
+        uv[..borders].copy_from_slice(&numbers.on_borders);
+        let mut inner_uv = parts(&mut uv[borders..], &numbers.vertices);
+        let mut faces = parts(triangles, &numbers.triangles);
+        let jobs: Vec<_> = inner_uv.drain(..).zip(faces.drain(..)).map(|pair| std::sync::Mutex::new(pair)).collect();
+        in_groups(&all, observer, |local, index| {
+            if let Ok(mut pair) = jobs[index].lock() {
+                let (uv, faces) = &mut *pair;
+                self.write_block(local, index, uv, faces);
+            }
+        }, |_, ()| Ok(()))?;
+        drop(jobs);
+        let chunk = 1 << 10;
+        vertices.par_chunks_mut(chunk).zip(normals.par_chunks_mut(chunk)).zip(uv.par_chunks(chunk)).for_each(|((points, normals), uv)| {
+            for ((point, normal), at) in points.iter_mut().zip(normals).zip(uv) {
+                *point = self.surface.point(at.x, at.y);
+                *normal = self.surface.normal(at.x, at.y);
+            }
+        });
+        Ok(())
+    }
+
+    fn write_block(&self, local: &mut Local, index: usize, uv: &mut [DVec2], faces: &mut [[u32; 3]]) {
+        let (block, pieces, divider) = (self.lattice.block(index), &self.pieces[index], self.divider());
+        local.vertices.collect(block, pieces, self.sides(index));
+        let first = self.numbers.vertices[index] as u32;
+        self.names(local, index, first);
+        for (&(u, v), &number) in local.vertices.places().iter().zip(&local.numbers) {
+            if number >= first {
+                let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
+                let at = DVec2::new(parameter(cuts_u, block.rows.0, u), parameter(cuts_v, block.cols.0, v));
+                uv[(number - first) as usize] = at;
+            }
+        }
+        let mut next = 0;
+        for piece in pieces {
+            local.outline.clear();
+            local.vertices.outline(piece, &mut local.outline);
+            local.places.clear();
+            local.places.extend(local.outline.iter().map(|&(_, place)| place));
+            divider.cut(block, *piece, &local.places, &mut local.desk);
+            for face in &local.desk.faces {
+                let [a, b, c] = face.map(|k| local.numbers[local.outline[k].0 as usize]);
+                if a != b && b != c && c != a {
+                    faces[next] = [a, b, c];
+                    next += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Slices of a whole between these bounds.
+fn parts<'a, T>(mut whole: &'a mut [T], bounds: &[usize]) -> Vec<&'a mut [T]> {
+    let mut parts = Vec::with_capacity(bounds.len() - 1);
+    for pair in bounds.windows(2) {
+        let (part, rest) = whole.split_at_mut(pair[1] - pair[0]);
+        parts.push(part);
+        whole = rest;
+    }
+    parts
+}
+
+/// Does a job for each index, in parallel, and takes the results in order; reports in between.
+fn in_groups<T: Send>(
+    indices: &[usize],
+    observer: &mut dyn Observer,
+    job: impl Fn(&mut Local, usize) -> T + Sync,
+    mut take: impl FnMut(usize, T) -> Result<()>,
+) -> Result<()> {
+    let total = indices.len();
+    let (mut from, mut size) = (0, 64);
+    while from < total {
+        let at = Progress::of_stage(Stage::Tessellation, from as u64, total as u64, 0);
+        progress::report(observer, &at)?;
+        let group = &indices[from..total.min(from + size)];
+        let started = Instant::now();
+        let results: Vec<T> =
+            group.par_iter().map_init(Local::default, |local, &index| job(local, index)).collect();
+        for (&index, result) in group.iter().zip(results) {
+            take(index, result)?;
+        }
+        from += group.len();
+        size = if started.elapsed() < REPORT { 2 * size } else { (size / 2).max(1) };
+    }
+    let at = Progress::of_stage(Stage::Tessellation, total as u64, total as u64, 0);
+    progress::report(observer, &at)
+}
+
+fn too_many(options: &TessellateOptions, limits: &Limits, triangles: f64) -> Error {
+    let must = format!("large enough for at most {} triangles", options.max_triangles);
+    let got = format!("{:e}, which would take about {triangles:.1e}", limits.tolerance);
+    Error::parameter("tolerance", must, got)
+}
