@@ -25,6 +25,7 @@ __all__ = [
     "lattice_for_points",
     "reconstruct",
     "som_options",
+    "tessellate",
     "write_iges",
     "write_obj",
     "write_step",
@@ -323,6 +324,202 @@ class NurbsSurface:
         self, *, tight: bool = True
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     def area(self, *, accuracy: float = 1e-9) -> float: ...
+    def tessellate(
+        self,
+        tolerance: float | None = None,
+        *,
+        shape: tuple[int, int] | None = None,
+        relative: bool = False,
+        max_angle: float | None = None,
+        max_edge: float | None = None,
+        max_aspect: float | None = None,
+        split_seams: bool = False,
+        max_triangles: int = 100_000_000,
+        progress: Callable[[Progress], object] | None = None,
+    ) -> TriangleMesh: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class NurbsSurface:
+    """A tensor-product NURBS surface."""
+
+    def __new__(
+        cls,
+        control_points: ArrayLike,
+        weights: ArrayLike | None = None,
+        degree: int | tuple[int, int] = 3,
+        knots: tuple[ArrayLike, ArrayLike] | None = None,
+        *,
+        closed: bool | tuple[bool, bool] = False,
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def interpolate(
+        grid: ArrayLike,
+        degree: int | tuple[int, int] = 3,
+        *,
+        parametrization: Literal["chord", "uniform", "centripetal"] = "chord",
+        closed: bool | tuple[bool, bool] = False,
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def grid_parameters(
+        grid: ArrayLike,
+        degree: int | tuple[int, int] = 3,
+        *,
+        parametrization: Literal["chord", "uniform", "centripetal"] = "chord",
+        closed: bool | tuple[bool, bool] = False,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    @staticmethod
+    def approximate(
+        grid: ArrayLike,
+        net: tuple[int, int],
+        degree: int | tuple[int, int] = 3,
+        *,
+        parametrization: Literal["chord", "uniform", "centripetal"] = "chord",
+        closed: bool | tuple[bool, bool] = False,
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def fit(
+        points: ArrayLike,
+        uv: ArrayLike,
+        *,
+        net: tuple[int, int] | None = None,
+        degree: int | tuple[int, int] = 3,
+        knots: tuple[ArrayLike, ArrayLike] | None = None,
+        weights: ArrayLike | None = None,
+        fairness: float = 1e-6,
+        closed: bool | tuple[bool, bool] = False,
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def bezier(net: ArrayLike, weights: ArrayLike | None = None) -> NurbsSurface: ...
+    @staticmethod
+    def ruled(start: NurbsCurve, end: NurbsCurve) -> NurbsSurface: ...
+    @staticmethod
+    def lofted(
+        curves: Sequence[NurbsCurve],
+        degree: int = 3,
+        *,
+        parametrization: Literal["chord", "uniform", "centripetal"] = "chord",
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def revolved(
+        profile: NurbsCurve,
+        origin: ArrayLike,
+        axis: ArrayLike,
+        angle: float = 6.283185307179586,
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def plane(origin: ArrayLike, u: ArrayLike, v: ArrayLike) -> NurbsSurface: ...
+    @staticmethod
+    def cylinder(base: ArrayLike, axis: ArrayLike, radius: float) -> NurbsSurface: ...
+    @staticmethod
+    def cone(
+        base: ArrayLike, axis: ArrayLike, radius: float, top_radius: float = 0.0
+    ) -> NurbsSurface: ...
+    @staticmethod
+    def sphere(centre: ArrayLike, radius: float) -> NurbsSurface: ...
+    @staticmethod
+    def torus(centre: ArrayLike, major: float, minor: float) -> NurbsSurface: ...
+    @staticmethod
+    def from_dict(data: dict[str, Any]) -> NurbsSurface: ...
+    @property
+    def control_points(self) -> NDArray[np.float64]: ...
+    @property
+    def weights(self) -> NDArray[np.float64] | None: ...
+    @property
+    def degree(self) -> tuple[int, int]: ...
+    @property
+    def knots(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]: ...
+    @property
+    def closed(self) -> tuple[bool, bool]: ...
+    def evaluate(
+        self, uv: ArrayLike, *, extrapolate: bool = False, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def evaluate_grid(
+        self,
+        u: ArrayLike,
+        v: ArrayLike,
+        *,
+        extrapolate: bool = False,
+        out: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]: ...
+    def normals(
+        self, uv: ArrayLike, *, extrapolate: bool = False, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def normals_grid(
+        self,
+        u: ArrayLike,
+        v: ArrayLike,
+        *,
+        extrapolate: bool = False,
+        out: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def derivatives(
+        self,
+        uv: ArrayLike,
+        order: int = 1,
+        *,
+        extrapolate: bool = False,
+        out: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]: ...
+    def curvatures(
+        self, uv: ArrayLike, *, extrapolate: bool = False, out: Curvatures | None = None
+    ) -> Curvatures: ...
+    def curvatures_grid(
+        self,
+        u: ArrayLike,
+        v: ArrayLike,
+        *,
+        extrapolate: bool = False,
+        out: Curvatures | None = None,
+    ) -> Curvatures: ...
+    def fundamental_forms(
+        self,
+        uv: ArrayLike,
+        *,
+        extrapolate: bool = False,
+        out: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def closest_points(
+        self, points: ArrayLike, *, out: ClosestPoints | None = None
+    ) -> ClosestPoints: ...
+    def insert_knots(
+        self, u: ArrayLike | None = None, v: ArrayLike | None = None
+    ) -> NurbsSurface: ...
+    def remove_knots(
+        self, u: ArrayLike | None = None, v: ArrayLike | None = None, *, tolerance: float
+    ) -> NurbsSurface: ...
+    def elevate_degree(self, u: int = 0, v: int = 0) -> NurbsSurface: ...
+    def reduce_degree(self, u: int = 0, v: int = 0, *, tolerance: float) -> NurbsSurface: ...
+    def clamped(self) -> NurbsSurface: ...
+    def split(
+        self, *, u: float | None = None, v: float | None = None
+    ) -> tuple[NurbsSurface, NurbsSurface]: ...
+    def sub_surface(
+        self, *, u: tuple[float, float] | None = None, v: tuple[float, float] | None = None
+    ) -> NurbsSurface: ...
+    def bezier_patches(self) -> list[list[NurbsSurface]]: ...
+    def isocurve(self, *, u: float | None = None, v: float | None = None) -> NurbsCurve: ...
+    def reversed(self, u: bool = False, v: bool = False) -> NurbsSurface: ...
+    def transposed(self) -> NurbsSurface: ...
+    def transformed(self, matrix: ArrayLike) -> NurbsSurface: ...
+    def with_domain(
+        self, *, u: tuple[float, float] | None = None, v: tuple[float, float] | None = None
+    ) -> NurbsSurface: ...
+    def joined(
+        self,
+        other: NurbsSurface,
+        direction: Literal["u", "v"] = "u",
+        *,
+        tolerance: float = 0.0,
+    ) -> NurbsSurface: ...
+    def bounding_box(
+        self, *, tight: bool = True
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def area(self, *, accuracy: float = 1e-9) -> float: ...
     def tessellate(self, *, shape: tuple[int, int] | None = None) -> TriangleMesh: ...
     def to_dict(self) -> dict[str, Any]: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -341,7 +538,21 @@ class TriangleMesh:
     @property
     def uv(self) -> NDArray[np.float64]: ...
     @property
-    def shape(self) -> tuple[int, int]: ...
+    def max_deviation(self) -> float | None: ...
+    @property
+    def shape(self) -> tuple[int, int] | None: ...
+    @property
+    def quads(self) -> NDArray[np.uint32] | None: ...
+    def area(self) -> float: ...
+    def volume(self) -> float | None: ...
+    def euler_characteristic(self) -> int: ...
+    def boundary_loops(self) -> list[NDArray[np.uint32]]: ...
+    def deviation(
+        self, points: ArrayLike, *, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]: ...
+    def save(self, path: str | os.PathLike[str]) -> None: ...
+    def to_trimesh(self) -> Any: ...
+    def to_pyvista(self) -> Any: ...
 
 @final
 class Lattice:
@@ -472,6 +683,18 @@ def reconstruct(
 ) -> tuple[NurbsSurface, TriangleMesh, Map, dict[str, Any]]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
+def tessellate(
+    surfaces: Iterable[NurbsSurface],
+    tolerance: float | None = None,
+    *,
+    relative: bool = False,
+    max_angle: float | None = None,
+    max_edge: float | None = None,
+    max_aspect: float | None = None,
+    split_seams: bool = False,
+    max_triangles: int = 100_000_000,
+    progress: Callable[[Progress], object] | None = None,
+) -> list[TriangleMesh]: ...
 def write_iges(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...
 def write_obj(mesh: TriangleMesh, path: str | os.PathLike[str]) -> None: ...
 def write_step(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...

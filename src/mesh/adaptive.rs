@@ -17,6 +17,7 @@ use super::lattice::Lattice;
 use super::options::{Limits, TessellateOptions, diagonal};
 use super::piece::{Desk, Divider, Piece};
 use super::stitch::{Borders, Place, Vertices, own_borders, parameter};
+use super::uniform::check_length;
 use super::{MeshSlices, TriangleMesh};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
@@ -27,6 +28,12 @@ const REPORT: Duration = Duration::from_millis(20);
 
 /// Share by which an estimate must pass the limit on triangles before the work is refused.
 const SURELY: f64 = 2.0;
+
+/// Blocks (or parts of borders) that are worked on before the first report.
+const FIRST_GROUP: usize = 16;
+
+/// Vertices on borders that a thread evaluates at a time.
+const VERTICES_PER_TASK: usize = 1 << 10;
 
 /// A finished division of a surface, ready to be written into memory of whatever origin.
 #[derive(Debug)]
@@ -161,7 +168,8 @@ impl<'a> Tessellation<'a> {
     }
 
     fn divider(&self) -> Divider<'_> {
-        Divider { nets: &self.lattice.nets, bernstein: &self.bernstein, limits: self.limits }
+        let (surface, nets, bernstein) = (self.surface, &self.lattice.nets, &self.bernstein);
+        Divider { surface, nets, bernstein, limits: self.limits }
     }
 
     fn divide(&mut self, options: &TessellateOptions, observer: &mut dyn Observer) -> Result<()> {
@@ -176,8 +184,7 @@ impl<'a> Tessellation<'a> {
         };
         let mut pieces = Vec::with_capacity(lattice.blocks());
         let mut deviation = 0.0_f64;
-        let all: Vec<usize> = (0..lattice.blocks()).collect();
-        in_groups(&all, observer, job, |_, (done, most)| {
+        in_groups(0..lattice.blocks(), observer, job, |(done, most)| {
             count += done.len();
             deviation = deviation.max(most);
             pieces.push(done);
@@ -212,7 +219,8 @@ impl<'a> Tessellation<'a> {
             let todo: Vec<usize> = (0..blocks).filter(|&index| pending[index]).collect();
             let mut changed: Vec<(usize, Vec<Piece>)> = vec![];
             let mut deviation = self.deviation;
-            in_groups(&todo, observer, |local, index| self.review(local, index), |index, (pieces, most)| {
+            let review = |local: &mut Local, index| (index, self.review(local, index));
+            in_groups(todo, observer, review, |(index, (pieces, most))| {
                 deviation = deviation.max(most);
                 changed.extend(pieces.map(|pieces| (index, pieces)));
                 Ok(())
@@ -242,19 +250,16 @@ impl<'a> Tessellation<'a> {
         for (k, piece) in pieces.iter().enumerate() {
             local.outline.clear();
             local.vertices.outline(piece, &mut local.outline);
-            let mut fits = true;
-            if local.outline.len() > 4 {
-                local.places.clear();
-                local.places.extend(local.outline.iter().map(|&(_, place)| place));
-                let distance = divider.check(block, *piece, &local.places, &mut local.desk);
-                fits = distance <= self.limits.tolerance || !piece.divisible();
-                if fits {
-                    local.desk.deviation = local.desk.deviation.max(distance);
-                }
-            }
-            if !fits {
+            let unfit = (local.outline.len() > 4)
+                .then(|| {
+                    local.places.clear();
+                    local.places.extend(local.outline.iter().map(|&(_, place)| place));
+                    divider.check(block, *piece, &local.places, &mut local.desk)
+                })
+                .flatten();
+            if let Some(direction) = unfit {
                 let new = new.get_or_insert_with(|| pieces[..k].to_vec());
-                divider.redivide(block, *piece, &mut local.desk, new);
+                divider.redivide(block, (*piece, direction), &mut local.desk, new);
             } else if let Some(new) = &mut new {
                 new.push(*piece);
             }
@@ -317,12 +322,11 @@ impl<'a> Tessellation<'a> {
             numbers.across_v.push(entry);
         }
         self.numbers = numbers;
-        let all: Vec<usize> = (0..lattice.blocks()).collect();
         let (mut vertices, mut triangles) = (vec![self.numbers.on_borders.len()], vec![0]);
         let count = |local: &mut Local, index: usize| self.count(local, index);
-        in_groups(&all, observer, count, |index, (inside, faces)| {
-            vertices.push(vertices[index] + inside);
-            triangles.push(triangles[index] + faces);
+        in_groups(0..lattice.blocks(), observer, count, |(inside, faces)| {
+            vertices.push(vertices[vertices.len() - 1] + inside);
+            triangles.push(triangles[triangles.len() - 1] + faces);
             Ok(())
         })?;
         (self.numbers.vertices, self.numbers.triangles) = (vertices, triangles);
@@ -392,56 +396,68 @@ impl<'a> Tessellation<'a> {
     /// observer stops it.
     pub fn write(&self, out: MeshSlices<'_>, observer: &mut dyn Observer) -> Result<()> {
         let MeshSlices { vertices, triangles, normals, uv } = out;
-        let (blocks, numbers) = (self.lattice.blocks(), &self.numbers);
-        let borders = numbers.on_borders.len();
-        let all: Vec<usize> = (0..blocks).collect();
-        uv[..borders].copy_from_slice(&numbers.on_borders);
-        let mut inner_uv = parts(&mut uv[borders..], &numbers.vertices);
-        let mut faces = parts(triangles, &numbers.triangles);
-        let jobs: Vec<_> = inner_uv.drain(..).zip(faces.drain(..)).map(|pair| std::sync::Mutex::new(pair)).collect();
-        in_groups(&all, observer, |local, index| {
-            if let Ok(mut pair) = jobs[index].lock() {
-                let (uv, faces) = &mut *pair;
-                self.write_block(local, index, uv, faces);
-            }
-        }, |_, ()| Ok(()))?;
-        drop(jobs);
-        let chunk = 1 << 10;
-        vertices.par_chunks_mut(chunk).zip(normals.par_chunks_mut(chunk)).zip(uv.par_chunks(chunk)).for_each(|((points, normals), uv)| {
-            for ((point, normal), at) in points.iter_mut().zip(normals).zip(uv) {
-                *point = self.surface.point(at.x, at.y);
-                *normal = self.surface.normal(at.x, at.y);
-            }
-        });
-        Ok(())
+        check_length("uv", uv.len(), self.vertices())?;
+        check_length("triangles", triangles.len(), self.triangles())?;
+        check_length("vertices", vertices.len(), self.vertices())?;
+        check_length("normals", normals.len(), self.vertices())?;
+        let (numbers, borders) = (&self.numbers, self.numbers.on_borders.len());
+        let (border_points, vertices) = vertices.split_at_mut(borders);
+        let (border_normals, normals) = normals.split_at_mut(borders);
+        let (border_uv, uv) = uv.split_at_mut(borders);
+        border_uv.copy_from_slice(&numbers.on_borders);
+        let on_borders = border_uv.chunks(VERTICES_PER_TASK);
+        let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
+        let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
+        let evaluate = |_: &mut Local, ((uv, points), normals): ((&[DVec2], _), _)| {
+            self.evaluate(uv, points, normals);
+        };
+        in_groups(on_borders, observer, evaluate, Ok)?;
+        let (points, normals) = (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
+        let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
+        let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
+        let write = |local: &mut Local, (index, (((points, normals), uv), faces)): (usize, ((_, &mut [DVec2]), _))| {
+            self.write_block(local, index, uv, faces);
+            self.evaluate(uv, points, normals);
+        };
+        in_groups(blocks, observer, write, Ok)
     }
 
+    fn evaluate(&self, uv: &[DVec2], points: &mut [DVec3], normals: &mut [DVec3]) {
+        for ((at, point), normal) in uv.iter().zip(points).zip(normals) {
+            (*point, *normal) = self.surface.point_and_normal(at.x, at.y);
+        }
+    }
+
+    /// Writes the parameters of a block's inner vertices, and its triangles.
     fn write_block(&self, local: &mut Local, index: usize, uv: &mut [DVec2], faces: &mut [[u32; 3]]) {
         let (block, pieces, divider) = (self.lattice.block(index), &self.pieces[index], self.divider());
         local.vertices.collect(block, pieces, self.sides(index));
         let first = self.numbers.vertices[index] as u32;
         self.names(local, index, first);
+        let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
         for (&(u, v), &number) in local.vertices.places().iter().zip(&local.numbers) {
             if number >= first {
-                let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
-                let at = DVec2::new(parameter(cuts_u, block.rows.0, u), parameter(cuts_v, block.cols.0, v));
-                uv[(number - first) as usize] = at;
+                let u = parameter(cuts_u, block.rows.0, u);
+                uv[(number - first) as usize] = DVec2::new(u, parameter(cuts_v, block.cols.0, v));
             }
         }
-        let mut next = 0;
+        let mut next = faces.iter_mut();
         for piece in pieces {
             local.outline.clear();
             local.vertices.outline(piece, &mut local.outline);
-            local.places.clear();
-            local.places.extend(local.outline.iter().map(|&(_, place)| place));
-            divider.cut(block, *piece, &local.places, &mut local.desk);
-            for face in &local.desk.faces {
-                let [a, b, c] = face.map(|k| local.numbers[local.outline[k].0 as usize]);
-                if a != b && b != c && c != a {
-                    faces[next] = [a, b, c];
-                    next += 1;
-                }
+            let plain = piece.faces();
+            let mut triangles = &plain[..];
+            if local.outline.len() > 4 {
+                local.places.clear();
+                local.places.extend(local.outline.iter().map(|&(_, place)| place));
+                divider.cut(block, *piece, &local.places, &mut local.desk);
+                triangles = &local.desk.faces;
             }
+            let named = triangles.iter().map(|face| {
+                face.map(|k| local.numbers[local.outline[k].0 as usize])
+            });
+            let whole = named.filter(|[a, b, c]| a != b && b != c && c != a);
+            whole.zip(&mut next).for_each(|(face, out)| *out = face);
         }
     }
 }
@@ -457,30 +473,28 @@ fn parts<'a, T>(mut whole: &'a mut [T], bounds: &[usize]) -> Vec<&'a mut [T]> {
     parts
 }
 
-/// Does a job for each index, in parallel, and takes the results in order; reports in between.
-fn in_groups<T: Send>(
-    indices: &[usize],
+/// Does a job for each item, in parallel, and takes the results in order; reports in between.
+fn in_groups<I: Send, T: Send>(
+    items: impl IntoIterator<Item = I, IntoIter: ExactSizeIterator>,
     observer: &mut dyn Observer,
-    job: impl Fn(&mut Local, usize) -> T + Sync,
-    mut take: impl FnMut(usize, T) -> Result<()>,
+    job: impl Fn(&mut Local, I) -> T + Sync,
+    mut take: impl FnMut(T) -> Result<()>,
 ) -> Result<()> {
-    let total = indices.len();
-    let (mut from, mut size) = (0, 64);
-    while from < total {
-        let at = Progress::of_stage(Stage::Tessellation, from as u64, total as u64, 0);
+    let mut items = items.into_iter();
+    let (mut done, mut size, total) = (0, FIRST_GROUP, items.len() as u64);
+    loop {
+        let at = Progress::of_stage(Stage::Tessellation, done, total, 0);
         progress::report(observer, &at)?;
-        let group = &indices[from..total.min(from + size)];
-        let started = Instant::now();
-        let results: Vec<T> =
-            group.par_iter().map_init(Local::default, |local, &index| job(local, index)).collect();
-        for (&index, result) in group.iter().zip(results) {
-            take(index, result)?;
+        let group: Vec<I> = items.by_ref().take(size).collect();
+        if group.is_empty() {
+            return Ok(());
         }
-        from += group.len();
+        done += group.len() as u64;
+        let started = Instant::now();
+        let results = group.into_par_iter().map_init(Local::default, &job);
+        results.collect::<Vec<T>>().into_iter().try_for_each(&mut take)?;
         size = if started.elapsed() < REPORT { 2 * size } else { (size / 2).max(1) };
     }
-    let at = Progress::of_stage(Stage::Tessellation, total as u64, total as u64, 0);
-    progress::report(observer, &at)
 }
 
 fn too_many(options: &TessellateOptions, limits: &Limits, triangles: f64) -> Error {

@@ -5,9 +5,14 @@
 //! x₁, …, x_p is the coefficient of zⁱ in Π (1 - x_k + x_k z) (L. Ramshaw, *Blossoms are polar
 //! forms*, 1989).
 
+use std::collections::BTreeMap;
+
 use glam::{DVec2, DVec4};
 
 use crate::nurbs::MAX_ORDER;
+
+/// Triples of counts with the highest degree as their sum.
+const MOST_TRIPLES: usize = MAX_ORDER * (MAX_ORDER + 1) / 2;
 
 /// The weights of a curve's control points in a blossom.
 pub(super) type Weights = [f64; MAX_ORDER];
@@ -30,7 +35,7 @@ pub(super) fn blossom(arguments: &[(f64, usize)]) -> Weights {
 }
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
-/// those of a triangle.
+/// those of a triangle or of a segment.
 #[derive(Debug)]
 pub(super) struct Bernstein {
     pub p: usize,
@@ -39,25 +44,49 @@ pub(super) struct Bernstein {
     u: Vec<[usize; 3]>,
     /// The same in v.
     v: Vec<[usize; 3]>,
-    /// For each coefficient of the triangle: blossoms (u, v) and their weights in its mean.
-    coefficients: Vec<Vec<(u16, u16, f64)>>,
-    /// For each coefficient of a segment: the blossoms (a, b) and their weights.
-    segment: Vec<Vec<(usize, usize, f64)>>,
+    /// For each coefficient of a triangle, the blossoms that it is the mean of; their indices are
+    /// `u * v.len() + v`.
+    triangle: Means,
+    /// The same for the halves of the square, by the corner that they lack, in the order of
+    /// [`UNIT`]; the indices are those of coefficients.
+    halves: [Means; 4],
+    /// For each coefficient of a segment, the blossoms that it is the mean of; their indices are
+    /// those of coefficients.
+    segment: Means,
 }
 
-/// A function over the unit square and its weight, as coefficients of a tensor product; its value
-/// is their quotient.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Quotient {
-    pub values: Vec<f64>,
-    pub weights: Vec<f64>,
-}
+/// The corners of the unit square, counter-clockwise.
+pub(super) const UNIT: [DVec2; 4] =
+    [DVec2::new(0.0, 0.0), DVec2::new(1.0, 0.0), DVec2::new(1.0, 1.0), DVec2::new(0.0, 1.0)];
 
-/// Memory for the blossoms of a triangle.
+/// Weighted means of elements of a slice.
 #[derive(Debug, Default)]
-pub(super) struct Scratch {
-    values: Vec<f64>,
-    weights: Vec<f64>,
+struct Means {
+    /// Indices and weights, mean after mean.
+    terms: Vec<(u32, f64)>,
+    /// The end of each mean's terms.
+    ends: Vec<usize>,
+}
+
+impl Means {
+    fn push(&mut self, terms: impl IntoIterator<Item = (usize, f64)>) {
+        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+        for (index, weight) in terms {
+            *sums.entry(index).or_default() += weight;
+        }
+        let terms = sums.into_iter().filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)));
+        self.terms.extend(terms);
+        self.ends.push(self.terms.len());
+    }
+
+    fn of<'a>(&'a self, elements: &'a [DVec4]) -> impl Iterator<Item = DVec4> + 'a {
+        let mut from = 0;
+        self.ends.iter().map(move |&end| {
+            let terms = self.terms[from..end].iter();
+            from = end;
+            terms.fold(DVec4::ZERO, |sum, &(i, weight)| sum + weight * elements[i as usize])
+        })
+    }
 }
 
 /// All triples of counts with this sum.
@@ -74,25 +103,35 @@ impl Bernstein {
     /// For patches of these degrees.
     pub(super) fn new((p, q): (usize, usize)) -> Self {
         let (u, v, n) = (triples(p), triples(q), p + q);
-        let place = |all: &[[usize; 3]], one: [usize; 3]| all.iter().position(|&t| t == one);
-        let coefficient = |of: [usize; 3]| {
-            let term = |(i, in_u): (usize, &[usize; 3])| {
-                let fits = (0..3).all(|k| in_u[k] <= of[k]);
-                let in_v = fits.then(|| std::array::from_fn(|k| of[k] - in_u[k]))?;
+        let (mut triangle, mut halves) = (Means::default(), <[Means; 4]>::default());
+        for of in triples(n) {
+            // A coefficient's arguments are dealt to u and v in all ways.
+            let mut shares = vec![];
+            for (i, in_u) in u.iter().enumerate().filter(|(_, in_u)| (0..3).all(|k| in_u[k] <= of[k])) {
+                let in_v = [0, 1, 2].map(|k| of[k] - in_u[k]);
+                let j = v.iter().position(|&counts| counts == in_v).unwrap_or(0);
                 let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
-                let (i, j) = (u16::try_from(i).ok()?, u16::try_from(place(&v, in_v)?).ok()?);
-                Some((i, j, ways / binomial(n, p)))
-            };
-            u.iter().enumerate().filter_map(term).collect()
-        };
-        let on_segment = |m: usize| {
+                shares.push((i, j, ways / binomial(n, p)));
+            }
+            triangle.push(shares.iter().map(|&(i, j, weight)| (i * v.len() + j, weight)));
+            for (lacking, half) in halves.iter_mut().enumerate() {
+                let corners = [1, 2, 3].map(|k| UNIT[(lacking + k) % 4]);
+                let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
+                    counts.iter().zip(&corners).map(|(&n, at)| if x(at) > 0.5 { n } else { 0 }).sum()
+                };
+                half.push(shares.iter().map(|&(i, j, weight)| {
+                    let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
+                    (row * (q + 1) + col, weight)
+                }));
+            }
+        }
+        let mut segment = Means::default();
+        for m in 0..=n {
             let shares = (0..=p).filter(|&a| a <= m && m - a <= q);
             let weight = |a: usize| binomial(p, a) * binomial(q, m - a) / binomial(n, m);
-            shares.map(|a| (a, m - a, weight(a))).collect()
-        };
-        let coefficients = triples(n).into_iter().map(coefficient).collect();
-        let segment = (0..=n).map(on_segment).collect();
-        Self { p, q, u, v, coefficients, segment }
+            segment.push(shares.map(|a| (a * (q + 1) + m - a, weight(a))));
+        }
+        Self { p, q, u, v, triangle, halves, segment }
     }
 
     /// The part of a net over a rectangle of its square, appended to `out`.
@@ -118,83 +157,57 @@ impl Bernstein {
         sum(&row[..=self.q], &blossom(&[(at.y, self.q)]))
     }
 
-    /// The control points of the curve above a segment of the square, appended to `out`.
-    pub(super) fn segment(&self, net: &[DVec4], from: DVec2, to: DVec2, out: &mut Vec<DVec4>) {
-        let start = out.len();
-        self.rectangle(net, (from.x, to.x), (from.y, to.y), out);
-        let width = self.q + 1;
-        for terms in &self.segment {
-            let terms = terms.iter().map(|&(a, b, weight)| weight * out[start + a * width + b]);
-            let point = terms.sum();
-            out.push(point);
-        }
-        out.drain(start..start + (self.p + 1) * width);
-    }
-
-    /// The largest magnitude of a function on a triangle of the square, from above: that of its
-    /// Bézier coefficients there.
-    pub(super) fn most(&self, f: &Quotient, at: [DVec2; 3], scratch: &mut Scratch) -> f64 {
-        let unit = at.iter().all(|at| [at.x, at.y].iter().all(|&x| x == 0.0 || x == 1.0));
-        let rational = !f.weights.is_empty();
-        if unit {
-            self.select(&f.values, at, &mut scratch.values);
-            if rational {
-                self.select(&f.weights, at, &mut scratch.weights);
+    /// The control points of the curve above a segment of the square.
+    pub(super) fn segment<'a>(
+        &'a self,
+        net: &[DVec4],
+        from: DVec2,
+        to: DVec2,
+        blossoms: &'a mut Vec<DVec4>,
+    ) -> impl Iterator<Item = DVec4> + 'a {
+        blossoms.clear();
+        if UNIT.contains(&from) && UNIT.contains(&to) {
+            // At corners, blossoms are control points.
+            let place = |k: usize, degree: usize, from: f64, to: f64| {
+                let ones = (degree - k) as f64 * from + k as f64 * to;
+                (0..=degree).find(|&i| i as f64 >= ones).unwrap_or(degree)
+            };
+            for a in 0..=self.p {
+                let row = place(a, self.p, from.x, to.x) * (self.q + 1);
+                let column = |b| net[row + place(b, self.q, from.y, to.y)];
+                blossoms.extend((0..=self.q).map(column));
             }
         } else {
-            let (rows, columns) = self.rows(at);
-            self.blossoms(&f.values, &rows, &columns, &mut scratch.values);
-            if rational {
-                self.blossoms(&f.weights, &rows, &columns, &mut scratch.weights);
-            }
+            self.rectangle(net, (from.x, to.x), (from.y, to.y), blossoms);
         }
-        let width = self.v.len();
-        let mean = |terms: &[(u16, u16, f64)], of: &[f64]| -> f64 {
-            terms.iter().map(|&(i, j, share)| share * of[usize::from(i) * width + usize::from(j)]).sum()
-        };
-        let sizes = self.coefficients.iter().map(|terms| {
-            let value = mean(terms, &scratch.values).abs();
-            if rational { value / mean(terms, &scratch.weights) } else { value }
-        });
-        sizes.fold(0.0, f64::max)
+        self.segment.of(blossoms)
     }
 
-    /// The blossoms of coefficients at the corners of a triangle with corners of the square.
-    fn select(&self, of: &[f64], at: [DVec2; 3], out: &mut Vec<f64>) {
-        let ones = |counts: &[usize; 3], x: fn(DVec2) -> f64| -> usize {
-            counts.iter().zip(at).filter(|&(_, at)| x(at) == 1.0).map(|(count, _)| count).sum()
-        };
-        out.clear();
-        for i in &self.u {
-            let row = &of[ones(i, |at| at.x) * (self.q + 1)..][..=self.q];
-            out.extend(self.v.iter().map(|j| row[ones(j, |at| at.y)]));
+    /// The Bézier coefficients of a net on a triangle of its square.
+    pub(super) fn triangle<'a>(
+        &'a self,
+        net: &'a [DVec4],
+        at: [DVec2; 3],
+        blossoms: &'a mut Vec<DVec4>,
+    ) -> impl Iterator<Item = DVec4> + 'a {
+        if at.iter().all(|at| UNIT.contains(at)) {
+            let lacking = UNIT.iter().position(|corner| !at.contains(corner)).unwrap_or(0);
+            return self.halves[lacking].of(net);
         }
-    }
-
-    /// The weights of all blossoms at the corners of a triangle.
-    fn rows(&self, at: [DVec2; 3]) -> (Vec<Weights>, Vec<Weights>) {
         let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
             blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
         };
-        (
-            self.u.iter().map(|counts| weights(counts, |at| at.x)).collect(),
-            self.v.iter().map(|counts| weights(counts, |at| at.y)).collect(),
-        )
-    }
-
-    fn blossoms(&self, of: &[f64], rows: &[Weights], columns: &[Weights], out: &mut Vec<f64>) {
-        out.clear();
-        let width = self.q + 1;
-        for weights in rows {
-            let mut row = [0.0; MAX_ORDER];
-            for (of, weight) in of.chunks_exact(width).zip(weights) {
-                row.iter_mut().zip(of).for_each(|(sum, of)| *sum += weight * of);
-            }
-            let value = |weights: &Weights| -> f64 {
-                row[..width].iter().zip(weights).map(|(of, weight)| of * weight).sum()
-            };
-            out.extend(columns.iter().map(value));
+        let mut columns = [Weights::default(); MOST_TRIPLES];
+        for (column, counts) in columns.iter_mut().zip(&self.v) {
+            *column = weights(counts, |at| at.y);
         }
+        blossoms.clear();
+        for counts in &self.u {
+            let row = self.contracted(net, &weights(counts, |at| at.x));
+            let columns = columns[..self.v.len()].iter();
+            blossoms.extend(columns.map(|column| sum(&row[..=self.q], column)));
+        }
+        self.triangle.of(blossoms)
     }
 
     /// The row of points that these weights make of the rows of a net.
@@ -209,4 +222,58 @@ impl Bernstein {
 
 fn sum(points: &[DVec4], weights: &Weights) -> DVec4 {
     points.iter().zip(weights).map(|(point, weight)| *weight * *point).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A net of random-looking points.
+    fn net(p: usize, q: usize) -> Vec<DVec4> {
+        let point = |k: usize| {
+            let k = k as f64;
+            DVec4::new((1.3 * k).sin(), (2.9 * k).cos(), (0.7 * k * k).sin(), 1.5 + (3.1 * k).sin())
+        };
+        (0..(p + 1) * (q + 1)).map(point).collect()
+    }
+
+    #[test]
+    fn parts_agree_with_the_whole() {
+        for (p, q) in [(1, 1), (3, 3), (2, 5)] {
+            let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
+            let mut part = vec![];
+            bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
+            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
+            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
+            assert!(inside.distance(outside) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn segments_and_triangles_pass_through_their_points() {
+        let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
+        for (p, q) in [(1, 1), (3, 3), (2, 4)] {
+            let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
+            let halves = (0..4).map(|k| [UNIT[k], UNIT[(k + 1) % 4], UNIT[(k + 2) % 4]]);
+            for at in halves.chain([inner]) {
+                let mut blossoms = vec![];
+                let curve: Vec<_> = bernstein.segment(&net, at[0], at[1], &mut blossoms).collect();
+                let middle: DVec4 =
+                    (0..=n).map(|k| binomial(n, k) / 2.0_f64.powi(n as i32) * curve[k]).sum();
+                assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
+                let mut blossoms = vec![];
+                let all: Vec<_> = bernstein.triangle(&net, at, &mut blossoms).collect();
+                let centre: DVec4 = triples(n)
+                    .iter()
+                    .zip(&all)
+                    .map(|(of, &point)| {
+                        let ways = binomial(n, of[0]) * binomial(n - of[0], of[1]);
+                        ways / 3.0_f64.powi(n as i32) * point
+                    })
+                    .sum();
+                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
+                assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
+            }
+        }
+    }
 }

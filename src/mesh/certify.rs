@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bernstein::{Bernstein, Quotient, Scratch};
+use super::bernstein::{Bernstein, UNIT};
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
 /// pieces that fold more must be small enough for a ball of the tolerance.
@@ -31,19 +31,23 @@ pub(super) type Face = [usize; 3];
 /// Memory that certifying needs.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    heights: Quotient,
-    scratch: Scratch,
-    curve: Vec<DVec4>,
+    heights: Vec<DVec4>,
+    quadrant: Vec<DVec4>,
+    blossoms: Vec<DVec4>,
     normals: Vec<Option<DVec3>>,
 }
 
+/// A bound up to this multiple of the limit may be a true distance within it: then it is worth
+/// looking closer.
+const NEAR: f64 = 1.5;
+
 /// An upper bound of the distance between the surface over the unit square of `net` and the
-/// triangles, in both directions.
+/// triangles, in both directions; anything above `limit` if it is above it.
 pub(super) fn distance(
     bernstein: &Bernstein,
     net: &[DVec4],
-    corners: &[Corner],
-    faces: &[Face],
+    (corners, faces): (&[Corner], &[Face]),
+    limit: f64,
     work: &mut Workspace,
 ) -> f64 {
     work.normals.clear();
@@ -52,24 +56,16 @@ pub(super) fn distance(
         let centre = corners[0].point;
         net.iter().map(|&h| project(h).distance(centre)).fold(0.0, f64::max)
     };
-    work.heights.weights.clear();
-    if net.iter().any(|h| h.w != net[0].w) {
-        work.heights.weights.extend(net.iter().map(|h| h.w));
-    }
     let mut most = 0.0_f64;
     for (k, &face) in faces.iter().enumerate() {
         let Some(plane) = work.normals[k].or_else(|| borrowed(faces, &work.normals, face)) else {
             return ball(net);
         };
-        let origin = corners[face[0]].point;
-        let height = plane.extend(-plane.dot(origin));
-        work.heights.values.clear();
-        if work.heights.weights.is_empty() {
-            work.heights.values.extend(net.iter().map(|h| height.dot(*h) / h.w));
-        } else {
-            work.heights.values.extend(net.iter().map(|h| height.dot(*h)));
-        }
-        let over = bernstein.most(&work.heights, face.map(|i| corners[i].at), &mut work.scratch);
+        let origin = plane.dot(corners[face[0]].point);
+        work.heights.clear();
+        let height = |h: &DVec4| DVec4::new(plane.dot(h.truncate()) - origin * h.w, 0.0, 0.0, h.w);
+        work.heights.extend(net.iter().map(height));
+        let over = height_over(bernstein, face.map(|i| corners[i].at), limit, work);
         let (mut inside, mut outside) = (0.0_f64, 0.0_f64);
         for (i, j) in edges(face) {
             let neighbour = faces.iter().position(|other| edges(*other).contains(&(j, i)));
@@ -79,17 +75,51 @@ pub(super) fn distance(
                 None => None,
             };
             let (a, b) = (corners[i], corners[j]);
-            work.curve.clear();
-            bernstein.segment(net, a.at, b.at, &mut work.curve);
-            let aside = sideways(&work.curve, a.point, b.point, plane);
+            let curve = bernstein.segment(net, a.at, b.at, &mut work.blossoms);
+            let aside = sideways(curve, a.point, b.point, plane);
             match tilt {
-                Some(tilt) => inside = inside.max(aside * tilt.min(1.0)),
+                Some(tilt) => inside = inside.max(aside * tilt),
                 None => outside = outside.max(aside),
             }
         }
         most = most.max((over + inside).hypot(outside));
+        if most > limit {
+            break;
+        }
     }
     most
+}
+
+/// The largest height on a triangle of the square, from above: its largest coefficient there, or,
+/// where that leaves doubt, on the triangle's quarters.
+fn height_over(bernstein: &Bernstein, at: [DVec2; 3], limit: f64, work: &mut Workspace) -> f64 {
+    let Workspace { heights, quadrant, blossoms, .. } = work;
+    let largest = |net: &[DVec4], at: [DVec2; 3], blossoms: &mut Vec<DVec4>| {
+        let sizes = bernstein.triangle(net, at, blossoms).map(|h| h.x.abs() / h.w);
+        sizes.fold(0.0, f64::max)
+    };
+    let over = largest(heights, at, blossoms);
+    let half = at.iter().all(|at| UNIT.contains(at));
+    if !half || over <= limit || over > NEAR * limit {
+        return over;
+    }
+    let mut closer = 0.0_f64;
+    for corner in UNIT {
+        let (x, y) = (0.5 * corner.x, 0.5 * corner.y);
+        quadrant.clear();
+        bernstein.rectangle(heights, (x, x + 0.5), (y, y + 0.5), quadrant);
+        // The quadrants at the triangle's corners hold a quarter each, that at its right angle two.
+        let inside = at.iter().filter(|at| corner.distance_squared(**at) <= 1.0).count();
+        let parts: &[[DVec2; 3]] = match (at.contains(&corner), inside) {
+            (false, _) => &[],
+            (true, 3) => &[[UNIT[0], UNIT[1], UNIT[2]], [UNIT[0], UNIT[2], UNIT[3]]],
+            (true, _) => &[at],
+        };
+        for part in parts {
+            closer = closer.max(largest(quadrant, *part, blossoms));
+        }
+    }
+    closer
 }
 
 /// As [`distance`], of the part of a piece that is a patch over a rectangle of the piece's square.
@@ -97,8 +127,7 @@ pub(super) fn distance_of_part(
     bernstein: &Bernstein,
     net: &[DVec4],
     (low, high): (DVec2, DVec2),
-    corners: &[Corner],
-    faces: &[Face],
+    (corners, faces): (&[Corner], &[Face]),
     work: &mut Workspace,
 ) -> f64 {
     let mut most = 0.0_f64;
@@ -127,9 +156,8 @@ pub(super) fn distance_of_part(
                 continue;
             }
             let (from, to) = (from.clamp(DVec2::ZERO, DVec2::ONE), to.clamp(DVec2::ZERO, DVec2::ONE));
-            work.curve.clear();
-            bernstein.segment(net, from, to, &mut work.curve);
-            outside = outside.max(sideways(&work.curve, a.point, b.point, plane));
+            let curve = bernstein.segment(net, from, to, &mut work.blossoms);
+            outside = outside.max(sideways(curve, a.point, b.point, plane));
         }
         most = most.max(over.hypot(outside));
     }
@@ -173,12 +201,12 @@ fn borrowed(faces: &[Face], normals: &[Option<DVec3>], face: Face) -> Option<DVe
 }
 
 /// How far a curve from a to b leaves the segment between them, seen along a normal.
-fn sideways(curve: &[DVec4], a: DVec3, b: DVec3, normal: DVec3) -> f64 {
+fn sideways(curve: impl Iterator<Item = DVec4>, a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let chord = b - a;
     let length = chord.length();
     let along = if length > 0.0 { chord / length } else { DVec3::ZERO };
     let across = normal.cross(along);
-    let aside = |&h: &DVec4| {
+    let aside = |h: DVec4| {
         let away = project(h) - a;
         if length == 0.0 {
             return away.length();
@@ -186,7 +214,7 @@ fn sideways(curve: &[DVec4], a: DVec3, b: DVec3, normal: DVec3) -> f64 {
         let (t, s) = (away.dot(along), away.dot(across));
         s.hypot((-t).max(t - length).max(0.0))
     };
-    curve.iter().map(aside).fold(0.0, f64::max)
+    curve.map(aside).fold(0.0, f64::max)
 }
 
 fn project(h: DVec4) -> DVec3 {

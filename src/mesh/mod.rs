@@ -3,8 +3,10 @@
 mod adaptive;
 mod bernstein;
 mod certify;
+mod distance;
 mod estimate;
 mod lattice;
+mod measure;
 mod options;
 mod outline;
 mod piece;
@@ -14,6 +16,7 @@ mod uniform;
 use glam::{DVec2, DVec3};
 
 pub use self::adaptive::Tessellation;
+pub use self::distance::DistanceSearch;
 pub use self::options::{MAX_TRIANGLES, TessellateOptions};
 pub use self::uniform::{MeshSlices, UniformGrid};
 

@@ -67,6 +67,25 @@ pub(super) struct Limits {
 }
 
 impl TessellateOptions {
+    /// The same limits for several surfaces at once: with the tolerance in the points' unit, where
+    /// it is a share of the diagonal of the box around all control nets.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, mesh::TessellateOptions, nurbs::NurbsSurface};
+    /// let spheres = [1.0, 10.0].map(|r| NurbsSurface::sphere(DVec3::ZERO, r).unwrap());
+    /// let options = TessellateOptions::default().of_surfaces(&[&spheres[0], &spheres[1]])?;
+    /// assert_eq!(options.tolerance, Some(1e-3 * spheres[1].size()));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a limit is out of its range.
+    pub fn of_surfaces(&self, surfaces: &[&NurbsSurface]) -> Result<Self> {
+        let tolerance = Some(self.limits(diagonal(surfaces))?.tolerance);
+        Ok(Self { tolerance, relative: false, ..*self })
+    }
+
     /// The tolerance in the points' unit for a surface, or several with this common diagonal.
     pub(super) fn limits(&self, diagonal: f64) -> Result<Limits> {
         let tolerance = match self.tolerance {

@@ -5,12 +5,12 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bernstein::Bernstein;
+use super::bernstein::{Bernstein, UNIT};
 use super::certify::{self, Corner, Face, Workspace};
 use super::options::Limits;
 use super::outline::{Bending, triangulate};
-use super::stitch::Place;
-use crate::nurbs::{PatchNets, halve};
+use super::stitch::{Place, parameter};
+use crate::nurbs::{NurbsSurface, PatchNets, halve};
 
 /// Halvings of a patch in each direction at most.
 const HALVINGS: u32 = 22;
@@ -26,6 +26,8 @@ pub(super) const MOST_PATCHES: usize = 1 << (31 - HALVINGS);
 pub(super) struct Piece {
     pub u: (u32, u32),
     pub v: (u32, u32),
+    /// Whether the edge between its triangles runs from its first to its last corner.
+    pub rising: bool,
 }
 
 /// A rectangle of patches: ranges of rows and columns of the nets.
@@ -38,6 +40,7 @@ pub(super) struct Block {
 /// What dividing needs to know.
 #[derive(Debug)]
 pub(super) struct Divider<'a> {
+    pub surface: &'a NurbsSurface,
     pub nets: &'a PatchNets,
     pub bernstein: &'a Bernstein,
     pub limits: Limits,
@@ -57,7 +60,7 @@ pub(super) struct Desk {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Direction {
+pub(super) enum Direction {
     U,
     V,
 }
@@ -66,7 +69,18 @@ impl Piece {
     /// The whole block.
     pub(super) fn of(block: Block) -> Self {
         let end = |(from, to): (usize, usize)| u32::try_from(to - from).unwrap_or(0) * PATCH;
-        Self { u: (0, end(block.rows)), v: (0, end(block.cols)) }
+        Self { u: (0, end(block.rows)), v: (0, end(block.cols)), rising: false }
+    }
+
+    /// The places of its corners, counter-clockwise.
+    fn corners(&self) -> [Place; 4] {
+        let Self { u, v, .. } = self;
+        [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)]
+    }
+
+    /// Its triangles, of corners without any others on its sides.
+    pub(super) fn faces(&self) -> [Face; 2] {
+        if self.rising { [[1, 2, 0], [2, 3, 0]] } else { [[0, 1, 3], [1, 2, 3]] }
     }
 
     /// The one patch it lies in, and its part of the patch's unit square.
@@ -117,12 +131,11 @@ impl Divider<'_> {
     pub(super) fn divide(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
         if piece.patch().is_some() {
             self.load(block, piece, desk);
-            self.divide_net(piece, desk, done);
+            self.divide_net(block, piece, desk, done);
             return;
         }
-        if let Some(distance) = self.merged(block, piece, desk) {
-            desk.deviation = desk.deviation.max(distance);
-            done.push(piece);
+        if self.check(block, piece, &piece.corners(), desk).is_none() {
+            done.push(Piece { rising: desk.faces[0] == [1, 2, 0], ..piece });
             return;
         }
         for half in piece.halves(piece.wider()) {
@@ -131,27 +144,28 @@ impl Divider<'_> {
     }
 
     /// As [`Divider::divide`], for a piece whose net is the last of the desk's; takes it away.
-    fn divide_net(&self, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
+    fn divide_net(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
         let size = (self.bernstein.p + 1) * (self.bernstein.q + 1);
         let start = desk.nets.len() - size;
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let net = &desk.nets[start..];
         let point = |i: usize, j: usize| project(net[i * (q + 1) + j]);
-        let corners = [(0, 0), (p, 0), (p, q), (0, q)].map(|(i, j)| Corner {
-            at: DVec2::new((i / p) as f64, (j / q) as f64),
-            point: point(i, j),
-        });
+        let points = [point(0, 0), point(p, 0), point(p, q), point(0, q)];
+        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: points[k] });
         desk.faces.clear();
         let tolerance = self.limits.tolerance;
         triangulate(&corners, Bending::of(net, (p, q)), tolerance, &mut desk.faces);
-        let distance =
-            certify::distance(self.bernstein, net, &corners, &desk.faces, &mut desk.work);
-        let wanted = if distance <= tolerance { None } else { Some(self.steeper(net)) };
-        let direction = wanted.filter(|_| piece.divisible());
-        let Some(direction) = direction else {
+        let mesh = (&corners[..], &desk.faces[..]);
+        let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
+        let direction = if distance <= tolerance {
+            self.beyond(block, &piece.corners(), mesh)
+        } else {
+            Some(self.steeper(net))
+        };
+        let Some(direction) = direction.filter(|_| piece.divisible()) else {
             desk.deviation = desk.deviation.max(distance);
+            done.push(Piece { rising: desk.faces[0] == [1, 2, 0], ..piece });
             desk.nets.truncate(start);
-            done.push(piece);
             return;
         };
         let [first, second] = piece.halves(direction);
@@ -163,8 +177,8 @@ impl Divider<'_> {
             Direction::U => halve(above, below, p, q + 1, 0..=q),
             Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
         }
-        self.divide_net(first, desk, done);
-        self.divide_net(second, desk, done);
+        self.divide_net(block, first, desk, done);
+        self.divide_net(block, second, desk, done);
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
@@ -188,19 +202,47 @@ impl Divider<'_> {
         if u { Direction::U } else { Direction::V }
     }
 
-    /// The certified distance of a piece of several patches, unless it is above the tolerance.
-    fn merged(&self, block: Block, piece: Piece, desk: &mut Desk) -> Option<f64> {
-        let (u, v) = (piece.u, piece.v);
-        let outline = [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)];
-        let distance = self.check(block, piece, &outline, desk);
-        (distance <= self.limits.tolerance).then_some(distance)
+    /// The direction to divide a piece in because its triangles do not meet the limits of edges,
+    /// angles and sides.
+    fn beyond(
+        &self,
+        block: Block,
+        places: &[Place],
+        (corners, faces): (&[Corner], &[Face]),
+    ) -> Option<Direction> {
+        let Limits { cosine, edge, aspect, .. } = self.limits;
+        if cosine.is_none() && edge.is_none() && aspect.is_none() {
+            return None;
+        }
+        let [a, b, c, d] = UNIT.map(|at| corners.iter().position(|corner| corner.at == at));
+        let (a, b, c, d) = (a?, b?, c?, d?);
+        let length = |i: usize, j: usize| corners[i].point.distance(corners[j].point);
+        let (along_u, along_v) = (length(a, b) + length(d, c), length(a, d) + length(b, c));
+        let longer = if along_u >= along_v { Direction::U } else { Direction::V };
+        let edges = || faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        if edge.is_some_and(|most| edges().any(|(i, j)| length(i, j) > most)) {
+            return Some(longer);
+        }
+        let (short, long) = (along_u.min(along_v), along_u.max(along_v));
+        if aspect.is_some_and(|most| short > 0.0 && long > most * short) {
+            return Some(longer);
+        }
+        let least = cosine?;
+        let normal = |&(u, v): &Place| {
+            let u = parameter(&self.nets.u, block.rows.0, u);
+            self.surface.normal(u, parameter(&self.nets.v, block.cols.0, v))
+        };
+        let normals: Vec<DVec3> = places.iter().map(normal).collect();
+        let turn = |i: usize, j: usize| normals[i].dot(normals[j]);
+        let turned = edges().any(|(i, j)| turn(i, j) < least && length(i, j) > 0.0);
+        let in_u = turn(a, b) + turn(d, c) <= turn(a, d) + turn(b, c);
+        turned.then_some(if in_u { Direction::U } else { Direction::V })
     }
 
     /// Puts the triangles of a piece with all the vertices on its outline on the desk.
     pub(super) fn cut(&self, block: Block, piece: Piece, outline: &[Place], desk: &mut Desk) {
         let corner = |at: DVec2, point: DVec4| Corner { at, point: project(point) };
         let place = |&(u, v): &Place| {
-            let share = |x: u32, (from, to): (u32, u32)| f64::from(x - from) / f64::from(to - from);
             DVec2::new(share(u, piece.u), share(v, piece.v))
         };
         desk.corners.clear();
@@ -220,30 +262,53 @@ impl Divider<'_> {
         triangulate(&desk.corners, bending, self.limits.tolerance, &mut desk.faces);
     }
 
-    /// The certified distance of a piece with all the vertices on its outline.
+    /// The direction to divide a piece in because its triangles, with all the vertices on its
+    /// outline, do not meet the limits; `None` if they do.
     pub(super) fn check(
         &self,
         block: Block,
         piece: Piece,
         outline: &[Place],
         desk: &mut Desk,
-    ) -> f64 {
+    ) -> Option<Direction> {
         self.cut(block, piece, outline, desk);
-        let Desk { nets, patch, corners, faces, work, .. } = desk;
-        if piece.patch().is_some() {
-            return certify::distance(self.bernstein, nets, corners, faces, work);
+        let Desk { nets, patch, corners, faces, work, deviation } = desk;
+        let (mesh, tolerance) = ((&corners[..], &faces[..]), self.limits.tolerance);
+        let single = piece.patch().is_some();
+        let distance = if single {
+            certify::distance(self.bernstein, nets, mesh, tolerance, work)
+        } else {
+            self.distance_of_patches(block, piece, mesh, (patch, work))
+        };
+        let direction = if distance <= tolerance {
+            self.beyond(block, outline, mesh)
+        } else {
+            Some(if single { self.steeper(nets) } else { piece.wider() })
+        };
+        let direction = direction.filter(|_| piece.divisible());
+        if direction.is_none() {
+            *deviation = deviation.max(distance);
         }
+        direction
+    }
+
+    /// The certified distance of a piece of several patches, or anything above the tolerance.
+    fn distance_of_patches(
+        &self,
+        block: Block,
+        piece: Piece,
+        mesh: (&[Corner], &[Face]),
+        (patch, work): (&mut Vec<DVec4>, &mut Workspace),
+    ) -> f64 {
         let mut most = 0.0_f64;
-        let span = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
-        let ((row0, row1), (col0, col1)) = (span(piece.u), span(piece.v));
+        let range = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
+        let ((row0, row1), (col0, col1)) = (range(piece.u), range(piece.v));
         for (row, col) in (row0..row1).flat_map(|row| (col0..col1).map(move |col| (row, col))) {
-            let share = |x: u32, (from, to): (u32, u32)| f64::from(x - from) / f64::from(to - from);
             let low = DVec2::new(share(row, (row0, row1)), share(col, (col0, col1)));
             let high = DVec2::new(share(row + 1, (row0, row1)), share(col + 1, (col0, col1)));
             patch.clear();
-            let index = (block.rows.0 + row as usize, block.cols.0 + col as usize);
-            self.nets.append(index, patch);
-            let part = certify::distance_of_part(self.bernstein, patch, (low, high), corners, faces, work);
+            self.nets.append((block.rows.0 + row as usize, block.cols.0 + col as usize), patch);
+            let part = certify::distance_of_part(self.bernstein, patch, (low, high), mesh, work);
             most = most.max(part);
             if most > self.limits.tolerance {
                 break;
@@ -292,13 +357,23 @@ impl Divider<'_> {
         self.bernstein.point(patch, DVec2::new(x, y))
     }
 
-    /// Divides a piece that its outline has made unfit.
-    pub(super) fn redivide(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
-        let direction = if piece.patch().is_some() { self.steeper(&desk.nets) } else { piece.wider() };
+    /// Divides a piece that has become unfit in this direction first.
+    pub(super) fn redivide(
+        &self,
+        block: Block,
+        (piece, direction): (Piece, Direction),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
         for half in piece.halves(direction) {
             self.divide(block, half, desk, done);
         }
     }
+}
+
+/// The share of a range that lies before x.
+fn share(x: u32, (from, to): (u32, u32)) -> f64 {
+    f64::from(x - from) / f64::from(to - from)
 }
 
 /// The distance of a point from the line through a and b.

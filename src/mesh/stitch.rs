@@ -137,7 +137,7 @@ impl Vertices {
     /// The ranks and places of the vertices around a piece, counter-clockwise from its first
     /// corner, appended to `out`.
     pub(super) fn outline(&self, piece: &Piece, out: &mut Vec<(u32, Place)>) {
-        let Piece { u: (u0, u1), v: (v0, v1) } = *piece;
+        let Piece { u: (u0, u1), v: (v0, v1), .. } = *piece;
         let in_u = |v: u32| {
             let from = self.by_v.partition_point(|&(at, u, _)| (at, u) < (v, u0));
             let row = self.by_v[from..].iter().take_while(move |&&(at, u, _)| (at, u) <= (v, u1));

@@ -24,6 +24,7 @@ mod patch_nets;
 mod remove;
 mod strip;
 mod surface;
+mod vertex;
 
 pub(crate) use self::basis::{BasisDerivatives, MAX_ORDER, padded};
 pub(crate) use self::bezier::halve;

@@ -1,17 +1,23 @@
 //! `neurbs.TriangleMesh`.
 
-use numpy::ndarray::Ix2;
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::prelude::*;
+use std::sync::OnceLock;
 
-use super::{arrays, call};
+use numpy::ndarray::Ix2;
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arrays::{self, Numbers};
+use super::call;
 use crate::error::Result;
-use crate::mesh::{MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid};
+use crate::mesh::{
+    DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
+};
 use crate::nurbs::NurbsSurface;
 
 /// Triangles of a surface, with a normal and the surface's parameters at each vertex.
 ///
-/// Made by :meth:`NurbsSurface.tessellate`; all arrays are read-only.
+/// Made by :meth:`NurbsSurface.tessellate` and :func:`neurbs.tessellate`; all arrays are read-only.
 ///
 /// Examples
 /// --------
@@ -30,6 +36,8 @@ pub(super) struct TriangleMesh {
     triangles: Py<PyArray2<u32>>,
     normals: Py<PyArray2<f64>>,
     uv: Py<PyArray2<f64>>,
+    /// Made by the first measurement of distances.
+    search: OnceLock<DistanceSearch>,
 }
 
 /// A mesh's arrays, held for reading.
@@ -113,6 +121,7 @@ impl TriangleMesh {
             triangles: arrays::freeze(&triangles)?,
             normals: arrays::freeze(&normals)?,
             uv: arrays::freeze(&uv)?,
+            search: OnceLock::new(),
         })
     }
 
@@ -155,16 +164,172 @@ impl TriangleMesh {
         arrays::view(py, &self.uv)
     }
 
-    /// An upper bound of the distance between the surface and the triangles, in both directions.
+    /// An upper bound of the distance between the surface and the triangles, in both directions,
+    /// in the points' unit; None for a uniform grid.
     #[getter]
     fn max_deviation(&self) -> Option<f64> {
         self.max_deviation
     }
 
-    /// Vertices along u and v, (n_u, n_v); they are numbered row by row, v fastest.
+    /// Vertices along u and v, (n_u, n_v), of a uniform grid, which are numbered row by row, v
+    /// fastest; None for an adaptive mesh.
     #[getter]
     fn shape(&self) -> Option<(usize, usize)> {
         self.grid
+    }
+
+    /// Vertex numbers of the cells of a uniform grid, uint32 of shape (m, 4), counter-clockwise
+    /// seen from the normals' side; None for an adaptive mesh.
+    #[getter]
+    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<u32>>>> {
+        let Some((n_u, n_v)) = self.grid else { return Ok(None) };
+        let grid = UniformGrid::new(n_u, n_v)?;
+        let quads = arrays::empty::<u32, Ix2>(py, &[grid.triangles() / 2, 4])?;
+        {
+            let mut out = quads.readwrite();
+            let out: &mut [[u32; 4]] = bytemuck::cast_slice_mut(out.as_slice_mut()?);
+            py.detach(|| out.iter_mut().zip(grid.quads()).for_each(|(out, quad)| *out = quad));
+        }
+        Ok(Some(quads))
+    }
+
+    /// The area of all triangles, in the square of the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    fn area(&self, py: Python<'_>) -> PyResult<f64> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.area()))
+    }
+
+    /// The volume that a closed mesh encloses, in the cube of the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// float or None
+    ///     Negative if the normals point inwards; None if the mesh has borders.
+    fn volume(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.volume()))
+    }
+
+    /// Vertices - edges + triangles: 1 for a sheet, 0 for a tube or a torus, 2 for a sphere.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    fn euler_characteristic(&self, py: Python<'_>) -> PyResult<i64> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.euler_characteristic()))
+    }
+
+    /// The borders of the mesh.
+    ///
+    /// Returns
+    /// -------
+    /// list of ndarray of shape (n,)
+    ///     The numbers of the vertices along each border, with the mesh to the left seen from the
+    ///     normals' side; empty for a closed mesh.
+    fn boundary_loops<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<u32>>>> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        let loops = py.detach(|| view.boundary_loops());
+        Ok(loops.iter().map(|border| PyArray1::from_slice(py, border)).collect())
+    }
+
+    /// Distances from points to the mesh: to the nearest point of any triangle, exactly.
+    ///
+    /// The first call prepares a tree over the triangles, which the mesh keeps.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : array_like of shape (n, 3) or (n, 2)
+    ///     Points in space; two columns lie in z = 0.
+    /// out : ndarray of shape (n,), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n,)
+    ///     ``out``, or a new array, in the points' unit.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a point is not finite, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> plane.tessellate().deviation([[0.3, 0.4, 2.0], [1.0, 2.0, 0.0]])
+    /// array([2., 1.])
+    #[pyo3(signature = (points, *, out=None))]
+    fn deviation<'py>(
+        &self,
+        points: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let py = points.py();
+        let points = Numbers::points(points, "points")?;
+        let out = arrays::output(py, out, &points.shape()[..1])?;
+        {
+            let mesh = self.arrays(py)?;
+            let (view, points) = (mesh.view()?, points.as_slice()?);
+            let mut out = arrays::writable(&out)?;
+            let out = out.as_slice_mut()?;
+            call::run(py, None, |watcher| {
+                let search = self.search.get_or_init(|| DistanceSearch::new(view));
+                search.distances(points, out, watcher)
+            })?;
+        }
+        Ok(out)
+    }
+
+    /// Write the mesh to a file; see :func:`neurbs.save`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file; its suffix says which format: ``.obj``, ``.ply``, ``.glb`` or ``.stl``.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        slf.py().import("neurbs")?.call_method1("save", (slf, path)).map(|_| ())
+    }
+
+    /// The mesh as one of trimesh, with vertex normals; nothing is merged or reordered.
+    ///
+    /// Returns
+    /// -------
+    /// trimesh.Trimesh
+    fn to_trimesh<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let copy = |array: Bound<'py, PyAny>| array.call_method0("copy");
+        let keywords = PyDict::new(py);
+        keywords.set_item("vertices", copy(self.vertices(py)?)?)?;
+        keywords.set_item("faces", copy(self.triangles(py)?)?)?;
+        keywords.set_item("vertex_normals", copy(self.normals(py)?)?)?;
+        keywords.set_item("process", false)?;
+        py.import("trimesh")?.call_method("Trimesh", (), Some(&keywords))
+    }
+
+    /// The mesh as one of PyVista, with ``"Normals"`` and ``"uv"`` at the points.
+    ///
+    /// Returns
+    /// -------
+    /// pyvista.PolyData
+    fn to_pyvista<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let copy = |array: Bound<'py, PyAny>| array.call_method0("copy");
+        let faces = self.triangles(py)?.call_method1("astype", ("int64",))?;
+        let kind = py.import("pyvista")?.getattr("PolyData")?;
+        let mesh =
+            kind.call_method1("from_regular_faces", (copy(self.vertices(py)?)?, faces))?;
+        let data = mesh.getattr("point_data")?;
+        data.set_item("Normals", copy(self.normals(py)?)?)?;
+        data.set_item("uv", copy(self.uv(py)?)?)?;
+        Ok(mesh)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -26,6 +26,7 @@ mod shapes;
 mod som;
 mod som_options;
 mod surface;
+mod tessellation;
 
 use pyo3::pymodule;
 
@@ -58,6 +59,8 @@ mod _core {
     use super::som_options::som_options;
     #[pymodule_export]
     use super::surface::NurbsSurface;
+    #[pymodule_export]
+    use super::tessellation::tessellate;
     use pyo3::prelude::*;
 
     #[pymodule_init]

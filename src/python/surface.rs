@@ -12,9 +12,7 @@ use pyo3::types::PyDict;
 use super::arguments;
 use super::arrays::{self, Numbers};
 use super::errors::bad_argument;
-use super::mesh::TriangleMesh;
 use crate::error::Result;
-use crate::mesh::{TessellateOptions, UniformGrid};
 use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 
 /// A tensor-product NURBS surface.
@@ -147,38 +145,6 @@ impl NurbsSurface {
     #[getter]
     fn domain(&self) -> ((f64, f64), (f64, f64)) {
         (self.core.knots_u().domain(), self.core.knots_v().domain())
-    }
-
-    /// Turn the surface into triangles.
-    ///
-    /// Parameters
-    /// ----------
-    /// shape : (int, int), optional
-    ///     Vertices along u and v of a uniform grid, at least 2 each; by default four cells to a
-    ///     knot span (fewer for very large nets), and at least 33 vertices a side.
-    ///
-    /// Returns
-    /// -------
-    /// TriangleMesh
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a side is too small, or there would be more than 100 million triangles.
-    #[pyo3(signature = (tolerance=None, *, shape=None))]
-    fn tessellate(
-        &self,
-        py: Python<'_>,
-        tolerance: Option<&Bound<'_, PyAny>>,
-        shape: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<TriangleMesh> {
-        let tolerance = arguments::optional_real("tolerance", tolerance)?;
-        let Some(shape) = shape else {
-            let options = TessellateOptions { tolerance, ..TessellateOptions::default() };
-            return TriangleMesh::adaptive(py, &self.core, &options, None);
-        };
-        let (n_u, n_v) = arguments::pair("shape", shape)?;
-        TriangleMesh::of_surface(py, &self.core, UniformGrid::new(n_u, n_v)?, None)
     }
 
     /// Which directions end where they begin: (in u, in v).
