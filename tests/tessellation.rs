@@ -55,8 +55,8 @@ fn assert_whole(surface: &NurbsSurface, mesh: &TriangleMesh) {
     let ((u0, u1), (v0, v1)) = (surface.knots_u().domain(), surface.knots_v().domain());
     for (a, b) in mesh.view().boundary_edges() {
         let (a, b) = (mesh.uv[a as usize], mesh.uv[b as usize]);
-        let border = (a.x == b.x && (a.x == u0 || a.x == u1))
-            || (a.y == b.y && (a.y == v0 || a.y == v1));
+        let border =
+            (a.x == b.x && (a.x == u0 || a.x == u1)) || (a.y == b.y && (a.y == v0 || a.y == v1));
         assert!(border, "{a} {b}");
     }
 }
@@ -67,7 +67,9 @@ fn surfaces() -> impl Strategy<Value = NurbsSurface> {
         let (rows, cols) = (p + 1 + more_u, q + 1 + more_v);
         let mut state = u64::from(seed) + 1;
         let mut random = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         let net = (0..rows * cols).map(|k| {
@@ -104,7 +106,8 @@ fn shapes() -> [(NurbsSurface, i64, usize); 5] {
         .collect();
     let tube = NurbsSurface::periodic(&net, None, (7, 6), (3, 3), (true, false)).unwrap();
     let torus = NurbsSurface::torus(DVec3::splat(100.0), 3.0, 1.0).unwrap();
-    let flat: Vec<DVec3> = (0..25).map(|k| DVec3::new(f64::from(k / 5), f64::from(k % 5), 0.0)).collect();
+    let flat: Vec<DVec3> =
+        (0..25).map(|k| DVec3::new(f64::from(k / 5), f64::from(k % 5), 0.0)).collect();
     [
         (NurbsSurface::clamped(flat, (5, 5), 3).unwrap(), 1, 1),
         (tube, 0, 2),
@@ -135,7 +138,9 @@ fn triangles_turn_about_the_normals() {
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|i| mesh.vertices[i as usize]);
             let normal: DVec3 = triangle.map(|i| mesh.normals[i as usize]).iter().sum();
-            assert!((b - a).cross(c - a).normalize().dot(normal) > 0.9 * 3.0_f64.min(normal.length()));
+            assert!(
+                (b - a).cross(c - a).normalize().dot(normal) > 0.9 * 3.0_f64.min(normal.length())
+            );
         }
     }
 }
@@ -165,7 +170,8 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn flat_surfaces_take_two_triangles_however_fine_their_net() {
-    let net: Vec<DVec3> = (0..196).map(|k| DVec3::new(f64::from(k / 14), f64::from(k % 14), 3.0)).collect();
+    let net: Vec<DVec3> =
+        (0..196).map(|k| DVec3::new(f64::from(k / 14), f64::from(k % 14), 3.0)).collect();
     let plane = NurbsSurface::clamped(net, (14, 14), 3).unwrap();
     assert_eq!(tessellate(&plane, &relative(1e-6)).triangles.len(), 2);
 }
@@ -196,10 +202,14 @@ fn edges_angles_and_sides_keep_their_limits() {
     let angle = tessellate(surface, &TessellateOptions { max_angle: Some(0.1), ..relative(0.01) });
     let turn = |a: usize, b: usize| angle.normals[a].angle_between(angle.normals[b]);
     assert!(most(&angle, &turn) <= 0.1 + 1e-7);
-    let ribbon: Vec<DVec3> = (0..8).map(|k| DVec3::new(f64::from(k / 2) * 20.0, f64::from(k % 2), 0.0)).collect();
+    let ribbon: Vec<DVec3> =
+        (0..8).map(|k| DVec3::new(f64::from(k / 2) * 20.0, f64::from(k % 2), 0.0)).collect();
     let ribbon = NurbsSurface::clamped(ribbon, (4, 2), 3).unwrap();
-    let aspect = tessellate(&ribbon, &TessellateOptions { max_aspect: Some(4.0), ..relative(0.01) });
-    assert!(most(&aspect, &|a, b| aspect.vertices[a].distance(aspect.vertices[b])) <= 17.0_f64.sqrt());
+    let aspect =
+        tessellate(&ribbon, &TessellateOptions { max_aspect: Some(4.0), ..relative(0.01) });
+    assert!(
+        most(&aspect, &|a, b| aspect.vertices[a].distance(aspect.vertices[b])) <= 17.0_f64.sqrt()
+    );
 }
 
 fn message(options: &TessellateOptions) -> String {

@@ -12,6 +12,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::bernstein::Bernstein;
+use super::certify::Face;
 use super::estimate::Estimate;
 use super::lattice::Lattice;
 use super::options::{Limits, TessellateOptions, diagonal};
@@ -64,12 +65,25 @@ struct Numbers {
     triangles: Vec<usize>,
 }
 
+/// What looking at a block has found.
+#[derive(Default)]
+struct Review {
+    /// The pieces, if any of them has changed.
+    pieces: Option<Vec<Piece>>,
+    /// Whether one was divided.
+    divided: bool,
+    /// The largest distance of those that were looked at.
+    deviation: f64,
+}
+
+/// Memory of a thread.
 #[derive(Default)]
 struct Local {
     desk: Desk,
     vertices: Vertices,
     outline: Vec<(u32, Place)>,
     places: Vec<Place>,
+    faces: Vec<Face>,
     numbers: Vec<u32>,
 }
 
@@ -202,7 +216,11 @@ impl<'a> Tessellation<'a> {
     fn conform(&mut self, options: &TessellateOptions, observer: &mut dyn Observer) -> Result<()> {
         let blocks = self.lattice.blocks();
         let mut pending = vec![true; blocks];
-        let touch = |borders: &mut Borders, pieces: &[Vec<Piece>], lattice: &Lattice, index: usize, pending: &mut [bool]| {
+        let touch = |borders: &mut Borders,
+                     pieces: &[Vec<Piece>],
+                     lattice: &Lattice,
+                     index: usize,
+                     pending: &mut [bool]| {
             let sides = own_borders(lattice.block(index), &pieces[index]);
             for (side, places) in borders.around(index).into_iter().zip(sides) {
                 if borders.add(side, &places) {
@@ -217,20 +235,22 @@ impl<'a> Tessellation<'a> {
         }
         while pending.contains(&true) {
             let todo: Vec<usize> = (0..blocks).filter(|&index| pending[index]).collect();
-            let mut changed: Vec<(usize, Vec<Piece>)> = vec![];
+            let mut changed: Vec<(usize, Vec<Piece>, bool)> = vec![];
             let mut deviation = self.deviation;
             let review = |local: &mut Local, index| (index, self.review(local, index));
-            in_groups(todo, observer, review, |(index, (pieces, most))| {
-                deviation = deviation.max(most);
-                changed.extend(pieces.map(|pieces| (index, pieces)));
+            in_groups(todo, observer, review, |(index, found)| {
+                deviation = deviation.max(found.deviation);
+                changed.extend(found.pieces.map(|pieces| (index, pieces, found.divided)));
                 Ok(())
             })?;
             self.deviation = deviation;
             pending.fill(false);
-            for (index, pieces) in changed {
+            for (index, pieces, divided) in changed {
                 self.pieces[index] = pieces;
-                pending[index] = true;
-                touch(&mut self.borders, &self.pieces, &self.lattice, index, &mut pending);
+                if divided {
+                    pending[index] = true;
+                    touch(&mut self.borders, &self.pieces, &self.lattice, index, &mut pending);
+                }
             }
             let count = self.pieces.iter().map(Vec::len).sum::<usize>();
             if 2 * count > options.max_triangles {
@@ -240,31 +260,37 @@ impl<'a> Tessellation<'a> {
         Ok(())
     }
 
-    /// Looks at the pieces of a block that have vertices on their sides: the new pieces, if any
-    /// had to be divided, and the largest distance.
-    fn review(&self, local: &mut Local, index: usize) -> (Option<Vec<Piece>>, f64) {
-        let (block, pieces, divider) = (self.lattice.block(index), &self.pieces[index], self.divider());
+    /// Looks at the pieces of a block that have got vertices on their sides.
+    fn review(&self, local: &mut Local, index: usize) -> Review {
+        let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
+        let divider = self.divider();
         local.desk.deviation = 0.0;
         local.vertices.collect(block, pieces, self.sides(index));
-        let mut new: Option<Vec<Piece>> = None;
-        for (k, piece) in pieces.iter().enumerate() {
+        let mut review = Review::default();
+        for (k, &before) in pieces.iter().enumerate() {
+            let mut piece = before;
             local.outline.clear();
-            local.vertices.outline(piece, &mut local.outline);
-            let unfit = (local.outline.len() > 4)
-                .then(|| {
-                    local.places.clear();
-                    local.places.extend(local.outline.iter().map(|&(_, place)| place));
-                    divider.check(block, *piece, &local.places, &mut local.desk)
-                })
-                .flatten();
-            if let Some(direction) = unfit {
-                let new = new.get_or_insert_with(|| pieces[..k].to_vec());
-                divider.redivide(block, (*piece, direction), &mut local.desk, new);
-            } else if let Some(new) = &mut new {
-                new.push(*piece);
+            local.vertices.outline(&piece, &mut local.outline);
+            let mut unfit = None;
+            if local.outline.len() > piece.cut.corners as usize {
+                local.places.clear();
+                local.places.extend(local.outline.iter().map(|&(_, place)| place));
+                unfit = divider.check(block, &mut piece, &local.places, &mut local.desk);
+            }
+            if unfit.is_some() || piece != before {
+                review.pieces.get_or_insert_with(|| pieces[..k].to_vec());
+            }
+            let Some(new) = &mut review.pieces else { continue };
+            match unfit {
+                Some(direction) => {
+                    divider.redivide(block, (piece, direction), &mut local.desk, new);
+                    review.divided = true;
+                }
+                None => new.push(piece),
             }
         }
-        (new, local.desk.deviation)
+        review.deviation = local.desk.deviation;
+        review
     }
 
     fn sides(&self, index: usize) -> [&[u32]; 4] {
@@ -412,7 +438,8 @@ impl<'a> Tessellation<'a> {
             self.evaluate(uv, points, normals);
         };
         in_groups(on_borders, observer, evaluate, Ok)?;
-        let (points, normals) = (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
+        let (points, normals) =
+            (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
         let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
         let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
         let write = |local: &mut Local, (index, (((points, normals), uv), faces)): (usize, ((_, &mut [DVec2]), _))| {
@@ -429,8 +456,14 @@ impl<'a> Tessellation<'a> {
     }
 
     /// Writes the parameters of a block's inner vertices, and its triangles.
-    fn write_block(&self, local: &mut Local, index: usize, uv: &mut [DVec2], faces: &mut [[u32; 3]]) {
-        let (block, pieces, divider) = (self.lattice.block(index), &self.pieces[index], self.divider());
+    fn write_block(
+        &self,
+        local: &mut Local,
+        index: usize,
+        uv: &mut [DVec2],
+        faces: &mut [[u32; 3]],
+    ) {
+        let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
         local.vertices.collect(block, pieces, self.sides(index));
         let first = self.numbers.vertices[index] as u32;
         self.names(local, index, first);
@@ -445,17 +478,13 @@ impl<'a> Tessellation<'a> {
         for piece in pieces {
             local.outline.clear();
             local.vertices.outline(piece, &mut local.outline);
-            let plain = piece.faces();
-            let mut triangles = &plain[..];
-            if local.outline.len() > 4 {
-                local.places.clear();
-                local.places.extend(local.outline.iter().map(|&(_, place)| place));
-                divider.cut(block, *piece, &local.places, &mut local.desk);
-                triangles = &local.desk.faces;
-            }
-            let named = triangles.iter().map(|face| {
-                face.map(|k| local.numbers[local.outline[k].0 as usize])
-            });
+            local.faces.clear();
+            let outline = local.outline.iter().map(|&(_, place)| place);
+            piece.cut.faces(piece.ends(outline), &mut local.faces);
+            let named = local
+                .faces
+                .iter()
+                .map(|face| face.map(|k| local.numbers[local.outline[k].0 as usize]));
             let whole = named.filter(|[a, b, c]| a != b && b != c && c != a);
             whole.zip(&mut next).for_each(|(face, out)| *out = face);
         }

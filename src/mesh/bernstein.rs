@@ -6,6 +6,7 @@
 //! forms*, 1989).
 
 use std::collections::BTreeMap;
+use std::ops::{Add, Mul};
 
 use glam::{DVec2, DVec4};
 
@@ -74,17 +75,22 @@ impl Means {
         for (index, weight) in terms {
             *sums.entry(index).or_default() += weight;
         }
-        let terms = sums.into_iter().filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)));
+        let terms =
+            sums.into_iter().filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)));
         self.terms.extend(terms);
         self.ends.push(self.terms.len());
     }
 
-    fn of<'a>(&'a self, elements: &'a [DVec4]) -> impl Iterator<Item = DVec4> + 'a {
+    fn of<'a, T>(&'a self, elements: &'a [T]) -> impl Iterator<Item = T> + 'a
+    where
+        T: Copy + Default + Add<Output = T>,
+        f64: Mul<T, Output = T>,
+    {
         let mut from = 0;
         self.ends.iter().map(move |&end| {
             let terms = self.terms[from..end].iter();
             from = end;
-            terms.fold(DVec4::ZERO, |sum, &(i, weight)| sum + weight * elements[i as usize])
+            terms.fold(T::default(), |sum, &(i, weight)| sum + weight * elements[i as usize])
         })
     }
 }
@@ -107,7 +113,9 @@ impl Bernstein {
         for of in triples(n) {
             // A coefficient's arguments are dealt to u and v in all ways.
             let mut shares = vec![];
-            for (i, in_u) in u.iter().enumerate().filter(|(_, in_u)| (0..3).all(|k| in_u[k] <= of[k])) {
+            for (i, in_u) in
+                u.iter().enumerate().filter(|(_, in_u)| (0..3).all(|k| in_u[k] <= of[k]))
+            {
                 let in_v = [0, 1, 2].map(|k| of[k] - in_u[k]);
                 let j = v.iter().position(|&counts| counts == in_v).unwrap_or(0);
                 let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
@@ -117,7 +125,11 @@ impl Bernstein {
             for (lacking, half) in halves.iter_mut().enumerate() {
                 let corners = [1, 2, 3].map(|k| UNIT[(lacking + k) % 4]);
                 let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
-                    counts.iter().zip(&corners).map(|(&n, at)| if x(at) > 0.5 { n } else { 0 }).sum()
+                    counts
+                        .iter()
+                        .zip(&corners)
+                        .map(|(&n, at)| if x(at) > 0.5 { n } else { 0 })
+                        .sum()
                 };
                 half.push(shares.iter().map(|&(i, j, weight)| {
                     let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
@@ -157,42 +169,39 @@ impl Bernstein {
         sum(&row[..=self.q], &blossom(&[(at.y, self.q)]))
     }
 
-    /// The control points of the curve above a segment of the square.
-    pub(super) fn segment<'a>(
-        &'a self,
+    /// The control points of the curve above a segment of the square, appended to `out`.
+    pub(super) fn segment(
+        &self,
         net: &[DVec4],
-        from: DVec2,
-        to: DVec2,
-        blossoms: &'a mut Vec<DVec4>,
-    ) -> impl Iterator<Item = DVec4> + 'a {
-        blossoms.clear();
-        if UNIT.contains(&from) && UNIT.contains(&to) {
-            // At corners, blossoms are control points.
-            let place = |k: usize, degree: usize, from: f64, to: f64| {
-                let ones = (degree - k) as f64 * from + k as f64 * to;
-                (0..=degree).find(|&i| i as f64 >= ones).unwrap_or(degree)
-            };
-            for a in 0..=self.p {
-                let row = place(a, self.p, from.x, to.x) * (self.q + 1);
-                let column = |b| net[row + place(b, self.q, from.y, to.y)];
-                blossoms.extend((0..=self.q).map(column));
-            }
+        (from, to): (DVec2, DVec2),
+        blossoms: &mut Vec<DVec4>,
+        out: &mut Vec<DVec4>,
+    ) {
+        let (p, width) = (self.p, self.q + 1);
+        let end = |x: f64| x == 0.0 || x == 1.0;
+        if from.x == to.x && end(from.x) {
+            let row = if from.x == 0.0 { 0 } else { p * width };
+            part(net[row..row + width].iter(), self.q, (from.y, to.y), out);
+        } else if from.y == to.y && end(from.y) {
+            let column = if from.y == 0.0 { 0 } else { self.q };
+            part(net[column..].iter().step_by(width), p, (from.x, to.x), out);
         } else {
+            blossoms.clear();
             self.rectangle(net, (from.x, to.x), (from.y, to.y), blossoms);
+            out.extend(self.segment.of(blossoms));
         }
-        self.segment.of(blossoms)
     }
 
-    /// The Bézier coefficients of a net on a triangle of its square.
+    /// The Bézier coefficients on a triangle of the square of a function with these ones.
     pub(super) fn triangle<'a>(
         &'a self,
-        net: &'a [DVec4],
+        of: &'a [DVec2],
         at: [DVec2; 3],
-        blossoms: &'a mut Vec<DVec4>,
-    ) -> impl Iterator<Item = DVec4> + 'a {
+        blossoms: &'a mut Vec<DVec2>,
+    ) -> impl Iterator<Item = DVec2> + 'a {
         if at.iter().all(|at| UNIT.contains(at)) {
             let lacking = UNIT.iter().position(|corner| !at.contains(corner)).unwrap_or(0);
-            return self.halves[lacking].of(net);
+            return self.halves[lacking].of(of);
         }
         let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
             blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
@@ -201,13 +210,37 @@ impl Bernstein {
         for (column, counts) in columns.iter_mut().zip(&self.v) {
             *column = weights(counts, |at| at.y);
         }
+        let width = self.q + 1;
         blossoms.clear();
         for counts in &self.u {
-            let row = self.contracted(net, &weights(counts, |at| at.x));
-            let columns = columns[..self.v.len()].iter();
-            blossoms.extend(columns.map(|column| sum(&row[..=self.q], column)));
+            let mut row = [DVec2::ZERO; MAX_ORDER];
+            for (of, weight) in of.chunks_exact(width).zip(weights(counts, |at| at.x)) {
+                for (sum, of) in row.iter_mut().zip(of) {
+                    *sum += weight * *of;
+                }
+            }
+            for column in &columns[..self.v.len()] {
+                let mut sum = DVec2::ZERO;
+                for (of, weight) in row[..width].iter().zip(column) {
+                    sum += *weight * *of;
+                }
+                blossoms.push(sum);
+            }
         }
         self.triangle.of(blossoms)
+    }
+
+    /// The coefficients of a function on the quarter of the square at one of its corners.
+    pub(super) fn quarter(&self, of: &[DVec2], corner: DVec2, out: &mut Vec<DVec2>) {
+        let width = self.q + 1;
+        out.clear();
+        out.extend_from_slice(of);
+        for row in 0..=self.p {
+            halve(out, (row * width, 1), self.q, corner.y == 0.0);
+        }
+        for column in 0..width {
+            halve(out, (column, width), self.p, corner.x == 0.0);
+        }
     }
 
     /// The row of points that these weights make of the rows of a net.
@@ -217,6 +250,40 @@ impl Bernstein {
             row.iter_mut().zip(points).for_each(|(sum, point)| *sum += *weight * *point);
         }
         row
+    }
+}
+
+/// Turns coefficients, which follow one another by `stride` from `start`, into those of the first
+/// or the last half (de Casteljau's algorithm).
+fn halve(of: &mut [DVec2], (start, stride): (usize, usize), degree: usize, first: bool) {
+    for level in 1..=degree {
+        for k in 0..=degree - level {
+            let (at, next) = if first {
+                let at = start + (degree - k) * stride;
+                (at, at - stride)
+            } else {
+                let at = start + k * stride;
+                (at, at + stride)
+            };
+            of[at] = 0.5 * (of[at] + of[next]);
+        }
+    }
+}
+
+/// The control points of a part of a curve, appended to `out`.
+fn part<'a>(
+    curve: impl Iterator<Item = &'a DVec4> + Clone,
+    degree: usize,
+    (from, to): (f64, f64),
+    out: &mut Vec<DVec4>,
+) {
+    if (from.min(to), from.max(to)) == (0.0, 1.0) {
+        out.extend(curve.take(degree + 1));
+        return;
+    }
+    for k in 0..=degree {
+        let weights = blossom(&[(from, degree - k), (to, k)]);
+        out.push(curve.clone().zip(&weights[..=degree]).map(|(point, b)| *b * *point).sum());
     }
 }
 
@@ -250,20 +317,37 @@ mod tests {
     }
 
     #[test]
+    fn quarters_are_rectangles() {
+        let (bernstein, net) = (Bernstein::new((3, 2)), net(3, 2));
+        let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
+        for corner in UNIT {
+            let (x, y) = (0.5 * corner.x, 0.5 * corner.y);
+            let (mut quarter, mut expected) = (vec![], vec![]);
+            bernstein.quarter(&flat, corner, &mut quarter);
+            bernstein.rectangle(&net, (x, x + 0.5), (y, y + 0.5), &mut expected);
+            for (a, b) in quarter.iter().zip(&expected) {
+                assert!(a.distance(DVec2::new(b.x, b.w)) < 1e-15);
+            }
+        }
+    }
+
+    #[test]
     fn segments_and_triangles_pass_through_their_points() {
         let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
         for (p, q) in [(1, 1), (3, 3), (2, 4)] {
             let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
             let halves = (0..4).map(|k| [UNIT[k], UNIT[(k + 1) % 4], UNIT[(k + 2) % 4]]);
             for at in halves.chain([inner]) {
-                let mut blossoms = vec![];
-                let curve: Vec<_> = bernstein.segment(&net, at[0], at[1], &mut blossoms).collect();
+                let (mut blossoms, mut curve) = (vec![], vec![]);
+                bernstein.segment(&net, (at[0], at[1]), &mut blossoms, &mut curve);
+                let m = curve.len() - 1;
                 let middle: DVec4 =
-                    (0..=n).map(|k| binomial(n, k) / 2.0_f64.powi(n as i32) * curve[k]).sum();
+                    (0..=m).map(|k| binomial(m, k) / 2.0_f64.powi(m as i32) * curve[k]).sum();
                 assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
+                let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
                 let mut blossoms = vec![];
-                let all: Vec<_> = bernstein.triangle(&net, at, &mut blossoms).collect();
-                let centre: DVec4 = triples(n)
+                let all: Vec<_> = bernstein.triangle(&flat, at, &mut blossoms).collect();
+                let centre: DVec2 = triples(n)
                     .iter()
                     .zip(&all)
                     .map(|(of, &point)| {
@@ -272,6 +356,7 @@ mod tests {
                     })
                     .sum();
                 let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
+                let expected = DVec2::new(expected.x, expected.w);
                 assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
             }
         }

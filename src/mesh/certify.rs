@@ -31,13 +31,16 @@ pub(super) type Face = [usize; 3];
 /// Memory that certifying needs.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    heights: Vec<DVec4>,
-    quadrant: Vec<DVec4>,
+    /// Heights times weights, and weights.
+    heights: Vec<DVec2>,
+    quarter: Vec<DVec2>,
+    coefficients: Vec<DVec2>,
     blossoms: Vec<DVec4>,
+    curve: Vec<DVec4>,
     normals: Vec<Option<DVec3>>,
 }
 
-/// A bound up to this multiple of the limit may be a true distance within it: then it is worth
+/// A bound up to this multiple of the limit may be of a distance within it: then it is worth
 /// looking closer.
 const NEAR: f64 = 1.5;
 
@@ -52,31 +55,35 @@ pub(super) fn distance(
 ) -> f64 {
     work.normals.clear();
     work.normals.extend(faces.iter().map(|face| normal(face.map(|i| corners[i].point))));
-    let ball = |net: &[DVec4]| {
+    let ball = || {
         let centre = corners[0].point;
         net.iter().map(|&h| project(h).distance(centre)).fold(0.0, f64::max)
     };
     let mut most = 0.0_f64;
     for (k, &face) in faces.iter().enumerate() {
         let Some(plane) = work.normals[k].or_else(|| borrowed(faces, &work.normals, face)) else {
-            return ball(net);
+            return ball();
         };
         let origin = plane.dot(corners[face[0]].point);
         work.heights.clear();
-        let height = |h: &DVec4| DVec4::new(plane.dot(h.truncate()) - origin * h.w, 0.0, 0.0, h.w);
+        let height = |h: &DVec4| DVec2::new(plane.dot(h.truncate()) - origin * h.w, h.w);
         work.heights.extend(net.iter().map(height));
         let over = height_over(bernstein, face.map(|i| corners[i].at), limit, work);
+        if over > limit {
+            return over;
+        }
         let (mut inside, mut outside) = (0.0_f64, 0.0_f64);
         for (i, j) in edges(face) {
             let neighbour = faces.iter().position(|other| edges(*other).contains(&(j, i)));
             let tilt = match neighbour.and_then(|other| work.normals[other]) {
-                Some(other) if other.dot(plane) < SHEET => return ball(net),
+                Some(other) if other.dot(plane) < SHEET => return ball(),
                 Some(other) => Some(other.distance(plane)),
                 None => None,
             };
             let (a, b) = (corners[i], corners[j]);
-            let curve = bernstein.segment(net, a.at, b.at, &mut work.blossoms);
-            let aside = sideways(curve, a.point, b.point, plane);
+            work.curve.clear();
+            bernstein.segment(net, (a.at, b.at), &mut work.blossoms, &mut work.curve);
+            let aside = sideways(&work.curve, a.point, b.point, plane);
             match tilt {
                 Some(tilt) => inside = inside.max(aside * tilt),
                 None => outside = outside.max(aside),
@@ -93,30 +100,23 @@ pub(super) fn distance(
 /// The largest height on a triangle of the square, from above: its largest coefficient there, or,
 /// where that leaves doubt, on the triangle's quarters.
 fn height_over(bernstein: &Bernstein, at: [DVec2; 3], limit: f64, work: &mut Workspace) -> f64 {
-    let Workspace { heights, quadrant, blossoms, .. } = work;
-    let largest = |net: &[DVec4], at: [DVec2; 3], blossoms: &mut Vec<DVec4>| {
-        let sizes = bernstein.triangle(net, at, blossoms).map(|h| h.x.abs() / h.w);
+    let Workspace { heights, quarter, coefficients, .. } = work;
+    let mut largest = |of: &[DVec2], at: [DVec2; 3]| {
+        let sizes = bernstein.triangle(of, at, coefficients).map(|h| h.x.abs() / h.y);
         sizes.fold(0.0, f64::max)
     };
-    let over = largest(heights, at, blossoms);
+    let over = largest(heights, at);
     let half = at.iter().all(|at| UNIT.contains(at));
     if !half || over <= limit || over > NEAR * limit {
         return over;
     }
     let mut closer = 0.0_f64;
-    for corner in UNIT {
-        let (x, y) = (0.5 * corner.x, 0.5 * corner.y);
-        quadrant.clear();
-        bernstein.rectangle(heights, (x, x + 0.5), (y, y + 0.5), quadrant);
-        // The quadrants at the triangle's corners hold a quarter each, that at its right angle two.
-        let inside = at.iter().filter(|at| corner.distance_squared(**at) <= 1.0).count();
-        let parts: &[[DVec2; 3]] = match (at.contains(&corner), inside) {
-            (false, _) => &[],
-            (true, 3) => &[[UNIT[0], UNIT[1], UNIT[2]], [UNIT[0], UNIT[2], UNIT[3]]],
-            (true, _) => &[at],
-        };
-        for part in parts {
-            closer = closer.max(largest(quadrant, *part, blossoms));
+    for corner in UNIT.iter().filter(|corner| at.contains(corner)) {
+        bernstein.quarter(heights, *corner, quarter);
+        closer = closer.max(largest(quarter, at));
+        // The quarter of the square at the right angle is the triangle's as a whole.
+        if at.iter().all(|at| at.distance_squared(*corner) <= 1.0) {
+            closer = closer.max(largest(quarter, at.map(|at| DVec2::ONE - at)));
         }
     }
     closer
@@ -155,9 +155,11 @@ pub(super) fn distance_of_part(
             if beside(from.x, to.x) || beside(from.y, to.y) {
                 continue;
             }
-            let (from, to) = (from.clamp(DVec2::ZERO, DVec2::ONE), to.clamp(DVec2::ZERO, DVec2::ONE));
-            let curve = bernstein.segment(net, from, to, &mut work.blossoms);
-            outside = outside.max(sideways(curve, a.point, b.point, plane));
+            let (from, to) =
+                (from.clamp(DVec2::ZERO, DVec2::ONE), to.clamp(DVec2::ZERO, DVec2::ONE));
+            work.curve.clear();
+            bernstein.segment(net, (from, to), &mut work.blossoms, &mut work.curve);
+            outside = outside.max(sideways(&work.curve, a.point, b.point, plane));
         }
         most = most.max(over.hypot(outside));
     }
@@ -201,20 +203,21 @@ fn borrowed(faces: &[Face], normals: &[Option<DVec3>], face: Face) -> Option<DVe
 }
 
 /// How far a curve from a to b leaves the segment between them, seen along a normal.
-fn sideways(curve: impl Iterator<Item = DVec4>, a: DVec3, b: DVec3, normal: DVec3) -> f64 {
+fn sideways(curve: &[DVec4], a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let chord = b - a;
     let length = chord.length();
     let along = if length > 0.0 { chord / length } else { DVec3::ZERO };
     let across = normal.cross(along);
-    let aside = |h: DVec4| {
+    let aside = |&h: &DVec4| {
         let away = project(h) - a;
         if length == 0.0 {
             return away.length();
         }
         let (t, s) = (away.dot(along), away.dot(across));
-        s.hypot((-t).max(t - length).max(0.0))
+        let beyond = (-t).max(t - length).max(0.0);
+        (s * s + beyond * beyond).sqrt()
     };
-    curve.map(aside).fold(0.0, f64::max)
+    curve.iter().map(aside).fold(0.0, f64::max)
 }
 
 fn project(h: DVec4) -> DVec3 {

@@ -39,10 +39,13 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    pub(super) fn new(surface: &NurbsSurface, estimate: Estimate, _limits: &Limits) -> Result<Self> {
+    pub(super) fn new(
+        surface: &NurbsSurface,
+        estimate: Estimate,
+        _limits: &Limits,
+    ) -> Result<Self> {
         let closed = surface.closed();
-        let side =
-            if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
+        let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {
             let least = if closed { LEAST_AROUND as f64 } else { 1.0 };
             cuts(knots, (along / side).max(least))

@@ -88,7 +88,8 @@ impl MeshView<'_> {
         edges.par_sort_unstable();
         let runs = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
         let alone = runs.filter(|run| run.len() == 1).map(|run| run[0]);
-        let mut alone: Vec<_> = alone.map(|(a, b, back)| if back { (b, a) } else { (a, b) }).collect();
+        let mut alone: Vec<_> =
+            alone.map(|(a, b, back)| if back { (b, a) } else { (a, b) }).collect();
         alone.sort_unstable();
         alone
     }

@@ -5,6 +5,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
+use super::bernstein::UNIT;
 use super::certify::{Corner, Face};
 
 /// How the surface bends over the unit square of a net: the second derivatives of its height above
@@ -43,45 +44,85 @@ impl Bending {
     }
 }
 
-/// Appends the triangles of an outline, counter-clockwise in the parameters, that begins at the
-/// corner (0, 0): of each new edge the one that the surface bends less over, against `tolerance`,
-/// and that is shorter, against the outline.
-pub(super) fn triangulate(
-    corners: &[Corner],
-    bending: Bending,
-    tolerance: f64,
-    faces: &mut Vec<Face>,
+/// How an outline is cut: two chains of corners, from one corner of the piece to the opposite one,
+/// are joined like a zip; all new edges run between the chains.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Zip {
+    /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The others,
+    /// from below: whether the next step is on the chain that runs with the outline.
+    steps: u32,
+    /// How many corners the outline has.
+    pub corners: u32,
+}
+
+/// Most corners of an outline: a [`Zip`] holds the steps of no more.
+pub(super) const MOST_CORNERS: usize = 32;
+
+impl Zip {
+    /// The best cut of an outline, counter-clockwise in the parameters from the corner (0, 0): of
+    /// each new edge the one that the surface bends less over, against `tolerance`, and that is
+    /// shorter, against the outline.
+    pub(super) fn best(corners: &[Corner], bending: Bending, tolerance: f64) -> Self {
+        let extent = diameter(corners).max(f64::MIN_POSITIVE);
+        let cost = |i: usize, j: usize| {
+            let (a, b) = (corners[i], corners[j]);
+            bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
+        };
+        let ends = UNIT.map(|at| corners.iter().position(|corner| corner.at == at).unwrap_or(0));
+        let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
+        let (mut steps, mut bit) = (u32::from(second), 1);
+        let choose = |right: (usize, usize), left: (usize, usize)| {
+            let with = cost(right.1, left.0) <= cost(right.0, left.1);
+            steps |= u32::from(with).checked_shl(bit).unwrap_or(0);
+            bit += 1;
+            with
+        };
+        let count = corners.len();
+        zip(ends, count, second, choose, |_| ());
+        Self { steps, corners: u32::try_from(count).unwrap_or(u32::MAX) }
+    }
+
+    /// Appends the triangles of the cut of an outline that has the piece's own corners at these
+    /// places.
+    pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
+        let mut steps = self.steps >> 1;
+        let choose = |_, _| {
+            let with = steps & 1 == 1;
+            steps >>= 1;
+            with
+        };
+        zip(ends, self.corners as usize, self.steps & 1 == 1, choose, |face| faces.push(face));
+    }
+}
+
+/// Runs along the chains. Where both may go on, `choose` says which: it gets the ends of both
+/// possible steps, (here, there) on the chain that runs with the outline and on the other one.
+fn zip(
+    ends: [usize; 4],
+    count: usize,
+    second: bool,
+    mut choose: impl FnMut((usize, usize), (usize, usize)) -> bool,
+    mut push: impl FnMut(Face),
 ) {
-    let n = corners.len();
-    let extent = diameter(corners).max(f64::MIN_POSITIVE);
-    let cost = |i: usize, j: usize| {
-        let (a, b) = (corners[i], corners[j]);
-        bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
-    };
-    let corner = |at: DVec2| corners.iter().position(|corner| corner.at == at).unwrap_or(0);
-    let [c0, c1, c2, c3] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-        .map(|(x, y)| corner(DVec2::new(x, y)));
-    // Two chains from one corner to the opposite one, joined like a zip; the edges between them
-    // run across.
-    let from = if cost(c0, c2) <= cost(c1, c3) { c1 } else { c0 };
-    let to = if from == c1 { c3 } else { c2 };
-    let ahead = |i: usize| (i + 1) % n;
-    let behind = |i: usize| (i + n - 1) % n;
+    let (from, to) = if second { (ends[1], ends[3]) } else { (ends[0], ends[2]) };
+    let ahead = |i: usize| if i + 1 == count { 0 } else { i + 1 };
+    let behind = |i: usize| if i == 0 { count - 1 } else { i - 1 };
     let (mut right, mut left) = (ahead(from), behind(from));
-    faces.push([from, right, left]);
     let (last_right, last_left) = (behind(to), ahead(to));
+    push([from, right, left]);
     while (right, left) != (last_right, last_left) {
-        let advance_right = left == last_left
-            || (right != last_right && cost(ahead(right), left) <= cost(right, behind(left)));
-        if advance_right {
-            faces.push([right, ahead(right), left]);
-            right = ahead(right);
+        let (next_right, next_left) = (ahead(right), behind(left));
+        let with = left == last_left
+            || (right != last_right && choose((right, next_right), (left, next_left)));
+        if with {
+            push([right, next_right, left]);
+            right = next_right;
         } else {
-            faces.push([right, behind(left), left]);
-            left = behind(left);
+            push([right, next_left, left]);
+            left = next_left;
         }
     }
-    faces.push([right, to, left]);
+    push([right, to, left]);
 }
 
 fn diameter(corners: &[Corner]) -> f64 {
@@ -108,14 +149,35 @@ mod tests {
         let sides = [
             vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
             vec![(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
-            vec![(0.0, 0.0), (1.0, 0.0), (1.0, 0.25), (1.0, 0.5), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)],
-            vec![(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0), (0.0, 0.5)],
+            vec![
+                (0.0, 0.0),
+                (1.0, 0.0),
+                (1.0, 0.25),
+                (1.0, 0.5),
+                (1.0, 1.0),
+                (0.5, 1.0),
+                (0.0, 1.0),
+            ],
+            vec![
+                (0.0, 0.0),
+                (0.5, 0.0),
+                (1.0, 0.0),
+                (1.0, 0.5),
+                (1.0, 1.0),
+                (0.5, 1.0),
+                (0.0, 1.0),
+                (0.0, 0.5),
+            ],
         ];
         for places in &sides {
             let corners = outline(places);
-            for (uu, uv, vv) in [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)] {
+            for (uu, uv, vv) in
+                [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)]
+            {
                 let mut faces = vec![];
-                triangulate(&corners, Bending { uu, uv, vv }, 0.01, &mut faces);
+                let cut = Zip::best(&corners, Bending { uu, uv, vv }, 0.01);
+                let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+                cut.faces(ends, &mut faces);
                 assert_eq!(faces.len(), corners.len() - 2);
                 let area = |face: &Face| {
                     let [a, b, c] = face.map(|i| corners[i].at);

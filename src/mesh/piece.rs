@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, DVec4};
 use super::bernstein::{Bernstein, UNIT};
 use super::certify::{self, Corner, Face, Workspace};
 use super::options::Limits;
-use super::outline::{Bending, triangulate};
+use super::outline::{Bending, MOST_CORNERS, Zip};
 use super::stitch::{Place, parameter};
 use crate::nurbs::{NurbsSurface, PatchNets, halve};
 
@@ -26,8 +26,8 @@ pub(super) const MOST_PATCHES: usize = 1 << (31 - HALVINGS);
 pub(super) struct Piece {
     pub u: (u32, u32),
     pub v: (u32, u32),
-    /// Whether the edge between its triangles runs from its first to its last corner.
-    pub rising: bool,
+    /// The triangles that it has last been certified with.
+    pub cut: Zip,
 }
 
 /// A rectangle of patches: ranges of rows and columns of the nets.
@@ -53,7 +53,7 @@ pub(super) struct Desk {
     nets: Vec<DVec4>,
     patch: Vec<DVec4>,
     corners: Vec<Corner>,
-    pub faces: Vec<Face>,
+    faces: Vec<Face>,
     work: Workspace,
     /// The largest certified distance of a finished piece.
     pub deviation: f64,
@@ -69,7 +69,7 @@ impl Piece {
     /// The whole block.
     pub(super) fn of(block: Block) -> Self {
         let end = |(from, to): (usize, usize)| u32::try_from(to - from).unwrap_or(0) * PATCH;
-        Self { u: (0, end(block.rows)), v: (0, end(block.cols)), rising: false }
+        Self { u: (0, end(block.rows)), v: (0, end(block.cols)), cut: Zip::default() }
     }
 
     /// The places of its corners, counter-clockwise.
@@ -78,9 +78,9 @@ impl Piece {
         [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)]
     }
 
-    /// Its triangles, of corners without any others on its sides.
-    pub(super) fn faces(&self) -> [Face; 2] {
-        if self.rising { [[1, 2, 0], [2, 3, 0]] } else { [[0, 1, 3], [1, 2, 3]] }
+    /// Where its corners stand in an outline.
+    pub(super) fn ends(&self, outline: impl Iterator<Item = Place> + Clone) -> [usize; 4] {
+        self.corners().map(|corner| outline.clone().position(|at| at == corner).unwrap_or(0))
     }
 
     /// The one patch it lies in, and its part of the patch's unit square.
@@ -128,14 +128,21 @@ impl Piece {
 impl Divider<'_> {
     /// Divides a piece of a block until each part meets the limits with two triangles, and appends
     /// the parts.
-    pub(super) fn divide(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
+    pub(super) fn divide(
+        &self,
+        block: Block,
+        piece: Piece,
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
         if piece.patch().is_some() {
             self.load(block, piece, desk);
             self.divide_net(block, piece, desk, done);
             return;
         }
-        if self.check(block, piece, &piece.corners(), desk).is_none() {
-            done.push(Piece { rising: desk.faces[0] == [1, 2, 0], ..piece });
+        let mut merged = piece;
+        if self.check(block, &mut merged, &piece.corners(), desk).is_none() {
+            done.push(merged);
             return;
         }
         for half in piece.halves(piece.wider()) {
@@ -154,7 +161,8 @@ impl Divider<'_> {
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: points[k] });
         desk.faces.clear();
         let tolerance = self.limits.tolerance;
-        triangulate(&corners, Bending::of(net, (p, q)), tolerance, &mut desk.faces);
+        let cut = Zip::best(&corners, Bending::of(net, (p, q)), tolerance);
+        cut.faces([0, 1, 2, 3], &mut desk.faces);
         let mesh = (&corners[..], &desk.faces[..]);
         let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
         let direction = if distance <= tolerance {
@@ -164,7 +172,7 @@ impl Divider<'_> {
         };
         let Some(direction) = direction.filter(|_| piece.divisible()) else {
             desk.deviation = desk.deviation.max(distance);
-            done.push(Piece { rising: desk.faces[0] == [1, 2, 0], ..piece });
+            done.push(Piece { cut, ..piece });
             desk.nets.truncate(start);
             return;
         };
@@ -239,54 +247,50 @@ impl Divider<'_> {
         turned.then_some(if in_u { Direction::U } else { Direction::V })
     }
 
-    /// Puts the triangles of a piece with all the vertices on its outline on the desk.
-    pub(super) fn cut(&self, block: Block, piece: Piece, outline: &[Place], desk: &mut Desk) {
-        let corner = |at: DVec2, point: DVec4| Corner { at, point: project(point) };
-        let place = |&(u, v): &Place| {
-            DVec2::new(share(u, piece.u), share(v, piece.v))
-        };
-        desk.corners.clear();
-        desk.faces.clear();
-        self.load(block, piece, desk);
-        if piece.patch().is_some() {
-            let net = &desk.nets;
-            let corners = outline.iter().map(place);
-            desk.corners.extend(corners.map(|at| corner(at, self.bernstein.point(net, at))));
-        } else {
-            for at in outline {
-                let point = self.point(block, *at, &mut desk.patch);
-                desk.corners.push(corner(place(at), point));
-            }
-        }
-        let bending = Bending::of(&desk.nets, self.nets.degrees);
-        triangulate(&desk.corners, bending, self.limits.tolerance, &mut desk.faces);
-    }
-
-    /// The direction to divide a piece in because its triangles, with all the vertices on its
-    /// outline, do not meet the limits; `None` if they do.
+    /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
+    /// in because they do not meet the limits, or because they are too many; `None` if they do.
     pub(super) fn check(
         &self,
         block: Block,
-        piece: Piece,
+        piece: &mut Piece,
         outline: &[Place],
         desk: &mut Desk,
     ) -> Option<Direction> {
-        self.cut(block, piece, outline, desk);
-        let Desk { nets, patch, corners, faces, work, deviation } = desk;
-        let (mesh, tolerance) = ((&corners[..], &faces[..]), self.limits.tolerance);
+        self.load(block, *piece, desk);
         let single = piece.patch().is_some();
+        let steeper = |nets: &[DVec4]| if single { self.steeper(nets) } else { piece.wider() };
+        if outline.len() > MOST_CORNERS {
+            return Some(steeper(&desk.nets));
+        }
+        desk.corners.clear();
+        for &(u, v) in outline {
+            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
+            let point = if single {
+                self.bernstein.point(&desk.nets, at)
+            } else {
+                self.point(block, (u, v), &mut desk.patch)
+            };
+            desk.corners.push(Corner { at, point: project(point) });
+        }
+        let Desk { nets, patch, corners, faces, work, deviation } = desk;
+        let tolerance = self.limits.tolerance;
+        let cut = Zip::best(corners, Bending::of(nets, self.nets.degrees), tolerance);
+        faces.clear();
+        cut.faces(piece.ends(outline.iter().copied()), faces);
+        let mesh = (&corners[..], &faces[..]);
         let distance = if single {
             certify::distance(self.bernstein, nets, mesh, tolerance, work)
         } else {
-            self.distance_of_patches(block, piece, mesh, (patch, work))
+            self.distance_of_patches(block, *piece, mesh, (patch, work))
         };
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
         } else {
-            Some(if single { self.steeper(nets) } else { piece.wider() })
+            Some(steeper(nets))
         };
         let direction = direction.filter(|_| piece.divisible());
         if direction.is_none() {
+            piece.cut = cut;
             *deviation = deviation.max(distance);
         }
         direction
@@ -336,7 +340,9 @@ impl Divider<'_> {
         for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
             let place = |(from, to): (u32, u32), k: usize, n: usize| {
                 // Patch by patch: exact places are not needed for a guess at the bending.
-                from + (to - from) / PATCH * u32::try_from(k).unwrap_or(0) / u32::try_from(n).unwrap_or(1) * PATCH
+                from + (to - from) / PATCH * u32::try_from(k).unwrap_or(0)
+                    / u32::try_from(n).unwrap_or(1)
+                    * PATCH
             };
             let at = (place(piece.u, i, p), place(piece.v, j, q));
             let point = self.point(block, at, &mut desk.patch);

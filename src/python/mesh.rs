@@ -82,8 +82,7 @@ impl TriangleMesh {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let again = progress.as_ref().map(|progress| progress.clone_ref(py));
-        let plan =
-            call::run(py, again, |watcher| Tessellation::new(surface, options, watcher))?;
+        let plan = call::run(py, again, |watcher| Tessellation::new(surface, options, watcher))?;
         let counts = (plan.vertices(), plan.triangles());
         let mesh =
             Self::written(py, counts, progress, |slices, watcher| plan.write(slices, watcher))?;
@@ -324,8 +323,7 @@ impl TriangleMesh {
         let copy = |array: Bound<'py, PyAny>| array.call_method0("copy");
         let faces = self.triangles(py)?.call_method1("astype", ("int64",))?;
         let kind = py.import("pyvista")?.getattr("PolyData")?;
-        let mesh =
-            kind.call_method1("from_regular_faces", (copy(self.vertices(py)?)?, faces))?;
+        let mesh = kind.call_method1("from_regular_faces", (copy(self.vertices(py)?)?, faces))?;
         let data = mesh.getattr("point_data")?;
         data.set_item("Normals", copy(self.normals(py)?)?)?;
         data.set_item("uv", copy(self.uv(py)?)?)?;
