@@ -22,6 +22,7 @@ from neurbs._core import (
     Progress,
     TriangleMesh,
     __version__,
+    tessellate,
 )
 from neurbs.interop import (
     from_geomdl,
@@ -68,6 +69,7 @@ __all__ = [
     "read_points",
     "reconstruct",
     "save",
+    "tessellate",
     "to_geomdl",
     "to_opencascade",
     "to_splipy",

@@ -119,6 +119,27 @@ class LearnedMap:
         """Return how many pairs of neighbouring cells are folded over; None for a graph."""
         return self._learned().fold_overs()
 
+    def mesh(self) -> _core.TriangleMesh:
+        """Return the lattice as triangles, two to a cell; vertex k is node k.
+
+        Returns
+        -------
+        TriangleMesh
+            Closed where the lattice is; its `uv` run from 0 to 1 along rows and columns.
+
+        Raises
+        ------
+        NeurbsError
+            If the lattice is a graph, which has no cells.
+        """
+        lattice = self._learned().lattice
+        if lattice.cells is None:
+            raise _core.NeurbsError("lattice must have cells to become a mesh, got a graph")
+        closed = (lattice.topology in ("tube", "torus"), lattice.topology == "torus")
+        bilinear = _core.NurbsSurface(self.codebook_, degree=1, closed=closed)
+        # Every knot of degree 1 is a crease: a tolerance of the size leaves the cells as they are.
+        return bilinear.tessellate(10.0, relative=True)
+
     def _learned(self) -> _core.Map:
         if not hasattr(self, "_map"):
             raise AttributeError("this SelfOrganizingMap has not learned yet: call fit first")

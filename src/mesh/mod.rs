@@ -1,10 +1,24 @@
 //! Triangles: what a surface becomes for renderers, printers and everything else that knows none.
 
+mod adaptive;
+mod bernstein;
+mod certify;
+mod distance;
+mod estimate;
+mod lattice;
+mod measure;
+mod options;
+mod outline;
+mod piece;
+mod stitch;
 mod uniform;
 
 use glam::{DVec2, DVec3};
 
-pub use self::uniform::{MAX_TRIANGLES, MeshSlices, UniformGrid};
+pub use self::adaptive::Tessellation;
+pub use self::distance::DistanceSearch;
+pub use self::options::{MAX_TRIANGLES, TessellateOptions};
+pub use self::uniform::{MeshSlices, UniformGrid};
 
 /// A triangle mesh with a normal and the surface's parameters at each vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,6 +31,9 @@ pub struct TriangleMesh {
     pub normals: Vec<DVec3>,
     /// Parameters (u, v) of the vertices on the surface.
     pub uv: Vec<DVec2>,
+    /// An upper bound of the distance between the surface and the triangles, in both directions,
+    /// in the points' unit; NaN if it was not asked for.
+    pub max_deviation: f64,
 }
 
 /// A mesh whose arrays belong to somebody else; what functions over meshes work on.
@@ -36,7 +53,7 @@ impl TriangleMesh {
     /// The mesh's own arrays.
     #[must_use]
     pub fn view(&self) -> MeshView<'_> {
-        let Self { vertices, triangles, normals, uv } = self;
+        let Self { vertices, triangles, normals, uv, .. } = self;
         MeshView { vertices, triangles, normals, uv }
     }
 }

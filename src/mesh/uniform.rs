@@ -3,12 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::TriangleMesh;
+use super::options::MAX_TRIANGLES;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface, Outside};
 use crate::progress::Observer;
-
-/// Most triangles that a mesh may have: 100 million, some 6 GB.
-pub const MAX_TRIANGLES: usize = 100_000_000;
 
 /// Cells along each knot span by default: a cubic span looks smooth with them.
 const CELLS_PER_SPAN: usize = 4;
@@ -112,6 +110,7 @@ impl UniformGrid {
             triangles: vec![[0; 3]; self.triangles()],
             normals: vec![DVec3::ZERO; self.vertices()],
             uv: vec![DVec2::ZERO; self.vertices()],
+            max_deviation: f64::NAN,
         };
         let out = MeshSlices {
             vertices: &mut mesh.vertices,
@@ -152,21 +151,37 @@ impl UniformGrid {
         Ok(())
     }
 
+    /// The cells, row by row: four vertices each, counter-clockwise about `∂/∂u × ∂/∂v`.
+    ///
+    /// ```
+    /// let grid = neurbs::mesh::UniformGrid::new(2, 3)?;
+    /// assert_eq!(grid.quads().collect::<Vec<_>>(), [[0, 3, 4, 1], [1, 4, 5, 2]]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> {
+        let cols = self.n_v - 1;
+        (0..(self.n_u - 1) * cols).map(move |k| self.quad(k / cols, k % cols))
+    }
+
     /// The two triangles of a cell: along u first, then along v, which is counter-clockwise about
     /// `∂/∂u × ∂/∂v`.
-    #[expect(clippy::cast_possible_truncation, reason = "MAX_TRIANGLES keeps vertices under 2^32")]
     fn cell(&self, row: usize, col: usize) -> [[u32; 3]; 2] {
-        let vertex = |i: usize, j: usize| ((row + i) * self.n_v + col + j) as u32;
-        let (a, b, c, d) = (vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1));
+        let [a, b, c, d] = self.quad(row, col);
         [[a, b, c], [a, c, d]]
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "MAX_TRIANGLES keeps vertices under 2^32")]
+    fn quad(&self, row: usize, col: usize) -> [u32; 4] {
+        let vertex = |i: usize, j: usize| ((row + i) * self.n_v + col + j) as u32;
+        [vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1)]
     }
 }
 
-fn check_length(name: &'static str, got: usize, needed: usize) -> Result<()> {
+pub(super) fn check_length(name: &'static str, got: usize, needed: usize) -> Result<()> {
     if got == needed {
         return Ok(());
     }
-    Err(Error::parameter(name, format!("of length {needed}, as the grid asks for"), got))
+    Err(Error::parameter(name, format!("of length {needed}, as the mesh asks for"), got))
 }
 
 /// Evenly spaced parameters from one end of the domain to the other, both exactly met.

@@ -124,7 +124,7 @@ impl Patch {
 
 /// Splits curves of this degree, whose control points follow one another by `stride` from each of
 /// `starts`, at their middle: `first` is turned into the first halves, `second` into the second.
-fn halve(
+pub(crate) fn halve(
     first: &mut [DVec4],
     second: &mut [DVec4],
     degree: usize,

@@ -24,14 +24,18 @@ mod knot_vector;
 mod measure;
 mod net;
 mod ordered;
+mod patch_nets;
 mod remove;
 mod scattered;
 mod span_table;
 mod strip;
 mod surface;
+mod vertex;
 
-pub(crate) use self::basis::{BasisDerivatives, padded};
+pub(crate) use self::basis::{BasisDerivatives, MAX_ORDER, padded};
+pub(crate) use self::bezier::halve;
 pub(crate) use self::knot_vector::check_degree;
+pub(crate) use self::patch_nets::PatchNets;
 
 pub use self::algebra::Direction;
 pub use self::batch::Outside;

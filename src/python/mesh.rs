@@ -1,16 +1,23 @@
 //! `neurbs.TriangleMesh`.
 
-use numpy::ndarray::Ix2;
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::prelude::*;
+use std::sync::OnceLock;
 
-use super::{arrays, call};
-use crate::mesh::{MeshSlices, MeshView, UniformGrid};
+use numpy::ndarray::Ix2;
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::arrays::{self, Numbers};
+use super::call;
+use crate::error::Result;
+use crate::mesh::{
+    DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
+};
 use crate::nurbs::NurbsSurface;
 
 /// Triangles of a surface, with a normal and the surface's parameters at each vertex.
 ///
-/// Made by :meth:`NurbsSurface.tessellate`; all arrays are read-only.
+/// Made by :meth:`NurbsSurface.tessellate` and :func:`neurbs.tessellate`; all arrays are read-only.
 ///
 /// Examples
 /// --------
@@ -23,11 +30,14 @@ use crate::nurbs::NurbsSurface;
 /// array([1., 1., 1.])
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct TriangleMesh {
-    grid: (usize, usize),
+    grid: Option<(usize, usize)>,
+    max_deviation: Option<f64>,
     vertices: Py<PyArray2<f64>>,
     triangles: Py<PyArray2<u32>>,
     normals: Py<PyArray2<f64>>,
     uv: Py<PyArray2<f64>>,
+    /// Made by the first measurement of distances.
+    search: OnceLock<DistanceSearch>,
 }
 
 /// A mesh's arrays, held for reading.
@@ -57,10 +67,39 @@ impl TriangleMesh {
         grid: UniformGrid,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let vertices = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 3])?;
-        let triangles = arrays::empty::<u32, Ix2>(py, &[grid.triangles(), 3])?;
-        let normals = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 3])?;
-        let uv = arrays::empty::<f64, Ix2>(py, &[grid.vertices(), 2])?;
+        let counts = (grid.vertices(), grid.triangles());
+        let mesh = Self::written(py, counts, progress, |slices, watcher| {
+            grid.tessellate_into(surface, slices, watcher)
+        })?;
+        Ok(Self { grid: Some(grid.shape()), ..mesh })
+    }
+
+    /// The mesh of a surface within these limits, in arrays that NumPy allocates.
+    pub(super) fn adaptive(
+        py: Python<'_>,
+        surface: &NurbsSurface,
+        options: &TessellateOptions,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let again = progress.as_ref().map(|progress| progress.clone_ref(py));
+        let plan = call::run(py, again, |watcher| Tessellation::new(surface, options, watcher))?;
+        let counts = (plan.vertices(), plan.triangles());
+        let mesh =
+            Self::written(py, counts, progress, |slices, watcher| plan.write(slices, watcher))?;
+        Ok(Self { max_deviation: Some(plan.max_deviation()), ..mesh })
+    }
+
+    /// A mesh of so many vertices and triangles, which a job of the core writes.
+    fn written(
+        py: Python<'_>,
+        (vertex_count, triangle_count): (usize, usize),
+        progress: Option<Py<PyAny>>,
+        job: impl FnOnce(MeshSlices<'_>, &mut call::Watcher) -> Result<()> + Send,
+    ) -> PyResult<Self> {
+        let vertices = arrays::empty::<f64, Ix2>(py, &[vertex_count, 3])?;
+        let triangles = arrays::empty::<u32, Ix2>(py, &[triangle_count, 3])?;
+        let normals = arrays::empty::<f64, Ix2>(py, &[vertex_count, 3])?;
+        let uv = arrays::empty::<f64, Ix2>(py, &[vertex_count, 2])?;
         {
             let mut vertices = vertices.readwrite();
             let mut triangles = triangles.readwrite();
@@ -72,14 +111,16 @@ impl TriangleMesh {
                 normals: bytemuck::cast_slice_mut(normals.as_slice_mut()?),
                 uv: bytemuck::cast_slice_mut(uv.as_slice_mut()?),
             };
-            call::run(py, progress, |watcher| grid.tessellate_into(surface, slices, watcher))?;
+            call::run(py, progress, |watcher| job(slices, watcher))?;
         }
         Ok(Self {
-            grid: grid.shape(),
+            grid: None,
+            max_deviation: None,
             vertices: arrays::freeze(&vertices)?,
             triangles: arrays::freeze(&triangles)?,
             normals: arrays::freeze(&normals)?,
             uv: arrays::freeze(&uv)?,
+            search: OnceLock::new(),
         })
     }
 
@@ -122,10 +163,171 @@ impl TriangleMesh {
         arrays::view(py, &self.uv)
     }
 
-    /// Vertices along u and v, (n_u, n_v); they are numbered row by row, v fastest.
+    /// An upper bound of the distance between the surface and the triangles, in both directions,
+    /// in the points' unit; None for a uniform grid.
     #[getter]
-    fn shape(&self) -> (usize, usize) {
+    fn max_deviation(&self) -> Option<f64> {
+        self.max_deviation
+    }
+
+    /// Vertices along u and v, (n_u, n_v), of a uniform grid, which are numbered row by row, v
+    /// fastest; None for an adaptive mesh.
+    #[getter]
+    fn shape(&self) -> Option<(usize, usize)> {
         self.grid
+    }
+
+    /// Vertex numbers of the cells of a uniform grid, uint32 of shape (m, 4), counter-clockwise
+    /// seen from the normals' side; None for an adaptive mesh.
+    #[getter]
+    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<u32>>>> {
+        let Some((n_u, n_v)) = self.grid else { return Ok(None) };
+        let grid = UniformGrid::new(n_u, n_v)?;
+        let quads = arrays::empty::<u32, Ix2>(py, &[grid.triangles() / 2, 4])?;
+        {
+            let mut out = quads.readwrite();
+            let out: &mut [[u32; 4]] = bytemuck::cast_slice_mut(out.as_slice_mut()?);
+            py.detach(|| out.iter_mut().zip(grid.quads()).for_each(|(out, quad)| *out = quad));
+        }
+        Ok(Some(quads))
+    }
+
+    /// The area of all triangles, in the square of the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// float
+    fn area(&self, py: Python<'_>) -> PyResult<f64> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.area()))
+    }
+
+    /// The volume that a closed mesh encloses, in the cube of the points' unit.
+    ///
+    /// Returns
+    /// -------
+    /// float or None
+    ///     Negative if the normals point inwards; None if the mesh has borders.
+    fn volume(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.volume()))
+    }
+
+    /// Vertices - edges + triangles: 1 for a sheet, 0 for a tube or a torus, 2 for a sphere.
+    ///
+    /// Returns
+    /// -------
+    /// int
+    fn euler_characteristic(&self, py: Python<'_>) -> PyResult<i64> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        Ok(py.detach(|| view.euler_characteristic()))
+    }
+
+    /// The borders of the mesh.
+    ///
+    /// Returns
+    /// -------
+    /// list of ndarray of shape (n,)
+    ///     The numbers of the vertices along each border, with the mesh to the left seen from the
+    ///     normals' side; empty for a closed mesh.
+    fn boundary_loops<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<u32>>>> {
+        let arrays = self.arrays(py)?;
+        let view = arrays.view()?;
+        let loops = py.detach(|| view.boundary_loops());
+        Ok(loops.iter().map(|border| PyArray1::from_slice(py, border)).collect())
+    }
+
+    /// Distances from points to the mesh: to the nearest point of any triangle, exactly.
+    ///
+    /// The first call prepares a tree over the triangles, which the mesh keeps.
+    ///
+    /// Parameters
+    /// ----------
+    /// points : array_like of shape (n, 3) or (n, 2)
+    ///     Points in space; two columns lie in z = 0.
+    /// out : ndarray of shape (n,), optional
+    ///     Where to write the result: float64, C-contiguous.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray of shape (n,)
+    ///     ``out``, or a new array, in the points' unit.
+    ///
+    /// Raises
+    /// ------
+    /// NeurbsError
+    ///     If a point is not finite, or an array has the wrong shape or dtype.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import neurbs
+    /// >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+    /// >>> plane.tessellate().deviation([[0.3, 0.4, 2.0], [1.0, 2.0, 0.0]])
+    /// array([2., 1.])
+    #[pyo3(signature = (points, *, out=None))]
+    fn deviation<'py>(
+        &self,
+        points: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let py = points.py();
+        let points = Numbers::points(points, "points")?;
+        let out = arrays::output(py, out, &points.shape()[..1])?;
+        {
+            let mesh = self.arrays(py)?;
+            let (view, points) = (mesh.view()?, points.as_slice()?);
+            let mut out = arrays::writable(&out)?;
+            let out = out.as_slice_mut()?;
+            call::run(py, None, |watcher| {
+                let search = self.search.get_or_init(|| DistanceSearch::new(view));
+                search.distances(points, out, watcher)
+            })?;
+        }
+        Ok(out)
+    }
+
+    /// Write the mesh to a file; see :func:`neurbs.save`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or path-like
+    ///     The file; its suffix says which format: ``.obj``, ``.ply``, ``.glb`` or ``.stl``.
+    fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        slf.py().import("neurbs")?.call_method1("save", (slf, path)).map(|_| ())
+    }
+
+    /// The mesh as one of trimesh, with vertex normals; nothing is merged or reordered.
+    ///
+    /// Returns
+    /// -------
+    /// trimesh.Trimesh
+    fn to_trimesh<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let copy = |array: Bound<'py, PyAny>| array.call_method0("copy");
+        let keywords = PyDict::new(py);
+        keywords.set_item("vertices", copy(self.vertices(py)?)?)?;
+        keywords.set_item("faces", copy(self.triangles(py)?)?)?;
+        keywords.set_item("vertex_normals", copy(self.normals(py)?)?)?;
+        keywords.set_item("process", false)?;
+        py.import("trimesh")?.call_method("Trimesh", (), Some(&keywords))
+    }
+
+    /// The mesh as one of PyVista, with ``"Normals"`` and ``"uv"`` at the points.
+    ///
+    /// Returns
+    /// -------
+    /// pyvista.PolyData
+    fn to_pyvista<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let copy = |array: Bound<'py, PyAny>| array.call_method0("copy");
+        let faces = self.triangles(py)?.call_method1("astype", ("int64",))?;
+        let kind = py.import("pyvista")?.getattr("PolyData")?;
+        let mesh = kind.call_method1("from_regular_faces", (copy(self.vertices(py)?)?, faces))?;
+        let data = mesh.getattr("point_data")?;
+        data.set_item("Normals", copy(self.normals(py)?)?)?;
+        data.set_item("uv", copy(self.uv(py)?)?)?;
+        Ok(mesh)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

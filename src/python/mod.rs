@@ -32,6 +32,7 @@ mod som;
 mod som_options;
 mod spline;
 mod surface;
+mod tessellation;
 
 use pyo3::pymodule;
 
@@ -68,6 +69,8 @@ mod _core {
     use super::som_options::som_options;
     #[pymodule_export]
     use super::surface::NurbsSurface;
+    #[pymodule_export]
+    use super::tessellation::tessellate;
     use pyo3::prelude::*;
 
     #[pymodule_init]

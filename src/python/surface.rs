@@ -10,10 +10,8 @@ use pyo3::types::PyDict;
 use super::arguments;
 use super::arrays::Numbers;
 use super::errors::bad_argument;
-use super::mesh::TriangleMesh;
 use super::spline::{SplineArrays, SplineItems};
 use crate::error::Result;
-use crate::mesh::UniformGrid;
 use crate::nurbs::{self, ClosestPointSearch, KnotVector};
 
 /// A tensor-product NURBS surface.
@@ -206,38 +204,6 @@ impl NurbsSurface {
     #[getter]
     fn closed(&self) -> (bool, bool) {
         self.core.closed()
-    }
-
-    /// Turn the surface into triangles.
-    ///
-    /// Parameters
-    /// ----------
-    /// shape : (int, int), optional
-    ///     Vertices along u and v of a uniform grid, at least 2 each; by default four cells to a
-    ///     knot span (fewer for very large nets), and at least 33 vertices a side.
-    ///
-    /// Returns
-    /// -------
-    /// TriangleMesh
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a side is too small, or there would be more than 100 million triangles.
-    #[pyo3(signature = (*, shape=None))]
-    fn tessellate(
-        &self,
-        py: Python<'_>,
-        shape: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<TriangleMesh> {
-        let grid = match shape {
-            None => UniformGrid::for_surface(&self.core)?,
-            Some(shape) => {
-                let (n_u, n_v) = arguments::pair("shape", shape)?;
-                UniformGrid::new(n_u, n_v)?
-            }
-        };
-        TriangleMesh::of_surface(py, &self.core, grid, None)
     }
 
     /// The surface as plain lists and numbers, for JSON and the like.

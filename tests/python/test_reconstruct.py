@@ -257,6 +257,7 @@ LONG_JOBS = {
     "all points reached": "neurbs.reconstruct(many, reach=10.0, max_steps=10**12, grid=(300, 300))",
     "evaluate": "[surface.evaluate(uv) for _ in range(1000)]",
     "tessellate": "surface.tessellate(shape=(7000, 7000))",
+    "tessellate within a tolerance": "surface.tessellate(1e-6, relative=True)",
     "write a mesh": "neurbs.save(mesh, path)",
     "write STEP": "neurbs.save(large, path.replace('.obj', '.step'))",
     "write IGES": "neurbs.save(large, path.replace('.obj', '.igs'))",

@@ -1,0 +1,364 @@
+//! Bézier control points of parts of a patch: rectangles, segments and triangles of its unit
+//! square.
+//!
+//! All come from blossoms: the weight of the i-th control point in the blossom of a curve at
+//! x₁, …, x_p is the coefficient of zⁱ in Π (1 - x_k + x_k z) (L. Ramshaw, *Blossoms are polar
+//! forms*, 1989).
+
+use std::collections::BTreeMap;
+use std::ops::{Add, Mul};
+
+use glam::{DVec2, DVec4};
+
+use crate::nurbs::MAX_ORDER;
+
+/// Triples of counts with the highest degree as their sum.
+const MOST_TRIPLES: usize = MAX_ORDER * (MAX_ORDER + 1) / 2;
+
+/// The weights of a curve's control points in a blossom.
+pub(super) type Weights = [f64; MAX_ORDER];
+
+/// The weights in the blossom at these arguments, each as often as it says.
+pub(super) fn blossom(arguments: &[(f64, usize)]) -> Weights {
+    let mut weights = [0.0; MAX_ORDER];
+    weights[0] = 1.0;
+    let mut degree = 0;
+    for &(x, times) in arguments {
+        for _ in 0..times {
+            degree += 1;
+            for i in (1..=degree).rev() {
+                weights[i] = (1.0 - x) * weights[i] + x * weights[i - 1];
+            }
+            weights[0] *= 1.0 - x;
+        }
+    }
+    weights
+}
+
+/// What every patch of the same degrees needs again: how a tensor product's coefficients become
+/// those of a triangle or of a segment.
+#[derive(Debug)]
+pub(super) struct Bernstein {
+    pub p: usize,
+    pub q: usize,
+    /// How often each corner of a triangle is an argument of a blossom in u.
+    u: Vec<[usize; 3]>,
+    /// The same in v.
+    v: Vec<[usize; 3]>,
+    /// For each coefficient of a triangle, the blossoms that it is the mean of; their indices are
+    /// `u * v.len() + v`.
+    triangle: Means,
+    /// The same for the halves of the square, by the corner that they lack, in the order of
+    /// [`UNIT`]; the indices are those of coefficients.
+    halves: [Means; 4],
+    /// For each coefficient of a segment, the blossoms that it is the mean of; their indices are
+    /// those of coefficients.
+    segment: Means,
+}
+
+/// The corners of the unit square, counter-clockwise.
+pub(super) const UNIT: [DVec2; 4] =
+    [DVec2::new(0.0, 0.0), DVec2::new(1.0, 0.0), DVec2::new(1.0, 1.0), DVec2::new(0.0, 1.0)];
+
+/// Weighted means of elements of a slice.
+#[derive(Debug, Default)]
+struct Means {
+    /// Indices and weights, mean after mean.
+    terms: Vec<(u32, f64)>,
+    /// The end of each mean's terms.
+    ends: Vec<usize>,
+}
+
+impl Means {
+    fn push(&mut self, terms: impl IntoIterator<Item = (usize, f64)>) {
+        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
+        for (index, weight) in terms {
+            *sums.entry(index).or_default() += weight;
+        }
+        let terms =
+            sums.into_iter().filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)));
+        self.terms.extend(terms);
+        self.ends.push(self.terms.len());
+    }
+
+    fn of<'a, T>(&'a self, elements: &'a [T]) -> impl Iterator<Item = T> + 'a
+    where
+        T: Copy + Default + Add<Output = T>,
+        f64: Mul<T, Output = T>,
+    {
+        let mut from = 0;
+        self.ends.iter().map(move |&end| {
+            let terms = self.terms[from..end].iter();
+            from = end;
+            terms.fold(T::default(), |sum, &(i, weight)| sum + weight * elements[i as usize])
+        })
+    }
+}
+
+/// All triples of counts with this sum.
+fn triples(sum: usize) -> Vec<[usize; 3]> {
+    let pairs = (0..=sum).flat_map(|a| (0..=sum - a).map(move |b| (a, b)));
+    pairs.map(|(a, b)| [a, b, sum - a - b]).collect()
+}
+
+fn binomial(n: usize, k: usize) -> f64 {
+    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
+}
+
+impl Bernstein {
+    /// For patches of these degrees.
+    pub(super) fn new((p, q): (usize, usize)) -> Self {
+        let (u, v, n) = (triples(p), triples(q), p + q);
+        let (mut triangle, mut halves) = (Means::default(), <[Means; 4]>::default());
+        for of in triples(n) {
+            // A coefficient's arguments are dealt to u and v in all ways.
+            let mut shares = vec![];
+            for (i, in_u) in
+                u.iter().enumerate().filter(|(_, in_u)| (0..3).all(|k| in_u[k] <= of[k]))
+            {
+                let in_v = [0, 1, 2].map(|k| of[k] - in_u[k]);
+                let j = v.iter().position(|&counts| counts == in_v).unwrap_or(0);
+                let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
+                shares.push((i, j, ways / binomial(n, p)));
+            }
+            triangle.push(shares.iter().map(|&(i, j, weight)| (i * v.len() + j, weight)));
+            for (lacking, half) in halves.iter_mut().enumerate() {
+                let corners = [1, 2, 3].map(|k| UNIT[(lacking + k) % 4]);
+                let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
+                    counts
+                        .iter()
+                        .zip(&corners)
+                        .map(|(&n, at)| if x(at) > 0.5 { n } else { 0 })
+                        .sum()
+                };
+                half.push(shares.iter().map(|&(i, j, weight)| {
+                    let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
+                    (row * (q + 1) + col, weight)
+                }));
+            }
+        }
+        let mut segment = Means::default();
+        for m in 0..=n {
+            let shares = (0..=p).filter(|&a| a <= m && m - a <= q);
+            let weight = |a: usize| binomial(p, a) * binomial(q, m - a) / binomial(n, m);
+            segment.push(shares.map(|a| (a * (q + 1) + m - a, weight(a))));
+        }
+        Self { p, q, u, v, triangle, halves, segment }
+    }
+
+    /// The part of a net over a rectangle of its square, appended to `out`.
+    pub(super) fn rectangle(
+        &self,
+        net: &[DVec4],
+        (x0, x1): (f64, f64),
+        (y0, y1): (f64, f64),
+        out: &mut Vec<DVec4>,
+    ) {
+        let (p, q) = (self.p, self.q);
+        let columns: [Weights; MAX_ORDER] =
+            std::array::from_fn(|b| blossom(&[(y0, q.saturating_sub(b)), (y1, b.min(q))]));
+        for a in 0..=p {
+            let row = self.contracted(net, &blossom(&[(x0, p - a), (x1, a)]));
+            out.extend(columns[..=q].iter().map(|weights| sum(&row[..=q], weights)));
+        }
+    }
+
+    /// The point of a net at a place in its square.
+    pub(super) fn point(&self, net: &[DVec4], at: DVec2) -> DVec4 {
+        let row = self.contracted(net, &blossom(&[(at.x, self.p)]));
+        sum(&row[..=self.q], &blossom(&[(at.y, self.q)]))
+    }
+
+    /// The control points of the curve above a segment of the square, appended to `out`.
+    pub(super) fn segment(
+        &self,
+        net: &[DVec4],
+        (from, to): (DVec2, DVec2),
+        blossoms: &mut Vec<DVec4>,
+        out: &mut Vec<DVec4>,
+    ) {
+        let (p, width) = (self.p, self.q + 1);
+        let end = |x: f64| x == 0.0 || x == 1.0;
+        if from.x == to.x && end(from.x) {
+            let row = if from.x == 0.0 { 0 } else { p * width };
+            part(net[row..row + width].iter(), self.q, (from.y, to.y), out);
+        } else if from.y == to.y && end(from.y) {
+            let column = if from.y == 0.0 { 0 } else { self.q };
+            part(net[column..].iter().step_by(width), p, (from.x, to.x), out);
+        } else {
+            blossoms.clear();
+            self.rectangle(net, (from.x, to.x), (from.y, to.y), blossoms);
+            out.extend(self.segment.of(blossoms));
+        }
+    }
+
+    /// The Bézier coefficients on a triangle of the square of a function with these ones.
+    pub(super) fn triangle<'a>(
+        &'a self,
+        of: &'a [DVec2],
+        at: [DVec2; 3],
+        blossoms: &'a mut Vec<DVec2>,
+    ) -> impl Iterator<Item = DVec2> + 'a {
+        if at.iter().all(|at| UNIT.contains(at)) {
+            let lacking = UNIT.iter().position(|corner| !at.contains(corner)).unwrap_or(0);
+            return self.halves[lacking].of(of);
+        }
+        let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
+            blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
+        };
+        let mut columns = [Weights::default(); MOST_TRIPLES];
+        for (column, counts) in columns.iter_mut().zip(&self.v) {
+            *column = weights(counts, |at| at.y);
+        }
+        let width = self.q + 1;
+        blossoms.clear();
+        for counts in &self.u {
+            let mut row = [DVec2::ZERO; MAX_ORDER];
+            for (of, weight) in of.chunks_exact(width).zip(weights(counts, |at| at.x)) {
+                for (sum, of) in row.iter_mut().zip(of) {
+                    *sum += weight * *of;
+                }
+            }
+            for column in &columns[..self.v.len()] {
+                let mut sum = DVec2::ZERO;
+                for (of, weight) in row[..width].iter().zip(column) {
+                    sum += *weight * *of;
+                }
+                blossoms.push(sum);
+            }
+        }
+        self.triangle.of(blossoms)
+    }
+
+    /// The coefficients of a function on the quarter of the square at one of its corners.
+    pub(super) fn quarter(&self, of: &[DVec2], corner: DVec2, out: &mut Vec<DVec2>) {
+        let width = self.q + 1;
+        out.clear();
+        out.extend_from_slice(of);
+        for row in 0..=self.p {
+            halve(out, (row * width, 1), self.q, corner.y == 0.0);
+        }
+        for column in 0..width {
+            halve(out, (column, width), self.p, corner.x == 0.0);
+        }
+    }
+
+    /// The row of points that these weights make of the rows of a net.
+    fn contracted(&self, net: &[DVec4], weights: &Weights) -> [DVec4; MAX_ORDER] {
+        let mut row = [DVec4::ZERO; MAX_ORDER];
+        for (points, weight) in net.chunks_exact(self.q + 1).zip(weights) {
+            row.iter_mut().zip(points).for_each(|(sum, point)| *sum += *weight * *point);
+        }
+        row
+    }
+}
+
+/// Turns coefficients, which follow one another by `stride` from `start`, into those of the first
+/// or the last half (de Casteljau's algorithm).
+fn halve(of: &mut [DVec2], (start, stride): (usize, usize), degree: usize, first: bool) {
+    for level in 1..=degree {
+        for k in 0..=degree - level {
+            let (at, next) = if first {
+                let at = start + (degree - k) * stride;
+                (at, at - stride)
+            } else {
+                let at = start + k * stride;
+                (at, at + stride)
+            };
+            of[at] = 0.5 * (of[at] + of[next]);
+        }
+    }
+}
+
+/// The control points of a part of a curve, appended to `out`.
+fn part<'a>(
+    curve: impl Iterator<Item = &'a DVec4> + Clone,
+    degree: usize,
+    (from, to): (f64, f64),
+    out: &mut Vec<DVec4>,
+) {
+    if (from.min(to), from.max(to)) == (0.0, 1.0) {
+        out.extend(curve.take(degree + 1));
+        return;
+    }
+    for k in 0..=degree {
+        let weights = blossom(&[(from, degree - k), (to, k)]);
+        out.push(curve.clone().zip(&weights[..=degree]).map(|(point, b)| *b * *point).sum());
+    }
+}
+
+fn sum(points: &[DVec4], weights: &Weights) -> DVec4 {
+    points.iter().zip(weights).map(|(point, weight)| *weight * *point).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A net of random-looking points.
+    fn net(p: usize, q: usize) -> Vec<DVec4> {
+        let point = |k: usize| {
+            let k = k as f64;
+            DVec4::new((1.3 * k).sin(), (2.9 * k).cos(), (0.7 * k * k).sin(), 1.5 + (3.1 * k).sin())
+        };
+        (0..(p + 1) * (q + 1)).map(point).collect()
+    }
+
+    #[test]
+    fn parts_agree_with_the_whole() {
+        for (p, q) in [(1, 1), (3, 3), (2, 5)] {
+            let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
+            let mut part = vec![];
+            bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
+            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
+            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
+            assert!(inside.distance(outside) < 1e-14);
+        }
+    }
+
+    #[test]
+    fn quarters_are_rectangles() {
+        let (bernstein, net) = (Bernstein::new((3, 2)), net(3, 2));
+        let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
+        for corner in UNIT {
+            let (x, y) = (0.5 * corner.x, 0.5 * corner.y);
+            let (mut quarter, mut expected) = (vec![], vec![]);
+            bernstein.quarter(&flat, corner, &mut quarter);
+            bernstein.rectangle(&net, (x, x + 0.5), (y, y + 0.5), &mut expected);
+            for (a, b) in quarter.iter().zip(&expected) {
+                assert!(a.distance(DVec2::new(b.x, b.w)) < 1e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn segments_and_triangles_pass_through_their_points() {
+        let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
+        for (p, q) in [(1, 1), (3, 3), (2, 4)] {
+            let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
+            let halves = (0..4).map(|k| [UNIT[k], UNIT[(k + 1) % 4], UNIT[(k + 2) % 4]]);
+            for at in halves.chain([inner]) {
+                let (mut blossoms, mut curve) = (vec![], vec![]);
+                bernstein.segment(&net, (at[0], at[1]), &mut blossoms, &mut curve);
+                let m = curve.len() - 1;
+                let middle: DVec4 =
+                    (0..=m).map(|k| binomial(m, k) / 2.0_f64.powi(m as i32) * curve[k]).sum();
+                assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
+                let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
+                let mut blossoms = vec![];
+                let all: Vec<_> = bernstein.triangle(&flat, at, &mut blossoms).collect();
+                let centre: DVec2 = triples(n)
+                    .iter()
+                    .zip(&all)
+                    .map(|(of, &point)| {
+                        let ways = binomial(n, of[0]) * binomial(n - of[0], of[1]);
+                        ways / 3.0_f64.powi(n as i32) * point
+                    })
+                    .sum();
+                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
+                let expected = DVec2::new(expected.x, expected.w);
+                assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
+            }
+        }
+    }
+}

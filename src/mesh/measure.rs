@@ -1,0 +1,143 @@
+//! What a mesh measures: area, volume, borders, connectivity.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::MeshView;
+
+/// Triangles whose areas are added up by one thread, so that sums do not depend on the threads.
+const TRIANGLES_PER_SUM: usize = 1 << 14;
+
+impl MeshView<'_> {
+    /// The area of all triangles, in the square of the points' unit.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, mesh::UniformGrid, nurbs::NurbsSurface, progress::Silent};
+    /// let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
+    /// let surface = NurbsSurface::clamped(net, (2, 2), 1)?;
+    /// let mesh = UniformGrid::new(4, 5)?.tessellate(&surface, &mut Silent)?;
+    /// assert!((mesh.view().area() - 1.0).abs() < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.sum(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
+    }
+
+    /// The volume that a closed mesh encloses, in the cube of the points' unit, negative if the
+    /// normals point inwards; `None` if the mesh has borders.
+    #[must_use]
+    pub fn volume(&self) -> Option<f64> {
+        if !self.boundary_edges().is_empty() {
+            return None;
+        }
+        // About a vertex, so that meshes far from the origin keep their digits.
+        let origin = self.vertices.first().copied().unwrap_or_default();
+        Some(self.sum(|[a, b, c]| (a - origin).dot((b - origin).cross(c - origin)) / 6.0))
+    }
+
+    /// Vertices - edges + triangles: 1 for a disc, 0 for a tube and a torus, 2 for a sphere.
+    /// Vertices that belong to no triangle do not count.
+    #[must_use]
+    pub fn euler_characteristic(&self) -> i64 {
+        let mut edges: Vec<(u32, u32)> =
+            self.directed_edges().map(|(a, b)| (a.min(b), a.max(b))).collect();
+        edges.par_sort_unstable();
+        edges.dedup();
+        let mut used = vec![false; self.vertices.len()];
+        self.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
+        let vertices = used.iter().filter(|used| **used).count();
+        let count = |n: usize| i64::try_from(n).unwrap_or(i64::MAX);
+        count(vertices) - count(edges.len()) + count(self.triangles.len())
+    }
+
+    /// The borders, each as the vertices along it, with the mesh to the left when seen from the
+    /// normals' side; none if the mesh is closed.
+    #[must_use]
+    pub fn boundary_loops(&self) -> Vec<Vec<u32>> {
+        let mut next: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (a, b) in self.boundary_edges() {
+            next.entry(a).or_default().push(b);
+        }
+        let mut loops = vec![];
+        while let Some((&start, _)) = next.first_key_value() {
+            let (mut border, mut at) = (vec![], start);
+            while let Some(ends) = next.get_mut(&at) {
+                border.push(at);
+                let ahead = ends.pop();
+                if ends.is_empty() {
+                    next.remove(&at);
+                }
+                match ahead {
+                    Some(ahead) if ahead != start => at = ahead,
+                    _ => break,
+                }
+            }
+            loops.push(border);
+        }
+        loops
+    }
+
+    /// The edges that belong to one triangle only, in its direction, sorted.
+    #[must_use]
+    pub fn boundary_edges(&self) -> Vec<(u32, u32)> {
+        let mut edges: Vec<(u32, u32, bool)> =
+            self.directed_edges().map(|(a, b)| (a.min(b), a.max(b), a > b)).collect();
+        edges.par_sort_unstable();
+        let runs = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
+        let alone = runs.filter(|run| run.len() == 1).map(|run| run[0]);
+        let mut alone: Vec<_> =
+            alone.map(|(a, b, back)| if back { (b, a) } else { (a, b) }).collect();
+        alone.sort_unstable();
+        alone
+    }
+
+    fn directed_edges(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        self.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+    }
+
+    fn sum(&self, of: impl Fn([DVec3; 3]) -> f64 + Sync) -> f64 {
+        let corners = |triangle: &[u32; 3]| triangle.map(|i| self.vertices[i as usize]);
+        let sums = self.triangles.par_chunks(TRIANGLES_PER_SUM);
+        let sums: Vec<f64> =
+            sums.map(|part| part.iter().map(|triangle| of(corners(triangle))).sum()).collect();
+        sums.iter().sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{TessellateOptions, TriangleMesh};
+    use super::*;
+    use crate::nurbs::NurbsSurface;
+    use crate::progress::Silent;
+
+    fn mesh(surface: &NurbsSurface) -> TriangleMesh {
+        surface.tessellate(&TessellateOptions::default(), &mut Silent).unwrap()
+    }
+
+    #[test]
+    fn a_torus_has_the_volume_of_its_tube() {
+        let torus = mesh(&NurbsSurface::torus(DVec3::splat(1e6), 3.0, 1.0).unwrap());
+        let (view, volume) = (torus.view(), 2.0 * std::f64::consts::PI.powi(2) * 3.0);
+        assert_eq!((view.euler_characteristic(), view.boundary_loops().len()), (0, 0));
+        assert!((view.volume().unwrap().abs() / volume - 1.0).abs() < 0.01);
+        assert!((view.area() / (4.0 * std::f64::consts::PI.powi(2) * 3.0) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_square_has_one_border_and_no_volume() {
+        let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
+        let square = mesh(&NurbsSurface::clamped(net, (2, 2), 1).unwrap());
+        assert_eq!(square.triangles.len(), 2);
+        let view = square.view();
+        assert_eq!((view.euler_characteristic(), view.volume()), (1, None));
+        let loops = view.boundary_loops();
+        assert_eq!((loops.len(), loops[0].len()), (1, 4));
+        let turn = |k: usize| square.vertices[loops[0][k % 4] as usize];
+        let area: f64 = (0..4).map(|k| turn(k).cross(turn(k + 1)).z / 2.0).sum();
+        assert!((area - 1.0).abs() < 1e-15, "counter-clockwise");
+    }
+}

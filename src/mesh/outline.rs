@@ -1,0 +1,191 @@
+//! How the outline of a piece is cut into triangles.
+//!
+//! A piece is a rectangle of the parameters. On its sides stand, besides its own four corners, the
+//! corners of its neighbours: with all of them in its triangles no vertex is left on an edge.
+
+use glam::{DVec2, DVec3, DVec4};
+
+use super::bernstein::UNIT;
+use super::certify::{Corner, Face};
+
+/// How the surface bends over the unit square of a net: the second derivatives of its height above
+/// the plane of the diagonals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bending {
+    uu: f64,
+    uv: f64,
+    vv: f64,
+}
+
+impl Bending {
+    /// Of a net of degrees p and q: the mean of its second differences.
+    pub(super) fn of(net: &[DVec4], (p, q): (usize, usize)) -> Self {
+        let width = q + 1;
+        let point = |i: usize, j: usize| net[i * width + j].truncate() / net[i * width + j].w;
+        let across = (point(p, q) - point(0, 0)).cross(point(0, q) - point(p, 0));
+        let normal = across.normalize_or_zero();
+        let height = |i: usize, j: usize| normal.dot(point(i, j));
+        let (mut uu, mut vv) = (0.0, 0.0);
+        for j in 0..=q {
+            // Second differences telescope to the difference of the first ones at the ends.
+            uu += height(p, j) - height(p - 1, j) - height(1, j) + height(0, j);
+        }
+        for i in 0..=p {
+            vv += height(i, q) - height(i, q - 1) - height(i, 1) + height(i, 0);
+        }
+        let twist = height(p, q) - height(p, 0) - height(0, q) + height(0, 0);
+        Self { uu: uu * p as f64 / (q + 1) as f64, uv: twist, vv: vv * q as f64 / (p + 1) as f64 }
+    }
+
+    /// About how far the surface leaves the chord over this step, in the unit square, at most.
+    fn sag(&self, step: DVec2) -> f64 {
+        let Self { uu, uv, vv } = self;
+        (uu * step.x * step.x + 2.0 * uv * step.x * step.y + vv * step.y * step.y).abs() / 8.0
+    }
+}
+
+/// How an outline is cut: two chains of corners, from one corner of the piece to the opposite one,
+/// are joined like a zip; all new edges run between the chains.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Zip {
+    /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The others,
+    /// from below: whether the next step is on the chain that runs with the outline.
+    steps: u32,
+    /// How many corners the outline has.
+    pub corners: u32,
+}
+
+/// Most corners of an outline: a [`Zip`] holds the steps of no more.
+pub(super) const MOST_CORNERS: usize = 32;
+
+impl Zip {
+    /// The best cut of an outline, counter-clockwise in the parameters from the corner (0, 0): of
+    /// each new edge the one that the surface bends less over, against `tolerance`, and that is
+    /// shorter, against the outline.
+    pub(super) fn best(corners: &[Corner], bending: Bending, tolerance: f64) -> Self {
+        let extent = diameter(corners).max(f64::MIN_POSITIVE);
+        let cost = |i: usize, j: usize| {
+            let (a, b) = (corners[i], corners[j]);
+            bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
+        };
+        let ends = UNIT.map(|at| corners.iter().position(|corner| corner.at == at).unwrap_or(0));
+        let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
+        let (mut steps, mut bit) = (u32::from(second), 1);
+        let choose = |right: (usize, usize), left: (usize, usize)| {
+            let with = cost(right.1, left.0) <= cost(right.0, left.1);
+            steps |= u32::from(with).checked_shl(bit).unwrap_or(0);
+            bit += 1;
+            with
+        };
+        let count = corners.len();
+        zip(ends, count, second, choose, |_| ());
+        Self { steps, corners: u32::try_from(count).unwrap_or(u32::MAX) }
+    }
+
+    /// Appends the triangles of the cut of an outline that has the piece's own corners at these
+    /// places.
+    pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
+        let mut steps = self.steps >> 1;
+        let choose = |_, _| {
+            let with = steps & 1 == 1;
+            steps >>= 1;
+            with
+        };
+        zip(ends, self.corners as usize, self.steps & 1 == 1, choose, |face| faces.push(face));
+    }
+}
+
+/// Runs along the chains. Where both may go on, `choose` says which: it gets the ends of both
+/// possible steps, (here, there) on the chain that runs with the outline and on the other one.
+fn zip(
+    ends: [usize; 4],
+    count: usize,
+    second: bool,
+    mut choose: impl FnMut((usize, usize), (usize, usize)) -> bool,
+    mut push: impl FnMut(Face),
+) {
+    let (from, to) = if second { (ends[1], ends[3]) } else { (ends[0], ends[2]) };
+    let ahead = |i: usize| if i + 1 == count { 0 } else { i + 1 };
+    let behind = |i: usize| if i == 0 { count - 1 } else { i - 1 };
+    let (mut right, mut left) = (ahead(from), behind(from));
+    let (last_right, last_left) = (behind(to), ahead(to));
+    push([from, right, left]);
+    while (right, left) != (last_right, last_left) {
+        let (next_right, next_left) = (ahead(right), behind(left));
+        let with = left == last_left
+            || (right != last_right && choose((right, next_right), (left, next_left)));
+        if with {
+            push([right, next_right, left]);
+            right = next_right;
+        } else {
+            push([right, next_left, left]);
+            left = next_left;
+        }
+    }
+    push([right, to, left]);
+}
+
+fn diameter(corners: &[Corner]) -> f64 {
+    let first = corners[0].point;
+    let grow = |(low, high): (DVec3, DVec3), c: &Corner| (low.min(c.point), high.max(c.point));
+    let (low, high) = corners.iter().fold((first, first), grow);
+    low.distance(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outline(places: &[(f64, f64)]) -> Vec<Corner> {
+        let corner = |&(x, y): &(f64, f64)| Corner {
+            at: DVec2::new(x, y),
+            point: DVec3::new(x, y, 0.3 * x * y),
+        };
+        places.iter().map(corner).collect()
+    }
+
+    #[test]
+    fn triangles_fill_the_outline_and_none_is_flat() {
+        let sides = [
+            vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+            vec![(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
+            vec![
+                (0.0, 0.0),
+                (1.0, 0.0),
+                (1.0, 0.25),
+                (1.0, 0.5),
+                (1.0, 1.0),
+                (0.5, 1.0),
+                (0.0, 1.0),
+            ],
+            vec![
+                (0.0, 0.0),
+                (0.5, 0.0),
+                (1.0, 0.0),
+                (1.0, 0.5),
+                (1.0, 1.0),
+                (0.5, 1.0),
+                (0.0, 1.0),
+                (0.0, 0.5),
+            ],
+        ];
+        for places in &sides {
+            let corners = outline(places);
+            for (uu, uv, vv) in
+                [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)]
+            {
+                let mut faces = vec![];
+                let cut = Zip::best(&corners, Bending { uu, uv, vv }, 0.01);
+                let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+                cut.faces(ends, &mut faces);
+                assert_eq!(faces.len(), corners.len() - 2);
+                let area = |face: &Face| {
+                    let [a, b, c] = face.map(|i| corners[i].at);
+                    (b - a).perp_dot(c - a) / 2.0
+                };
+                assert!(faces.iter().all(|face| area(face) > 0.0), "{faces:?}");
+                assert!((faces.iter().map(area).sum::<f64>() - 1.0).abs() < 1e-15);
+            }
+        }
+    }
+}

@@ -1,0 +1,394 @@
+//! A block of patches and its division into pieces, each of which becomes two triangles.
+//!
+//! Pieces are rectangles of the parameters. One that its triangles do not meet within the limits
+//! is halved, across the direction that bends more; one of several patches, between patches.
+
+use glam::{DVec2, DVec3, DVec4};
+
+use super::bernstein::{Bernstein, UNIT};
+use super::certify::{self, Corner, Face, Workspace};
+use super::options::Limits;
+use super::outline::{Bending, MOST_CORNERS, Zip};
+use super::stitch::{Place, parameter};
+use crate::nurbs::{NurbsSurface, PatchNets, halve};
+
+/// Halvings of a patch in each direction at most.
+const HALVINGS: u32 = 22;
+
+/// Parameters of a patch from end to end: places inside a block are whole numbers.
+pub(super) const PATCH: u32 = 1 << HALVINGS;
+
+/// Patches of a block in each direction at most, so that its places fit into 32 bits.
+pub(super) const MOST_PATCHES: usize = 1 << (31 - HALVINGS);
+
+/// A rectangle of a block's places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    pub u: (u32, u32),
+    pub v: (u32, u32),
+    /// The triangles that it has last been certified with.
+    pub cut: Zip,
+}
+
+/// A rectangle of patches: ranges of rows and columns of the nets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Block {
+    pub rows: (usize, usize),
+    pub cols: (usize, usize),
+}
+
+/// What dividing needs to know.
+#[derive(Debug)]
+pub(super) struct Divider<'a> {
+    pub surface: &'a NurbsSurface,
+    pub nets: &'a PatchNets,
+    pub bernstein: &'a Bernstein,
+    pub limits: Limits,
+}
+
+/// Memory that dividing needs.
+#[derive(Debug, Default)]
+pub(super) struct Desk {
+    /// Nets, one behind the other: those of the pieces around the one being looked at.
+    nets: Vec<DVec4>,
+    patch: Vec<DVec4>,
+    corners: Vec<Corner>,
+    faces: Vec<Face>,
+    work: Workspace,
+    /// The largest certified distance of a finished piece.
+    pub deviation: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direction {
+    U,
+    V,
+}
+
+impl Piece {
+    /// The whole block.
+    pub(super) fn of(block: Block) -> Self {
+        let end = |(from, to): (usize, usize)| u32::try_from(to - from).unwrap_or(0) * PATCH;
+        Self { u: (0, end(block.rows)), v: (0, end(block.cols)), cut: Zip::default() }
+    }
+
+    /// The places of its corners, counter-clockwise.
+    fn corners(&self) -> [Place; 4] {
+        let Self { u, v, .. } = self;
+        [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)]
+    }
+
+    /// Where its corners stand in an outline.
+    pub(super) fn ends(&self, outline: impl Iterator<Item = Place> + Clone) -> [usize; 4] {
+        self.corners().map(|corner| outline.clone().position(|at| at == corner).unwrap_or(0))
+    }
+
+    /// The one patch it lies in, and its part of the patch's unit square.
+    fn patch(&self) -> Option<((usize, usize), (f64, f64), (f64, f64))> {
+        let index = |(from, to): (u32, u32)| {
+            (from / PATCH == (to - 1) / PATCH).then_some((from / PATCH) as usize)
+        };
+        let share = |(from, to): (u32, u32)| {
+            let start = from / PATCH * PATCH;
+            let unit = f64::from(PATCH);
+            (f64::from(from - start) / unit, f64::from(to - start) / unit)
+        };
+        Some(((index(self.u)?, index(self.v)?), share(self.u), share(self.v)))
+    }
+
+    /// The halves; those of several patches between patches.
+    fn halves(self, direction: Direction) -> [Self; 2] {
+        let middle = |(from, to): (u32, u32)| {
+            let middle = from + (to - from) / 2;
+            if to - from > PATCH { middle / PATCH * PATCH } else { middle }
+        };
+        match direction {
+            Direction::U => {
+                let at = middle(self.u);
+                [Self { u: (self.u.0, at), ..self }, Self { u: (at, self.u.1), ..self }]
+            }
+            Direction::V => {
+                let at = middle(self.v);
+                [Self { v: (self.v.0, at), ..self }, Self { v: (at, self.v.1), ..self }]
+            }
+        }
+    }
+
+    /// The direction of more parameters.
+    fn wider(&self) -> Direction {
+        if self.u.1 - self.u.0 >= self.v.1 - self.v.0 { Direction::U } else { Direction::V }
+    }
+
+    /// Whether there is a place between its ends in both directions.
+    pub(super) fn divisible(&self) -> bool {
+        self.u.1 - self.u.0 > 1 && self.v.1 - self.v.0 > 1
+    }
+}
+
+impl Divider<'_> {
+    /// Divides a piece of a block until each part meets the limits with two triangles, and appends
+    /// the parts.
+    pub(super) fn divide(
+        &self,
+        block: Block,
+        piece: Piece,
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
+        if piece.patch().is_some() {
+            self.load(block, piece, desk);
+            self.divide_net(block, piece, desk, done);
+            return;
+        }
+        let mut merged = piece;
+        if self.check(block, &mut merged, &piece.corners(), desk).is_none() {
+            done.push(merged);
+            return;
+        }
+        for half in piece.halves(piece.wider()) {
+            self.divide(block, half, desk, done);
+        }
+    }
+
+    /// As [`Divider::divide`], for a piece whose net is the last of the desk's; takes it away.
+    fn divide_net(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
+        let size = (self.bernstein.p + 1) * (self.bernstein.q + 1);
+        let start = desk.nets.len() - size;
+        let (p, q) = (self.bernstein.p, self.bernstein.q);
+        let net = &desk.nets[start..];
+        let point = |i: usize, j: usize| project(net[i * (q + 1) + j]);
+        let points = [point(0, 0), point(p, 0), point(p, q), point(0, q)];
+        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: points[k] });
+        desk.faces.clear();
+        let tolerance = self.limits.tolerance;
+        let cut = Zip::best(&corners, Bending::of(net, (p, q)), tolerance);
+        cut.faces([0, 1, 2, 3], &mut desk.faces);
+        let mesh = (&corners[..], &desk.faces[..]);
+        let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
+        let direction = if distance <= tolerance {
+            self.beyond(block, &piece.corners(), mesh)
+        } else {
+            Some(self.steeper(net))
+        };
+        let Some(direction) = direction.filter(|_| piece.divisible()) else {
+            desk.deviation = desk.deviation.max(distance);
+            done.push(Piece { cut, ..piece });
+            desk.nets.truncate(start);
+            return;
+        };
+        let [first, second] = piece.halves(direction);
+        // The second half's net takes this one's place, the first half's goes on top.
+        desk.nets.extend_from_within(start..);
+        let (below, above) = desk.nets.split_at_mut(start + size);
+        let below = &mut below[start..];
+        match direction {
+            Direction::U => halve(above, below, p, q + 1, 0..=q),
+            Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
+        }
+        self.divide_net(block, first, desk, done);
+        self.divide_net(block, second, desk, done);
+    }
+
+    /// The direction whose curves bend more, or, if neither does, are longer.
+    fn steeper(&self, net: &[DVec4]) -> Direction {
+        let (p, q) = (self.bernstein.p, self.bernstein.q);
+        let point = |i: usize, j: usize| project(net[i * (q + 1) + j]);
+        let (mut sag_u, mut sag_v) = (0.0_f64, 0.0_f64);
+        let (mut length_u, mut length_v) = (0.0_f64, 0.0_f64);
+        for j in 0..=q {
+            let (a, b) = (point(0, j), point(p, j));
+            length_u = length_u.max(a.distance(b));
+            sag_u = (1..p).map(|i| aside(point(i, j), a, b)).fold(sag_u, f64::max);
+        }
+        for i in 0..=p {
+            let (a, b) = (point(i, 0), point(i, q));
+            length_v = length_v.max(a.distance(b));
+            sag_v = (1..q).map(|j| aside(point(i, j), a, b)).fold(sag_v, f64::max);
+        }
+        let bent = sag_u.max(sag_v) > self.limits.tolerance / 4.0;
+        let u = if bent { sag_u >= sag_v } else { length_u >= length_v };
+        if u { Direction::U } else { Direction::V }
+    }
+
+    /// The direction to divide a piece in because its triangles do not meet the limits of edges,
+    /// angles and sides.
+    fn beyond(
+        &self,
+        block: Block,
+        places: &[Place],
+        (corners, faces): (&[Corner], &[Face]),
+    ) -> Option<Direction> {
+        let Limits { cosine, edge, aspect, .. } = self.limits;
+        if cosine.is_none() && edge.is_none() && aspect.is_none() {
+            return None;
+        }
+        let [a, b, c, d] = UNIT.map(|at| corners.iter().position(|corner| corner.at == at));
+        let (a, b, c, d) = (a?, b?, c?, d?);
+        let length = |i: usize, j: usize| corners[i].point.distance(corners[j].point);
+        let (along_u, along_v) = (length(a, b) + length(d, c), length(a, d) + length(b, c));
+        let longer = if along_u >= along_v { Direction::U } else { Direction::V };
+        let edges = || faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        if edge.is_some_and(|most| edges().any(|(i, j)| length(i, j) > most)) {
+            return Some(longer);
+        }
+        let (short, long) = (along_u.min(along_v), along_u.max(along_v));
+        if aspect.is_some_and(|most| short > 0.0 && long > most * short) {
+            return Some(longer);
+        }
+        let least = cosine?;
+        let normal = |&(u, v): &Place| {
+            let u = parameter(&self.nets.u, block.rows.0, u);
+            self.surface.normal(u, parameter(&self.nets.v, block.cols.0, v))
+        };
+        let normals: Vec<DVec3> = places.iter().map(normal).collect();
+        let turn = |i: usize, j: usize| normals[i].dot(normals[j]);
+        let turned = edges().any(|(i, j)| turn(i, j) < least && length(i, j) > 0.0);
+        let in_u = turn(a, b) + turn(d, c) <= turn(a, d) + turn(b, c);
+        turned.then_some(if in_u { Direction::U } else { Direction::V })
+    }
+
+    /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
+    /// in because they do not meet the limits, or because they are too many; `None` if they do.
+    pub(super) fn check(
+        &self,
+        block: Block,
+        piece: &mut Piece,
+        outline: &[Place],
+        desk: &mut Desk,
+    ) -> Option<Direction> {
+        self.load(block, *piece, desk);
+        let single = piece.patch().is_some();
+        let steeper = |nets: &[DVec4]| if single { self.steeper(nets) } else { piece.wider() };
+        if outline.len() > MOST_CORNERS {
+            return Some(steeper(&desk.nets));
+        }
+        desk.corners.clear();
+        for &(u, v) in outline {
+            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
+            let point = if single {
+                self.bernstein.point(&desk.nets, at)
+            } else {
+                self.point(block, (u, v), &mut desk.patch)
+            };
+            desk.corners.push(Corner { at, point: project(point) });
+        }
+        let Desk { nets, patch, corners, faces, work, deviation } = desk;
+        let tolerance = self.limits.tolerance;
+        let cut = Zip::best(corners, Bending::of(nets, self.nets.degrees), tolerance);
+        faces.clear();
+        cut.faces(piece.ends(outline.iter().copied()), faces);
+        let mesh = (&corners[..], &faces[..]);
+        let distance = if single {
+            certify::distance(self.bernstein, nets, mesh, tolerance, work)
+        } else {
+            self.distance_of_patches(block, *piece, mesh, (patch, work))
+        };
+        let direction = if distance <= tolerance {
+            self.beyond(block, outline, mesh)
+        } else {
+            Some(steeper(nets))
+        };
+        let direction = direction.filter(|_| piece.divisible());
+        if direction.is_none() {
+            piece.cut = cut;
+            *deviation = deviation.max(distance);
+        }
+        direction
+    }
+
+    /// The certified distance of a piece of several patches, or anything above the tolerance.
+    fn distance_of_patches(
+        &self,
+        block: Block,
+        piece: Piece,
+        mesh: (&[Corner], &[Face]),
+        (patch, work): (&mut Vec<DVec4>, &mut Workspace),
+    ) -> f64 {
+        let mut most = 0.0_f64;
+        let range = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
+        let ((row0, row1), (col0, col1)) = (range(piece.u), range(piece.v));
+        for (row, col) in (row0..row1).flat_map(|row| (col0..col1).map(move |col| (row, col))) {
+            let low = DVec2::new(share(row, (row0, row1)), share(col, (col0, col1)));
+            let high = DVec2::new(share(row + 1, (row0, row1)), share(col + 1, (col0, col1)));
+            patch.clear();
+            self.nets.append((block.rows.0 + row as usize, block.cols.0 + col as usize), patch);
+            let part = certify::distance_of_part(self.bernstein, patch, (low, high), mesh, work);
+            most = most.max(part);
+            if most > self.limits.tolerance {
+                break;
+            }
+        }
+        most
+    }
+
+    /// Makes the net of a piece the only one on the desk; for several patches a bilinear one
+    /// between its corners.
+    fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
+        desk.nets.clear();
+        if let Some((patch, u, v)) = piece.patch() {
+            let patch = (block.rows.0 + patch.0, block.cols.0 + patch.1);
+            if (u, v) == ((0.0, 1.0), (0.0, 1.0)) {
+                self.nets.append(patch, &mut desk.nets);
+            } else {
+                desk.patch.clear();
+                self.nets.append(patch, &mut desk.patch);
+                self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+            }
+            return;
+        }
+        let (p, q) = self.nets.degrees;
+        for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
+            let place = |(from, to): (u32, u32), k: usize, n: usize| {
+                // Patch by patch: exact places are not needed for a guess at the bending.
+                from + (to - from) / PATCH * u32::try_from(k).unwrap_or(0)
+                    / u32::try_from(n).unwrap_or(1)
+                    * PATCH
+            };
+            let at = (place(piece.u, i, p), place(piece.v, j, q));
+            let point = self.point(block, at, &mut desk.patch);
+            desk.nets.push(point);
+        }
+    }
+
+    /// The homogeneous point at a place of a block.
+    fn point(&self, block: Block, (u, v): Place, patch: &mut Vec<DVec4>) -> DVec4 {
+        let index = |place: u32, (from, to): (usize, usize)| {
+            let index = ((place / PATCH) as usize).min(to - from - 1);
+            let start = u32::try_from(index).unwrap_or(0) * PATCH;
+            (from + index, f64::from(place - start) / f64::from(PATCH))
+        };
+        let ((row, x), (col, y)) = (index(u, block.rows), index(v, block.cols));
+        patch.clear();
+        self.nets.append((row, col), patch);
+        self.bernstein.point(patch, DVec2::new(x, y))
+    }
+
+    /// Divides a piece that has become unfit in this direction first.
+    pub(super) fn redivide(
+        &self,
+        block: Block,
+        (piece, direction): (Piece, Direction),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
+        for half in piece.halves(direction) {
+            self.divide(block, half, desk, done);
+        }
+    }
+}
+
+/// The share of a range that lies before x.
+fn share(x: u32, (from, to): (u32, u32)) -> f64 {
+    f64::from(x - from) / f64::from(to - from)
+}
+
+/// The distance of a point from the line through a and b.
+fn aside(point: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let along = (b - a).normalize_or_zero();
+    let away = point - a;
+    (away - away.dot(along) * along).length()
+}
+
+fn project(h: DVec4) -> DVec3 {
+    h.truncate() / h.w
+}

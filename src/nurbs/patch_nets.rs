@@ -1,0 +1,71 @@
+//! The Bézier nets of a surface over a grid of its parameters, side by side in one array.
+
+use glam::DVec4;
+
+use super::algebra::{Direction, transpose};
+use super::strip::Strip;
+use super::surface::NurbsSurface;
+use crate::error::Result;
+
+/// A surface cut along its knots, and wherever else it was asked for, into Bézier patches.
+#[derive(Clone, Debug)]
+pub(crate) struct PatchNets {
+    /// The parameters of the cuts in u, ends included.
+    pub u: Vec<f64>,
+    /// The parameters of the cuts in v, ends included.
+    pub v: Vec<f64>,
+    /// Degrees in u and v.
+    pub degrees: (usize, usize),
+    /// Homogeneous control points, column by column; neighbours share their border.
+    points: Vec<DVec4>,
+    rows: usize,
+}
+
+impl PatchNets {
+    /// Cuts a surface at its knots and at these sorted parameters inside its domain.
+    pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Result<Self> {
+        let along_u = surface.strip(Direction::U).refined(more_u)?.bezier()?;
+        let (knots, rows) = (surface.knots_v().clone(), along_u.rows());
+        let points = transpose(&along_u.points, along_u.width);
+        let along_v = Strip { knots, points, width: rows }.refined(more_v)?.bezier()?;
+        Ok(Self {
+            u: along_u.knots.breaks(),
+            v: along_v.knots.breaks(),
+            degrees: (along_u.knots.degree(), along_v.knots.degree()),
+            points: along_v.points,
+            rows,
+        })
+    }
+
+    /// Appends the homogeneous control points of the patch in this row and column, row by row.
+    pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
+        let (p, q) = self.degrees;
+        let at = |i: usize, j: usize| self.points[(col * q + j) * self.rows + row * p + i];
+        net.extend((0..=p).flat_map(|i| (0..=q).map(move |j| at(i, j))));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn patches_begin_and_end_on_the_surface() {
+        let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap();
+        let nets = PatchNets::new(&torus, &[0.1], &[0.6, 0.7]).unwrap();
+        assert_eq!((nets.u.len(), nets.v.len(), nets.degrees), (6, 7, (2, 2)));
+        for (i, ends_u) in nets.u.windows(2).enumerate() {
+            for (j, ends_v) in nets.v.windows(2).enumerate() {
+                let mut net = vec![];
+                nets.append((i, j), &mut net);
+                let corners = [(0, 0, 0), (2, 0, 1), (6, 1, 0), (8, 1, 1)];
+                for (k, at_u, at_v) in corners {
+                    let point = torus.point(ends_u[at_u], ends_v[at_v]);
+                    assert!(point.distance(net[k].truncate() / net[k].w) < 1e-14);
+                }
+            }
+        }
+    }
+}
