@@ -48,6 +48,7 @@ pub mod progress;
 mod python;
 pub mod reconstruct;
 pub mod som;
+pub mod topology;
 
 pub use glam::{DVec2, DVec3};
 

@@ -55,6 +55,8 @@ pub struct Epoch<'a> {
 /// A part of a long job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// Neighbours are found, duplicates and outliers set aside; a step is one point.
+    Cleaning,
     /// The lattice learns the points; a step is one presentation.
     Training,
     /// The distances from the points to the lattice are measured; a step is one point.
@@ -68,6 +70,7 @@ impl Stage {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Cleaning => "cleaning",
             Self::Training => "training",
             Self::Measuring => "measuring",
             Self::Tessellation => "tessellation",

@@ -1,9 +1,22 @@
 //! What a cloud of points is before anything is learned from it: its bounds, its centroid, the
 //! frame in which the work is done, and whether it can be a surface at all.
 
+mod clean;
+mod even_sample;
+mod kd_tree;
+mod neighbor_graph;
+mod pieces;
+mod plane;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use self::clean::{Cleaning, Fate, clean};
+pub use self::even_sample::EvenSample;
+pub use self::kd_tree::{KdTree, Neighbor};
+pub use self::neighbor_graph::{Edge, NeighborGraph};
+pub use self::pieces::{Pieces, pieces};
+pub use self::plane::Plane;
 use crate::error::{Error, Result};
 
 /// A bicubic Bézier patch or its linear ancestor needs four corners.
