@@ -40,6 +40,7 @@
 pub mod error;
 pub mod export;
 pub mod fit;
+pub mod inspection;
 pub mod mesh;
 pub mod nurbs;
 pub mod point_cloud;

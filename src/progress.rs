@@ -61,6 +61,8 @@ pub enum Stage {
     Training,
     /// The distances from the points to the lattice are measured; a step is one point.
     Measuring,
+    /// A surface is fitted to the points; a step is one solution for the control net.
+    Fitting,
     /// The surface is evaluated or turned into triangles; a step is one vertex.
     Tessellation,
 }
@@ -73,6 +75,7 @@ impl Stage {
             Self::Cleaning => "cleaning",
             Self::Training => "training",
             Self::Measuring => "measuring",
+            Self::Fitting => "fitting",
             Self::Tessellation => "tessellation",
         }
     }

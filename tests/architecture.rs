@@ -16,7 +16,20 @@ const ALLOWED: [(&str, &[&str]); 12] = [
     ("export", &["nurbs", "mesh"]),
     ("inspection", &["point_cloud", "nurbs"]),
     ("reconstruct", &["point_cloud", "som", "nurbs", "mesh", "export"]),
-    ("python", &["point_cloud", "topology", "inspection", "som", "nurbs", "fit", "mesh", "export", "reconstruct"]),
+    (
+        "python",
+        &[
+            "point_cloud",
+            "topology",
+            "inspection",
+            "som",
+            "nurbs",
+            "fit",
+            "mesh",
+            "export",
+            "reconstruct",
+        ],
+    ),
 ];
 
 const FOR_ALL: [&str; 2] = ["error", "progress"];

@@ -5,13 +5,20 @@
 //! on variational principles*, 1994). The normal equations (`normal_equations`) are sparse and
 //! positive definite; no matrix has a side as long as there are points.
 
+mod dense;
 mod fairness;
+mod height;
 mod normal_equations;
+mod rational;
+mod robust;
 mod solve;
 
 use glam::{DVec2, DVec3};
 
+pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 use self::normal_equations::NormalEquations;
+pub use self::rational::rational;
+pub use self::robust::biweights;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 

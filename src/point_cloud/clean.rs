@@ -308,8 +308,9 @@ mod tests {
 
     #[test]
     fn copies_count_for_the_first() {
-        let points: Vec<DVec3> =
-            (0..600).map(|i| hill(f64::from(i % 20) / 20.0, f64::from(i % 200 / 20) / 10.0)).collect();
+        let points: Vec<DVec3> = (0..600)
+            .map(|i| hill(f64::from(i % 20) / 20.0, f64::from(i % 200 / 20) / 10.0))
+            .collect();
         let shaken = points.iter().enumerate().map(|(i, &p)| p + DVec3::splat(1e-9 * i as f64));
         for points in [points.clone(), shaken.collect()] {
             let cleaning = clean(&points, &mut Silent).unwrap();

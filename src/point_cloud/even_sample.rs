@@ -48,7 +48,10 @@ impl Chosen {
     }
 
     fn voxel(&self, side: f64) -> [i64; 3] {
-        #[expect(clippy::cast_possible_truncation, reason = "sides are chosen for numbers that fit")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "sides are chosen for numbers that fit"
+        )]
         (self.point / side).to_array().map(|along| along.floor() as i64)
     }
 }
@@ -115,7 +118,8 @@ impl EvenSample {
     }
 
     fn chosen(&self) -> Vec<Chosen> {
-        let mut chosen: Vec<Chosen> = self.first.iter().chain(self.voxels.values()).copied().collect();
+        let mut chosen: Vec<Chosen> =
+            self.first.iter().chain(self.voxels.values()).copied().collect();
         chosen.sort_unstable_by_key(|chosen| chosen.index);
         chosen
     }

@@ -102,12 +102,8 @@ impl<'a> KdTree<'a> {
         let levels = count.div_ceil(LEAF).next_power_of_two().trailing_zeros();
         let mut ranges: Vec<&mut [u32]> = vec![&mut order];
         for level in 0..levels {
-            let progress = Progress::of_stage(
-                Stage::Cleaning,
-                u64::from(level),
-                u64::from(levels),
-                count,
-            );
+            let progress =
+                Progress::of_stage(Stage::Cleaning, u64::from(level), u64::from(levels), count);
             report(observer, &progress)?;
             let halves: Vec<_> =
                 ranges.into_par_iter().map(|range| divide(points, range)).collect();
@@ -260,8 +256,7 @@ fn divide<'r>(points: &[DVec3], range: &'r mut [u32]) -> (Division, [&'r mut [u3
     let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
     let middle = range.len() / 2;
     let coordinate = |index: u32| points[index as usize][axis];
-    let by_coordinate =
-        |a: &u32, b: &u32| coordinate(*a).total_cmp(&coordinate(*b)).then(a.cmp(b));
+    let by_coordinate = |a: &u32, b: &u32| coordinate(*a).total_cmp(&coordinate(*b)).then(a.cmp(b));
     range.select_nth_unstable_by(middle, by_coordinate);
     let at = coordinate(range[middle]);
     let (lower, upper) = range.split_at_mut(middle);

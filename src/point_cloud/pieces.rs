@@ -154,7 +154,8 @@ impl<'a> Groups<'a> {
         };
         let seen = tree.map(observer, look)?;
         let parents = (0..).take(points.len()).collect();
-        let (spacing, in_line) = seen.iter().map(|(spacing, in_line, _)| (*spacing, in_line)).unzip();
+        let (spacing, in_line) =
+            seen.iter().map(|(spacing, in_line, _)| (*spacing, in_line)).unzip();
         let mut groups = Self { points, tree, parents, spacing, in_line };
         for (from, (spacing, _, near)) in seen.iter().enumerate() {
             for neighbor in near {

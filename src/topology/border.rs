@@ -19,7 +19,7 @@ const OPEN: f64 = 5.0 / 6.0 * PI;
 const ROUGH: f64 = 0.3;
 
 /// Share of points inside a surface that look as if they were on its border.
-const FEIGNED: f64 = 0.01;
+const FEIGNED: f64 = 0.006;
 
 /// How many points lie on the border; `None` if they scatter too much to show one.
 pub(super) fn count(points: &[DVec3]) -> Option<f64> {

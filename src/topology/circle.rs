@@ -117,9 +117,7 @@ fn edges(landmarks: &[u32], seen: &[Vec<(u32, f64)>]) -> Vec<Edge> {
             }
         }
     }
-    edges.sort_by(|a, b| {
-        a.length.total_cmp(&b.length).then((a.from, a.to).cmp(&(b.from, b.to)))
-    });
+    edges.sort_by(|a, b| a.length.total_cmp(&b.length).then((a.from, a.to).cmp(&(b.from, b.to))));
     edges
 }
 
@@ -204,7 +202,12 @@ impl Form {
     }
 
     /// The angles of all points: between those of the nearest landmarks, then smoothed.
-    fn of_points(&self, seen: &[Vec<(u32, f64)>], points: usize, graph: &NeighborGraph) -> Vec<f64> {
+    fn of_points(
+        &self,
+        seen: &[Vec<(u32, f64)>],
+        points: usize,
+        graph: &NeighborGraph,
+    ) -> Vec<f64> {
         let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); points];
         for (landmark, around) in seen.iter().enumerate() {
             for &(point, distance) in around {
@@ -213,7 +216,8 @@ impl Form {
         }
         let direction = |near: &mut Vec<(f64, usize)>| {
             near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let farthest = near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
+            let farthest =
+                near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
             let weighted = near.iter().take(NEAR).map(|&(distance, landmark)| {
                 let weight = (1.0 - distance / farthest).max(0.01);
                 weight * DVec2::from_angle(TAU * self.angles[landmark])

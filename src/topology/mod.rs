@@ -15,7 +15,7 @@ use glam::DVec3;
 use self::circle::Circle;
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
-use crate::progress::Observer;
+use crate::progress::{Observer, Progress, Stage, report};
 
 pub use self::height_field::HeightField;
 pub use self::start::Chart;
@@ -29,7 +29,7 @@ const NEIGHBORS: usize = 8;
 /// Fewer points show a loop only where it does not exist.
 const FEWEST: usize = 60;
 
-/// More points show all loops of a surface at first sight, but for the second of a torus.
+/// More points show all loops of a surface at first sight, but perhaps the second of a torus.
 const CERTAIN: usize = 1000;
 
 /// Reaches at which a second look is taken, as multiples of the landmarks' distance.
@@ -94,7 +94,8 @@ impl Topology {
     }
 }
 
-/// Finds out what kind of surface the points lie on. They should be [clean](crate::point_cloud::clean).
+/// Finds out what kind of surface the points lie on. They should be
+/// [clean](crate::point_cloud::clean).
 ///
 /// Looks at 5,000 points at most, chosen evenly over space.
 ///
@@ -121,8 +122,12 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
     let tangents = height_field::tangents(points, &graph);
     if let Some(height) = height_field::height_field(points, &tangents) {
         let reason = format!(
-            "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under {:.0} degrees",
-            height.up.x, height.up.y, height.up.z, height.slope.ceil()
+            "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
+             {:.0} degrees",
+            height.up.x,
+            height.up.y,
+            height.up.z,
+            height.slope.ceil()
         );
         return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
     }
@@ -133,20 +138,24 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
     let spacing = height_field::usual_spacing(&tangents);
     let found = circle::circles(points, &graph, spacing, circle::REACH);
     let mut judged = closed(points, &graph, &found, SPREAD[0]);
-    let doubtful = points.len() < CERTAIN || found.len() == 1;
-    if doubtful && judged.as_ref().is_none_or(|topology| topology.kind != Kind::Torus) {
+    let doubtful = match &judged {
+        Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
+            rims_seen(points, chart) != Some(true)
+        }
+        Some(_) => false,
+        None => points.len() < CERTAIN,
+    };
+    if doubtful {
         // Short loops of few points, or the second one of a torus, show themselves to who looks
         // closer; what is no loop of the surface as a whole is not taken for one.
-        let look = |reach: &f64| {
-            let loops = circle::circles(points, &graph, spacing, *reach);
-            closed(points, &graph, &loops, SPREAD[1])
-        };
-        let mut closer: Vec<Option<Topology>> = CLOSER.iter().map(look).collect();
-        let is_torus = |topology: &Option<Topology>| {
-            topology.as_ref().is_some_and(|topology| topology.kind == Kind::Torus)
-        };
-        if let Some(torus) = closer.iter().position(is_torus) {
-            return Ok(closer.swap_remove(torus).unwrap_or_else(|| open(points, &found)));
+        let mut closer = Vec::new();
+        for reach in CLOSER {
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
+            let loops = circle::circles(points, &graph, spacing, reach);
+            match closed(points, &graph, &loops, SPREAD[1]) {
+                Some(torus) if torus.kind == Kind::Torus => return Ok(torus),
+                other => closer.push(other),
+            }
         }
         judged = judged.or(closer.swap_remove(0));
     }
@@ -168,18 +177,22 @@ fn closed(
         let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
         return Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) });
     }
-    let mut around = loops.iter().filter(|around| around.spread <= spread);
-    let (Some(around), None) = (around.next(), around.next()) else { return None };
+    let around = loops.iter().min_by(|a, b| a.spread.total_cmp(&b.spread));
+    let around = around.filter(|around| around.spread <= spread)?;
     let chart = start::tube(points, around, graph);
     let (long, high) = chart.lengths;
     let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
-    let spacing = (long * high / points.len() as f64).sqrt();
-    let rims = 2.0 * long / spacing;
-    let no_rims = border::count(points).is_some_and(|border| border < RIMS * rims);
-    let warning = no_rims.then(|| {
+    let warning = (rims_seen(points, &chart) == Some(false)).then(|| {
         "the points close around one way and have no border: if they lie on a torus, say so".into()
     });
     Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
+}
+
+/// Whether points lie on the rims of a tube; `None` if noise hides them.
+fn rims_seen(points: &[DVec3], chart: &Chart) -> Option<bool> {
+    let (long, high) = chart.lengths;
+    let spacing = (long * high / points.len() as f64).sqrt();
+    border::count(points).map(|border| border >= RIMS * 2.0 * long / spacing)
 }
 
 fn open(points: &[DVec3], loops: &[Circle]) -> Topology {

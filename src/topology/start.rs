@@ -122,7 +122,8 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
                 let apart = apart.truncate() / apart.length().max(f64::MIN_POSITIVE);
                 // The nearer way around.
                 let step = turns[other] - turns[point];
-                let step = (step - step.round()) / points[other].distance(own).max(f64::MIN_POSITIVE);
+                let step =
+                    (step - step.round()) / points[other].distance(own).max(f64::MIN_POSITIVE);
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
                 right += step * apart;
             }
@@ -136,9 +137,8 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
         })
         .collect();
     align(&mut slopes, graph);
-    let rise = |from: usize, to: usize| {
-        0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from])
-    };
+    let rise =
+        |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
     let mut right = vec![0.0; points.len()];
     let mut diagonal = vec![0.0; points.len()];
     for (from, right) in right.iter_mut().enumerate() {
@@ -149,9 +149,10 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
     }
     let apply = |x: &[f64]| -> Vec<f64> {
         let flow = |from: usize| {
-            let weighted = graph.edges(from).iter().map(|edge| {
-                (x[from] - x[edge.to as usize]) / (edge.length * edge.length)
-            });
+            let weighted = graph
+                .edges(from)
+                .iter()
+                .map(|edge| (x[from] - x[edge.to as usize]) / (edge.length * edge.length));
             weighted.sum()
         };
         (0..points.len()).into_par_iter().map(flow).collect()
