@@ -59,6 +59,8 @@ pub enum Stage {
     Training,
     /// The distances from the points to the lattice are measured; a step is one point.
     Measuring,
+    /// A surface is fitted to the points; a step is one solution for the control net.
+    Fitting,
     /// The surface is evaluated or turned into triangles; a step is one vertex.
     Tessellation,
 }
@@ -70,6 +72,7 @@ impl Stage {
         match self {
             Self::Training => "training",
             Self::Measuring => "measuring",
+            Self::Fitting => "fitting",
             Self::Tessellation => "tessellation",
         }
     }

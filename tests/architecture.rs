@@ -13,7 +13,7 @@ const ALLOWED: [(&str, &[&str]); 10] = [
     ("fit", &["nurbs"]),
     ("mesh", &["nurbs"]),
     ("export", &["nurbs", "mesh"]),
-    ("reconstruct", &["point_cloud", "som", "nurbs", "mesh", "export"]),
+    ("reconstruct", &["point_cloud", "som", "nurbs", "fit", "mesh", "export"]),
     ("python", &["point_cloud", "som", "nurbs", "fit", "mesh", "export", "reconstruct"]),
 ];
 
