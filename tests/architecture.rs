@@ -15,7 +15,10 @@ const ALLOWED: [(&str, &[&str]); 12] = [
     ("mesh", &["nurbs"]),
     ("export", &["nurbs", "mesh"]),
     ("inspection", &["point_cloud", "nurbs"]),
-    ("reconstruct", &["point_cloud", "som", "nurbs", "mesh", "export"]),
+    (
+        "reconstruct",
+        &["point_cloud", "topology", "inspection", "som", "nurbs", "fit", "mesh", "export"],
+    ),
     (
         "python",
         &[

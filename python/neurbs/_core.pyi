@@ -570,16 +570,29 @@ def free_weights(
 def default_options() -> dict[str, Any]: ...
 def reconstruct(
     points: ArrayLike,
+    tolerance: float | None,
     *,
     method: str,
     grid: tuple[int, int] | None,
     degree: int,
+    topology: str,
+    fairness: float | None,
+    border: float | None,
+    max_control_points: int,
+    aspect: str,
     seed: int,
     max_steps: int | None,
     reach: float | None,
     min_change: float | None,
     progress: Callable[[Progress], object] | None,
-) -> tuple[NurbsSurface, TriangleMesh, Map, dict[str, Any]]: ...
+) -> tuple[
+    NurbsSurface,
+    TriangleMesh,
+    Map,
+    NDArray[np.float64],
+    NDArray[np.float64],
+    dict[str, Any],
+]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
 def write_iges(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...

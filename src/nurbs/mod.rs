@@ -24,7 +24,7 @@ mod remove;
 mod strip;
 mod surface;
 
-pub(crate) use self::basis::{BasisDerivatives, padded};
+pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, padded};
 pub(crate) use self::knot_vector::check_degree;
 
 pub use self::algebra::Direction;

@@ -22,9 +22,12 @@ const LANDMARKS: usize = 120;
 /// Edges with their lengths, for each point.
 type Roads = Vec<Vec<(usize, f64)>>;
 
-/// Places in the plane whose distances are nearly those along the surface through the points;
-/// `None` if the points have no two dimensions. Costs O(n²) for n points.
-pub(super) fn unroll(points: &[DVec3]) -> Option<Vec<DVec2>> {
+/// Places in the plane whose distances are nearly those along the surface through the points, the
+/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
+///
+/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
+#[must_use]
+pub fn unroll(points: &[DVec3]) -> Option<Vec<DVec2>> {
     let roads = roads(points);
     let landmarks = spread_out(points, LANDMARKS.min(points.len()));
     embed(&roads, &landmarks)

@@ -71,6 +71,18 @@ pub(super) fn geodesic(points: &[DVec3], lattice: &Lattice, random: &mut Random)
     }
 }
 
+/// Nodes among points whose places in the unit square are known, each where the points around it
+/// on the lattice say. The rows of a sheet lie along x.
+///
+/// # Panics
+///
+/// If there are no points.
+#[must_use]
+pub fn spread_out(points: &[DVec3], uv: &[DVec2], lattice: &Lattice) -> Vec<DVec3> {
+    let closed = lattice.topology() != Topology::Sheet;
+    settle(points, uv, lattice, if closed { CLOSED_RADIUS } else { OPEN_RADIUS })
+}
+
 /// A tube's or torus's start, by the points' angles.
 ///
 /// The axis of a tube is the principal axis about which the points' distances vary least. A torus
