@@ -40,6 +40,7 @@
 pub mod error;
 pub mod export;
 pub mod fit;
+pub mod inspection;
 pub mod mesh;
 pub mod nurbs;
 pub mod point_cloud;
@@ -48,6 +49,7 @@ pub mod progress;
 mod python;
 pub mod reconstruct;
 pub mod som;
+pub mod topology;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 

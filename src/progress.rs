@@ -57,10 +57,14 @@ pub struct Epoch<'a> {
 pub enum Stage {
     /// The points are looked through for what cannot be a surface; a step is one point.
     Checking,
+    /// Neighbours are found, duplicates and outliers set aside; a step is one point.
+    Cleaning,
     /// The lattice learns the points; a step is one presentation.
     Training,
     /// The distances from the points to the lattice are measured; a step is one point.
     Measuring,
+    /// A surface is fitted to the points; a step is one solution for the control net.
+    Fitting,
     /// The surface is evaluated or turned into triangles; a step is one vertex.
     Tessellation,
 }
@@ -71,8 +75,10 @@ impl Stage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Checking => "checking",
+            Self::Cleaning => "cleaning",
             Self::Training => "training",
             Self::Measuring => "measuring",
+            Self::Fitting => "fitting",
             Self::Tessellation => "tessellation",
         }
     }
@@ -112,6 +118,15 @@ impl Observer for Silent {
 
 /// What longer work calls between its pieces, to hear whether to go on.
 pub(crate) type Listen<'a> = dyn FnMut() -> Result<()> + 'a;
+
+/// Listens to the observer between the pieces of a stage's preparations.
+pub(crate) fn listener(
+    observer: &mut dyn Observer,
+    stage: Stage,
+    points: usize,
+) -> impl FnMut() -> Result<()> {
+    move || report(observer, &Progress::of_stage(stage, 0, points as u64, points))
+}
 
 /// Reports to the observer and turns its wish to stop into an error.
 pub(crate) fn report(observer: &mut dyn Observer, progress: &Progress) -> Result<()> {

@@ -4,17 +4,35 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// For each top-level module, the others that it may import. `error` and `progress` are for all.
-const ALLOWED: [(&str, &[&str]); 10] = [
+const ALLOWED: [(&str, &[&str]); 12] = [
     ("error", &[]),
     ("progress", &[]),
     ("point_cloud", &[]),
+    ("topology", &["point_cloud"]),
     ("som", &["point_cloud"]),
     ("nurbs", &[]),
     ("fit", &["nurbs"]),
     ("mesh", &["nurbs"]),
     ("export", &["nurbs", "mesh"]),
-    ("reconstruct", &["point_cloud", "som", "nurbs", "mesh", "export"]),
-    ("python", &["point_cloud", "som", "nurbs", "fit", "mesh", "export", "reconstruct"]),
+    ("inspection", &["point_cloud", "nurbs"]),
+    (
+        "reconstruct",
+        &["point_cloud", "topology", "inspection", "som", "nurbs", "fit", "mesh", "export"],
+    ),
+    (
+        "python",
+        &[
+            "point_cloud",
+            "topology",
+            "inspection",
+            "som",
+            "nurbs",
+            "fit",
+            "mesh",
+            "export",
+            "reconstruct",
+        ],
+    ),
 ];
 
 const FOR_ALL: [&str; 2] = ["error", "progress"];

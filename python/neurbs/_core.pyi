@@ -10,20 +10,31 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "LENGTH_UNITS",
     "BatchSums",
+    "Cleaning",
     "ClosestPoints",
     "Curvatures",
     "Epoch",
+    "EvenSample",
+    "HeightFit",
     "Lattice",
     "Map",
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
+    "Pieces",
     "Progress",
+    "Topology",
     "TriangleMesh",
     "__version__",
     "as_points",
+    "clean",
     "default_options",
+    "detect_topology",
+    "fit_heights",
+    "free_weights",
+    "inspect",
     "lattice_for_points",
+    "pieces",
     "reconstruct",
     "som_options",
     "tessellate",
@@ -499,6 +510,78 @@ class Map:
     @staticmethod
     def from_bytes(state: bytes) -> Map: ...
 
+@final
+class Cleaning:
+    """What `clean` found."""
+
+    @property
+    def kept(self) -> NDArray[np.int64]: ...
+    @property
+    def duplicates(self) -> NDArray[np.int64]: ...
+    @property
+    def outliers(self) -> NDArray[np.int64]: ...
+    @property
+    def weights(self) -> NDArray[np.float64]: ...
+    @property
+    def spacing(self) -> float: ...
+
+@final
+class Pieces:
+    """The pieces that points fall into."""
+
+    @property
+    def labels(self) -> NDArray[np.int64]: ...
+    @property
+    def sizes(self) -> list[int]: ...
+    @property
+    def gap(self) -> float: ...
+    @property
+    def warning(self) -> str | None: ...
+
+@final
+class Topology:
+    """The kind of surface that points lie on."""
+
+    @property
+    def kind(self) -> Literal["sheet", "height", "tube", "torus"]: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def warning(self) -> str | None: ...
+    @property
+    def up(self) -> NDArray[np.float64] | None: ...
+    @property
+    def points(self) -> NDArray[np.float64] | None: ...
+    @property
+    def uv(self) -> NDArray[np.float64] | None: ...
+    @property
+    def lengths(self) -> tuple[float, float] | None: ...
+    def lattice(self, rows: int, cols: int) -> NDArray[np.float64] | None: ...
+
+@final
+class EvenSample:
+    """A few points, evenly over space, from a stream of any length."""
+
+    def __new__(cls, most: int) -> EvenSample: ...
+    def extend(self, points: ArrayLike) -> None: ...
+    @property
+    def points(self) -> NDArray[np.float64]: ...
+    @property
+    def indices(self) -> NDArray[np.int64]: ...
+
+@final
+class HeightFit:
+    """What `fit_heights` found."""
+
+    @property
+    def surface(self) -> NurbsSurface: ...
+    @property
+    def uv(self) -> NDArray[np.float64]: ...
+    @property
+    def residuals(self) -> NDArray[np.float64]: ...
+    @property
+    def fairness(self) -> float: ...
+
 def as_points(points: ArrayLike) -> NDArray[np.float64]: ...
 def ordered_surface(
     grid: ArrayLike,
@@ -506,20 +589,60 @@ def ordered_surface(
     degree: int,
     progress: Callable[[Progress], object] | None,
 ) -> tuple[NurbsSurface, TriangleMesh]: ...
+def clean(
+    points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
+) -> Cleaning: ...
+def pieces(
+    points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
+) -> Pieces: ...
+def detect_topology(
+    points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
+) -> Topology: ...
+def inspect(
+    points: ArrayLike,
+    surface: NurbsSurface | None = None,
+    *,
+    progress: Callable[[Progress], object] | None = None,
+) -> list[str]: ...
+def fit_heights(
+    points: ArrayLike,
+    net: tuple[int, int],
+    *,
+    up: ArrayLike = ...,
+    degree: int | tuple[int, int] = 3,
+    weights: ArrayLike | None = None,
+    fairness: float | None = None,
+) -> HeightFit: ...
+def free_weights(
+    surface: NurbsSurface, points: ArrayLike, *, weights: ArrayLike | None = None
+) -> NurbsSurface: ...
 def default_options() -> dict[str, Any]: ...
 def reconstruct(
     points: ArrayLike,
+    tolerance: float | None,
     *,
     method: str,
     surface: str,
     grid: tuple[int, int] | None,
     degree: int,
+    topology: str,
+    fairness: float | None,
+    border: float | None,
+    max_control_points: int,
+    aspect: str,
     seed: int,
     max_steps: int | None,
     reach: float | None,
     min_change: float | None,
     progress: Callable[[Progress], object] | None,
-) -> tuple[NurbsSurface, TriangleMesh, Map, dict[str, Any]]: ...
+) -> tuple[
+    NurbsSurface,
+    TriangleMesh,
+    Map,
+    NDArray[np.float64],
+    NDArray[np.float64],
+    dict[str, Any],
+]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
 def tessellate(

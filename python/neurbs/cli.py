@@ -26,12 +26,6 @@ from neurbs import Progress, Report, io
 
 _FAILED, _WRONG_USAGE, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
 
-_WHY_STOPPED = {
-    "reached": "all points are on the lattice",
-    "settled": "the lattice has settled",
-    "max_steps": "the steps were over",
-}
-
 app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
@@ -171,6 +165,10 @@ def reconstruct(
             readable=False,
         ),
     ],
+    tolerance: Annotated[
+        str | None,
+        _option("tolerance", "How near to the surface all points shall lie", "LENGTH"),
+    ] = None,
     method: Annotated[
         str | None, _option("method", "How the surface comes from the points", "NAME")
     ] = None,
@@ -179,9 +177,22 @@ def reconstruct(
     ] = None,
     grid: Annotated[
         tuple[str, str] | None,
-        _option("grid", "Size of the lattice, and so of the control net", "ROWS COLS"),
+        _option("grid", "Size of the control net", "ROWS COLS"),
     ] = None,
     degree: Annotated[str | None, _option("degree", "Degree of the surface", "N")] = None,
+    topology: Annotated[
+        str | None, _option("topology", "Closed directions: sheet, tube or torus", "NAME")
+    ] = None,
+    fairness: Annotated[
+        str | None, _option("fairness", "Weight of the smoothness against the points", "X")
+    ] = None,
+    border: Annotated[
+        str | None,
+        _option("border", "How far to go beyond the points, in their mean spacings", "X"),
+    ] = None,
+    max_control_points: Annotated[
+        str | None, _option("max_control_points", "Control points at most", "N")
+    ] = None,
     seed: Annotated[str | None, _option("seed", "Seed of everything random", "N")] = None,
     max_steps: Annotated[str | None, _option("max_steps", "Steps of training at most", "N")] = None,
     reach: Annotated[
@@ -208,10 +219,15 @@ def reconstruct(
     _check_points(context, points)
     cloud = neurbs.read_points(points)
     options: dict[str, Any] = {
+        "tolerance": tolerance,
         "method": method,
         "surface": surface,
         "grid": grid and tuple(map(_value, grid)),
         "degree": degree,
+        "topology": topology,
+        "fairness": fairness,
+        "border": border,
+        "max_control_points": max_control_points,
         "seed": seed,
         "max_steps": max_steps,
         "reach": reach,
@@ -311,18 +327,4 @@ def _progress_bar(shown: bool) -> Iterator[Callable[[Progress], None] | None]:
 
 
 def _summary(report: Report, files: list[str]) -> str:
-    rows, cols = report.grid
-    share = 100 * report.quantization_error / report.diagonal
-    seconds = ", ".join(f"{stage} {time:.2f} s" for stage, time in report.seconds.items())
-    why = _WHY_STOPPED.get(report.stopped_by, report.stopped_by)
-    lines = {
-        "points": f"{report.points:,}, diagonal {report.diagonal:.6g}",
-        "net": f"{rows} × {cols} control points, degrees {report.degree[0]} and {report.degree[1]}",
-        "training": f"{report.steps:,} steps: {why}",
-        "on lattice": f"{report.reached:,} of {report.points:,} points",
-        "error": f"{report.quantization_error:.4g} from a point to the nearest node on average "
-        f"({share:.2g} % of the diagonal)",
-        "time": seconds,
-        "written": ", ".join(files),
-    }
-    return "\n".join(f"{name:<11}{line}" for name, line in lines.items())
+    return f"{report}\n{'written':<12}{', '.join(files)}"

@@ -30,10 +30,29 @@ class Report:
         Rows and columns of the control net.
     degree : (int, int)
         Degrees of the surface in u and v.
+    rms, max : float
+        Root mean square and largest of the points' distances from the surface, in their unit.
+    percentiles : dict of int to float
+        For 50, 90, 95 and 99 percent of the points, how far away they are at most.
+    tolerance : float or None
+        The tolerance that was asked for.
+    within : float or None
+        Share of the points that lie within it.
+    ended_by : str
+        What ended the growth of the net: ``"tolerance"`` (all points lie within it), ``"noise"``
+        (a larger net would follow the noise of the points), ``"exact"`` (nobody would see what it
+        does), ``"grid"`` (its size was given),
+        ``"points"`` (they cannot hold more) or ``"max_control_points"``.
+    fairness : float or None
+        Weight of the fairness that the fit ended with; None if nothing was fitted.
+    iterations : int
+        Solutions for the control net.
+    warnings : tuple of str
+        What one should know, in words.
     steps : int
-        Presentations made in training.
+        Steps made in training the map: presentations by the paper's method, else epochs.
     ordered_at : int
-        The step from which on the radius was zero.
+        The step from which on its radius was less than an edge.
     stopped_by : str
         What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``; ``"ordered"`` for
         points that were in order already, which need none.
@@ -45,13 +64,22 @@ class Report:
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
-        Time spent on ``"training"`` (with checking and measuring) and on ``"tessellation"``.
+        Time spent, stage by stage.
     """
 
     points: int
     diagonal: float
     grid: tuple[int, int]
     degree: tuple[int, int]
+    rms: float
+    max: float
+    percentiles: dict[int, float]
+    tolerance: float | None
+    within: float | None
+    ended_by: str
+    fairness: float | None
+    iterations: int
+    warnings: tuple[str, ...]
     steps: int
     ordered_at: int
     stopped_by: str
@@ -62,13 +90,67 @@ class Report:
 
     @property
     def converged(self) -> bool:
-        """Whether training ended by itself, not because its steps were over."""
-        return self.stopped_by != "max_steps"
+        """Whether all points lie within the tolerance; by the paper's method, whether training
+        ended by itself, not because its steps were over."""
+        if self.fairness is None:
+            return self.stopped_by != "max_steps"
+        return self.tolerance is None or self.ended_by == "tolerance"
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain values, as JSON has them."""
         values = dataclasses.asdict(self) | {"converged": self.converged}
-        return values | {"grid": list(self.grid), "degree": list(self.degree)}
+        listed = {"grid": list(self.grid), "degree": list(self.degree)}
+        return values | listed | {"warnings": list(self.warnings)}
+
+    def __str__(self) -> str:
+        rows, cols = self.grid
+        within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
+        lines = {
+            "points": f"{self.points:,}, diagonal {self.diagonal:.6g}",
+            "net": f"{rows} × {cols} control points, degrees {self.degree[0]} and {self.degree[1]}",
+            "distances": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
+            "percentiles": ", ".join(f"{n} % {d:.4g}" for n, d in self.percentiles.items()),
+        }
+        if self.fairness is None:
+            lines["training"] = f"{self.steps:,} steps: {_WHY_STOPPED[self.stopped_by]}"
+            lines["on lattice"] = f"{self.reached:,} of {self.points:,} points"
+        else:
+            lines["fit"] = f"{self.iterations} iterations: {_WHY_ENDED[self.ended_by]}"
+        lines["time"] = ", ".join(f"{stage} {time:.2f} s" for stage, time in self.seconds.items())
+        text = [f"{name:<12}{line}" for name, line in lines.items()]
+        return "\n".join(text + [f"{'warning':<12}{warning}" for warning in self.warnings])
+
+    def shortcomings(self) -> list[str]:
+        """Return in words what did not come out as it was asked for."""
+        texts = list(self.warnings)
+        if self.fairness is None and not self.converged:
+            moved = (
+                ""
+                if self.change is None
+                else f", while the lattice still moved {self.change:.3g} an epoch"
+            )
+            texts.append(
+                f"training ended after max_steps={self.steps} steps{moved}: "
+                "give it more steps, or raise min_change"
+            )
+        return texts
+
+
+_WHY_STOPPED = {
+    "ordered": "the points were in order",
+    "reached": "all points are on the lattice",
+    "settled": "the lattice has settled",
+    "max_steps": "the steps were over",
+}
+
+_WHY_ENDED = {
+    "tolerance": "all points lie within the tolerance",
+    "noise": "a larger net would follow the noise",
+    "exact": "a larger net would not be seen",
+    "grid": "the net was given",
+    "points": "the points hold no larger net",
+    "max_control_points": "max_control_points was reached",
+}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -86,6 +168,10 @@ class Reconstruction:
         The surface as triangles.
     som : SelfOrganizingMap or None
         The trained map; None for points that were in order already.
+    uv : ndarray of shape (n, 2)
+        Where on the surface each point has its foot.
+    distances : ndarray of shape (n,)
+        Each point's distance from its foot.
     report : Report
         How it went.
     """
@@ -94,6 +180,8 @@ class Reconstruction:
     surface: _core.NurbsSurface
     mesh: _core.TriangleMesh
     som: SelfOrganizingMap | None
+    uv: NDArray[np.float64] = dataclasses.field(repr=False)
+    distances: NDArray[np.float64] = dataclasses.field(repr=False)
     report: Report = dataclasses.field(repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -103,11 +191,17 @@ class Reconstruction:
 
 def reconstruct(
     points: ArrayLike,
+    tolerance: float | None = None,
     *,
-    method: str = "paper",
+    method: str = "fit",
     surface: str = "control-net",
     grid: tuple[int, int] | None = None,
     degree: int = 3,
+    topology: str = "sheet",
+    fairness: float | None = None,
+    border: float | None = None,
+    max_control_points: int = 40_000,
+    aspect: str = "data",
     seed: int = 0,
     max_steps: int | None = None,
     reach: float | None = None,
@@ -116,9 +210,10 @@ def reconstruct(
 ) -> Reconstruction:
     """Turn scattered points into a NURBS surface.
 
-    A Kohonen network learns the points, its lattice becomes the control net of a clamped B-spline
-    surface, which is tessellated uniformly. Points that are in order already, an array of shape
-    (r, c, 3), become a surface without a network.
+    A self-organizing map brings the points in order from a start that follows the surface, however
+    folded it is; least squares with fairness then pull a B-spline surface to the points, while
+    their parameters follow it. Points that are in order already, an array of shape (r, c, 3),
+    become a surface without a map.
 
     Parameters
     ----------
@@ -127,36 +222,56 @@ def reconstruct(
         C-contiguous float64 array is used as it is, anything else is converted once. Of shape
         (r, c, 3) they are the rows of an ordered grid, and the lattice themselves: only `surface`,
         `degree` and `progress` have a meaning then.
-    method : {"paper"}, default "paper"
-        How the surface comes from the points: by the paper's method, from the trained lattice.
+    tolerance : float, optional
+        Distance from the surface within which all points shall lie, in their unit: the net grows
+        until they do, or says why it did not. By default it grows until cross-validation says that
+        it would follow noise.
+    method : {"fit", "paper"}, default "fit"
+        How the surface comes from the points: as above, or by the paper's method, from the
+        trained lattice.
     surface : {"control-net", "interpolate", "bezier"}, default "control-net"
-        What the lattice is to the surface (section 5 of the paper): the control net of a clamped
-        B-spline surface, the points that such a surface passes through, or the control net of one
-        Bézier surface.
+        With ``method="paper"``: what the lattice is to the surface (section 5 of the paper): the
+        control net of a clamped B-spline surface, the points that such a surface passes through, or
+        the control net of one Bézier surface.
     grid : (int, int), optional
-        Rows and columns of the lattice, and so of the control net; by default four nodes for each
-        of few points, at least 400 nodes for many, and up to 2500. A Bézier surface has from 2 to
-        10 of each, by default up to 10.
+        Rows and columns of the control net. Their product is a budget, split by `aspect`; with
+        ``method="paper"`` they are those of the lattice, by default four nodes for each of few
+        points, at least 400 nodes for many, and up to 2500. A Bézier surface has from 2 to 10 of
+        each, by default up to 10.
     degree : int, default 3
         Degree of the surface in both directions, lowered where the net has too few rows or columns
         for it. A Bézier surface's degrees are one less than rows and columns, whatever it is.
+    topology : {"sheet", "tube", "torus"}, default "sheet"
+        Whether no direction is closed, u, or both. Closed directions are smooth across the seam.
+    fairness : float, optional
+        Weight of the energy of bending: 1 gives it as large a say as all points together. By
+        default generalized cross-validation chooses it.
+    border : float, optional
+        How far the surface goes on beyond the points where it is open, in their mean spacings; by
+        default 0.5.
+    max_control_points : int, default 40000
+        Control points at most, when the net grows.
+    aspect : {"data", "fixed"}, default "data"
+        How a budget of control points is split between rows and columns: by the lengths of the
+        surface along both, or as given.
     seed : int, default 0
         Seed of everything random; the same seed gives the same bits.
     max_steps : int, optional
-        Steps of training at most; by default 500 for each node.
+        With ``method="paper"``: steps of training at most; by default 500 for each node.
     reach : float, optional
-        A point is on the lattice when a node is at most this far, in the points' unit; by default
-        0.001 of the diagonal of their bounding box. When all are, training ends.
+        With ``method="paper"``: a point is on the lattice when a node is at most this far, in the
+        points' unit; by default 0.001 of the diagonal of their bounding box. When all are,
+        training ends.
     min_change : float, optional
-        Training ends when no node has moved farther than this during an epoch, in the points'
-        unit; by default 0.05 of the lattice's mean spacing.
+        With ``method="paper"``: training ends when no node has moved farther than this during an
+        epoch, in the points' unit; by default 0.05 of the lattice's mean spacing.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
     Returns
     -------
     Reconstruction
-        Surface, mesh, trained map and report.
+        Surface, mesh, trained map, the points' parameters and distances, and the report.
 
     Raises
     ------
@@ -168,10 +283,14 @@ def reconstruct(
     Warns
     -----
     ConvergenceWarning
-        If training ended because its steps were over.
+        If something did not come out as it was asked for; `Report.warnings` has it too.
 
     References
     ----------
+    W. Wang, H. Pottmann and Y. Liu, Fitting B-spline curves to point clouds by curvature-based
+    squared distance minimization, ACM Transactions on Graphics 25 (2006).
+    https://doi.org/10.1145/1138450.1138453
+
     M. Hoffmann and L. Várady, Free-form Surfaces for Scattered Data by Neural Networks, Journal
     for Geometry and Graphics 2 (1998).
 
@@ -183,18 +302,24 @@ def reconstruct(
     >>> result = neurbs.reconstruct(np.column_stack([x, y, np.sin(3 * x) * y]), grid=(10, 8))
     >>> result.surface
     NurbsSurface(net 10 × 8, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
-    >>> result.report.stopped_by
-    'settled'
+    >>> result.report.rms < 1e-3
+    True
     """
     if np.ndim(points) == 3:
         return _of_ordered(points, surface, degree, progress)
     converted = _core.as_points(points)
-    made, mesh, trained, report = _core.reconstruct(
+    made, mesh, trained, uv, distances, report = _core.reconstruct(
         converted,
+        tolerance,
         method=method,
         surface=surface,
         grid=grid,
         degree=degree,
+        topology=topology,
+        fairness=fairness,
+        border=border,
+        max_control_points=max_control_points,
+        aspect=aspect,
         seed=seed,
         max_steps=max_steps,
         reach=reach,
@@ -206,16 +331,9 @@ def reconstruct(
     )
     if converted is not points:
         converted.flags.writeable = False
-    result = Reconstruction(_read_only(converted), made, mesh, som, Report(**report))
-    if not result.report.converged:
-        change = result.report.change
-        moved = "" if change is None else f", while the lattice still moved {change:.3g} an epoch"
-        warnings.warn(
-            f"training ended after max_steps={result.report.steps} steps{moved}: "
-            "give it more steps, or raise min_change",
-            ConvergenceWarning,
-            stacklevel=2,
-        )
+    result = Reconstruction(_read_only(converted), made, mesh, som, uv, distances, Report(**report))
+    for text in result.report.shortcomings():
+        warnings.warn(text, ConvergenceWarning, stacklevel=2)
     return result
 
 
@@ -229,12 +347,24 @@ def _of_ordered(
     start = time.perf_counter()
     made, mesh = _core.ordered_surface(points, surface, degree, progress)
     flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
-    rows, cols = np.shape(points)[:2]
+    feet = made.closest_points(flat)
+    percents = (50, 90, 95, 99)
+    percentiles = np.percentile(feet.distances, percents, method="inverted_cdf").tolist()
+    rows, cols = made.control_points.shape[:2]
     report = Report(
         points=len(flat),
         diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
         grid=(rows, cols),
         degree=made.degree,
+        rms=float(np.sqrt(np.mean(feet.distances**2))),
+        max=float(feet.distances.max()),
+        percentiles=dict(zip(percents, percentiles, strict=True)),
+        tolerance=None,
+        within=None,
+        ended_by="grid",
+        fairness=None,
+        iterations=0,
+        warnings=(),
         steps=0,
         ordered_at=0,
         stopped_by="ordered",
@@ -243,7 +373,7 @@ def _of_ordered(
         quantization_error=0.0,
         seconds={"surface": time.perf_counter() - start},
     )
-    return Reconstruction(_read_only(flat), made, mesh, None, report)
+    return Reconstruction(_read_only(flat), made, mesh, None, feet.uv, feet.distances, report)
 
 
 def _read_only(points: NDArray[np.float64]) -> NDArray[np.float64]:

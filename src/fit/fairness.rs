@@ -1,29 +1,68 @@
-//! The thin-plate energy: how much a surface bends.
+//! Fairness: the energy of a surface's second or third derivatives.
 
 use glam::{DVec2, DVec3};
 
-use super::FitOptions;
+use super::band::Band;
+use super::space::SplineSpace;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
+
+/// Highest derivatives whose energy can be asked for.
+const MOST_ORDER: usize = 3;
+
+/// Binomial coefficients: how often a mixed derivative stands in the energy of each order.
+const MIXED: [&[f64]; MOST_ORDER + 1] =
+    [&[1.0], &[1.0, 1.0], &[1.0, 2.0, 1.0], &[1.0, 3.0, 3.0, 1.0]];
+
+/// The energy as a matrix over the unknowns: the integral of all squared derivatives of one order,
+/// mixed ones as often as they occur, over a domain of these lengths in space. Order 2 is the thin
+/// plate's.
+pub(super) fn energy(space: &SplineSpace, lengths: (f64, f64), order: usize) -> Band {
+    let [u, v] = &space.knots;
+    let (gram_u, gram_v) = (Gram::of(u), Gram::of(v));
+    // With x = length_u u and y = length_v v, up to a factor.
+    let ratio = lengths.1 / lengths.0;
+    let mut shares = [0.0; MOST_ORDER + 1];
+    for ((share, count), by_v) in shares.iter_mut().zip(MIXED[order]).zip(0_i32..) {
+        *share = count * ratio.powi(i32::try_from(order).unwrap_or(0) - 2 * by_v);
+    }
+    let (rows, cols) = (u.control_points(), v.control_points());
+    let mut matrix = space.matrix(1);
+    for i in 0..rows {
+        for k in i..(i + u.degree() + 1).min(rows) {
+            let along: [f64; MOST_ORDER + 1] =
+                std::array::from_fn(|d| if d <= order { gram_u[order - d].at(i, k) } else { 0.0 });
+            for j in 0..cols {
+                let first = if k > i { j.saturating_sub(v.degree()) } else { j };
+                for l in first..(j + v.degree() + 1).min(cols) {
+                    let terms = (0..=order).map(|d| shares[d] * along[d] * gram_v[d].at(j, l));
+                    matrix.add(space.place(i, j), space.place(k, l), terms.sum());
+                }
+            }
+        }
+    }
+    matrix
+}
 
 /// Integrals of products of basis functions over the domain, for one order of differentiation: at
 /// `i * (degree + 1) + k` that of the functions i and i + k.
-pub(super) struct Gram {
+struct Gram {
     width: usize,
     products: Vec<f64>,
 }
 
 impl Gram {
-    /// Those of the functions themselves and of their first and second derivatives: by quadrature
-    /// with `degree + 1` points in each span, which is exact.
-    pub(super) fn of(knots: &KnotVector) -> [Self; 3] {
+    /// Those of the functions themselves and of their derivatives: by quadrature with `degree + 1`
+    /// points in each span, which is exact.
+    fn of(knots: &KnotVector) -> [Self; MOST_ORDER + 1] {
         let (degree, count) = (knots.degree(), knots.control_points());
         let width = degree + 1;
         let rule = gauss::rule(width);
-        let mut products = [(); 3].map(|()| vec![0.0; count * width]);
+        let mut products = [(); MOST_ORDER + 1].map(|()| vec![0.0; count * width]);
         for span in knots.breaks().windows(2) {
             let length = span[1] - span[0];
             for (place, weight) in &rule {
-                let basis = BasisDerivatives::<3>::at(knots, span[0] + place * length);
+                let basis =
+                    BasisDerivatives::<{ MOST_ORDER + 1 }>::at(knots, span[0] + place * length);
                 for (products, row) in products.iter_mut().zip(&basis.rows) {
                     for i in 0..width {
                         for k in i..width {
@@ -38,7 +77,7 @@ impl Gram {
     }
 
     /// The product of the functions i and j.
-    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+    fn at(&self, i: usize, j: usize) -> f64 {
         let (low, high) = (i.min(j), i.max(j));
         self.products[low * self.width + high - low]
     }
@@ -50,9 +89,9 @@ impl Gram {
 /// Points that follow one another in the order of the spans are neighbours; least squares over
 /// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`. Where pairs do not tell (all on one line), both
 /// directions count alike.
-pub(super) fn lengths(points: &[DVec3], uv: &[DVec2], options: &FitOptions) -> (f64, f64) {
+pub(super) fn lengths(points: &[DVec3], uv: &[DVec2], [u, v]: &[KnotVector; 2]) -> (f64, f64) {
     let mut order: Vec<usize> = (0..points.len()).collect();
-    let cell = |i: usize| (options.knots_u.span(uv[i].x), options.knots_v.span(uv[i].y));
+    let cell = |i: usize| (u.span(uv[i].x), v.span(uv[i].y));
     order.sort_by_key(|&i| cell(i));
     let (mut uu, mut uv_sum, mut vv, mut ru, mut rv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for pair in order.windows(2).filter(|pair| cell(pair[0]) == cell(pair[1])) {
@@ -81,7 +120,7 @@ mod tests {
     #[test]
     fn integrals_are_those_of_bernstein_polynomials() {
         let knots = KnotVector::clamped_uniform(2, 3).unwrap();
-        let [values, slopes, bends] = Gram::of(&knots);
+        let [values, slopes, bends, _] = Gram::of(&knots);
         // ∫ (1-t)⁴ = 1/5, ∫ (1-t)² 2t(1-t) = 1/10, ∫ (2t-2)² = 4/3, ∫ 2 · -4 = -8.
         for (got, wanted) in [
             (values.at(0, 0), 0.2),
@@ -100,8 +139,8 @@ mod tests {
             .collect();
         let points: Vec<DVec3> =
             uv.iter().map(|at| DVec3::new(2.0 * at.x, 0.0, 10.0 * at.y)).collect();
-        let options = FitOptions::new((5, 5), (3, 3), (false, false)).unwrap();
-        let (u, v) = lengths(&points, &uv, &options);
+        let knots = KnotVector::clamped_uniform(3, 5).unwrap();
+        let (u, v) = lengths(&points, &uv, &[knots.clone(), knots]);
         assert!((v / u - 5.0).abs() < 1e-8, "{u} {v}");
     }
 }

@@ -5,13 +5,27 @@
 //! on variational principles*, 1994). The normal equations (`normal_equations`) are sparse and
 //! positive definite; no matrix has a side as long as there are points.
 
+mod approximate;
+mod band;
+mod correct;
+mod cross_validation;
+mod dense;
 mod fairness;
+mod height;
 mod normal_equations;
-mod solve;
+mod rational;
+mod refine;
+mod robust;
+mod space;
 
 use glam::{DVec2, DVec3};
 
-use self::normal_equations::NormalEquations;
+pub use self::approximate::{ApproximateOptions, Approximation, EndedBy, Growth, approximate};
+pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
+use self::normal_equations::{NormalEquations, Sample};
+pub use self::rational::rational;
+pub use self::robust::biweights;
+use self::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
@@ -21,6 +35,8 @@ const RUNAWAY: f64 = 1e6;
 
 /// Most control points of a net to fit: the equations of more would not fit into memory.
 const MOST_CONTROL_POINTS: usize = 1 << 20;
+/// Order of the derivatives in the thin plate's energy.
+const THIN_PLATE: usize = 2;
 
 /// What is fitted.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,24 +109,39 @@ pub fn fit(
     options: &FitOptions,
 ) -> Result<NurbsSurface> {
     check(points, uv, weights, options)?;
+    let knots = [options.knots_u.clone(), options.knots_v.clone()];
+    let space = SplineSpace::new(knots, options.closed.into())?;
     // About the centroid numbers keep their digits wherever the points lie.
     let centre = points.iter().sum::<DVec3>() / points.len() as f64;
     let extent = points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
-    let mut equations = NormalEquations::new(options);
-    equations.add_points(points, centre, uv, weights);
+    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+    let sample = |(i, (&point, &uv)): (usize, (&DVec3, &DVec2))| {
+        let (weight, normal) = (weight(i), DVec3::ZERO);
+        Sample { point: point - centre, uv, weight, normal, tangential: 1.0 }
+    };
+    let samples: Vec<Sample> = points.iter().zip(uv).enumerate().map(sample).collect();
+    let NormalEquations { mut matrix, right } = NormalEquations::of_distances(&space, &samples);
     if options.fairness > 0.0 {
-        let lengths = fairness::lengths(points, uv, options);
-        equations.add_fairness(options.fairness, lengths);
+        let lengths = fairness::lengths(points, uv, &space.knots);
+        let energy = fairness::energy(&space, lengths, THIN_PLATE);
+        // Of degree 1 in both directions and in one span nothing bends.
+        if energy.trace() > 0.0 {
+            matrix.add_scaled(options.fairness * matrix.trace() / energy.trace(), &energy);
+        }
     }
-    let solved = equations.solve();
-    let held = |net: &Vec<DVec3>| net.iter().all(|p| p.length() <= RUNAWAY * extent);
-    let net = solved.filter(held).ok_or_else(|| {
-        let (rows, cols) = equations.unknowns();
+    let mut net = right;
+    let held = matrix.factor::<Error>(&mut || Ok(()))? && {
+        matrix.solve(&mut net);
+        net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * extent)
+    };
+    if !held {
+        let [rows, cols] = space.shape();
         let got = format!("{rows} × {cols} for {} points", points.len());
-        Error::parameter("net", "small enough for the points to hold it; or raise fairness", got)
-    })?;
-    let (knots_u, knots_v) = (options.knots_u.clone(), options.knots_v.clone());
-    NurbsSurface::new(net.into_iter().map(|p| p + centre).collect(), None, knots_u, knots_v)
+        let must = "small enough for the points to hold it; or raise fairness";
+        return Err(Error::parameter("net", must, got));
+    }
+    let net: Vec<DVec3> = net.into_iter().map(|p| DVec3::from_array(p) + centre).collect();
+    space.surface(&net)
 }
 
 fn check(
@@ -131,17 +162,12 @@ fn check(
     if let Some(index) = points.iter().position(|point| !point.is_finite()) {
         return Err(Error::NotFinite { index, point: points[index] });
     }
-    let sides =
-        [("u", &options.knots_u, options.closed.0), ("v", &options.knots_v, options.closed.1)];
-    for (axis, (name, knots, closed)) in sides.into_iter().enumerate() {
+    let sides = [("u", &options.knots_u), ("v", &options.knots_v)];
+    for (axis, (name, knots)) in sides.into_iter().enumerate() {
         let (start, end) = knots.domain();
         if let Some(i) = uv.iter().position(|at| !(start..=end).contains(&at[axis])) {
             let must = format!("inside the domain [{start}, {end}] in {name}");
             return Err(Error::parameter("uv", must, format!("{} at index {i}", uv[i][axis])));
-        }
-        if closed && !knots.is_periodic() {
-            let got = format!("{:?}", knots.as_slice());
-            return Err(Error::parameter("knots", "periodic in a closed direction", got));
         }
     }
     if let Some(weights) = weights {

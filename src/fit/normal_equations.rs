@@ -1,164 +1,220 @@
 //! The normal equations of a fit, as sums over points and spans.
 //!
 //! A point touches (degree + 1)² control points and adds a block of products of its basis
-//! functions. Points are sorted by span; a row of spans touches `degree + 1` rows of control
-//! points, so rows that lie as far apart are summed in parallel, each sum by one owner in one
-//! order: any number of threads gives the same bits.
+//! functions. Points are sorted by the cells of the knots; each cell's block is one sum, made by
+//! one owner in one order, and the blocks are added to the matrix in the order of the cells: any
+//! number of threads gives the same bits.
 
 use glam::{DVec2, DVec3};
+use pulp::Arch;
 use rayon::prelude::*;
 
-use super::FitOptions;
-use super::fairness::Gram;
-use super::solve::{Entry, positive_definite};
-use crate::nurbs::{KnotVector, padded};
+use super::band::Band;
+use super::space::SplineSpace;
+use crate::nurbs::{MAX_ORDER, padded};
 
-/// Matrix and right-hand side, over the net with the repeated rows and columns of closed
-/// directions, which are folded together when the system is solved.
-pub(super) struct NormalEquations<'a> {
-    options: &'a FitOptions,
-    shape: (usize, usize),
-    /// For each control point its products with those 0 to `degree` rows below it and `-degree` to
-    /// `degree` columns beside it.
-    products: Vec<f64>,
-    right: Vec<DVec3>,
+/// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
+const POINTS_PER_TASK: usize = 2048;
+
+/// Numbers in the blocks that are held at a time, 32 MB.
+const BLOCK_NUMBERS: usize = 1 << 22;
+
+/// A point and how its distance from the surface counts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) point: DVec3,
+    pub(super) uv: DVec2,
+    pub(super) weight: f64,
+    /// The unit normal along which distances count in full.
+    pub(super) normal: DVec3,
+    /// The share with which they count across it.
+    pub(super) tangential: f64,
 }
 
-impl<'a> NormalEquations<'a> {
-    pub(super) fn new(options: &'a FitOptions) -> Self {
-        let shape = (options.knots_u.control_points(), options.knots_v.control_points());
-        let count = shape.0 * shape.1;
-        let stencil = (options.knots_u.degree() + 1) * (2 * options.knots_v.degree() + 1);
-        let (products, right) = (vec![0.0; count * stencil], vec![DVec3::ZERO; count]);
-        Self { options, shape, products, right }
+/// Matrix and right-hand side of a fit of control points to samples.
+pub(super) struct NormalEquations {
+    pub(super) matrix: Band,
+    pub(super) right: Vec<[f64; 3]>,
+}
+
+/// Pairs of coordinates in the order in which a block holds them.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+impl NormalEquations {
+    /// Of distances that count alike in all directions: one matrix serves x, y and z.
+    pub(super) fn of_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+        let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
+        let mut equations = Self::empty(space, 1);
+        equations.add(space, samples, coefficients, |matrix, [a, b], block, _, at| {
+            matrix.add(a, b, block[at]);
+        });
+        equations
     }
 
-    fn degrees(&self) -> (usize, usize) {
-        (self.options.knots_u.degree(), self.options.knots_v.degree())
-    }
-
-    /// Numbers per control point in `products`.
-    fn stencil(&self) -> usize {
-        let (p, q) = self.degrees();
-        (p + 1) * (2 * q + 1)
-    }
-
-    /// Adds the squared distances of points from a centre.
-    pub(super) fn add_points(
-        &mut self,
-        points: &[DVec3],
-        centre: DVec3,
-        uv: &[DVec2],
-        weights: Option<&[f64]>,
-    ) {
-        let ((p, q), cols, stencil) = (self.degrees(), self.shape.1, self.stencil());
-        let (knots_u, knots_v) = (&self.options.knots_u, &self.options.knots_v);
-        let by_row = sorted_by_row(knots_u, uv);
-        for colour in 0..=p {
-            let products =
-                self.products[colour * cols * stencil..].par_chunks_mut((p + 1) * cols * stencil);
-            let right = self.right[colour * cols..].par_chunks_mut((p + 1) * cols);
-            let rows = products.zip(right).enumerate();
-            rows.for_each(|(k, (products, right))| {
-                let row = colour + k * (p + 1);
-                let own = by_row.get(row).map_or(&[][..], |points| points);
-                for &index in own {
-                    let weight = weights.map_or(1.0, |weights| weights[index]);
-                    let (rows, columns) =
-                        (padded(knots_u, uv[index].x), padded(knots_v, uv[index].y));
-                    let point = points[index] - centre;
-                    for i in 0..=p {
-                        for j in 0..=q {
-                            let value = weight * rows.values[i] * columns.values[j];
-                            let at = i * cols + columns.first + j;
-                            right[at] += value * point;
-                            for di in 0..=p - i {
-                                let value = value * rows.values[i + di];
-                                let line = at * stencil + di * (2 * q + 1) + q - j;
-                                let line = &mut products[line..=line + q];
-                                for (sum, other) in line.iter_mut().zip(&columns.values) {
-                                    *sum += value * other;
-                                }
-                            }
-                        }
-                    }
-                }
+    /// Of distances that count in full along normals alone: x, y and z are coupled.
+    pub(super) fn of_tangent_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+        let coefficients = |sample: &Sample| {
+            let (normal, rest) = (sample.normal.to_array(), sample.tangential);
+            let metric = PAIRS.map(|(a, b)| {
+                let along = (1.0 - rest) * normal[a] * normal[b];
+                sample.weight * if a == b { along + rest } else { along }
             });
-        }
-    }
-
-    /// Adds the thin-plate energy over a domain of these lengths in space, with a weight in units
-    /// of the points' say.
-    pub(super) fn add_fairness(&mut self, fairness: f64, (length_u, length_v): (f64, f64)) {
-        let ((p, q), (rows, cols), stencil) = (self.degrees(), self.shape, self.stencil());
-        let (gram_u, gram_v) = (Gram::of(&self.options.knots_u), Gram::of(&self.options.knots_v));
-        // ∫∫ S_xx² + 2 S_xy² + S_yy² with x = length_u u and y = length_v v, up to a factor.
-        let ratio = length_v / length_u;
-        let shares = [ratio * ratio, 2.0, 1.0 / (ratio * ratio)];
-        let energy = |(i, j): (usize, usize), (k, l): (usize, usize)| {
-            (0..3).map(|d| shares[d] * gram_u[2 - d].at(i, k) * gram_v[d].at(j, l)).sum::<f64>()
+            let along = (1.0 - rest) * sample.normal.dot(sample.point) * sample.normal;
+            (metric, sample.weight * (along + rest * sample.point))
         };
-        let diagonal = |at: usize| self.products[at * stencil + q];
-        let said: f64 = (0..rows * cols).map(diagonal).sum();
-        let bent: f64 =
-            (0..rows * cols).map(|at| energy((at / cols, at % cols), (at / cols, at % cols))).sum();
-        if bent == 0.0 {
-            // Of degree 1 in both directions and in one span: nothing bends.
-            return;
-        }
-        let scale = fairness * said / bent;
-        self.products.par_chunks_mut(stencil).enumerate().for_each(|(at, products)| {
-            let (i, j) = (at / cols, at % cols);
-            for (slot, sum) in products.iter_mut().enumerate() {
-                let (k, l) = (i + slot / (2 * q + 1), j + slot % (2 * q + 1));
-                if k < rows && k - i <= p && (q..cols + q).contains(&l) {
-                    *sum += scale * energy((i, j), (k, l - q));
+        let mut equations = Self::empty(space, 3);
+        equations.add(space, samples, coefficients, |matrix, [a, b], block, size, at| {
+            for (pair, &(r, s)) in PAIRS.iter().enumerate() {
+                let value = block[pair * size + at];
+                matrix.add(3 * a + r, 3 * b + s, value);
+                if a != b && r != s {
+                    matrix.add(3 * a + s, 3 * b + r, value);
                 }
             }
         });
+        equations
     }
 
-    /// Rows and columns of unknown control points.
-    pub(super) fn unknowns(&self) -> (usize, usize) {
-        let ((p, q), (rows, cols)) = (self.degrees(), self.shape);
-        let closed = self.options.closed;
-        (rows - usize::from(closed.0) * p, cols - usize::from(closed.1) * q)
+    fn empty(space: &SplineSpace, components: usize) -> Self {
+        let right = vec![[0.0; 3]; space.unknowns()];
+        Self { matrix: space.matrix(components), right }
     }
 
-    /// The net that solves the equations; `None` if several do.
-    pub(super) fn solve(&self) -> Option<Vec<DVec3>> {
-        let ((_, q), (rows, cols), stencil) = (self.degrees(), self.shape, self.stencil());
-        let (unknown_rows, unknown_cols) = self.unknowns();
-        let unknown = |i: usize, j: usize| (i % unknown_rows) * unknown_cols + j % unknown_cols;
-        let mut entries = Vec::with_capacity(self.products.len());
-        let mut right = vec![DVec3::ZERO; unknown_rows * unknown_cols];
-        for at in 0..rows * cols {
-            let (i, j) = (at / cols, at % cols);
-            let own = unknown(i, j);
-            right[own] += self.right[at];
-            for (slot, &value) in self.products[at * stencil..][..stencil].iter().enumerate() {
-                let (di, l) = (slot / (2 * q + 1), j + slot % (2 * q + 1));
-                // Of a control point's own row only it and what lies behind it: pairs count once.
-                let counted = di > 0 || l >= j + q;
-                if value == 0.0 || !counted {
-                    continue;
+    /// Adds the samples' blocks of `C` numbers for each pair of basis functions.
+    fn add<const C: usize>(
+        &mut self,
+        space: &SplineSpace,
+        samples: &[Sample],
+        coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
+        scatter: impl Fn(&mut Band, [usize; 2], &[f64], usize, usize),
+    ) {
+        let [p, q] = [0, 1].map(|d| space.knots[d].degree());
+        let functions = (p + 1) * (q + 1);
+        let size = functions * functions;
+        let length = C * size + 3 * functions;
+        let cells = Cells::of(space, samples);
+        let tasks = cells.tasks();
+        let arch = Arch::new();
+        let held = (BLOCK_NUMBERS / length).max(1);
+        let mut blocks = vec![0.0; held.min(tasks.len()) * length];
+        for tasks in tasks.chunks(held) {
+            let blocks = &mut blocks[..tasks.len() * length];
+            blocks.par_chunks_mut(length).zip(tasks).for_each(|(block, task)| {
+                block.fill(0.0);
+                let members = cells.order[task.points.clone()].iter();
+                let members = members.map(|&index| &samples[index as usize]);
+                arch.dispatch(
+                    #[inline(always)]
+                    || accumulate(space, members, functions, &coefficients, block),
+                );
+            });
+            for (block, task) in blocks.chunks(length).zip(tasks) {
+                let corner = cells.corner(task.cell);
+                let place =
+                    |k: usize| space.place(corner[0] + k / (q + 1), corner[1] + k % (q + 1));
+                let places: Vec<usize> = (0..functions).map(place).collect();
+                for i in 0..functions {
+                    for j in i..functions {
+                        let at = i * functions + j;
+                        scatter(&mut self.matrix, [places[i], places[j]], block, size, at);
+                    }
+                    let right = &block[C * size + 3 * i..][..3];
+                    self.right[places[i]].iter_mut().zip(right).for_each(|(sum, v)| *sum += v);
                 }
-                let other = unknown(i + di, l - q);
-                let twice = other == own && (di, l) != (0, j + q);
-                let val = if twice { 2.0 * value } else { value };
-                entries.push(Entry { row: own.max(other), col: own.min(other), val });
             }
         }
-        let solved = positive_definite(&entries, &right)?;
-        Some((0..rows * cols).map(|at| solved[unknown(at / cols, at % cols)]).collect())
     }
 }
 
-/// The points by the first row of control points that they touch, in their order.
-fn sorted_by_row(knots: &KnotVector, uv: &[DVec2]) -> Vec<Vec<usize>> {
-    let mut rows = vec![Vec::new(); knots.control_points() - knots.degree()];
-    for (index, at) in uv.iter().enumerate() {
-        rows[knots.span(at.x) - knots.degree()].push(index);
+/// The blocks of some samples of one cell, summed: for each coefficient the products of functions,
+/// those with i <= j (and some others); then the right-hand sides.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn accumulate<'a, const C: usize>(
+    space: &SplineSpace,
+    samples: impl Iterator<Item = &'a Sample>,
+    functions: usize,
+    coefficients: &impl Fn(&Sample) -> ([f64; C], DVec3),
+    block: &mut [f64],
+) {
+    let [p, q] = [0, 1].map(|d| space.knots[d].degree());
+    let (products, right) = block.split_at_mut(C * functions * functions);
+    let mut values = [0.0; MAX_ORDER * MAX_ORDER];
+    let values = &mut values[..functions];
+    for sample in samples {
+        let rows = padded(&space.knots[0], sample.uv.x);
+        let cols = padded(&space.knots[1], sample.uv.y);
+        for i in 0..=p {
+            for j in 0..=q {
+                values[i * (q + 1) + j] = rows.values[i] * cols.values[j];
+            }
+        }
+        let (factors, target) = coefficients(sample);
+        for (products, factor) in products.chunks_exact_mut(functions * functions).zip(factors) {
+            for (i, line) in products.chunks_exact_mut(functions).enumerate() {
+                let scaled = factor * values[i];
+                // From a whole group of lanes on.
+                let from = i & !3;
+                for (sum, value) in line[from..].iter_mut().zip(&values[from..]) {
+                    *sum += scaled * value;
+                }
+            }
+        }
+        for (right, value) in right.chunks_exact_mut(3).zip(&*values) {
+            right[0] += value * target.x;
+            right[1] += value * target.y;
+            right[2] += value * target.z;
+        }
     }
-    rows
+}
+
+/// Samples by the cell between knots in which they lie, in their own order.
+struct Cells {
+    order: Vec<u32>,
+    /// Where each cell's samples begin in `order`.
+    starts: Vec<usize>,
+    cols: usize,
+}
+
+/// Some samples of a cell.
+struct Task {
+    cell: usize,
+    points: std::ops::Range<usize>,
+}
+
+impl Cells {
+    fn of(space: &SplineSpace, samples: &[Sample]) -> Self {
+        let [u, v] = &space.knots;
+        let counts = [u, v].map(|knots| knots.control_points() - knots.degree());
+        let cell = |sample: &Sample| {
+            let (row, col) = (u.span(sample.uv.x) - u.degree(), v.span(sample.uv.y) - v.degree());
+            u32::try_from(row * counts[1] + col).unwrap_or(u32::MAX)
+        };
+        let cells: Vec<u32> = samples.par_iter().with_min_len(POINTS_PER_TASK).map(cell).collect();
+        let mut starts = vec![0; counts[0] * counts[1] + 1];
+        cells.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
+        (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
+        let mut next = starts.clone();
+        let mut order = vec![0; samples.len()];
+        for (index, &cell) in (0_u32..).zip(&cells) {
+            order[next[cell as usize]] = index;
+            next[cell as usize] += 1;
+        }
+        Self { order, starts, cols: counts[1] }
+    }
+
+    /// The first control point that a cell touches.
+    fn corner(&self, cell: usize) -> [usize; 2] {
+        [cell / self.cols, cell % self.cols]
+    }
+
+    fn tasks(&self) -> Vec<Task> {
+        let tasks = self.starts.windows(2).enumerate().flat_map(|(cell, range)| {
+            let (from, to) = (range[0], range[1]);
+            (from..to)
+                .step_by(POINTS_PER_TASK)
+                .map(move |from| Task { cell, points: from..(from + POINTS_PER_TASK).min(to) })
+        });
+        tasks.collect()
+    }
 }

@@ -23,7 +23,7 @@ impl<const ORDER: usize> Basis<ORDER> {
     /// to the right neighbour and the rest to itself.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    pub(super) fn at(knots: &KnotVector, u: f64) -> Self {
+    pub(crate) fn at(knots: &KnotVector, u: f64) -> Self {
         let span = knots.span(u);
         let t = knots.as_slice();
         let from = window::<_, ORDER>(t, span + 1 - ORDER).map(|knot| u - knot);

@@ -20,11 +20,13 @@ mod epoch;
 mod errors;
 mod evaluation;
 mod export;
+mod heights;
 mod knots;
 mod lattice;
 mod mesh;
 mod moves;
 mod parts;
+mod preparation;
 mod progress;
 mod reconstruct;
 mod shapes;
@@ -56,9 +58,15 @@ mod _core {
     #[pymodule_export]
     use super::export::{write_iges, write_obj, write_obj_surface, write_step};
     #[pymodule_export]
+    use super::heights::{HeightFit, fit_heights, free_weights};
+    #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
     #[pymodule_export]
     use super::mesh::TriangleMesh;
+    #[pymodule_export]
+    use super::preparation::{
+        Cleaning, EvenSample, Pieces, Topology, clean, detect_topology, inspect, pieces,
+    };
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::eigen;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::{self, Listen, Observer, Stage};
 
 /// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
 /// next fold.
@@ -30,9 +30,20 @@ const LANDMARKS_PER_REPORT: usize = 8;
 /// Edges with their lengths, for each point.
 type Roads = Vec<Vec<(usize, f64)>>;
 
-/// Places in the plane whose distances are nearly those along the surface through the points;
-/// `None` if the points have no two dimensions. Costs O(n²) for n points.
-pub(super) fn unroll(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
+/// Places in the plane whose distances are nearly those along the surface through the points, the
+/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
+///
+/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
+    unrolled(points, &mut progress::listener(observer, Stage::Training, points.len()))
+}
+
+/// As [`unroll`], in pieces.
+pub(super) fn unrolled(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
     let roads = roads(points, listen)?;
     let landmarks = spread_out(points, LANDMARKS.min(points.len()));
     embed(&roads, &landmarks, listen)
@@ -253,7 +264,7 @@ mod tests {
             (0..2000).map(|_| DVec2::new(random.unit() * arc, random.unit() * height)).collect();
         let rolled: Vec<DVec3> =
             flat.iter().map(|p| DVec3::new(p.x.cos(), p.x.sin(), p.y)).collect();
-        let places = unroll(&rolled, &mut || Ok(())).unwrap().unwrap();
+        let places = unrolled(&rolled, &mut || Ok(())).unwrap().unwrap();
         let (mut worst, mut sum) = (0.0_f64, 0.0);
         for pair in 0..1000 {
             let (a, b) = (random.index(2000), random.index(2000));

@@ -17,7 +17,7 @@ use super::smoothing::{Channels, smooth};
 use super::topology::Topology;
 use crate::error::Result;
 use crate::point_cloud::{self, Bounds};
-use crate::progress::Listen;
+use crate::progress::{self, Listen, Observer, Stage};
 
 /// Points that distances along the surface are found for; the cost grows with their square.
 const UNROLLED: usize = 3000;
@@ -48,7 +48,7 @@ pub(super) fn principal(
         return closed(points, lattice, &frame, listen);
     }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for piece in point_cloud::pieces(points, listen) {
+    for piece in point_cloud::portions(points, listen) {
         for &point in piece? {
             let local = frame.apply(point);
             (low, high) = (low.min(local), high.max(local));
@@ -75,13 +75,35 @@ pub(super) fn geodesic(
     }
     let chosen = random.sample(points.len().min(UNROLLED), points.len());
     let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
-    match geodesic::unroll(&sample, listen)? {
+    match geodesic::unrolled(&sample, listen)? {
         Some(places) => {
             let uv = in_unit_square(&places);
             settle(&sample, &uv, lattice, OPEN_RADIUS, listen)
         }
         None => principal(points, lattice, listen),
     }
+}
+
+/// Nodes among points whose places in the unit square are known, each where the points around it
+/// on the lattice say. The rows of a sheet lie along x.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+///
+/// # Panics
+///
+/// If there are no points.
+pub fn spread_out(
+    points: &[DVec3],
+    uv: &[DVec2],
+    lattice: &Lattice,
+    observer: &mut dyn Observer,
+) -> Result<Vec<DVec3>> {
+    let closed = lattice.topology() != Topology::Sheet;
+    let share = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
+    let mut listen = progress::listener(observer, Stage::Training, points.len());
+    settle(points, uv, lattice, share, &mut listen)
 }
 
 /// A tube's or torus's start, by the points' angles.
@@ -258,7 +280,7 @@ impl PrincipalFrame {
     fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
         let centre = point_cloud::listened_centroid(points, listen)?;
         let mut covariance = [0.0; 9];
-        for piece in point_cloud::pieces(points, listen) {
+        for piece in point_cloud::portions(points, listen) {
             for &point in piece? {
                 let p = (point - centre).to_array();
                 for (place, sum) in covariance.iter_mut().enumerate() {

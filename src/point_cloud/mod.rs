@@ -1,11 +1,24 @@
 //! What a cloud of points is before anything is learned from it: its bounds, its centroid, the
 //! frame in which the work is done, and whether it can be a surface at all.
 
+mod clean;
+mod even_sample;
+mod kd_tree;
+mod neighbor_graph;
+mod pieces;
+mod plane;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
+pub use self::clean::{Cleaning, Fate, clean};
+pub use self::even_sample::EvenSample;
+pub use self::kd_tree::{KdTree, Neighbor};
+pub use self::neighbor_graph::{Edge, NeighborGraph};
+pub use self::pieces::{Pieces, pieces};
+pub use self::plane::Plane;
 use crate::error::{Error, Result};
-use crate::progress::{self, Listen, Observer, Progress, Stage};
+use crate::progress::{self, Listen, Observer, Stage};
 
 /// A bicubic Bézier patch or its linear ancestor needs four corners.
 const LEAST_DISTINCT: usize = 4;
@@ -82,22 +95,22 @@ pub fn centroid(points: &[DVec3]) -> DVec3 {
     listened_centroid(points, &mut || Ok(())).unwrap_or(points[0])
 }
 
-/// As [`centroid`], in pieces.
+/// As [`centroid`], in portions.
 pub(crate) fn listened_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
     let origin = points[0];
     let mut sum = DVec3::ZERO;
-    for piece in pieces(points, listen) {
-        piece?.iter().for_each(|&p| sum += p - origin);
+    for portion in portions(points, listen) {
+        portion?.iter().for_each(|&p| sum += p - origin);
     }
     Ok(origin + sum / points.len() as f64)
 }
 
-/// The points in pieces that take a few milliseconds to look at, each after listening.
-pub(crate) fn pieces<'a>(
+/// The points in portions that take a few milliseconds to look at, each after listening.
+pub(crate) fn portions<'a>(
     points: &'a [DVec3],
     listen: &'a mut Listen<'_>,
 ) -> impl Iterator<Item = Result<&'a [DVec3]>> {
-    points.chunks(POINTS_PER_REPORT).map(move |piece| listen().map(|()| piece))
+    points.chunks(POINTS_PER_REPORT).map(move |portion| listen().map(|()| portion))
 }
 
 /// Checks that the points can be a surface: finite, at least four distinct ones, neither in one
@@ -113,11 +126,7 @@ pub fn check(points: &[DVec3]) -> Result<()> {
 
 /// The bounds of points that pass [`check`].
 pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
-    let total = points.len();
-    let mut listen = || {
-        let progress = Progress::of_stage(Stage::Checking, 0, total as u64, total);
-        progress::report(observer, &progress)
-    };
+    let mut listen = progress::listener(observer, Stage::Checking, points.len());
     let bounds = finite_bounds(points, &mut listen)?;
     let given = points.len();
     match count_distinct(points) {
@@ -143,15 +152,15 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
 /// [`Error::NotFinite`] with the first that is not.
 pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Bounds> {
     let mut bounds = Bounds::empty();
-    for (number, piece) in pieces(points, listen).enumerate() {
-        let piece = piece?;
-        check_finite(piece).map_err(|error| match error {
+    for (number, portion) in portions(points, listen).enumerate() {
+        let portion = portion?;
+        check_finite(portion).map_err(|error| match error {
             Error::NotFinite { index, point } => {
                 Error::NotFinite { index: number * POINTS_PER_REPORT + index, point }
             }
             other => other,
         })?;
-        bounds = bounds.join(Bounds::of(piece));
+        bounds = bounds.join(Bounds::of(portion));
     }
     Ok(bounds)
 }
@@ -188,14 +197,14 @@ fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Re
     let first = frame.apply(points[0]);
     let mut along = DVec3::ZERO;
     let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
-    for piece in pieces(points, listen) {
-        let local = piece?.par_iter().map(|&p| frame.apply(p) - first);
+    for portion in portions(points, listen) {
+        let local = portion?.par_iter().map(|&p| frame.apply(p) - first);
         along = farther(along, local.reduce(|| DVec3::ZERO, farther));
     }
     let (length, mut width) = (along.length(), 0.0_f64);
-    for piece in pieces(points, listen) {
+    for portion in portions(points, listen) {
         let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
-        width = width.max(piece?.par_iter().map(aside).reduce(|| 0.0, f64::max));
+        width = width.max(portion?.par_iter().map(aside).reduce(|| 0.0, f64::max));
     }
     // Coordinates far from the origin carry rounding of their own size, not of the extent's.
     let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
@@ -237,7 +246,7 @@ impl Normalization {
     }
 
     /// The frame of points with these bounds.
-    fn within(bounds: &Bounds) -> Self {
+    pub(crate) fn within(bounds: &Bounds) -> Self {
         Self { centre: bounds.centre(), scale: (-bounds.extent().log2().ceil()).exp2() }
     }
 

@@ -1,0 +1,108 @@
+//! Small dense symmetric systems: Cholesky's factorization.
+
+/// A square matrix, row by row.
+#[derive(Clone)]
+pub(super) struct Dense {
+    size: usize,
+    pub(super) values: Vec<f64>,
+}
+
+impl Dense {
+    pub(super) fn new(size: usize) -> Self {
+        Self { size, values: vec![0.0; size * size] }
+    }
+
+    fn row(&self, i: usize) -> &[f64] {
+        &self.values[i * self.size..(i + 1) * self.size]
+    }
+
+    pub(super) fn trace(&self) -> f64 {
+        (0..self.size).map(|i| self.values[i * self.size + i]).sum()
+    }
+
+    /// Adds a share of the mean diagonal element to the diagonal.
+    pub(super) fn add_ridge(&mut self, share: f64) {
+        let ridge = share * self.trace() / self.size as f64;
+        (0..self.size).for_each(|i| self.values[i * self.size + i] += ridge);
+    }
+
+    /// The lower triangular L with L Lᵀ = self; `None` if there is none, because the matrix is not
+    /// positive definite. O(size³ / 3) (Golub and Van Loan, Matrix Computations, section 4.2).
+    pub(super) fn cholesky(&self) -> Option<Self> {
+        let mut lower = Self::new(self.size);
+        for i in 0..self.size {
+            for j in 0..=i {
+                let dot: f64 =
+                    lower.row(i)[..j].iter().zip(&lower.row(j)[..j]).map(|(a, b)| a * b).sum();
+                let left = self.values[i * self.size + j] - dot;
+                lower.values[i * self.size + j] = if i == j {
+                    if left <= 0.0 || !left.is_finite() {
+                        return None;
+                    }
+                    left.sqrt()
+                } else {
+                    left / lower.values[j * self.size + j]
+                };
+            }
+        }
+        Some(lower)
+    }
+
+    /// Of a factor L: the columns of L⁻¹ M, as rows.
+    pub(super) fn forward(&self, matrix: &Self) -> Self {
+        let mut solved = Self::new(self.size);
+        for (column, solved) in solved.values.chunks_mut(self.size).enumerate() {
+            for i in 0..self.size {
+                let dot: f64 = self.row(i)[..i].iter().zip(&*solved).map(|(a, b)| a * b).sum();
+                let left = matrix.values[i * self.size + column] - dot;
+                solved[i] = left / self.row(i)[i];
+            }
+        }
+        solved
+    }
+
+    /// Subtracts the products of the rows of another matrix.
+    pub(super) fn subtract_square(&mut self, other: &Self) {
+        for i in 0..self.size {
+            for j in 0..self.size {
+                let dot: f64 = other.row(i).iter().zip(other.row(j)).map(|(a, b)| a * b).sum();
+                self.values[i * self.size + j] -= dot;
+            }
+        }
+    }
+
+    /// Of a factor L: solves L Lᵀ x = right.
+    pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let mut x = right.to_vec();
+        for i in 0..self.size {
+            let dot: f64 = self.row(i)[..i].iter().zip(&x).map(|(a, b)| a * b).sum();
+            x[i] = (x[i] - dot) / self.row(i)[i];
+        }
+        for i in (0..self.size).rev() {
+            x[i] /= self.row(i)[i];
+            let value = x[i];
+            for (x, factor) in x[..i].iter_mut().zip(&self.row(i)[..i]) {
+                *x -= factor * value;
+            }
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solutions_solve_and_others_are_refused() {
+        let matrix = Dense { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
+        let factor = matrix.cholesky().unwrap();
+        let x = factor.solve(&[6.0, 7.0]);
+        assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
+        // Mᵀ N⁻¹ M for M = N is N.
+        let mut square = matrix.clone();
+        square.subtract_square(&factor.forward(&matrix));
+        assert!(square.values.iter().all(|value| value.abs() < 1e-14));
+        assert!(Dense { size: 1, values: vec![-1.0] }.cholesky().is_none());
+    }
+}

@@ -1,0 +1,247 @@
+//! Heights over a plane: z = f(x, y) as a surface.
+//!
+//! The parameters are the places in the plane, so one least squares is the whole fit. With control
+//! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
+//! surface's heights are the tensor-product spline function of x and y.
+
+use glam::{DVec2, DVec3};
+
+use super::{FitOptions, fit};
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+
+/// Weights of the fairness among which cross-validation chooses.
+const FAIRNESS: [f64; 7] = [1e-10, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+
+/// A heavier fairness is preferred while it predicts hardly worse than the best: it is the smoother
+/// surface.
+const HARDLY_WORSE: f64 = 1.01;
+
+/// Parts of the points, each predicted from the others.
+const FOLDS: usize = 4;
+
+/// Points that cross-validation looks at.
+const JUDGED: usize = 20_000;
+
+/// How heights are fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightOptions {
+    /// Rows and columns of the control net: along the plane's first and second axis.
+    pub net: (usize, usize),
+    /// Degrees in u and v.
+    pub degree: (usize, usize),
+    /// See [`FitOptions::fairness`]; `None`: the one among seven from 1e-10 to 1 that predicts
+    /// points best which it has not seen.
+    pub fairness: Option<f64>,
+}
+
+/// A surface of heights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightFit {
+    /// The surface, over the rectangle around the points' places in the plane.
+    pub surface: NurbsSurface,
+    /// The points' parameters.
+    pub uv: Vec<DVec2>,
+    /// Heights of the points above the surface, in the points' unit.
+    pub residuals: Vec<f64>,
+    /// The weight of the fairness that was used.
+    pub fairness: f64,
+}
+
+/// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
+/// the points' places scatter most and least.
+#[must_use]
+pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
+    let (first, second) =
+        if up == DVec3::Z { (DVec3::X, DVec3::Y) } else { up.any_orthonormal_pair() };
+    if up == DVec3::Z {
+        return [first, second];
+    }
+    let count = points.len().max(1) as f64;
+    let place = |p: &DVec3| DVec2::new(first.dot(*p), second.dot(*p));
+    let centre = points.iter().map(place).sum::<DVec2>() / count;
+    let moments = points
+        .iter()
+        .map(|p| place(p) - centre)
+        .fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p.x * p.x, p.x * p.y, p.y * p.y));
+    let along = DVec2::from_angle(0.5 * (2.0 * moments.y).atan2(moments.x - moments.z));
+    let u = along.x * first + along.y * second;
+    [u, up.cross(u)]
+}
+
+/// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
+/// another direction of length 1. Each squared height counts with its weight (1 without weights).
+///
+/// Where there are no points the fairness decides: the surface spans holes like a thin plate.
+/// O(points · degree⁴), forty times that where fairness is to be found (for 20,000 points at most).
+///
+/// ```
+/// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}};
+/// let points: Vec<DVec3> = (0..900)
+///     .map(|i| (f64::from(i % 30) / 29.0, f64::from(i / 30) / 29.0))
+///     .map(|(x, y)| DVec3::new(x, y, (2.0 * x).sin() * y))
+///     .collect();
+/// let options = HeightOptions { net: (8, 8), degree: (3, 3), fairness: None };
+/// let found = fit_heights(&points, None, DVec3::Z, &options)?;
+/// assert!(found.residuals.iter().all(|height| height.abs() < 1e-5));
+/// assert!((found.surface.point(0.25, 0.5).x - 0.25).abs() < 1e-14);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if the direction has not the length 1 or the points have no extent across
+/// it, and those of [`fit`].
+pub fn fit_heights(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    up: DVec3,
+    options: &HeightOptions,
+) -> Result<HeightFit> {
+    if !up.is_normalized() {
+        return Err(Error::parameter("up", "a vector of length 1", up));
+    }
+    let [along, across] = height_axes(points, up);
+    let local: Vec<DVec3> =
+        points.iter().map(|p| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p))).collect();
+    let low = local.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let size = local.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)) - low;
+    if !(size.x > 0.0 && size.y > 0.0) {
+        let got = format!("{} × {}", size.x, size.y);
+        return Err(Error::parameter("points", "extended across the direction of heights", got));
+    }
+    let place =
+        |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
+    let uv: Vec<DVec2> = local.iter().map(place).collect();
+    let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+    fitting.fairness = match options.fairness {
+        Some(fairness) => fairness,
+        None => best_fairness(&local, &uv, weights, &fitting),
+    };
+    let heights = fit(&local, &uv, weights, &fitting)?;
+    let residuals = residuals(&heights, &local, &uv);
+    let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
+    let net = heights.control_points().iter().enumerate().map(|(i, point)| {
+        let (u, v) = (rows[i / cols.len()], cols[i % cols.len()]);
+        (low.x + u * size.x) * along + (low.y + v * size.y) * across + point.z * up
+    });
+    let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
+    let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
+    Ok(HeightFit { surface, uv, residuals, fairness: fitting.fairness })
+}
+
+fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
+    local.iter().zip(uv).map(|(p, at)| p.z - surface.point(at.x, at.y).z).collect()
+}
+
+/// Cross-validation: the weight with which the points of each part are predicted best from the
+/// other parts.
+fn best_fairness(
+    local: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &FitOptions,
+) -> f64 {
+    let step = local.len().div_ceil(JUDGED).max(1);
+    // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
+    let part = |i: usize| (i * 7 + i / 5) % FOLDS;
+    let looked_at: Vec<usize> = (0..local.len()).step_by(step).collect();
+    let pick = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
+        looked_at.iter().enumerate().filter(|(i, _)| wanted(part(*i))).map(|(_, &p)| p).collect()
+    };
+    let error = |fairness: f64| -> f64 {
+        let options = FitOptions { fairness, ..options.clone() };
+        let of_fold = |fold: usize| -> Option<f64> {
+            let (seen, left) = (pick(&|part| part != fold), pick(&|part| part == fold));
+            let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
+            let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
+            let own: Option<Vec<f64>> =
+                weights.map(|weights| seen.iter().map(|&i| weights[i]).collect());
+            let surface = fit(&points, &places, own.as_deref(), &options).ok()?;
+            let squared = left.iter().map(|&i| {
+                let weight = weights.map_or(1.0, |weights| weights[i]);
+                weight * (local[i].z - surface.point(uv[i].x, uv[i].y).z).powi(2)
+            });
+            Some(squared.sum())
+        };
+        (0..FOLDS).map(|fold| of_fold(fold).unwrap_or(f64::INFINITY)).sum()
+    };
+    let errors = FAIRNESS.map(error);
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
+    smoothest.map_or(FAIRNESS[1], |i| FAIRNESS[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(i: u32) -> (f64, f64) {
+        let i = f64::from(i);
+        ((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
+    }
+
+    /// Noise of deviation 1, from eight numbers that look random.
+    fn noise(i: u32) -> f64 {
+        let uniform = (1..9).map(|k| (f64::from(i) * 0.618_033 * f64::from(k * k)).fract() - 0.5);
+        uniform.sum::<f64>() * (12.0_f64 / 8.0).sqrt()
+    }
+
+    fn wave(x: f64, y: f64) -> f64 {
+        (3.0 * x).sin() * (2.0 * y).cos()
+    }
+
+    fn options(side: usize) -> HeightOptions {
+        HeightOptions { net: (side, side), degree: (3, 3), fairness: None }
+    }
+
+    #[test]
+    fn exact_heights_get_next_to_no_fairness_and_noisy_ones_much() {
+        let exact: Vec<DVec3> =
+            (0..2000).map(unit).map(|(x, y)| DVec3::new(x, y, wave(x, y))).collect();
+        let noisy: Vec<DVec3> =
+            (0..).zip(&exact).take(200).map(|(i, p)| *p + DVec3::Z * 0.02 * noise(i)).collect();
+        let found = fit_heights(&exact, None, DVec3::Z, &options(12)).unwrap();
+        assert!(found.fairness < 1e-5);
+        let found = fit_heights(&noisy, None, DVec3::Z, &options(12)).unwrap();
+        assert!(found.fairness > 1e-5);
+        let error = |p: &DVec3| found.surface.point(p.x, p.y).z - p.z;
+        let rms = |points: &[DVec3]| {
+            (points.iter().map(|p| error(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
+        };
+        // A net of 144 through 200 noisy points would err by more than the noise.
+        assert!(rms(&exact) < 0.015, "{}", rms(&exact));
+    }
+
+    #[test]
+    fn holes_are_spanned_smoothly() {
+        let points: Vec<DVec3> = (0..3000)
+            .map(unit)
+            .filter(|(x, y)| (x - 0.5).hypot(y - 0.5) > 0.2)
+            .map(|(x, y)| DVec3::new(x, y, 0.3 * wave(x, y)))
+            .collect();
+        let found = fit_heights(&points, None, DVec3::Z, &options(20)).unwrap();
+        assert!((found.surface.point(0.5, 0.5).z - 0.3 * wave(0.5, 0.5)).abs() < 0.02);
+    }
+
+    #[test]
+    fn another_direction_gives_the_turned_surface() {
+        let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.4, 1.0, -0.3);
+        let points: Vec<DVec3> = (0..1500)
+            .map(unit)
+            .map(|(x, y)| turn * DVec3::new(3.0 * x, y, 0.2 * wave(x, y)))
+            .collect();
+        let found = fit_heights(&points, None, turn * DVec3::Z, &options(10)).unwrap();
+        assert!(found.residuals.iter().all(|height| height.abs() < 1e-3));
+        let feet = points.iter().zip(&found.uv);
+        let gap = |(p, at): (&DVec3, &DVec2)| found.surface.point(at.x, at.y).distance(*p);
+        assert!(feet.map(gap).fold(0.0, f64::max) < 1e-3);
+    }
+
+    #[test]
+    fn a_line_is_no_field() {
+        let line: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i), 2.0, 1.0)).collect();
+        let error = fit_heights(&line, None, DVec3::Z, &options(4)).unwrap_err();
+        assert!(error.to_string().contains("extended across"));
+    }
+}

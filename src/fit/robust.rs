@@ -1,0 +1,58 @@
+//! Weights that let outliers go.
+
+/// What is farther than this many standard deviations has no weight. Less eats the shape while the
+/// surface is still coarse.
+const CUTOFF: f64 = 4.7;
+
+/// Standard deviations of normal noise for each median absolute deviation.
+const NORMAL: f64 = 1.4826;
+
+/// Tukey's biweight for distances from a surface, without or with sign: near 1 for small ones,
+/// falling to 0 at 4.7 standard deviations, which are estimated by the median of the absolute
+/// distances (J. Tukey 1974; P. Huber, *Robust Statistics*, 1981).
+///
+/// Of distances that are mostly 0 all weights are 1.
+///
+/// ```
+/// use neurbs::fit::biweights;
+/// let distances = [0.1, -0.1, 0.2, 0.0, 7.0];
+/// let weights = biweights(&distances);
+/// assert!(weights[0] > 0.9 && weights[4] == 0.0);
+/// ```
+#[must_use]
+pub fn biweights(distances: &[f64]) -> Vec<f64> {
+    let mut sizes: Vec<f64> = distances.iter().map(|distance| distance.abs()).collect();
+    let middle = sizes.len() / 2;
+    if sizes.is_empty() {
+        return Vec::new();
+    }
+    let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let reach = CUTOFF * NORMAL * median;
+    let weight = |distance: &f64| {
+        let share = if reach > 0.0 { distance / reach } else { 0.0 };
+        if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
+    };
+    distances.iter().map(weight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normal_noise_keeps_most_of_its_weight() {
+        // Quantiles of the normal distribution at 5 %, 15 %, ...
+        let noise = [1.645, 1.036, 0.674, 0.385, 0.126, -0.126, -0.385, -0.674, -1.036, -1.645];
+        let weights = biweights(&noise);
+        assert!(weights.iter().all(|weight| *weight > 0.74));
+        // At one standard deviation (1 - 1 / 4.7²)².
+        let expected = (1.0 - (1.036_f64 / (4.7 * 1.4826 * 0.674)).powi(2)).powi(2);
+        assert!((weights[1] - expected).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_points_are_not_thrown_away() {
+        assert_eq!(biweights(&[0.0, 0.0, 0.0]), [1.0; 3]);
+        assert!(biweights(&[]).is_empty());
+    }
+}

@@ -1,0 +1,94 @@
+//! Which control points are unknown, and in which order they are solved for.
+
+use super::band::Band;
+use crate::error::{Error, Result};
+use crate::nurbs::{KnotVector, NurbsSurface};
+
+use glam::DVec3;
+
+/// Splines over two knot vectors. Rows and columns that a closed direction repeats are unknown
+/// only once.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct SplineSpace {
+    pub(super) knots: [KnotVector; 2],
+    pub(super) closed: [bool; 2],
+    /// The direction whose rows follow one another in the order of solution: the one that leaves
+    /// the matrix the narrower band.
+    outer: usize,
+}
+
+impl SplineSpace {
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if knots are not periodic in a closed direction.
+    pub(super) fn new(knots: [KnotVector; 2], closed: [bool; 2]) -> Result<Self> {
+        for (knots, closed) in knots.iter().zip(closed) {
+            if closed && !knots.is_periodic() {
+                let got = format!("{:?}", knots.as_slice());
+                return Err(Error::parameter("knots", "periodic in a closed direction", got));
+            }
+        }
+        let mut space = Self { knots, closed, outer: 0 };
+        let width = |outer| Self { outer, ..space.clone() }.width();
+        space.outer = usize::from(width(1) < width(0));
+        Ok(space)
+    }
+
+    /// Rows and columns of unknown control points.
+    pub(super) fn shape(&self) -> [usize; 2] {
+        [0, 1].map(|d| {
+            let knots = &self.knots[d];
+            knots.control_points() - if self.closed[d] { knots.degree() } else { 0 }
+        })
+    }
+
+    pub(super) fn unknowns(&self) -> usize {
+        let [rows, cols] = self.shape();
+        rows * cols
+    }
+
+    /// How many places two control points that a point touches lie apart at most.
+    fn width(&self) -> usize {
+        let (shape, inner) = (self.shape(), 1 - self.outer);
+        let reach = |d: usize| {
+            let turns = if self.closed[d] { 2 } else { 1 };
+            (turns * self.knots[d].degree()).min(shape[d] - 1)
+        };
+        let across = if self.closed[inner] { shape[inner] - 1 } else { reach(inner) };
+        reach(self.outer) * shape[inner] + across
+    }
+
+    /// A matrix of zeros over the unknowns, `components` for each control point.
+    pub(super) fn matrix(&self, components: usize) -> Band {
+        Band::new(self.unknowns() * components, self.width() * components + components - 1)
+    }
+
+    /// The place of a control point in the order of solution. A closed outer direction is folded:
+    /// from both sides of the seam in turn, so that neighbours stay near each other.
+    #[inline]
+    pub(super) fn place(&self, row: usize, col: usize) -> usize {
+        let shape = self.shape();
+        let at = [row % shape[0], col % shape[1]];
+        let (outer, inner) = (self.outer, 1 - self.outer);
+        let turn = at[outer];
+        let turn = match self.closed[outer] {
+            true if 2 * turn < shape[outer] => 2 * turn,
+            true => 2 * (shape[outer] - 1 - turn) + 1,
+            false => turn,
+        };
+        turn * shape[inner] + at[inner]
+    }
+
+    /// The places of all control points of the net, with repetitions, row by row.
+    pub(super) fn places(&self) -> Vec<usize> {
+        let [rows, cols] = [0, 1].map(|d| self.knots[d].control_points());
+        (0..rows * cols).map(|at| self.place(at / cols, at % cols)).collect()
+    }
+
+    /// The surface with these control points, in the order of solution.
+    pub(super) fn surface(&self, solution: &[DVec3]) -> Result<NurbsSurface> {
+        let net = self.places().into_iter().map(|place| solution[place]).collect();
+        let [u, v] = self.knots.clone();
+        NurbsSurface::new(net, None, u, v)
+    }
+}

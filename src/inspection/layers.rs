@@ -1,0 +1,126 @@
+//! Two layers of points that lie closer together than the points of each.
+
+use std::fmt;
+
+use glam::DVec3;
+
+use crate::error::Result;
+use crate::point_cloud::{EvenSample, KdTree, Plane};
+use crate::progress::Observer;
+
+/// Points that are looked at, evenly over space.
+const MOST: usize = 20_000;
+
+/// Points around each that show the layers there.
+const AROUND: usize = 16;
+
+/// Points that a layer has of these at least.
+const FEWEST: usize = 5;
+
+/// The gap between layers, as a multiple of the deviation of each. Of 16 normally scattered heights
+/// one in thousands shows such a gap.
+const CLEAR: f64 = 4.0;
+
+/// Share of the points around which there are two layers, from which on it is no accident.
+const NO_ACCIDENT: f64 = 0.02;
+
+/// Two layers of points that lie closer together than the points of each.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DoubleLayer {
+    /// Share of the points around which both are seen.
+    pub share: f64,
+    /// Their distance, at the median, in the points' unit.
+    pub separation: f64,
+    /// A place where both are.
+    pub place: DVec3,
+}
+
+impl fmt::Display for DoubleLayer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let DVec3 { x, y, z } = self.place;
+        write!(
+            f,
+            "two layers {:.4} apart, closer than the spacing of their points: check the fold near \
+             ({x:.6}, {y:.6}, {z:.6})",
+            self.separation
+        )
+    }
+}
+
+/// Looks for places where the points lie in two layers closer together than their spacing: a fold
+/// pressed flat, both sides of a plate, two scans that do not match. No map can tell such layers
+/// apart.
+///
+/// ```
+/// use neurbs::{DVec3, inspection::double_layer, progress::Silent};
+/// let grid = |z: f64| (0..400).map(move |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), z));
+/// let points: Vec<DVec3> = grid(0.0).chain(grid(0.4)).collect();
+/// let found = double_layer(&points, &mut Silent)?.unwrap();
+/// assert!((found.separation - 0.4).abs() < 1e-9);
+/// assert!(double_layer(&points[..400], &mut Silent)?.is_none());
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<DoubleLayer>> {
+    let mut sample = EvenSample::new(MOST);
+    sample.extend(points);
+    let points = sample.points();
+    let tree = KdTree::new(&points);
+    let gaps = tree.map(observer, |index, found| {
+        tree.nearest_to(index, AROUND, found);
+        let plane = Plane::of(found.iter().map(|n| points[n.index as usize]));
+        let mut heights: Vec<f64> =
+            found.iter().map(|n| plane.height(points[n.index as usize])).collect();
+        heights.sort_by(f64::total_cmp);
+        separation(&heights)
+    })?;
+    let double: Vec<usize> = (0..gaps.len()).filter(|&i| gaps[i].is_some()).collect();
+    let share = double.len() as f64 / points.len() as f64;
+    let mut separations: Vec<f64> = gaps.iter().copied().flatten().collect();
+    separations.sort_by(f64::total_cmp);
+    let place = double.get(double.len() / 2).map(|&index| points[index]);
+    let found = place.map(|place| DoubleLayer {
+        share,
+        separation: separations[separations.len() / 2],
+        place,
+    });
+    Ok(found.filter(|_| share >= NO_ACCIDENT))
+}
+
+/// The distance between the two groups that ascending heights fall into, if they do.
+fn separation(heights: &[f64]) -> Option<f64> {
+    let last = heights.len().checked_sub(FEWEST)?;
+    let widest = (FEWEST..=last)
+        .max_by(|&a, &b| (heights[a] - heights[a - 1]).total_cmp(&(heights[b] - heights[b - 1])))?;
+    let (low, high) = heights.split_at(widest);
+    let mean = |heights: &[f64]| heights.iter().sum::<f64>() / heights.len() as f64;
+    let deviation = |heights: &[f64]| {
+        let mean = mean(heights);
+        let squared: f64 = heights.iter().map(|height| (height - mean).powi(2)).sum();
+        (squared / heights.len() as f64).sqrt()
+    };
+    let gap = heights[widest] - heights[widest - 1];
+    let clear = gap > CLEAR * deviation(low).max(deviation(high)) && gap > 0.0;
+    clear.then(|| mean(high) - mean(low))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn noise_is_no_second_layer() {
+        let noisy: Vec<DVec3> = (0..5000)
+            .map(f64::from)
+            .map(|i| {
+                let z: f64 = (1..9).map(|k| (i * 0.618 * f64::from(k * k)).fract() - 0.5).sum();
+                DVec3::new((i * 0.754_877_666).fract(), (i * 0.569_840_29).fract(), 0.02 * z)
+            })
+            .collect();
+        assert!(double_layer(&noisy, &mut Silent).unwrap().is_none());
+    }
+}

@@ -1,0 +1,12 @@
+//! What could be wrong with points or with a surface through them, in numbers and in words.
+
+mod excursion;
+mod fold_over;
+mod layers;
+mod samples;
+mod units;
+
+pub use self::excursion::{Excursion, excursion};
+pub use self::fold_over::{FoldOver, fold_over};
+pub use self::layers::{DoubleLayer, double_layer};
+pub use self::units::{UnevenExtents, uneven_extents};

@@ -1,0 +1,203 @@
+//! A few points, evenly over space, from as many as there are.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+/// First voxels, as a share of the first points' extent: so small that none holds two.
+const FIRST_VOXEL: f64 = 1e-6;
+
+/// Chooses points evenly over space from a stream, in memory for twice as many as it keeps.
+///
+/// Space is cut into voxels, cubes whose sides are a power of two. Of each voxel the point with the
+/// lowest hash is kept; when there are too many voxels, their sides double. So what is kept depends
+/// on the points alone: neither on their order nor on how they were cut into chunks.
+///
+/// ```
+/// use neurbs::{DVec3, point_cloud::EvenSample};
+/// let points: Vec<DVec3> = (0..90_000_u32)
+///     .map(|i| DVec3::new(f64::from(i % 300), f64::from(i / 300), 0.0))
+///     .collect();
+/// let mut sample = EvenSample::new(1000);
+/// points.chunks(777).for_each(|chunk| sample.extend(chunk));
+/// assert!((250..=1000).contains(&sample.indices().len()));
+/// ```
+#[derive(Clone, Debug)]
+pub struct EvenSample {
+    most: usize,
+    seen: u64,
+    /// Side of a voxel; 0 before there are more points than may be kept.
+    side: f64,
+    voxels: HashMap<[i64; 3], Chosen>,
+    /// The first points, as long as there are not too many.
+    first: Vec<Chosen>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Chosen {
+    point: DVec3,
+    index: u64,
+}
+
+impl Chosen {
+    /// In which order points are preferred; equal points by their place in the stream.
+    fn rank(&self) -> (u64, [u64; 3], u64) {
+        // Both zeros are one number.
+        let bits = (self.point + 0.0).to_array().map(f64::to_bits);
+        (bits.into_iter().fold(0, |hash, bits| mix(hash ^ bits)), bits, self.index)
+    }
+
+    fn voxel(&self, side: f64) -> [i64; 3] {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "sides are chosen for numbers that fit"
+        )]
+        (self.point / side).to_array().map(|along| along.floor() as i64)
+    }
+}
+
+/// A bijection that scatters (SplitMix64: G. Steele, D. Lea, C. Flood, 2014).
+fn mix(value: u64) -> u64 {
+    let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+impl EvenSample {
+    /// Nothing yet; `most` points at most.
+    #[must_use]
+    pub fn new(most: usize) -> Self {
+        Self { most, seen: 0, side: 0.0, voxels: HashMap::new(), first: Vec::new() }
+    }
+
+    /// Looks at the next points of the stream.
+    pub fn extend(&mut self, points: &[DVec3]) {
+        for &point in points {
+            let chosen = Chosen { point, index: self.seen };
+            self.seen += 1;
+            if self.side > 0.0 {
+                prefer(&mut self.voxels, self.side, chosen);
+                self.coarsen();
+            } else {
+                self.first.push(chosen);
+                if self.first.len() > self.most {
+                    self.divide();
+                }
+            }
+        }
+    }
+
+    /// The first voxels.
+    fn divide(&mut self) {
+        let low = self.first.iter().fold(DVec3::INFINITY, |low, c| low.min(c.point));
+        let high = self.first.iter().fold(DVec3::NEG_INFINITY, |high, c| high.max(c.point));
+        let extent = (high - low).max_element();
+        if extent == 0.0 {
+            // Copies of one point: one is as good as all.
+            self.first.truncate(1);
+            return;
+        }
+        // Numbers of voxels stay far within 64 bits.
+        let far = low.abs().max(high.abs()).max_element();
+        self.side = (extent * FIRST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
+        for chosen in std::mem::take(&mut self.first) {
+            prefer(&mut self.voxels, self.side, chosen);
+        }
+        self.coarsen();
+    }
+
+    fn coarsen(&mut self) {
+        while self.voxels.len() > self.most {
+            self.side *= 2.0;
+            let voxels = std::mem::take(&mut self.voxels);
+            for chosen in voxels.into_values() {
+                prefer(&mut self.voxels, self.side, chosen);
+            }
+        }
+    }
+
+    fn chosen(&self) -> Vec<Chosen> {
+        let mut chosen: Vec<Chosen> =
+            self.first.iter().chain(self.voxels.values()).copied().collect();
+        chosen.sort_unstable_by_key(|chosen| chosen.index);
+        chosen
+    }
+
+    /// The points kept, in the order of the stream.
+    #[must_use]
+    pub fn points(&self) -> Vec<DVec3> {
+        self.chosen().iter().map(|chosen| chosen.point).collect()
+    }
+
+    /// Their places in the stream, ascending.
+    #[must_use]
+    pub fn indices(&self) -> Vec<u64> {
+        self.chosen().iter().map(|chosen| chosen.index).collect()
+    }
+
+    /// How many points came.
+    #[must_use]
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+}
+
+/// Keeps the better one of a voxel's point and another.
+fn prefer(voxels: &mut HashMap<[i64; 3], Chosen>, side: f64, chosen: Chosen) {
+    let kept = voxels.entry(chosen.voxel(side)).or_insert(chosen);
+    if chosen.rank() < kept.rank() {
+        *kept = chosen;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cloud() -> Vec<DVec3> {
+        // A spiral that is a hundred times denser in the middle, far from the origin.
+        let place = |i: u32| {
+            let (angle, radius) = (f64::from(i) * 2.4, (f64::from(i) / 40_000.0).powi(3));
+            DVec3::new(5e6 + radius * angle.cos(), radius * angle.sin(), 0.1 * radius)
+        };
+        (0..40_000).map(place).collect()
+    }
+
+    #[test]
+    fn chunks_and_order_do_not_matter() {
+        let points = cloud();
+        let sample = |points: &[DVec3], chunk: usize| {
+            let mut sample = EvenSample::new(2000);
+            points.chunks(chunk).for_each(|chunk| sample.extend(chunk));
+            sample
+        };
+        let whole = sample(&points, points.len());
+        assert!(whole.points().len() > 500);
+        assert_eq!(whole.points(), sample(&points, 1).points());
+        assert_eq!(whole.indices(), sample(&points, 999).indices());
+        let mut turned: Vec<DVec3> = points.iter().rev().copied().collect();
+        turned = sample(&turned, 100).points();
+        turned.reverse();
+        assert_eq!(whole.points(), turned);
+    }
+
+    #[test]
+    fn crowded_places_get_no_more_than_others() {
+        let mut sample = EvenSample::new(2000);
+        sample.extend(&cloud());
+        let inner = sample.points().iter().filter(|p| (p.x - 5e6).hypot(p.y) < 0.5).count();
+        // A quarter of the disc's area, five sixths of the points.
+        assert!(inner * 3 < sample.points().len(), "{inner} of {}", sample.points().len());
+    }
+
+    #[test]
+    fn few_points_and_copies_are_kept_as_they_are() {
+        let mut sample = EvenSample::new(10);
+        sample.extend(&[DVec3::X, DVec3::X, DVec3::Y]);
+        assert_eq!(sample.points(), [DVec3::X, DVec3::X, DVec3::Y]);
+        sample.extend(&[DVec3::X; 100]);
+        assert_eq!(sample.seen(), 103);
+        assert!(sample.points().contains(&DVec3::Y));
+    }
+}

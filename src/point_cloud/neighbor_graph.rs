@@ -1,0 +1,222 @@
+//! Points joined to their nearest ones, and distances along the edges.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::kd_tree::{KdTree, Neighbor};
+use super::plane::Plane;
+use crate::error::Result;
+use crate::progress::Observer;
+
+/// Points lie in a line when their second principal deviation is under this share of the first.
+const LINE: f64 = 0.25;
+
+/// What lies beside a line is seen from it at more than this cosine's angle, 45 degrees.
+const BESIDE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Points beside a line that each of its points is joined to.
+const BESIDE_COUNT: usize = 2;
+
+/// A graph whose edges join points that are among the nearest of one another, for clouds of some
+/// ten thousand points.
+///
+/// ```
+/// use neurbs::{DVec3, point_cloud::NeighborGraph, progress::Silent};
+/// let line: Vec<DVec3> = (0..50).map(|i| DVec3::X * f64::from(i)).collect();
+/// let graph = NeighborGraph::of(&line, 4, &mut Silent)?;
+/// assert_eq!(graph.distances_from(&[0])[49], 49.0);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct NeighborGraph {
+    /// Where each node's edges begin; one more than nodes.
+    starts: Vec<usize>,
+    edges: Vec<Edge>,
+}
+
+/// An edge, seen from one of its ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The other end.
+    pub to: u32,
+    /// Its length, in the points' unit.
+    pub length: f64,
+}
+
+impl From<&Neighbor> for Edge {
+    fn from(near: &Neighbor) -> Self {
+        Self { to: near.index, length: near.distance() }
+    }
+}
+
+impl NeighborGraph {
+    /// Each point joined to its `count` nearest, and to those that it is among the nearest of. Where
+    /// these lie in a line, as on scan lines, also to the nearest two beside it.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Interrupted`] if the observer stops it.
+    pub fn of(points: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
+        let tree = KdTree::new(points);
+        let nearest = tree.map(observer, |index, found| {
+            let own = points[index as usize];
+            tree.nearest_to(index, count, found);
+            let mut edges: Vec<Edge> = found.iter().map(Edge::from).collect();
+            let around = found.iter().map(|near| points[near.index as usize]);
+            let Plane { axes, deviations, .. } = Plane::of(std::iter::once(own).chain(around));
+            if deviations[1] < LINE * deviations[0] {
+                tree.nearest_where(own, BESIDE_COUNT, f64::INFINITY, found, |other| {
+                    let apart = points[other as usize] - own;
+                    apart.dot(axes[0]).abs() < BESIDE * apart.length()
+                });
+                edges.extend(found.iter().map(Edge::from));
+            }
+            edges
+        })?;
+        Ok(Self::symmetric(nearest))
+    }
+
+    /// The graph of these edges, each listed at one of its ends at least.
+    #[must_use]
+    pub fn symmetric(mut lists: Vec<Vec<Edge>>) -> Self {
+        for node in 0..lists.len() {
+            for at in 0..lists[node].len() {
+                let Edge { to, length } = lists[node][at];
+                let from = u32::try_from(node).unwrap_or(u32::MAX);
+                let back = &mut lists[to as usize];
+                if !back.iter().any(|edge| edge.to == from) {
+                    back.push(Edge { to: from, length });
+                }
+            }
+        }
+        let mut starts = vec![0];
+        starts.extend(lists.iter().scan(0, |sum, list| {
+            *sum += list.len();
+            Some(*sum)
+        }));
+        Self { starts, edges: lists.into_iter().flatten().collect() }
+    }
+
+    /// How many nodes there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Whether there are no nodes.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The edges at a node.
+    #[must_use]
+    pub fn edges(&self, node: usize) -> &[Edge] {
+        &self.edges[self.starts[node]..self.starts[node + 1]]
+    }
+
+    /// Lengths of the shortest ways from the nearest of some nodes to all; infinite where there is
+    /// none (Dijkstra).
+    #[must_use]
+    pub fn distances_from(&self, sources: &[u32]) -> Vec<f64> {
+        let mut distances = vec![f64::INFINITY; self.len()];
+        self.walk(sources, f64::INFINITY, &mut distances);
+        distances
+    }
+
+    /// Writes the lengths of the ways that are no longer than `limit` into `distances`, which are
+    /// infinite before, and answers to which nodes these lead.
+    pub fn walk(&self, sources: &[u32], limit: f64, distances: &mut [f64]) -> Vec<u32> {
+        let mut reached = Vec::new();
+        let mut queue = BinaryHeap::new();
+        for &source in sources {
+            distances[source as usize] = 0.0;
+            reached.push(source);
+            queue.push(Stop { distance: 0.0, node: source });
+        }
+        while let Some(Stop { distance, node }) = queue.pop() {
+            if distance > distances[node as usize] {
+                continue;
+            }
+            for &Edge { to, length } in self.edges(node as usize) {
+                let there = distance + length;
+                if there < distances[to as usize] && there <= limit {
+                    if distances[to as usize].is_infinite() {
+                        reached.push(to);
+                    }
+                    distances[to as usize] = there;
+                    queue.push(Stop { distance: there, node: to });
+                }
+            }
+        }
+        reached
+    }
+}
+
+/// A place in Dijkstra's queue; the nearest is the greatest.
+struct Stop {
+    distance: f64,
+    node: u32,
+}
+
+impl Ord for Stop {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+    }
+}
+
+impl PartialOrd for Stop {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Stop {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Stop {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn ways_lead_around_a_gap() {
+        // Three quarters of a circle: the way is the long one.
+        let ring: Vec<DVec3> = (0..=300)
+            .map(|i| f64::from(i) / 200.0 * std::f64::consts::PI)
+            .map(|angle| DVec3::new(angle.cos(), angle.sin(), 0.0))
+            .collect();
+        let graph = NeighborGraph::of(&ring, 6, &mut Silent).unwrap();
+        let far = graph.distances_from(&[0])[300];
+        assert!((far - 1.5 * std::f64::consts::PI).abs() < 1e-3);
+        let middle = graph.distances_from(&[0, 300])[150];
+        assert!((middle - 0.75 * std::f64::consts::PI).abs() < 1e-3);
+    }
+
+    #[test]
+    fn scan_lines_are_joined() {
+        let lines: Vec<DVec3> = (0..1000)
+            .map(|i| DVec3::new(f64::from(i / 100), f64::from(i % 100) / 20.0, 0.0))
+            .collect();
+        let graph = NeighborGraph::of(&lines, 8, &mut Silent).unwrap();
+        assert!((graph.distances_from(&[0])[900] - 9.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn walks_end_at_their_limit() {
+        let line: Vec<DVec3> = (0..50).map(|i| DVec3::X * f64::from(i)).collect();
+        let graph = NeighborGraph::of(&line, 2, &mut Silent).unwrap();
+        let mut distances = vec![f64::INFINITY; 50];
+        let mut reached = graph.walk(&[10], 3.0, &mut distances);
+        reached.sort_unstable();
+        assert_eq!(reached, [7, 8, 9, 10, 11, 12, 13]);
+        assert_eq!(distances[14], f64::INFINITY);
+    }
+}

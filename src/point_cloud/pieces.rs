@@ -1,0 +1,288 @@
+//! The pieces that a cloud falls into.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::even_sample::EvenSample;
+use super::kd_tree::{KdTree, Neighbor};
+use super::plane::Plane;
+use crate::error::Result;
+use crate::progress::Observer;
+
+/// Points that are looked at; of more, as many evenly over space, the others follow the nearest.
+const MOST: usize = 20_000;
+
+/// Neighbours over which the spacing at a point is averaged.
+const NEIGHBORS: usize = 8;
+
+/// Two points belong together when they are at most this many spacings apart: first those of the
+/// denser place, so that nothing is joined by a stray point; then those of the sparser one. The
+/// eighth neighbour of a random scatter is 1.5 spacings away, seldom 2.5.
+const REACH: [f64; 2] = [2.5, 2.0];
+
+/// Share of a second principal deviation in the first below which neighbours lie on a line.
+const LINE: f64 = 0.25;
+
+/// Lines of points belong together when they are at most this many times as far apart as lines
+/// usually are in the cloud.
+const LINE_REACH: f64 = 3.0;
+
+/// The pieces that a cloud falls into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pieces {
+    /// For each point the number of its piece; 0 is the one with most points.
+    pub labels: Vec<u32>,
+    /// How many points each piece has, descending.
+    pub sizes: Vec<usize>,
+    /// The smallest distance between two pieces, in the points' unit; infinite if there is one.
+    pub gap: f64,
+}
+
+impl Pieces {
+    /// Indices of the points of a piece, ascending.
+    #[must_use]
+    pub fn indices(&self, piece: u32) -> Vec<u32> {
+        (0..).zip(&self.labels).filter(|(_, label)| **label == piece).map(|(i, _)| i).collect()
+    }
+
+    /// What a user should know; `None` if all hang together.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        const SHOWN: usize = 5;
+        if self.sizes.len() < 2 {
+            return None;
+        }
+        let mut sizes: Vec<String> = self.sizes.iter().take(SHOWN).map(usize::to_string).collect();
+        if self.sizes.len() > SHOWN {
+            sizes.push("…".into());
+        }
+        Some(format!(
+            "the points are in {} pieces ({} points), the nearest two {:.4} apart: one surface \
+             spans the gaps between them; choose a piece, or fit each",
+            self.sizes.len(),
+            sizes.join(", "),
+            self.gap
+        ))
+    }
+}
+
+/// Finds the pieces of a cloud whose density may vary: points belong together when they are near
+/// one another as compared with the spacing there. Points in lines (scan lines, contour lines, ship
+/// tracks) belong to one piece although the lines are far apart.
+///
+/// O(n log n) for n points.
+///
+/// ```
+/// use neurbs::{DVec3, point_cloud::pieces, progress::Silent};
+/// let grid = |i: u32| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0);
+/// let points: Vec<DVec3> =
+///     (0..400).map(grid).chain((0..100).map(|i| grid(i) + DVec3::Z * 9.0)).collect();
+/// let pieces = pieces(&points, &mut Silent)?;
+/// assert_eq!((pieces.sizes.as_slice(), pieces.gap), (&[400, 100][..], 9.0));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn pieces(points: &[DVec3], observer: &mut dyn Observer) -> Result<Pieces> {
+    let mut sample = EvenSample::new(MOST);
+    sample.extend(points);
+    let looked_at = sample.points();
+    let mut groups = Groups::of(&looked_at, observer)?;
+    groups.join(REACH[1]);
+    let gap = groups.gaps().iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
+    let roots: Vec<u32> = (0..looked_at.len()).map(|i| groups.root(i)).collect();
+    let labels = if looked_at.len() == points.len() {
+        roots
+    } else {
+        let all = KdTree::new(points);
+        all.map(observer, |index, found| {
+            groups.tree.nearest_where(points[index as usize], 1, f64::INFINITY, found, |_| true);
+            found.first().map_or(0, |near| roots[near.index as usize])
+        })?
+    };
+    Ok(numbered(&labels, looked_at.len(), gap))
+}
+
+/// Pieces numbered by size, the earlier one first among equals.
+fn numbered(labels: &[u32], most: usize, gap: f64) -> Pieces {
+    let mut counts = vec![0; most];
+    labels.iter().for_each(|&label| counts[label as usize] += 1);
+    let mut order: Vec<usize> = (0..most).filter(|&label| counts[label] > 0).collect();
+    order.sort_by_key(|&label| std::cmp::Reverse(counts[label]));
+    let mut number = vec![0; most];
+    (0..).zip(&order).for_each(|(i, &label)| number[label] = i);
+    Pieces {
+        labels: labels.iter().map(|&label| number[label as usize]).collect(),
+        sizes: order.iter().map(|&label| counts[label]).collect(),
+        gap,
+    }
+}
+
+/// Points in groups that grow together (union by the lower index).
+struct Groups<'a> {
+    points: &'a [DVec3],
+    tree: KdTree<'a>,
+    parents: Vec<u32>,
+    /// Mean distance from each point to its nearest.
+    spacing: Vec<f64>,
+    /// Whether its nearest lie in a line with it.
+    in_line: Vec<bool>,
+}
+
+/// The shortest way from a group to another.
+#[derive(Clone, Copy)]
+struct Gap {
+    length: f64,
+    from: u32,
+    to: u32,
+}
+
+impl<'a> Groups<'a> {
+    /// Groups of points that are near one another even by the denser one's spacing.
+    fn of(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
+        let tree = KdTree::new(points);
+        let look = |index: u32, found: &mut Vec<Neighbor>| {
+            tree.nearest_to(index, NEIGHBORS, found);
+            let sum: f64 = found.iter().map(Neighbor::distance).sum();
+            let own = std::iter::once(points[index as usize]);
+            let near = found.iter().map(|n| points[n.index as usize]);
+            let [first, second, _] = Plane::of(own.chain(near)).deviations;
+            let list: Vec<Neighbor> = found.clone();
+            (sum / found.len() as f64, second < LINE * first, list)
+        };
+        let seen = tree.map(observer, look)?;
+        let parents = (0..).take(points.len()).collect();
+        let (spacing, in_line) =
+            seen.iter().map(|(spacing, in_line, _)| (*spacing, in_line)).unzip();
+        let mut groups = Self { points, tree, parents, spacing, in_line };
+        for (from, (spacing, _, near)) in seen.iter().enumerate() {
+            for neighbor in near {
+                let to = neighbor.index as usize;
+                if neighbor.distance() <= REACH[0] * spacing.min(groups.spacing[to]) {
+                    groups.unite(from, to);
+                }
+            }
+        }
+        Ok(groups)
+    }
+
+    fn root(&mut self, point: usize) -> u32 {
+        let (mut point, mut parent) = (point, self.parents[point]);
+        while self.parents[parent as usize] != parent {
+            // Ways to the root are halved.
+            parent = self.parents[parent as usize];
+            self.parents[point] = parent;
+            point = parent as usize;
+        }
+        parent
+    }
+
+    fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parents[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Joins groups that are near by the sparser one's spacing, or lie like lines beside lines.
+    fn join(&mut self, reach: f64) {
+        let mut line_gap = None;
+        loop {
+            let gaps = self.gaps();
+            let of_lines = *line_gap.get_or_insert_with(|| self.usual_line_gap(&gaps));
+            let near = |gap: &&Gap| {
+                let ends = [gap.from, gap.to].map(|end| end as usize);
+                let spacing = self.spacing[ends[0]].max(self.spacing[ends[1]]);
+                let lines = ends.iter().any(|&end| self.in_line[end]);
+                gap.length <= reach * spacing || (lines && gap.length <= LINE_REACH * of_lines)
+            };
+            let joined: Vec<Gap> = gaps.iter().filter(near).copied().collect();
+            if joined.is_empty() {
+                return;
+            }
+            for gap in joined {
+                self.unite(gap.from as usize, gap.to as usize);
+            }
+        }
+    }
+
+    /// The median gap between groups that end in a line there.
+    fn usual_line_gap(&self, gaps: &[Gap]) -> f64 {
+        let of_lines = gaps.iter().filter(|gap| self.in_line[gap.from as usize]);
+        let mut lengths: Vec<f64> = of_lines.map(|gap| gap.length).collect();
+        lengths.sort_by(f64::total_cmp);
+        lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// From each group the shortest way to another; none if there is one group.
+    fn gaps(&mut self) -> Vec<Gap> {
+        let roots: Vec<u32> = (0..self.points.len()).map(|point| self.root(point)).collect();
+        let mut groups: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
+        (0..).zip(&roots).for_each(|(point, &root)| groups[root as usize].push(point));
+        groups.retain(|group| !group.is_empty());
+        if groups.len() < 2 {
+            return Vec::new();
+        }
+        let shortest = |group: &Vec<u32>| {
+            let mut best = Gap { length: f64::INFINITY, from: group[0], to: group[0] };
+            let mut found = Vec::new();
+            for &from in group {
+                let place = self.points[from as usize];
+                let foreign = |to: u32| roots[to as usize] != roots[from as usize];
+                self.tree.nearest_where(place, 1, best.length, &mut found, foreign);
+                // Ways of equal length do not replace one another.
+                if let Some(near) = found.first().filter(|near| near.distance() < best.length) {
+                    best = Gap { length: near.distance(), from, to: near.index };
+                }
+            }
+            best
+        };
+        groups.par_iter().map(shortest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn sizes(points: &[DVec3]) -> Vec<usize> {
+        pieces(points, &mut Silent).unwrap().sizes
+    }
+
+    fn unit(i: u32) -> (f64, f64) {
+        let i = f64::from(i);
+        ((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
+    }
+
+    #[test]
+    fn density_that_varies_does_not_tear_a_sheet() {
+        let points: Vec<DVec3> = (0..5000)
+            .map(unit)
+            .map(|(a, y)| DVec3::new(-(1.0 - a * 0.99).ln(), 4.0 * y, 0.0))
+            .collect();
+        assert_eq!(sizes(&points), [5000]);
+    }
+
+    #[test]
+    fn lines_of_points_are_one_piece_and_stacked_sheets_are_not() {
+        let lines = |z: f64| {
+            (0..5000).map(move |i| DVec3::new(f64::from(i / 200), f64::from(i % 200) / 20.0, z))
+        };
+        assert_eq!(sizes(&lines(0.0).collect::<Vec<_>>()), [5000]);
+        let sheet = |z: f64| (0..3000).map(unit).map(move |(x, y)| DVec3::new(x, y, z));
+        let stacked: Vec<DVec3> = sheet(0.0).chain(sheet(0.3)).chain(sheet(0.5)).collect();
+        let found = pieces(&stacked, &mut Silent).unwrap();
+        assert_eq!(found.sizes, [3000; 3]);
+        assert!((found.gap - 0.2).abs() < 1e-3);
+        assert_eq!(found.indices(1)[0], 3000);
+        assert!(found.warning().unwrap().contains("3 pieces (3000, 3000, 3000 points)"));
+    }
+
+    #[test]
+    fn a_large_cloud_is_judged_by_a_part_of_it() {
+        let sheet = |z: f64| (0..30_000).map(unit).map(move |(x, y)| DVec3::new(x, y, z));
+        let points: Vec<DVec3> = sheet(0.0).chain(sheet(0.4)).collect();
+        assert_eq!(sizes(&points), [30_000, 30_000]);
+    }
+}

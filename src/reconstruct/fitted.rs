@@ -1,0 +1,246 @@
+//! The method "fit": an ordered map gives parameters, least squares give the surface.
+
+use glam::{DVec2, DVec3};
+
+use super::report::{Clock, Distances, Report, TrainingReport};
+use super::{Aspect, ReconstructOptions, Reconstruction};
+use crate::error::Result;
+use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate};
+use crate::point_cloud::{Bounds, Normalization};
+use crate::progress::Observer;
+use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
+
+/// Points that the map learns from: more would not move it visibly.
+const MAP_POINTS: usize = 20_000;
+
+/// Points that distances along the surface are found for.
+const UNROLLED: usize = 1000;
+
+/// Least number of points to a node, so that the map does not follow single ones.
+const POINTS_PER_NODE: usize = 3;
+
+/// Epochs of the map from its ordered start, and the radius it begins and ends with, in cells.
+const EPOCHS: u64 = 10;
+const RADIUS: (f64, f64) = (1.0, 0.7);
+
+/// How far beyond the lattice's border points may lie, in cells.
+const EXTRAPOLATION: f64 = 0.75;
+
+/// How far the surface goes on beyond the points by default, in their mean spacings.
+const BORDER: f64 = 0.5;
+
+/// Points for each control point of the net that growth begins with, and its longest side.
+const POINTS_PER_FIRST: f64 = 20.0;
+const FIRST_SIDE: usize = 12;
+
+/// Least number of control points in a direction for which a degree is kept.
+const LEAST_SIDE: usize = 4;
+
+pub(super) fn reconstruct(
+    points: &[DVec3],
+    bounds: &Bounds,
+    options: &ReconstructOptions,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    let mut clock = Clock::start();
+    let frame = Normalization::within(bounds);
+    let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
+    let sample = evenly_ordered(&local, MAP_POINTS);
+    let budget = options.grid.unwrap_or_else(|| default_grid(points.len()));
+    let start = OrderedStart::of(&sample, budget, options, observer)?;
+    clock.lap("ordering");
+    let map = learn(&sample, &start, observer)?;
+    let uv = parametrize(&map, &local, observer)?;
+    clock.lap("training");
+    let degree = |side: usize| options.degree.min(side - 1);
+    let approximation = ApproximateOptions {
+        net: start.net,
+        degree: (degree(start.net.0), degree(start.net.1)),
+        closed: options.topology.closed(),
+        fairness: options.fairness,
+        border: options.border.unwrap_or(BORDER),
+        growth: growth(options, &frame),
+        ..ApproximateOptions::default()
+    };
+    let found = approximate(&local, &uv, None, &approximation, observer)?;
+    clock.lap("fitting");
+    let surface = found.surface.map_control_points(|point| frame.undo(point))?;
+    let distances: Vec<f64> = found.distances.iter().map(|d| d / frame.scale).collect();
+    let som = in_own_frame(&map, &sample, &frame, observer)?;
+    let far = |tolerance| distances.iter().filter(|distance| **distance > tolerance).count();
+    let warnings =
+        shortcomings(found.ended_by, options.tolerance, options.tolerance.map_or(0, far));
+    let within = |tolerance| 1.0 - far(tolerance) as f64 / points.len() as f64;
+    let report = Report {
+        points: points.len(),
+        diagonal: bounds.diagonal(),
+        grid: surface.shape(),
+        degree: (surface.knots_u().degree(), surface.knots_v().degree()),
+        distances: Distances::of(&distances),
+        tolerance: options.tolerance,
+        within: options.tolerance.map(within),
+        ended_by: found.ended_by,
+        fairness: Some(found.fairness),
+        iterations: found.iterations,
+        training: TrainingReport::of(&som, map.error.unwrap_or(f64::NAN) / frame.scale),
+        warnings,
+        times: clock.times(),
+    };
+    Ok(Reconstruction { surface, som, uv: found.uv, distances, report })
+}
+
+/// The net that growth begins with: few control points, but no fewer than the degree needs.
+fn default_grid(count: usize) -> (usize, usize) {
+    let side = ((count as f64 / POINTS_PER_FIRST).sqrt() as usize).clamp(LEAST_SIDE, FIRST_SIDE);
+    (side, side)
+}
+
+/// How far the net grows, in the frame; not at all where its size was given without a tolerance.
+fn growth(options: &ReconstructOptions, frame: &Normalization) -> Option<Growth> {
+    let tolerance = options.tolerance.map(|tolerance| tolerance * frame.scale);
+    let free = options.grid.is_none() || tolerance.is_some();
+    free.then_some(Growth { tolerance, most: options.max_control_points })
+}
+
+/// What is to be said of a fit that did not come out as it was asked for.
+fn shortcomings(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Vec<String> {
+    let Some(tolerance) = tolerance else { return Vec::new() };
+    let why = match ended_by {
+        EndedBy::Noise => "a larger net would follow the noise of the points: raise the tolerance",
+        EndedBy::Points => "the points hold no more control points: raise the tolerance",
+        EndedBy::MaxControlPoints => "the net may have no more: raise max_control_points",
+        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => return Vec::new(),
+    };
+    vec![format!("{far} points lie farther than the tolerance {tolerance} from the surface; {why}")]
+}
+
+/// At most `count` of the points, at equal steps in the order of their distance from the centroid:
+/// which ones, depends neither on their order nor on how the cloud lies in space.
+fn evenly_ordered(points: &[DVec3], count: usize) -> Vec<DVec3> {
+    let centre = crate::point_cloud::centroid(points);
+    let mut keyed: Vec<(f64, DVec3)> =
+        points.iter().map(|&point| (point.distance_squared(centre), point)).collect();
+    let coordinates = |a: &DVec3, b: &DVec3| {
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+    };
+    keyed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| coordinates(&a.1, &b.1)));
+    every(&keyed, count).map(|(_, point)| *point).collect()
+}
+
+/// At most `count` items at equal steps.
+fn every<T>(items: &[T], count: usize) -> impl Iterator<Item = &T> {
+    let taken = items.len().min(count);
+    (0..taken).map(move |i| &items[i * items.len() / taken])
+}
+
+/// Where the lattice lies before it learns, and the net that the surface will have.
+struct OrderedStart {
+    lattice: Lattice,
+    nodes: Vec<DVec3>,
+    net: (usize, usize),
+}
+
+impl OrderedStart {
+    fn of(
+        sample: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let split = |aspect: f64| match options.aspect {
+            Aspect::Data => split(budget.0 * budget.1, aspect),
+            Aspect::Fixed => budget,
+        };
+        if options.topology == Topology::Sheet {
+            let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
+            if let Some(places) = som::unroll(&few, observer)? {
+                let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
+                let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
+                let size = high - low;
+                let net = split(size.x / size.y);
+                let lattice = lattice(net, few.len().max(sample.len()), options.topology)?;
+                let uv: Vec<DVec2> = places.iter().map(|&p| (p - low) / size).collect();
+                let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
+                return Ok(Self { lattice, nodes, net });
+            }
+        }
+        let net = split(1.0);
+        let lattice = lattice(net, sample.len(), options.topology)?;
+        let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
+        let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
+        Ok(Self { lattice, nodes, net })
+    }
+}
+
+/// A budget of control points in rows and columns, for a surface so many times longer than wide.
+fn split(budget: usize, aspect: f64) -> (usize, usize) {
+    let side = (budget as f64).sqrt();
+    let most = (budget / LEAST_SIDE).max(LEAST_SIDE);
+    let rows = ((side * aspect.sqrt()).round() as usize).clamp(LEAST_SIDE, most);
+    let cols = (budget as f64 / rows as f64).round() as usize;
+    (rows, cols.max(LEAST_SIDE))
+}
+
+/// A lattice like the net, but with few enough nodes for the points.
+fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
+    let most = (points / POINTS_PER_NODE).max(9) as f64;
+    let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
+    let side = |count: usize| ((count as f64 * shrink) as usize).max(3);
+    Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)
+}
+
+fn learn(
+    sample: &[DVec3],
+    start: &OrderedStart,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let options = SomOptions {
+        init: Init::Given(start.nodes.clone()),
+        kernel: Some(Kernel::Mean),
+        radius: Some(Schedule::Exponential { start: RADIUS.0, end: RADIUS.1 }),
+        epochs: Some(EPOCHS),
+        min_change: Some(f64::MIN_POSITIVE),
+        ..SomOptions::default()
+    };
+    SelfOrganizingMap::fit(sample, start.lattice.clone(), &options, observer)
+}
+
+/// The map in the points' own frame, as it would have been learned there.
+fn in_own_frame(
+    map: &SelfOrganizingMap,
+    sample: &[DVec3],
+    frame: &Normalization,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let points: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
+    let nodes = map.codebook().into_iter().map(|node| frame.undo(node)).collect();
+    let options = SomOptions { init: Init::Given(nodes), ..SomOptions::default() };
+    let mut own = SelfOrganizingMap::new(&points, map.lattice.clone(), &options, observer)?;
+    own.steps = map.steps;
+    own.stopped_by = map.stopped_by;
+    own.reached = map.reached;
+    own.change = map.change.map(|change| change / frame.scale);
+    own.error = map.error.map(|error| error / frame.scale);
+    Ok(own)
+}
+
+/// Each point's place on the map, in [0, 1]²: in open directions from the first point to the last.
+fn parametrize(
+    map: &SelfOrganizingMap,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Vec<DVec2>> {
+    let mut uv = map.parametrize(points, EXTRAPOLATION, observer)?;
+    let closed: [bool; 2] = map.lattice.topology().closed().into();
+    for d in 0..2 {
+        if closed[d] {
+            continue;
+        }
+        let ends = |(low, high): (f64, f64), uv: &DVec2| (low.min(uv[d]), high.max(uv[d]));
+        let (low, high) = uv.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        let size = high - low;
+        let place = |at: f64| if size > 0.0 { ((at - low) / size).clamp(0.0, 1.0) } else { 0.5 };
+        uv.iter_mut().for_each(|uv| uv[d] = place(uv[d]));
+    }
+    Ok(uv)
+}

@@ -1,0 +1,72 @@
+//! The whole job: scattered points in, a surface out.
+
+mod fitted;
+mod options;
+mod paper;
+mod report;
+
+use glam::{DVec2, DVec3};
+
+use crate::error::Result;
+use crate::mesh::{TriangleMesh, UniformGrid};
+use crate::nurbs::NurbsSurface;
+use crate::point_cloud;
+use crate::progress::Observer;
+use crate::som::SelfOrganizingMap;
+
+pub use self::options::{Aspect, Method, ReconstructOptions};
+pub use self::report::{Distances, PERCENTILES, Report, TrainingReport};
+
+/// What [`reconstruct`] returns; everything in the points' own frame and unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reconstruction {
+    /// The surface.
+    pub surface: NurbsSurface,
+    /// The trained map.
+    pub som: SelfOrganizingMap,
+    /// Where on the surface each point has its foot.
+    pub uv: Vec<DVec2>,
+    /// Each point's distance from its foot.
+    pub distances: Vec<f64>,
+    /// How it went.
+    pub report: Report,
+}
+
+impl Reconstruction {
+    /// The surface as triangles, on the grid of [`UniformGrid::for_surface`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`UniformGrid::for_surface`]; [`crate::Error::Interrupted`] if the observer stops
+    /// it.
+    pub fn tessellate(&self, observer: &mut dyn Observer) -> Result<TriangleMesh> {
+        UniformGrid::for_surface(&self.surface)?.tessellate(&self.surface, observer)
+    }
+}
+
+/// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
+/// triangles.
+///
+/// [`Method::Fit`] brings the points in order by a map that learns them from an ordered start,
+/// takes their places on it as parameters, and fits the surface by least squares with fairness and
+/// parameter correction. [`Method::Paper`] is the paper
+/// alone: a Kohonen network learns the points, and its lattice becomes the control net of a clamped
+/// B-spline surface, a grid to interpolate, or a Bézier net. Points that are in order already need
+/// no network: [`OrderedSurface::through`](crate::nurbs::OrderedSurface::through) is this last stage.
+///
+/// # Errors
+///
+/// Those of [`point_cloud::check`]; [`crate::Error::Parameter`] for an option out of its range;
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn reconstruct(
+    points: &[DVec3],
+    options: &ReconstructOptions,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    options.check()?;
+    let bounds = point_cloud::checked_bounds(points, observer)?;
+    match options.method {
+        Method::Fit => fitted::reconstruct(points, &bounds, options, observer),
+        Method::Paper => paper::reconstruct(points, &bounds, options, observer),
+    }
+}

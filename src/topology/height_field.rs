@@ -1,0 +1,99 @@
+//! Whether points are heights over a plane.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::point_cloud::{KdTree, NeighborGraph, Plane};
+
+/// Slopes are measured where all but this share of the points lie.
+const STEEPEST: f64 = 0.02;
+
+/// Steeper slopes (from the plane) are walls, over which heights would be no function or an
+/// unevenly sampled one.
+const WALL_DEGREES: f64 = 72.0;
+
+/// Neighbours in the plane that must be neighbours on the surface.
+const BELOW: usize = 5;
+
+/// They are when they lie this near to the tangent plane, in spacings of the surface and in
+/// deviations of its points from the plane.
+const NEAR: (f64, f64) = (0.6, 4.0);
+
+/// Share of points that may have something else above or below them: stray points, an overhanging
+/// rim.
+const OVERLAP: f64 = 0.02;
+
+/// A direction along which the surface is a function of the plane across it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeightField {
+    /// The unit vector along which heights are measured: z if that will do, else the direction in
+    /// which the points scatter least.
+    pub up: DVec3,
+    /// Angle between the plane and the steepest places, two in a hundred points aside, in degrees.
+    pub slope: f64,
+}
+
+/// What the surface is like around a point.
+#[derive(Clone, Copy)]
+pub(super) struct Tangent {
+    plane: Plane,
+    /// Mean distance to the neighbours.
+    spacing: f64,
+}
+
+pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
+    let tangent = |index: usize| {
+        let edges = graph.edges(index);
+        let around = edges.iter().map(|edge| points[edge.to as usize]);
+        let plane = Plane::of(std::iter::once(points[index]).chain(around));
+        let sum: f64 = edges.iter().map(|edge| edge.length).sum();
+        Tangent { plane, spacing: sum / edges.len().max(1) as f64 }
+    };
+    (0..points.len()).into_par_iter().map(tangent).collect()
+}
+
+/// The direction over whose plane the points are heights, if there is one.
+pub(super) fn height_field(points: &[DVec3], tangents: &[Tangent]) -> Option<HeightField> {
+    let principal = Plane::of(points.iter().copied()).normal();
+    let upward = if principal.z < 0.0 { -principal } else { principal };
+    [DVec3::Z, upward].into_iter().find_map(|up| {
+        let slope = slope(tangents, up);
+        let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
+        fits.then_some(HeightField { up, slope })
+    })
+}
+
+/// The angle that all but the steepest places stay below, in degrees.
+fn slope(tangents: &[Tangent], up: DVec3) -> f64 {
+    let angle = |tangent: &Tangent| tangent.plane.normal().dot(up).abs().min(1.0).acos();
+    let mut angles: Vec<f64> = tangents.iter().map(angle).collect();
+    angles.sort_by(f64::total_cmp);
+    let steepest = (angles.len() as f64 * (1.0 - STEEPEST)) as usize;
+    angles.get(steepest.min(angles.len().saturating_sub(1))).map_or(90.0, |a| a.to_degrees())
+}
+
+/// Share of the points that have something above or below them that is not their own surface.
+fn overlap(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> f64 {
+    let flat: Vec<DVec3> = points.iter().map(|&p| p - p.dot(up) * up).collect();
+    let tree = KdTree::new(&flat);
+    let covered = |index: &u32| {
+        let mut found = Vec::new();
+        tree.nearest_to(*index, BELOW, &mut found);
+        let tangent = &tangents[*index as usize];
+        let near = NEAR.0 * tangent.spacing + NEAR.1 * tangent.plane.deviations[2];
+        found.iter().any(|n| {
+            let apart = points[n.index as usize] - points[*index as usize];
+            tangent.plane.normal().dot(apart).abs() > near + n.distance()
+        })
+    };
+    let count = (0..).zip(points).map(|(index, _)| index).collect::<Vec<u32>>();
+    let covered = count.par_iter().filter(|index| covered(index)).count();
+    covered as f64 / points.len() as f64
+}
+
+/// The median spacing.
+pub(super) fn usual_spacing(tangents: &[Tangent]) -> f64 {
+    let mut spacings: Vec<f64> = tangents.iter().map(|tangent| tangent.spacing).collect();
+    spacings.sort_by(f64::total_cmp);
+    spacings.get(spacings.len() / 2).copied().unwrap_or(0.0)
+}

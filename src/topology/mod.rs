@@ -1,0 +1,212 @@
+//! What kind of surface points lie on: sheet, tube, torus, or heights over a plane.
+//!
+//! Loops of the surface that cannot be shrunk tell tubes and tori from sheets, wherever these are
+//! bent; they come with angles around them ([`Chart`]), which are an ordered start for a closed
+//! lattice. Loops around holes do not count: a hole's rim is short as compared with the outline.
+
+mod border;
+mod circle;
+mod cohomology;
+mod height_field;
+mod start;
+
+use glam::DVec3;
+
+use self::circle::Circle;
+use crate::error::Result;
+use crate::point_cloud::{EvenSample, NeighborGraph};
+use crate::progress::{Observer, Progress, Stage, report};
+
+pub use self::height_field::HeightField;
+pub use self::start::Chart;
+
+/// Points that are looked at, evenly over space.
+const MOST: usize = 5000;
+
+/// Each point is joined to this many nearest ones.
+const NEIGHBORS: usize = 8;
+
+/// Fewer points show a loop only where it does not exist.
+const FEWEST: usize = 60;
+
+/// More points show all loops of a surface at first sight, but perhaps the second of a torus.
+const CERTAIN: usize = 1000;
+
+/// Reaches at which a second look is taken, as multiples of the landmarks' distance.
+const CLOSER: [f64; 3] = [4.5, 4.0, 3.5];
+
+/// Loops of a tube have much the same length wherever they are: those of a cone whose rims are as 1
+/// to 4 differ by 3.5. Around a hole in a sheet they grow from its rim to the outline. The second
+/// bound is for loops that only a second look finds, which may be accidental.
+const SPREAD: [f64; 2] = [4.0, 2.0];
+
+/// Points on the border of a sheet of n points, for each √n of them: four sides of a square have 4,
+/// a circle has 3.5. With less than this the body is closed but for small holes.
+const OUTLINE: f64 = 0.7;
+
+/// Share of a tube's rims that must be seen.
+const RIMS: f64 = 0.3;
+
+/// The kind of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Open in both directions.
+    Sheet,
+    /// Heights over a plane.
+    Height,
+    /// Closed in u.
+    Tube,
+    /// Closed in both directions.
+    Torus,
+}
+
+impl Kind {
+    /// The kind's name, as Python spells it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sheet => "sheet",
+            Self::Height => "height",
+            Self::Tube => "tube",
+            Self::Torus => "torus",
+        }
+    }
+}
+
+/// What [`detect`] found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Topology {
+    /// The kind of surface that fits the points.
+    pub kind: Kind,
+    /// Why.
+    pub reason: String,
+    /// What a user should know: points on a closed body, which a sheet does not cover.
+    pub warning: Option<String>,
+    /// Of [`Kind::Height`].
+    pub height: Option<HeightField>,
+    /// Of [`Kind::Tube`] and [`Kind::Torus`].
+    pub chart: Option<Chart>,
+}
+
+impl Topology {
+    fn new(kind: Kind, reason: impl Into<String>) -> Self {
+        Self { kind, reason: reason.into(), warning: None, height: None, chart: None }
+    }
+}
+
+/// Finds out what kind of surface the points lie on. They should be
+/// [clean](crate::point_cloud::clean).
+///
+/// Looks at 5,000 points at most, chosen evenly over space.
+///
+/// ```
+/// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect}};
+/// let points: Vec<DVec3> = (0..1000)
+///     .map(|i| (f64::from(i) * 2.4, f64::from(i) / 250.0))
+///     .map(|(angle, z)| DVec3::new(angle.cos(), angle.sin(), z))
+///     .collect();
+/// let topology = detect(&points, &mut Silent)?;
+/// assert_eq!(topology.kind, Kind::Tube);
+/// assert!(topology.reason.contains("closes around"));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
+    let mut sample = EvenSample::new(MOST);
+    sample.extend(points);
+    let points = &sample.points();
+    let graph = NeighborGraph::of(points, NEIGHBORS, observer)?;
+    let tangents = height_field::tangents(points, &graph);
+    if let Some(height) = height_field::height_field(points, &tangents) {
+        let reason = format!(
+            "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
+             {:.0} degrees",
+            height.up.x,
+            height.up.y,
+            height.up.z,
+            height.slope.ceil()
+        );
+        return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
+    }
+    if points.len() < FEWEST {
+        let reason = format!("{} points are too few to show that it closes", points.len());
+        return Ok(Topology::new(Kind::Sheet, reason));
+    }
+    let spacing = height_field::usual_spacing(&tangents);
+    let found = circle::circles(points, &graph, spacing, circle::REACH);
+    let mut judged = closed(points, &graph, &found, SPREAD[0]);
+    let doubtful = match &judged {
+        Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
+            rims_seen(points, chart) != Some(true)
+        }
+        Some(_) => false,
+        None => points.len() < CERTAIN,
+    };
+    if doubtful {
+        // Short loops of few points, or the second one of a torus, show themselves to who looks
+        // closer; what is no loop of the surface as a whole is not taken for one.
+        let mut closer = Vec::new();
+        for reach in CLOSER {
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
+            let loops = circle::circles(points, &graph, spacing, reach);
+            match closed(points, &graph, &loops, SPREAD[1]) {
+                Some(torus) if torus.kind == Kind::Torus => return Ok(torus),
+                other => closer.push(other),
+            }
+        }
+        judged = judged.or(closer.swap_remove(0));
+    }
+    Ok(judged.unwrap_or_else(|| open(points, &found)))
+}
+
+/// The closed surface around which these loops go; `None` if they go around holes: their lengths
+/// differ by more than `spread` from place to place.
+fn closed(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    loops: &[Circle],
+    spread: f64,
+) -> Option<Topology> {
+    if let [ring, section] = loops
+        && let Some(chart) = start::torus(points, ring, section)
+    {
+        let (long, short) = chart.lengths;
+        let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
+        return Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) });
+    }
+    let around = loops.iter().min_by(|a, b| a.spread.total_cmp(&b.spread));
+    let around = around.filter(|around| around.spread <= spread)?;
+    let chart = start::tube(points, around, graph);
+    let (long, high) = chart.lengths;
+    let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
+    let warning = (rims_seen(points, &chart) == Some(false)).then(|| {
+        "the points close around one way and have no border: if they lie on a torus, say so".into()
+    });
+    Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
+}
+
+/// Whether points lie on the rims of a tube; `None` if noise hides them.
+fn rims_seen(points: &[DVec3], chart: &Chart) -> Option<bool> {
+    let (long, high) = chart.lengths;
+    let spacing = (long * high / points.len() as f64).sqrt();
+    border::count(points).map(|border| border >= RIMS * 2.0 * long / spacing)
+}
+
+fn open(points: &[DVec3], loops: &[Circle]) -> Topology {
+    let reason = match loops {
+        [] => "no loop closes around it".to_string(),
+        [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
+        loops => format!("its {} loops close around holes", loops.len()),
+    };
+    let outline = OUTLINE * (points.len() as f64).sqrt();
+    let closed = border::count(points).is_some_and(|border| border < outline);
+    let warning = (loops.is_empty() && closed).then(|| {
+        "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
+         or by great stretching; cut it, or choose a part"
+            .to_string()
+    });
+    Topology { warning, ..Topology::new(Kind::Sheet, reason) }
+}

@@ -1,0 +1,205 @@
+//! Where the points of a closed surface lie on its lattice.
+
+use std::collections::VecDeque;
+
+use glam::{DMat2, DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::circle::{Circle, conjugate_gradients};
+use crate::point_cloud::{NeighborGraph, Plane};
+
+/// Sectors of a tube in which its ends are looked for.
+const SECTORS: usize = 24;
+
+/// Radius with which nodes listen to the points around them, in cells: a ring of twelve nodes
+/// shrinks by a fifteenth.
+const RADIUS: f64 = 0.7;
+
+/// Cells along each side of the chart in which a torus must have points.
+const CHART: usize = 6;
+
+/// Share of those cells that must have some.
+const COVERED: f64 = 0.9;
+
+/// Points of a closed surface with their places on it: an ordered start for its lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Points on the surface, evenly chosen from all.
+    pub points: Vec<DVec3>,
+    /// Their parameters in `[0, 1]²`: u around the tube, v along it; on a torus u along the ring, v
+    /// around its section. Closed directions go from 0 to 1 around.
+    pub uv: Vec<DVec2>,
+    /// Lengths of the surface along u and v in its middle, in the points' unit.
+    pub lengths: (f64, f64),
+    /// Whether v is closed too.
+    pub closed_v: bool,
+}
+
+impl Chart {
+    /// Nodes of a lattice of this shape in order on the surface, row by row: what
+    /// [`Init::Given`](crate::som::Init::Given) takes.
+    ///
+    /// Each node is the mean of the points around it on the chart, weighted by a Gaussian of 0.7
+    /// cells. O(points + nodes²) at worst.
+    #[must_use]
+    pub fn lattice(&self, (rows, cols): (usize, usize)) -> Vec<DVec3> {
+        let cells = DVec2::new(
+            rows as f64,
+            if self.closed_v { cols } else { cols.saturating_sub(1) } as f64,
+        );
+        let place = |i: usize, j: usize| DVec2::new(i as f64, j as f64);
+        let node = |node: usize| {
+            let at = place(node / cols, node % cols);
+            let mut radius = RADIUS;
+            loop {
+                let mut sum = DVec3::ZERO;
+                let mut weights = 0.0;
+                for (point, uv) in self.points.iter().zip(&self.uv) {
+                    let mut apart = (*uv * cells - at).abs();
+                    apart.x = apart.x.min(cells.x - apart.x);
+                    if self.closed_v {
+                        apart.y = apart.y.min(cells.y - apart.y);
+                    }
+                    let weight = (-0.5 * apart.length_squared() / (radius * radius)).exp();
+                    sum += weight * *point;
+                    weights += weight;
+                }
+                // In holes a node listens farther.
+                if weights > f64::MIN_POSITIVE {
+                    return sum / weights;
+                }
+                radius *= 2.0;
+            }
+        };
+        (0..rows * cols).map(node).collect()
+    }
+}
+
+/// A torus by the angles around its two loops; `None` if the points do not cover one.
+pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option<Chart> {
+    let turns = ring.turns.iter().zip(&section.turns);
+    let uv: Vec<DVec2> = turns.map(|(&u, &v)| DVec2::new(u, v)).collect();
+    let mut hit = [[false; CHART]; CHART];
+    for uv in &uv {
+        let cell = |turns: f64| ((turns * CHART as f64) as usize).min(CHART - 1);
+        hit[cell(uv.x)][cell(uv.y)] = true;
+    }
+    let covered = hit.as_flattened().iter().filter(|hit| **hit).count() as f64;
+    let whole = covered >= COVERED * (CHART * CHART) as f64;
+    let lengths = (ring.length, section.length);
+    whole.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: true })
+}
+
+/// A tube by the angle around it and the coordinate across that angle.
+pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> Chart {
+    let across = conjugate(points, &around.turns, graph);
+    let first_rim = rim(&around.turns, |point| across[point]);
+    let second_rim = rim(&around.turns, |point| -across[point]);
+    let along = |point: usize| {
+        let sector = sector(around.turns[point]);
+        let [low, high] = [first_rim[sector], second_rim[sector]].map(|end| across[end as usize]);
+        if high > low { (across[point] - low) / (high - low) } else { 0.5 }
+    };
+    let uv = around.turns.iter().enumerate().map(|(i, &u)| DVec2::new(u, along(i))).collect();
+    let from_first = graph.distances_from(&first_rim);
+    let heights = second_rim.iter().map(|&end| from_first[end as usize]);
+    let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
+    Chart { points: points.to_vec(), uv, lengths: (around.length, height), closed_v: false }
+}
+
+/// The coordinate that grows across the angle as fast as the angle does along itself: the conjugate
+/// harmonic function. Least squares over the edges of the graph.
+fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
+    let mut slopes: Vec<DVec3> = (0..points.len())
+        .into_par_iter()
+        .map(|point| {
+            let own = points[point];
+            let around = graph.edges(point).iter().map(|edge| edge.to as usize);
+            let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
+            let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
+            for other in around {
+                let apart = plane.local(points[other]) - plane.local(own);
+                let apart = apart.truncate() / apart.length().max(f64::MIN_POSITIVE);
+                // The nearer way around.
+                let step = turns[other] - turns[point];
+                let step =
+                    (step - step.round()) / points[other].distance(own).max(f64::MIN_POSITIVE);
+                moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
+                right += step * apart;
+            }
+            let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
+                moments.inverse() * right
+            } else {
+                DVec2::ZERO
+            };
+            // A quarter turn in the tangent plane; on which side is settled below.
+            -slope.y * plane.axes[0] + slope.x * plane.axes[1]
+        })
+        .collect();
+    align(&mut slopes, graph);
+    let rise =
+        |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
+    let mut right = vec![0.0; points.len()];
+    let mut diagonal = vec![0.0; points.len()];
+    for (from, right) in right.iter_mut().enumerate() {
+        for edge in graph.edges(from) {
+            *right -= rise(from, edge.to as usize) / (edge.length * edge.length);
+            diagonal[from] += (edge.length * edge.length).recip();
+        }
+    }
+    let apply = |x: &[f64]| -> Vec<f64> {
+        let flow = |from: usize| {
+            let weighted = graph
+                .edges(from)
+                .iter()
+                .map(|edge| (x[from] - x[edge.to as usize]) / (edge.length * edge.length));
+            weighted.sum()
+        };
+        (0..points.len()).into_par_iter().map(flow).collect()
+    };
+    conjugate_gradients(apply, &right, &diagonal)
+}
+
+/// Turns vectors so that neighbours point the same way, starting from the first of each piece.
+fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
+    let mut done = vec![false; vectors.len()];
+    for first in 0..vectors.len() {
+        if done[first] {
+            continue;
+        }
+        done[first] = true;
+        let mut queue = VecDeque::from([first]);
+        while let Some(point) = queue.pop_front() {
+            for edge in graph.edges(point) {
+                let other = edge.to as usize;
+                if !done[other] {
+                    done[other] = true;
+                    if vectors[other].dot(vectors[point]) < 0.0 {
+                        vectors[other] = -vectors[other];
+                    }
+                    queue.push_back(other);
+                }
+            }
+        }
+    }
+}
+
+/// For each sector the point with the least value; of empty ones, that of the sector before.
+fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
+    let mut least = [(f64::INFINITY, 0_u32); SECTORS];
+    for (point, &turns) in (0_u32..).zip(turns) {
+        let own = value(point as usize);
+        if own < least[sector(turns)].0 {
+            least[sector(turns)] = (own, point);
+        }
+    }
+    let filled = |sector: usize| {
+        let before = (0..SECTORS).map(|back| least[(sector + SECTORS - back) % SECTORS]);
+        before.into_iter().find(|least| least.0.is_finite()).map_or(0, |least| least.1)
+    };
+    (0..SECTORS).map(filled).collect()
+}
+
+fn sector(turns: f64) -> usize {
+    ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
+}
