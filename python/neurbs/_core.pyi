@@ -23,6 +23,7 @@ __all__ = [
     "as_points",
     "default_options",
     "lattice_for_points",
+    "ordered_surface",
     "reconstruct",
     "som_options",
     "write_iges",
