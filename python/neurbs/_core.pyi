@@ -24,6 +24,7 @@ __all__ = [
     "as_points",
     "default_options",
     "lattice_for_points",
+    "ordered_surface",
     "reconstruct",
     "som_options",
     "tessellate",
