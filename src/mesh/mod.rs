@@ -7,6 +7,7 @@ mod distance;
 mod estimate;
 mod lattice;
 mod measure;
+mod numbering;
 mod options;
 mod outline;
 mod piece;
