@@ -186,7 +186,7 @@ def reconstruct(
     >>> result.report.stopped_by
     'settled'
     """
-    if np.ndim(points) == 3:
+    if _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     converted = _core.as_points(points)
     made, mesh, trained, report = _core.reconstruct(
@@ -217,6 +217,13 @@ def reconstruct(
             stacklevel=2,
         )
     return result
+
+
+def _is_ordered(points: ArrayLike) -> bool:
+    try:
+        return np.ndim(points) == 3
+    except ValueError:  # Rows that differ in length: whoever converts them says what is wrong.
+        return False
 
 
 def _of_ordered(
