@@ -102,7 +102,8 @@ class Reference:
         weights = np.ones(net.shape[:2]) if surface.weights is None else surface.weights
         homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
         self.spline = NdBSpline(surface.knots, homogeneous, surface.degree)
-        sides = [np.linspace(*ends, 500) for ends in self.domain]
+        # Inside, because Newton's method does not find its way from a pole.
+        sides = [start + (np.arange(500) + 0.5) / 500 * (end - start) for start, end in self.domain]
         self.grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
         self.points = self.evaluate(self.grid)
         self.tree = cKDTree(self.points)
