@@ -161,7 +161,7 @@ impl<'a> Tessellation<'a> {
             triangles: vec![[0; 3]; self.triangles()],
             normals: vec![DVec3::ZERO; self.vertices()],
             uv: vec![DVec2::ZERO; self.vertices()],
-            max_deviation: self.deviation,
+            max_deviation: Some(self.deviation),
         };
         let TriangleMesh { vertices, triangles, normals, uv, .. } = &mut mesh;
         self.write(MeshSlices { vertices, triangles, normals, uv }, observer)?;
