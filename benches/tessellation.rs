@@ -1,9 +1,10 @@
-//! How long does a uniform tessellation take for each vertex, and what does a larger net cost?
+//! How long does a uniform tessellation take for each vertex, and what does a larger net cost? How
+//! long does an adaptive one take, the finer its tolerance?
 
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use neurbs::mesh::UniformGrid;
+use neurbs::mesh::{TessellateOptions, UniformGrid};
 use neurbs::nurbs::KnotVector;
 use neurbs::progress::Silent;
 use neurbs::{DVec3, NurbsSurface};
@@ -39,5 +40,20 @@ fn tessellation(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, tessellation);
+fn adaptive(criterion: &mut Criterion) {
+    let surface = surface(20);
+    let mut group = criterion.benchmark_group("adaptive tessellation, net 20 × 20");
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let options =
+            TessellateOptions { tolerance: Some(tolerance), relative: true, ..Default::default() };
+        let mesh = surface.tessellate(&options, &mut Silent).expect("the limits are fine");
+        group.throughput(Throughput::Elements(mesh.triangles.len() as u64));
+        group.bench_function(BenchmarkId::from_parameter(tolerance), |bench| {
+            bench.iter(|| black_box(&surface).tessellate(&options, &mut Silent));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, tessellation, adaptive);
 criterion_main!(benches);

@@ -102,7 +102,8 @@ class Reference:
         weights = np.ones(net.shape[:2]) if surface.weights is None else surface.weights
         homogeneous = np.concatenate([net * weights[..., None], weights[..., None]], axis=-1)
         self.spline = NdBSpline(surface.knots, homogeneous, surface.degree)
-        sides = [np.linspace(*ends, 500) for ends in self.domain]
+        # Inside, because Newton's method does not find its way from a pole.
+        sides = [start + (np.arange(500) + 0.5) / 500 * (end - start) for start, end in self.domain]
         self.grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
         self.points = self.evaluate(self.grid)
         self.tree = cKDTree(self.points)
@@ -128,7 +129,7 @@ class Reference:
         """Return the distances of points from the surface."""
         found, start = self.tree.query(points, workers=-1)
         uv, best = self.grid[start], found
-        for _ in range(8):
+        for _ in range(25):
             h, hu, hv = (self.spline(uv, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
             foot = h[:, :3] / h[:, 3:]
             best = np.minimum(best, np.linalg.norm(foot - points, axis=1))
@@ -137,8 +138,12 @@ class Reference:
             a, b, c = ((x * y).sum(1) for x, y in ((by_u, by_u), (by_u, by_v), (by_v, by_v)))
             r, s = (by_u * away).sum(1), (by_v * away).sum(1)
             det = a * c - b * b
-            det[det <= 1e-14 * a * c] = np.inf
+            # Beside a pole one tangent vanishes: only the other direction is left.
+            flat = det <= 1e-10 * np.maximum(a, c) ** 2
+            det[flat] = np.inf
             step = np.stack([(c * r - b * s) / det, (a * s - b * r) / det], axis=1)
+            along = np.stack([r * (a >= c), s * (a < c)], axis=1) / np.maximum(a, c)[:, None]
+            step[flat] = along[flat]
             uv = np.clip(uv + step, *self.domain.T)
         return best
 

@@ -16,6 +16,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import LinearSegmentedColormap
 
 import neurbs
 
@@ -28,13 +29,13 @@ def drop() -> neurbs.NurbsSurface:
     side = np.linspace(-1, 1, SIDE)
     x, y = np.meshgrid(side, side, indexing="ij")
     r = np.hypot(x, y)
-    z = 0.5 * np.exp(-((r / 0.12) ** 2)) + 0.14 * np.cos(16 * r) * np.exp(-3.2 * r) * (r > 0)
+    z = 0.22 * np.exp(-((r / 0.14) ** 2)) + 0.16 * np.cos(15 * r) * np.exp(-2.6 * r)
     return neurbs.NurbsSurface.interpolate(np.stack([x, y, z], axis=-1))
 
 
 def draw(mesh: neurbs.TriangleMesh, path: str) -> None:
     """Draw a mesh in perspective, with light from the left."""
-    eye, target = np.array([1.9, -2.3, 1.75]), np.array([0.0, 0.0, 0.0])
+    eye, target = np.array([1.55, -2.1, 1.75]), np.array([0.0, 0.0, 0.0])
     ahead = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(ahead, [0, 0, 1])
     right /= np.linalg.norm(right)
@@ -50,15 +51,16 @@ def draw(mesh: neurbs.TriangleMesh, path: str) -> None:
     half = light - ahead
     shine = np.clip(normals @ (half / np.linalg.norm(half)), 0, 1) ** 40
     height = (a[:, 2] + b[:, 2] + c[:, 2]) / 3
-    hue = (height - height.min()) / np.ptp(height)
-    base = plt.get_cmap("GnBu_r")(0.08 + 0.75 * hue**0.6)[:, :3]
-    colours = np.clip(base * (0.3 + 0.75 * diffuse[:, None]) + 0.35 * shine[:, None], 0, 1)
+    hue = np.clip((height + 0.13) / 0.36, 0, 1)
+    water = LinearSegmentedColormap.from_list("water", ["#07364f", "#0f7c8c", "#9fd6cf", "#fff4dd"])
+    base = water(hue)[:, :3]
+    colours = np.clip(base * (0.45 + 0.65 * diffuse[:, None]) + 0.35 * shine[:, None], 0, 1)
     order = np.argsort(-depth)
     figure, axes = plt.subplots(figsize=(12, 7.4))
     lines = PolyCollection(
         corners[order],
         facecolors=colours[order],
-        edgecolors=(0.03, 0.12, 0.22, 0.55),
+        edgecolors=(0.02, 0.16, 0.24, 0.5),
         linewidths=0.35,
         joinstyle="round",
     )

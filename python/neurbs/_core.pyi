@@ -34,6 +34,7 @@ __all__ = [
     "free_weights",
     "inspect",
     "lattice_for_points",
+    "ordered_surface",
     "pieces",
     "reconstruct",
     "som_options",

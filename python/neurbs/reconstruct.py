@@ -305,7 +305,7 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
-    if np.ndim(points) == 3:
+    if _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     converted = _core.as_points(points)
     made, mesh, trained, uv, distances, report = _core.reconstruct(
@@ -335,6 +335,13 @@ def reconstruct(
     for text in result.report.shortcomings():
         warnings.warn(text, ConvergenceWarning, stacklevel=2)
     return result
+
+
+def _is_ordered(points: ArrayLike) -> bool:
+    try:
+        return np.ndim(points) == 3
+    except ValueError:  # Rows that differ in length: whoever converts them says what is wrong.
+        return False
 
 
 def _of_ordered(

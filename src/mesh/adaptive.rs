@@ -15,6 +15,7 @@ use super::bernstein::Bernstein;
 use super::certify::Face;
 use super::estimate::Estimate;
 use super::lattice::Lattice;
+use super::numbering::{Numbers, number_of};
 use super::options::{Limits, TessellateOptions, diagonal};
 use super::piece::{Desk, Divider, Piece};
 use super::stitch::{Borders, Place, Vertices, own_borders, parameter};
@@ -41,28 +42,13 @@ const VERTICES_PER_TASK: usize = 1 << 10;
 pub struct Tessellation<'a> {
     surface: &'a NurbsSurface,
     limits: Limits,
-    lattice: Lattice,
+    pub(super) lattice: Lattice,
     bernstein: Bernstein,
-    pieces: Vec<Vec<Piece>>,
-    borders: Borders,
-    numbers: Numbers,
+    /// The pieces of each block.
+    pub(super) pieces: Vec<Vec<Piece>>,
+    pub(super) borders: Borders,
+    pub(super) numbers: Numbers,
     deviation: f64,
-}
-
-/// The numbers of vertices and triangles.
-#[derive(Debug, Default)]
-struct Numbers {
-    /// Of the corners of blocks, row by row.
-    corners: Vec<u32>,
-    /// Of the first vertex of each border, and whether they all are that one (a pole).
-    across_u: Vec<(u32, bool)>,
-    across_v: Vec<(u32, bool)>,
-    /// Where the vertices of borders are in the parameters, in order.
-    on_borders: Vec<DVec2>,
-    /// The first inner vertex of each block, and the end.
-    vertices: Vec<usize>,
-    /// The first triangle of each block, and the end.
-    triangles: Vec<usize>,
 }
 
 /// What looking at a block has found.
@@ -78,13 +64,14 @@ struct Review {
 
 /// Memory of a thread.
 #[derive(Default)]
-struct Local {
+pub(super) struct Local {
     desk: Desk,
-    vertices: Vertices,
-    outline: Vec<(u32, Place)>,
+    pub(super) vertices: Vertices,
+    pub(super) outline: Vec<(u32, Place)>,
     places: Vec<Place>,
     faces: Vec<Face>,
-    numbers: Vec<u32>,
+    /// The numbers of the vertices, in their order.
+    pub(super) numbers: Vec<u32>,
 }
 
 impl NurbsSurface {
@@ -123,7 +110,7 @@ impl<'a> Tessellation<'a> {
         if estimate.triangles > SURELY * options.max_triangles as f64 {
             return Err(too_many(options, &limits, estimate.triangles));
         }
-        let lattice = Lattice::new(surface, estimate, &limits)?;
+        let lattice = Lattice::new(surface, estimate)?;
         let bernstein = Bernstein::new(lattice.nets.degrees);
         let borders = Borders::new(&lattice);
         let mut this = Self {
@@ -174,7 +161,7 @@ impl<'a> Tessellation<'a> {
             triangles: vec![[0; 3]; self.triangles()],
             normals: vec![DVec3::ZERO; self.vertices()],
             uv: vec![DVec2::ZERO; self.vertices()],
-            max_deviation: self.deviation,
+            max_deviation: Some(self.deviation),
         };
         let TriangleMesh { vertices, triangles, normals, uv, .. } = &mut mesh;
         self.write(MeshSlices { vertices, triangles, normals, uv }, observer)?;
@@ -293,125 +280,8 @@ impl<'a> Tessellation<'a> {
         review
     }
 
-    fn sides(&self, index: usize) -> [&[u32]; 4] {
+    pub(super) fn sides(&self, index: usize) -> [&[u32]; 4] {
         self.borders.around(index).map(|side| self.borders.at(side))
-    }
-
-    /// Gives numbers to vertices and triangles: first to the corners of blocks, then to their
-    /// borders, then to what is inside.
-    fn number(&mut self, split: bool, observer: &mut dyn Observer) -> Result<()> {
-        let lattice = &self.lattice;
-        let (rows, cols) = lattice.shape();
-        let closed = if split { (false, false) } else { lattice.closed };
-        let mut numbers = Numbers::default();
-        let next = |numbers: &Numbers| numbers.on_borders.len() as u32;
-        let (u, v) = (
-            |line: usize| lattice.nets.u[lattice.u[line]],
-            |line: usize| lattice.nets.v[lattice.v[line]],
-        );
-        for (i, j) in (0..=rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
-            let owner = lattice.owner((i, j), closed);
-            let number = if owner == (i, j) {
-                numbers.on_borders.push(DVec2::new(u(i), v(j)));
-                next(&numbers) - 1
-            } else {
-                numbers.corners[owner.0 * (cols + 1) + owner.1]
-            };
-            numbers.corners.push(number);
-        }
-        for (i, j) in (0..=rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
-            let entry = if lattice.is_pole_u(i) {
-                (numbers.corners[i * (cols + 1) + j], true)
-            } else if i == rows && closed.0 {
-                numbers.across_u[j]
-            } else {
-                let first = next(&numbers);
-                let border = self.borders.at(self.borders.line_u(i, j));
-                let at = |&place: &u32| parameter(&lattice.nets.v, lattice.v[j], place);
-                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(u(i), at(place))));
-                (first, false)
-            };
-            numbers.across_u.push(entry);
-        }
-        for (i, j) in (0..rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
-            let entry = if lattice.is_pole_v(j) {
-                (numbers.corners[i * (cols + 1) + j], true)
-            } else if j == cols && closed.1 {
-                numbers.across_v[i * (cols + 1)]
-            } else {
-                let first = next(&numbers);
-                let border = self.borders.at(self.borders.line_v(i, j));
-                let at = |&place: &u32| parameter(&lattice.nets.u, lattice.u[i], place);
-                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(at(place), v(j))));
-                (first, false)
-            };
-            numbers.across_v.push(entry);
-        }
-        self.numbers = numbers;
-        let (mut vertices, mut triangles) = (vec![self.numbers.on_borders.len()], vec![0]);
-        let count = |local: &mut Local, index: usize| self.count(local, index);
-        in_groups(0..lattice.blocks(), observer, count, |(inside, faces)| {
-            vertices.push(vertices[vertices.len() - 1] + inside);
-            triangles.push(triangles[triangles.len() - 1] + faces);
-            Ok(())
-        })?;
-        (self.numbers.vertices, self.numbers.triangles) = (vertices, triangles);
-        Ok(())
-    }
-
-    /// The inner vertices and the triangles of a block.
-    fn count(&self, local: &mut Local, index: usize) -> (usize, usize) {
-        let pieces = &self.pieces[index];
-        local.vertices.collect(self.lattice.block(index), pieces, self.sides(index));
-        let on_borders = 4 + self.sides(index).iter().map(|side| side.len()).sum::<usize>();
-        self.names(local, index, self.numbers.on_borders.len() as u32);
-        let mut triangles = 0;
-        for piece in pieces {
-            local.outline.clear();
-            local.vertices.outline(piece, &mut local.outline);
-            let name = |k: usize| local.numbers[local.outline[k % local.outline.len()].0 as usize];
-            let n = local.outline.len();
-            // At a pole, triangles of which two corners are the pole are left out.
-            let collapsed = if self.lattice.has_poles() {
-                (0..n).filter(|&k| name(k) == name(k + 1)).count()
-            } else {
-                0
-            };
-            triangles += n - 2 - collapsed;
-        }
-        (local.vertices.places().len() - on_borders, triangles)
-    }
-
-    /// Puts the numbers of a block's vertices on the desk, in order of their places.
-    fn names(&self, local: &mut Local, index: usize, mut inner: u32) {
-        let (_, cols) = self.lattice.shape();
-        let (i, j) = (index / cols, index % cols);
-        let whole = Piece::of(self.lattice.block(index));
-        let numbers = &self.numbers;
-        let sides = self.sides(index);
-        let border = |(first, pole): (u32, bool), places: &[u32], place: u32| {
-            if pole { first } else { first + places.partition_point(|&at| at < place) as u32 }
-        };
-        local.numbers.clear();
-        local.numbers.extend(local.vertices.places().iter().map(|&(u, v)| {
-            let (last_u, last_v) = (u == whole.u.1, v == whole.v.1);
-            let (on_u, on_v) = (u == 0 || last_u, v == 0 || last_v);
-            let (line_u, line_v) = (i + usize::from(last_u), j + usize::from(last_v));
-            match (on_u, on_v) {
-                (true, true) => numbers.corners[line_u * (cols + 1) + line_v],
-                (true, false) => {
-                    border(numbers.across_u[line_u * cols + j], sides[usize::from(last_u)], v)
-                }
-                (false, true) => {
-                    let side = sides[2 + usize::from(last_v)];
-                    border(numbers.across_v[i * (cols + 1) + line_v], side, u)
-                }
-                (false, false) => {
-                    inner += 1;
-                    inner - 1
-                }
-            }
-        }));
     }
 
     /// Writes the mesh into memory of the caller.
@@ -465,7 +335,7 @@ impl<'a> Tessellation<'a> {
     ) {
         let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
         local.vertices.collect(block, pieces, self.sides(index));
-        let first = self.numbers.vertices[index] as u32;
+        let first = number_of(self.numbers.vertices[index]);
         self.names(local, index, first);
         let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
         for (&(u, v), &number) in local.vertices.places().iter().zip(&local.numbers) {
@@ -480,7 +350,7 @@ impl<'a> Tessellation<'a> {
             local.vertices.outline(piece, &mut local.outline);
             local.faces.clear();
             let outline = local.outline.iter().map(|&(_, place)| place);
-            piece.cut.faces(piece.ends(outline), &mut local.faces);
+            piece.cut.faces(piece.ends(&outline), &mut local.faces);
             let named = local
                 .faces
                 .iter()
@@ -503,7 +373,7 @@ fn parts<'a, T>(mut whole: &'a mut [T], bounds: &[usize]) -> Vec<&'a mut [T]> {
 }
 
 /// Does a job for each item, in parallel, and takes the results in order; reports in between.
-fn in_groups<I: Send, T: Send>(
+pub(super) fn in_groups<I: Send, T: Send>(
     items: impl IntoIterator<Item = I, IntoIter: ExactSizeIterator>,
     observer: &mut dyn Observer,
     job: impl Fn(&mut Local, I) -> T + Sync,

@@ -2,7 +2,7 @@
 //! square.
 //!
 //! All come from blossoms: the weight of the i-th control point in the blossom of a curve at
-//! x₁, …, x_p is the coefficient of zⁱ in Π (1 - x_k + x_k z) (L. Ramshaw, *Blossoms are polar
+//! `x₁, …, xₚ` is the coefficient of `zⁱ` in `Π (1 - xₖ + xₖ z)` (L. Ramshaw, *Blossoms are polar
 //! forms*, 1989).
 
 use std::collections::BTreeMap;
@@ -342,7 +342,7 @@ mod tests {
                 bernstein.segment(&net, (at[0], at[1]), &mut blossoms, &mut curve);
                 let m = curve.len() - 1;
                 let middle: DVec4 =
-                    (0..=m).map(|k| binomial(m, k) / 2.0_f64.powi(m as i32) * curve[k]).sum();
+                    (0..=m).map(|k| binomial(m, k) / 2.0_f64.powf(m as f64) * curve[k]).sum();
                 assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
                 let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
                 let mut blossoms = vec![];
@@ -352,7 +352,7 @@ mod tests {
                     .zip(&all)
                     .map(|(of, &point)| {
                         let ways = binomial(n, of[0]) * binomial(n - of[0], of[1]);
-                        ways / 3.0_f64.powi(n as i32) * point
+                        ways / 3.0_f64.powf(n as f64) * point
                     })
                     .sum();
                 let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);

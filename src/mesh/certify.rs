@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use super::bernstein::{Bernstein, UNIT};
+use crate::nurbs::halve;
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
 /// pieces that fold more must be small enough for a ball of the tolerance.
@@ -83,6 +84,7 @@ pub(super) fn distance(
             let (a, b) = (corners[i], corners[j]);
             work.curve.clear();
             bernstein.segment(net, (a.at, b.at), &mut work.blossoms, &mut work.curve);
+            closer(&mut work.curve);
             let aside = sideways(&work.curve, a.point, b.point, plane);
             match tilt {
                 Some(tilt) => inside = inside.max(aside * tilt),
@@ -110,16 +112,16 @@ fn height_over(bernstein: &Bernstein, at: [DVec2; 3], limit: f64, work: &mut Wor
     if !half || over <= limit || over > NEAR * limit {
         return over;
     }
-    let mut closer = 0.0_f64;
+    let mut most = 0.0_f64;
     for corner in UNIT.iter().filter(|corner| at.contains(corner)) {
         bernstein.quarter(heights, *corner, quarter);
-        closer = closer.max(largest(quarter, at));
+        most = most.max(largest(quarter, at));
         // The quarter of the square at the right angle is the triangle's as a whole.
         if at.iter().all(|at| at.distance_squared(*corner) <= 1.0) {
-            closer = closer.max(largest(quarter, at.map(|at| DVec2::ONE - at)));
+            most = most.max(largest(quarter, at.map(|at| DVec2::ONE - at)));
         }
     }
-    closer
+    most
 }
 
 /// As [`distance`], of the part of a piece that is a patch over a rectangle of the piece's square.
@@ -159,6 +161,7 @@ pub(super) fn distance_of_part(
                 (from.clamp(DVec2::ZERO, DVec2::ONE), to.clamp(DVec2::ZERO, DVec2::ONE));
             work.curve.clear();
             bernstein.segment(net, (from, to), &mut work.blossoms, &mut work.curve);
+            closer(&mut work.curve);
             outside = outside.max(sideways(&work.curve, a.point, b.point, plane));
         }
         most = most.max(over.hypot(outside));
@@ -200,6 +203,14 @@ fn borrowed(faces: &[Face], normals: &[Option<DVec3>], face: Face) -> Option<DVe
     let beside = |other: &Face| edges(face).iter().any(|&(i, j)| edges(*other).contains(&(j, i)));
     let found = faces.iter().zip(normals).find(|(other, normal)| normal.is_some() && beside(other));
     found.and_then(|(_, normal)| *normal)
+}
+
+/// Replaces the control points of a curve by those of its halves, which lie closer to it.
+fn closer(curve: &mut Vec<DVec4>) {
+    let count = curve.len();
+    curve.extend_from_within(..);
+    let (first, second) = curve.split_at_mut(count);
+    halve(first, second, count - 1, 1, 0..1);
 }
 
 /// How far a curve from a to b leaves the segment between them, seen along a normal.

@@ -29,7 +29,7 @@ const POINTS_PER_REPORT: usize = 1 << 15;
 /// let mesh = sphere.tessellate(&TessellateOptions::default(), &mut Silent)?;
 /// let search = DistanceSearch::new(mesh.view());
 /// let distance = search.distance(DVec3::X * 3.0);
-/// assert!((distance - 2.0).abs() <= mesh.max_deviation);
+/// assert!((distance - 2.0).abs() <= mesh.max_deviation.unwrap_or(0.0));
 /// # Ok::<(), neurbs::Error>(())
 /// ```
 #[derive(Debug)]

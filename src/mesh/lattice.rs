@@ -1,7 +1,6 @@
 //! The lattice of blocks that a surface is tessellated in, and who owns which border.
 
 use super::estimate::Estimate;
-use super::options::Limits;
 use super::piece::{Block, MOST_PATCHES};
 use super::stitch::Side;
 use crate::error::Result;
@@ -39,11 +38,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    pub(super) fn new(
-        surface: &NurbsSurface,
-        estimate: Estimate,
-        _limits: &Limits,
-    ) -> Result<Self> {
+    pub(super) fn new(surface: &NurbsSurface, estimate: Estimate) -> Result<Self> {
         let closed = surface.closed();
         let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {

@@ -7,6 +7,7 @@ mod distance;
 mod estimate;
 mod lattice;
 mod measure;
+mod numbering;
 mod options;
 mod outline;
 mod piece;
@@ -32,8 +33,8 @@ pub struct TriangleMesh {
     /// Parameters (u, v) of the vertices on the surface.
     pub uv: Vec<DVec2>,
     /// An upper bound of the distance between the surface and the triangles, in both directions,
-    /// in the points' unit; NaN if it was not asked for.
-    pub max_deviation: f64,
+    /// in the points' unit; `None` of uniform grids.
+    pub max_deviation: Option<f64>,
 }
 
 /// A mesh whose arrays belong to somebody else; what functions over meshes work on.

@@ -37,6 +37,13 @@ pub(super) struct Block {
     pub cols: (usize, usize),
 }
 
+/// A rectangle of the unit square of one patch of a block.
+struct Part {
+    patch: (usize, usize),
+    u: (f64, f64),
+    v: (f64, f64),
+}
+
 /// What dividing needs to know.
 #[derive(Debug)]
 pub(super) struct Divider<'a> {
@@ -79,12 +86,12 @@ impl Piece {
     }
 
     /// Where its corners stand in an outline.
-    pub(super) fn ends(&self, outline: impl Iterator<Item = Place> + Clone) -> [usize; 4] {
+    pub(super) fn ends(&self, outline: &(impl Iterator<Item = Place> + Clone)) -> [usize; 4] {
         self.corners().map(|corner| outline.clone().position(|at| at == corner).unwrap_or(0))
     }
 
     /// The one patch it lies in, and its part of the patch's unit square.
-    fn patch(&self) -> Option<((usize, usize), (f64, f64), (f64, f64))> {
+    fn part(&self) -> Option<Part> {
         let index = |(from, to): (u32, u32)| {
             (from / PATCH == (to - 1) / PATCH).then_some((from / PATCH) as usize)
         };
@@ -93,7 +100,8 @@ impl Piece {
             let unit = f64::from(PATCH);
             (f64::from(from - start) / unit, f64::from(to - start) / unit)
         };
-        Some(((index(self.u)?, index(self.v)?), share(self.u), share(self.v)))
+        let patch = (index(self.u)?, index(self.v)?);
+        Some(Part { patch, u: share(self.u), v: share(self.v) })
     }
 
     /// The halves; those of several patches between patches.
@@ -135,7 +143,7 @@ impl Divider<'_> {
         desk: &mut Desk,
         done: &mut Vec<Piece>,
     ) {
-        if piece.patch().is_some() {
+        if piece.part().is_some() {
             self.load(block, piece, desk);
             self.divide_net(block, piece, desk, done);
             return;
@@ -257,7 +265,7 @@ impl Divider<'_> {
         desk: &mut Desk,
     ) -> Option<Direction> {
         self.load(block, *piece, desk);
-        let single = piece.patch().is_some();
+        let single = piece.part().is_some();
         let steeper = |nets: &[DVec4]| if single { self.steeper(nets) } else { piece.wider() };
         if outline.len() > MOST_CORNERS {
             return Some(steeper(&desk.nets));
@@ -276,7 +284,7 @@ impl Divider<'_> {
         let tolerance = self.limits.tolerance;
         let cut = Zip::best(corners, Bending::of(nets, self.nets.degrees), tolerance);
         faces.clear();
-        cut.faces(piece.ends(outline.iter().copied()), faces);
+        cut.faces(piece.ends(&outline.iter().copied()), faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
             certify::distance(self.bernstein, nets, mesh, tolerance, work)
@@ -325,7 +333,7 @@ impl Divider<'_> {
     /// between its corners.
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
-        if let Some((patch, u, v)) = piece.patch() {
+        if let Some(Part { patch, u, v }) = piece.part() {
             let patch = (block.rows.0 + patch.0, block.cols.0 + patch.1);
             if (u, v) == ((0.0, 1.0), (0.0, 1.0)) {
                 self.nets.append(patch, &mut desk.nets);

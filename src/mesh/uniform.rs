@@ -110,7 +110,7 @@ impl UniformGrid {
             triangles: vec![[0; 3]; self.triangles()],
             normals: vec![DVec3::ZERO; self.vertices()],
             uv: vec![DVec2::ZERO; self.vertices()],
-            max_deviation: f64::NAN,
+            max_deviation: None,
         };
         let out = MeshSlices {
             vertices: &mut mesh.vertices,

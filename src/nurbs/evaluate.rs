@@ -51,8 +51,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a parameter lies outside the domain (and that is refused) or `out`
-    /// has another length than `uv`; [`Error::Interrupted`] if the observer stops it.
+    /// [`crate::Error::Parameter`] if a parameter lies outside the domain (and that is refused) or `out`
+    /// has another length than `uv`; [`crate::Error::Interrupted`] if the observer stops it.
     pub fn evaluate(
         &self,
         uv: &[DVec2],

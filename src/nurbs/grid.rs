@@ -42,8 +42,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a parameter lies outside the domain (and that is refused) or an
-    /// output has not `u.len() * v.len()` elements; [`Error::Interrupted`] if the observer stops
+    /// [`crate::Error::Parameter`] if a parameter lies outside the domain (and that is refused) or an
+    /// output has not `u.len() * v.len()` elements; [`crate::Error::Interrupted`] if the observer stops
     /// it.
     pub fn evaluate_grid(
         &self,

@@ -333,7 +333,7 @@ mod tests {
         let area = far.area(1e-14, &mut Silent).unwrap();
         // The centre's coordinates have a rounding of 1e-9.
         assert!((area / (16.0 * std::f64::consts::PI) - 1.0).abs() < 1e-9, "{area}");
-        let mut stop = |_: &crate::Progress| std::ops::ControlFlow::Break(());
+        let mut stop = |_: &crate::progress::Progress| std::ops::ControlFlow::Break(());
         assert!(matches!(far.area(1e-9, &mut stop), Err(Error::Interrupted)));
     }
 }

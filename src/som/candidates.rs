@@ -2,6 +2,7 @@
 //! to anything in it.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 
@@ -17,6 +18,14 @@ const SHORT: usize = 4;
 
 /// A list as long as this takes a millisecond to divide.
 const LONG: usize = 1 << 17;
+
+/// Boxes made for each node at most, with a first few: points that fill a volume would have a box
+/// each.
+const MOST_PER_NODE: usize = 32;
+const FIRST_BOXES: usize = 1 << 12;
+
+/// A tree of more boxes than this is taken down by another thread, while the caller goes on.
+const SMALL: usize = 1 << 14;
 
 /// Boxes are widened by this share of their size, so that a point that rounding moves over a wall
 /// is still inside.
@@ -36,6 +45,17 @@ pub(super) struct Candidates<'a> {
     /// How many of the nearest nodes a list must hold.
     wanted: usize,
     root: Part,
+    /// How many boxes have been made.
+    made: AtomicUsize,
+}
+
+impl Drop for Candidates<'_> {
+    fn drop(&mut self) {
+        if *self.made.get_mut() > SMALL {
+            let root = std::mem::replace(&mut self.root, Part::of_list(&[]));
+            rayon::spawn(move || drop(root));
+        }
+    }
 }
 
 /// A box with its candidates, in ascending order.
@@ -67,7 +87,8 @@ impl<'a> Candidates<'a> {
         let far = nodes.iter().fold(far, |far, node| far.max(node.abs())).max_element();
         let all: Vec<u32> = (0..u32::try_from(nodes.len()).unwrap_or(u32::MAX)).collect();
         let root = Part::of_list(&all);
-        let tree = Self { nodes, boxes, slack: 4.0 * f64::EPSILON * far, wanted, root };
+        let (slack, made) = (4.0 * f64::EPSILON * far, AtomicUsize::new(0));
+        let tree = Self { nodes, boxes, slack, wanted, root, made };
         // Long lists are divided here, where somebody listens.
         let (mut long, mut scratch) = (vec![(&tree.root, [0; 3], boxes.levels)], all);
         while let Some((part, [x, y, z], level)) = long.pop() {
@@ -176,19 +197,26 @@ impl Walk<'_> {
         self.place = place;
         self.depth = self.depth.min(common);
         let ended = |depth: usize, part: &Part| depth == levels || part.list.len() <= SHORT;
-        while !ended(self.depth, self.path[self.depth]) {
-            self.step_down();
-        }
+        while !ended(self.depth, self.path[self.depth]) && self.step_down() {}
     }
 
-    fn step_down(&mut self) {
+    /// Goes to the part around the place; says whether there is one, or could still be made.
+    fn step_down(&mut self) -> bool {
         let part = self.path[self.depth];
         let level = self.tree.boxes.levels - self.depth - 1;
         let [x, y, z] = self.place.map(|along| (along >> level) as usize & 1);
-        let child = &part.children()[(x << 2) | (y << 1) | z];
+        let number = (x << 2) | (y << 1) | z;
+        let there = part.children.get().is_some_and(|children| children[number].get().is_some());
+        let most = FIRST_BOXES + MOST_PER_NODE * self.tree.nodes.len();
+        if !there && self.tree.made.load(Ordering::Relaxed) >= most {
+            return false;
+        }
         self.depth += 1;
-        self.path[self.depth] =
-            child.get_or_init(|| self.tree.divide(part, self.place, level, &mut self.scratch));
+        self.path[self.depth] = part.children()[number].get_or_init(|| {
+            self.tree.made.fetch_add(1, Ordering::Relaxed);
+            self.tree.divide(part, self.place, level, &mut self.scratch)
+        });
+        true
     }
 }
 

@@ -18,6 +18,11 @@ const POINTS_PER_REPORT: usize = 1 << 18;
 /// in the core's own cache.
 const POINTS_PER_TASK: usize = 1 << 16;
 
+/// The same where points are asked for more than sums: they may lie far from the lattice, where
+/// each looks at many nodes.
+const ASKED_PER_REPORT: usize = 1 << 16;
+const ASKED_PER_TASK: usize = 1 << 14;
+
 /// Points and the order in which each task looks at its own.
 pub(super) struct Ordered<'a> {
     frame: Frame,
@@ -104,12 +109,12 @@ pub(super) fn ask<T: Send + Clone + Default>(
 ) -> Result<()> {
     let boxes = Boxes::new(&local(frame, bounds), points.len(), nodes.len());
     let tree = Candidates::new(nodes, boxes, wanted, &mut || report(0))?;
-    let mut answers = vec![T::default(); points.len().min(POINTS_PER_REPORT)];
-    for (number, points) in points.chunks(POINTS_PER_REPORT).enumerate() {
-        report(number * POINTS_PER_REPORT)?;
+    let mut answers = vec![T::default(); points.len().min(ASKED_PER_REPORT)];
+    for (number, points) in points.chunks(ASKED_PER_REPORT).enumerate() {
+        report(number * ASKED_PER_REPORT)?;
         let answers = &mut answers[..points.len()];
-        let tasks = answers.par_chunks_mut(POINTS_PER_TASK);
-        tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(answers, points)| {
+        let tasks = answers.par_chunks_mut(ASKED_PER_TASK);
+        tasks.zip(points.par_chunks(ASKED_PER_TASK)).for_each(|(answers, points)| {
             let (mut order, mut walk) = (vec![0; points.len()], tree.walk());
             boxes.order(points.iter().map(|&point| frame.apply(point)), &mut order);
             for index in order {

@@ -84,7 +84,7 @@ def test_the_input_is_left_alone(terrain_points: Points) -> None:
     [
         (np.zeros((5, 4)), "shape (5, 4)"),
         (np.zeros(3), "shape (3,)"),
-        (np.zeros((2, 2, 3)), "shape (2, 2, 3)"),
+        (np.zeros((2, 2, 4)), "shape (2, 2, 4)"),
         (1.5, "shape ()"),
         (POINTS.astype(complex), "dtype complex128"),
         (POINTS.astype(str), "dtype <U32"),
