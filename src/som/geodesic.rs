@@ -17,7 +17,7 @@ use super::eigen;
 const NEIGHBORS: usize = 8;
 
 /// Points from which distances to all others are found.
-const LANDMARKS: usize = 120;
+const LANDMARKS: usize = 60;
 
 /// Edges with their lengths, for each point.
 type Roads = Vec<Vec<(usize, f64)>>;
