@@ -58,7 +58,8 @@ fn online(criterion: &mut Criterion) {
             radius: Some(Schedule::Linear { start: 5.0, end: 1.0 }),
             ..SomOptions::default()
         };
-        let start = SelfOrganizingMap::new(&points, som.lattice, &options).expect("valid options");
+        let start = SelfOrganizingMap::new(&points, som.lattice, &options, &mut Silent);
+        let start = start.expect("options are valid");
         group.bench_function(BenchmarkId::new("nodes", side * side), |bencher| {
             bencher.iter_batched_ref(
                 || start.clone(),

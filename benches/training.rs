@@ -25,7 +25,7 @@ fn wave(count: usize) -> Vec<DVec3> {
 fn training(criterion: &mut Criterion) {
     let points = wave(10_000);
     let options =
-        SomOptions { max_steps: Some(STEPS), min_change: Some(1e-9), ..SomOptions::default() };
+        SomOptions { max_steps: Some(STEPS), min_change: Some(1e-9), ..SomOptions::paper() };
     let mut group = criterion.benchmark_group("training, 100,000 presentations of 10,000 points");
     group.sample_size(10);
     for side in [10, 20, 40] {

@@ -156,6 +156,27 @@ pub enum Error {
         got: String,
     },
 
+    /// A lattice needs more memory than there is.
+    ///
+    /// ```
+    /// let error = neurbs::Error::Memory { nodes: 16_000_000, bytes: 8_192_000_000 };
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "a lattice of 16000000 nodes takes about 8.2 GB of memory, more than there is: take \
+    ///      fewer rows and columns"
+    /// );
+    /// ```
+    #[error(
+        "a lattice of {nodes} nodes takes about {:.1} GB of memory, more than there is: take fewer \
+         rows and columns", *bytes as f64 / 1e9
+    )]
+    Memory {
+        /// Number of nodes.
+        nodes: usize,
+        /// What training them takes.
+        bytes: usize,
+    },
+
     /// The observer asked a long job to stop.
     ///
     /// ```

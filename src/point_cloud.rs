@@ -5,6 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::progress::{self, Listen, Observer, Progress, Stage};
 
 /// A bicubic Bézier patch or its linear ancestor needs four corners.
 const LEAST_DISTINCT: usize = 4;
@@ -16,6 +17,9 @@ const EXTENT_RANGE: (f64, f64) = (1e-70, 1e70);
 /// Points count as collinear when their distance from a line is under this share of their
 /// extent: rounding in their own digits, nothing that a device could have measured.
 const COLLINEAR_WIDTH: f64 = 1e-12;
+
+/// Points looked at between two reports: a few milliseconds, even on a busy machine.
+const POINTS_PER_REPORT: usize = 1 << 18;
 
 /// The axis-aligned box around points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +40,15 @@ impl Bounds {
     /// ```
     #[must_use]
     pub fn of(points: &[DVec3]) -> Self {
-        let empty = || Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-        let join = |a: Self, b: Self| Self { min: a.min.min(b.min), max: a.max.max(b.max) };
-        points.par_iter().map(|&p| Self { min: p, max: p }).reduce(empty, join)
+        points.par_iter().map(|&p| Self { min: p, max: p }).reduce(Self::empty, Self::join)
+    }
+
+    fn empty() -> Self {
+        Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }
+    }
+
+    fn join(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// Length of the diagonal, in the points' unit.
@@ -68,10 +78,26 @@ impl Bounds {
 /// If there are no points.
 #[must_use]
 pub fn centroid(points: &[DVec3]) -> DVec3 {
+    // Nothing interrupts it.
+    listened_centroid(points, &mut || Ok(())).unwrap_or(points[0])
+}
+
+/// As [`centroid`], in pieces.
+pub(crate) fn listened_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
     let origin = points[0];
-    let sum: DVec3 = points.iter().map(|&p| p - origin).sum();
-    let count = points.len() as f64;
-    origin + sum / count
+    let mut sum = DVec3::ZERO;
+    for piece in pieces(points, listen) {
+        piece?.iter().for_each(|&p| sum += p - origin);
+    }
+    Ok(origin + sum / points.len() as f64)
+}
+
+/// The points in pieces that take a few milliseconds to look at, each after listening.
+pub(crate) fn pieces<'a>(
+    points: &'a [DVec3],
+    listen: &'a mut Listen<'_>,
+) -> impl Iterator<Item = Result<&'a [DVec3]>> {
+    points.chunks(POINTS_PER_REPORT).map(move |piece| listen().map(|()| piece))
 }
 
 /// Checks that the points can be a surface: finite, at least four distinct ones, neither in one
@@ -82,12 +108,17 @@ pub fn centroid(points: &[DVec3]) -> DVec3 {
 /// [`Error::NotFinite`], [`Error::AllEqual`], [`Error::TooFewPoints`], [`Error::Extent`],
 /// [`Error::Collinear`].
 pub fn check(points: &[DVec3]) -> Result<()> {
-    checked_bounds(points).map(|_| ())
+    checked_bounds(points, &mut progress::Silent).map(|_| ())
 }
 
 /// The bounds of points that pass [`check`].
-pub(crate) fn checked_bounds(points: &[DVec3]) -> Result<Bounds> {
-    check_finite(points)?;
+pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
+    let total = points.len();
+    let mut listen = || {
+        let progress = Progress::of_stage(Stage::Checking, 0, total as u64, total);
+        progress::report(observer, &progress)
+    };
+    let bounds = finite_bounds(points, &mut listen)?;
     let given = points.len();
     match count_distinct(points) {
         1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
@@ -97,12 +128,31 @@ pub(crate) fn checked_bounds(points: &[DVec3]) -> Result<Bounds> {
         }
     }
     let (least, most) = EXTENT_RANGE;
-    let bounds = Bounds::of(points);
     let extent = bounds.extent();
     if !(least..=most).contains(&extent) {
         return Err(Error::Extent { extent, least, most });
     }
-    check_width(points, &bounds)?;
+    check_width(points, &bounds, &mut listen)?;
+    Ok(bounds)
+}
+
+/// The bounds of points whose coordinates are all finite numbers.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] with the first that is not.
+pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Bounds> {
+    let mut bounds = Bounds::empty();
+    for (number, piece) in pieces(points, listen).enumerate() {
+        let piece = piece?;
+        check_finite(piece).map_err(|error| match error {
+            Error::NotFinite { index, point } => {
+                Error::NotFinite { index: number * POINTS_PER_REPORT + index, point }
+            }
+            other => other,
+        })?;
+        bounds = bounds.join(Bounds::of(piece));
+    }
     Ok(bounds)
 }
 
@@ -133,14 +183,20 @@ fn count_distinct(points: &[DVec3]) -> usize {
 }
 
 /// Refuses points on one line: the one through the first point and the point farthest from it.
-fn check_width(points: &[DVec3], bounds: &Bounds) -> Result<()> {
+fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Result<()> {
     let frame = Normalization::within(bounds);
     let first = frame.apply(points[0]);
-    let local = || points.par_iter().map(|&p| frame.apply(p) - first);
-    let farthest = local().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    let along = farthest.unwrap_or(DVec3::X);
-    let length = along.length();
-    let width = local().map(|p| p.cross(along).length() / length).reduce(|| 0.0, f64::max);
+    let mut along = DVec3::ZERO;
+    let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
+    for piece in pieces(points, listen) {
+        let local = piece?.par_iter().map(|&p| frame.apply(p) - first);
+        along = farther(along, local.reduce(|| DVec3::ZERO, farther));
+    }
+    let (length, mut width) = (along.length(), 0.0_f64);
+    for piece in pieces(points, listen) {
+        let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
+        width = width.max(piece?.par_iter().map(aside).reduce(|| 0.0, f64::max));
+    }
     // Coordinates far from the origin carry rounding of their own size, not of the extent's.
     let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
     let rounding = 8.0 * f64::EPSILON * frame.scale * magnitude;

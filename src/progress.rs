@@ -55,6 +55,8 @@ pub struct Epoch<'a> {
 /// A part of a long job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// The points are looked through for what cannot be a surface; a step is one point.
+    Checking,
     /// The lattice learns the points; a step is one presentation.
     Training,
     /// The distances from the points to the lattice are measured; a step is one point.
@@ -70,6 +72,7 @@ impl Stage {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Checking => "checking",
             Self::Training => "training",
             Self::Measuring => "measuring",
             Self::Fitting => "fitting",
@@ -109,6 +112,9 @@ impl Observer for Silent {
         ControlFlow::Continue(())
     }
 }
+
+/// What longer work calls between its pieces, to hear whether to go on.
+pub(crate) type Listen<'a> = dyn FnMut() -> Result<()> + 'a;
 
 /// Reports to the observer and turns its wish to stop into an error.
 pub(crate) fn report(observer: &mut dyn Observer, progress: &Progress) -> Result<()> {

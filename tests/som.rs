@@ -196,7 +196,7 @@ proptest! {
         let whole = fit(&points, &start.lattice, &options);
         prop_assert_eq!(fit(&permuted, &start.lattice, &options).codebook(), whole.codebook());
 
-        let mut som = SelfOrganizingMap::new(&points, start.lattice.clone(), &options).unwrap();
+        let mut som = SelfOrganizingMap::new(&points, start.lattice.clone(), &options, &mut Silent).unwrap();
         let mut cuts = cuts;
         cuts.extend([0, 400]);
         cuts.sort_unstable();
@@ -264,7 +264,8 @@ fn an_interrupted_training_goes_on_to_the_same_bits() {
     for options in trainings {
         let expected = fit(&points, &lattice, &options);
         for calls in 1..8 {
-            let mut som = SelfOrganizingMap::new(&points, lattice.clone(), &options).unwrap();
+            let mut som =
+                SelfOrganizingMap::new(&points, lattice.clone(), &options, &mut Silent).unwrap();
             let stopped = som.train(&points, &mut StopAfter(calls));
             if matches!(stopped, Err(Error::Interrupted)) && som.stopped_by == StoppedBy::Unfinished
             {
@@ -317,7 +318,7 @@ fn a_rolled_sheet_unrolls_from_the_geodesic_start_only() {
     let lattice = Lattice::quad(24, 8).unwrap();
     let train = |init| fit(&points, &lattice, &SomOptions { init, ..SomOptions::default() });
     let (unrolled, flat) = (train(Init::Geodesic), train(Init::Pca));
-    assert_eq!(unrolled.fold_overs(), Some(0));
+    assert_eq!(unrolled.fold_overs(&mut Silent).unwrap(), Some(0));
     assert!(unrolled.topographic_error(&points, &mut Silent).unwrap() < 0.02);
     assert!(flat.topographic_error(&points, &mut Silent).unwrap() > 0.02);
 }
@@ -341,7 +342,7 @@ fn closed_lattices_close_around_closed_shapes() {
         for cells in Cells::ALL {
             let lattice = Lattice::grid(20, 12, cells, topology).unwrap();
             let som = fit(&points, &lattice, &SomOptions::default());
-            assert_eq!(som.fold_overs(), Some(0), "{topology:?} {cells:?}");
+            assert_eq!(som.fold_overs(&mut Silent).unwrap(), Some(0), "{topology:?} {cells:?}");
             assert!(som.topographic_error(&points, &mut Silent).unwrap() < 0.05);
             let uv = som.parametrize(&points, 0.75, &mut Silent).unwrap();
             assert!(uv.iter().all(|uv| (0.0..1.0).contains(&uv.x)));
@@ -365,7 +366,7 @@ fn a_graph_learns_too() {
         assert!(som.topographic_error(&points, &mut Silent).unwrap() < 0.05);
         let uv = som.parametrize(&points, 0.75, &mut Silent).unwrap_err();
         assert!(uv.to_string().starts_with("lattice must be a grid"));
-        assert_eq!(som.fold_overs(), None);
+        assert_eq!(som.fold_overs(&mut Silent).unwrap(), None);
     }
 }
 
@@ -428,7 +429,7 @@ fn bad_options_are_refused_by_name() {
     let points = sheet(50);
     let refuse = |options: SomOptions| {
         let lattice = Lattice::quad(4, 4).unwrap();
-        SelfOrganizingMap::new(&points, lattice, &options).unwrap_err().to_string()
+        SelfOrganizingMap::new(&points, lattice, &options, &mut Silent).unwrap_err().to_string()
     };
     let options = SomOptions::default();
     let cases = [

@@ -95,7 +95,7 @@ def _failure_message(error: Exception) -> str:
         case neurbs.NeurbsError() | OSError():
             return str(error)
         case MemoryError():
-            return "there is not enough memory for this job"
+            return str(error) or "there is not enough memory for this job"
         case Warning():
             return f"a warning, which Python was told to take for an error: {error}"
     return f"{type(error).__name__}: {error} (this is a fault of neurbs, please report it)"
@@ -172,6 +172,9 @@ def reconstruct(
     method: Annotated[
         str | None, _option("method", "How the surface comes from the points", "NAME")
     ] = None,
+    surface: Annotated[
+        str | None, _option("surface", "What the lattice is to the surface", "NAME")
+    ] = None,
     grid: Annotated[
         tuple[str, str] | None,
         _option("grid", "Size of the control net", "ROWS COLS"),
@@ -189,6 +192,9 @@ def reconstruct(
     ] = None,
     max_control_points: Annotated[
         str | None, _option("max_control_points", "Control points at most", "N")
+    ] = None,
+    aspect: Annotated[
+        str | None, _option("aspect", "How the grid is split: data or fixed", "NAME")
     ] = None,
     seed: Annotated[str | None, _option("seed", "Seed of everything random", "N")] = None,
     max_steps: Annotated[str | None, _option("max_steps", "Steps of training at most", "N")] = None,
@@ -217,12 +223,14 @@ def reconstruct(
     options: dict[str, Any] = {
         "tolerance": tolerance,
         "method": method,
+        "surface": surface,
         "grid": grid and tuple(map(_value, grid)),
         "degree": degree,
         "topology": topology,
         "fairness": fairness,
         "border": border,
         "max_control_points": max_control_points,
+        "aspect": aspect,
         "seed": seed,
         "max_steps": max_steps,
         "reach": reach,

@@ -76,7 +76,10 @@ def picture(result: Reconstruction) -> Figure:
     figure = Figure(figsize=_SIZE, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     frame = _Frame.around(result.points, result.mesh.vertices)
-    lattice = result.som.codebook_
+    if result.som is None:
+        lattice = result.points.reshape(*result.report.grid, 3)
+    else:
+        lattice = result.som.codebook_
     title = f"{len(result.points):,} points, {_size(lattice)} lattice"
     _draw_lattice(_panel(figure, 0, frame, title), lattice, result.points)
     surface = result.surface

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import time
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -53,7 +54,8 @@ class Report:
     ordered_at : int
         The step from which on its radius was less than an edge.
     stopped_by : str
-        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
+        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``; ``"ordered"`` for
+        points that were in order already, which need none.
     reached : int
         How many points are on the lattice.
     change : float or None
@@ -88,8 +90,10 @@ class Report:
 
     @property
     def converged(self) -> bool:
-        """Whether all points lie within the tolerance; by the paper's method, whether training
-        ended by itself, not because its steps were over."""
+        """Whether all points lie within the tolerance, if there was one.
+
+        By the paper's method: whether training ended by itself, not because its steps were over.
+        """
         if self.fairness is None:
             return self.stopped_by != "max_steps"
         return self.tolerance is None or self.ended_by == "tolerance"
@@ -101,6 +105,7 @@ class Report:
         return values | listed | {"warnings": list(self.warnings)}
 
     def __str__(self) -> str:
+        """Return the main figures as a table to be read."""
         rows, cols = self.grid
         within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
         lines = {
@@ -138,6 +143,7 @@ _WHY_STOPPED = {
     "reached": "all points are on the lattice",
     "settled": "the lattice has settled",
     "max_steps": "the steps were over",
+    "ordered": "the points were in order",
 }
 
 _WHY_ENDED = {
@@ -157,13 +163,14 @@ class Reconstruction:
     Attributes
     ----------
     points : ndarray of shape (n, 3)
-        The points: a read-only view of the array that was given, or of its conversion.
+        The points, row by row if they were ordered: a read-only view of the array that was given,
+        or of its conversion.
     surface : NurbsSurface
         The surface.
     mesh : TriangleMesh
         The surface as triangles.
-    som : SelfOrganizingMap
-        The trained map.
+    som : SelfOrganizingMap or None
+        The trained map; None for points that were in order already.
     uv : ndarray of shape (n, 2)
         Where on the surface each point has its foot.
     distances : ndarray of shape (n,)
@@ -175,7 +182,7 @@ class Reconstruction:
     points: NDArray[np.float64] = dataclasses.field(repr=False)
     surface: _core.NurbsSurface
     mesh: _core.TriangleMesh
-    som: SelfOrganizingMap
+    som: SelfOrganizingMap | None
     uv: NDArray[np.float64] = dataclasses.field(repr=False)
     distances: NDArray[np.float64] = dataclasses.field(repr=False)
     report: Report = dataclasses.field(repr=False)
@@ -190,6 +197,7 @@ def reconstruct(
     tolerance: float | None = None,
     *,
     method: str = "fit",
+    surface: str = "control-net",
     grid: tuple[int, int] | None = None,
     degree: int = 3,
     topology: str = "sheet",
@@ -207,27 +215,35 @@ def reconstruct(
 
     A self-organizing map brings the points in order from a start that follows the surface, however
     folded it is; least squares with fairness then pull a B-spline surface to the points, while
-    their parameters follow it.
+    their parameters follow it. Points that are in order already, an array of shape (r, c, 3),
+    become a surface as the paper's lattice does.
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         At least four distinct points, finite, not all on one line; two columns lie in z = 0. A
-        C-contiguous float64 array is used as it is, anything else is converted once.
+        C-contiguous float64 array is used as it is, anything else is converted once. Of shape
+        (r, c, 3) they are the rows of an ordered grid, and the lattice themselves: only `surface`,
+        `degree` and `progress` have a meaning then.
     tolerance : float, optional
         Distance from the surface within which all points shall lie, in their unit: the net grows
         until they do, or says why it did not. By default it grows until cross-validation says that
         it would follow noise.
     method : {"fit", "paper"}, default "fit"
         How the surface comes from the points: as above, or by the paper's method, where the
-        trained lattice itself is the control net.
+        trained lattice itself makes the surface.
+    surface : {"control-net", "interpolate", "bezier"}, default "control-net"
+        With ``method="paper"``: what the lattice is to the surface (section 5 of the paper): the
+        control net of a clamped B-spline surface, the points that such a surface passes through,
+        or the control net of one Bézier surface.
     grid : (int, int), optional
         Rows and columns of the control net. Their product is a budget, split by `aspect`; with
         ``method="paper"`` they are those of the lattice, by default four nodes for each of few
-        points, at least 400 nodes for many, and up to 2500.
+        points, at least 400 nodes for many, and up to 2500. A Bézier surface has from 2 to 10 of
+        each, by default up to 10.
     degree : int, default 3
         Degree of the surface in both directions, lowered where the net has too few rows or columns
-        for it.
+        for it. A Bézier surface's degrees are one less than rows and columns, whatever it is.
     topology : {"sheet", "tube", "torus"}, default "sheet"
         Whether no direction is closed, u, or both. Closed directions are smooth across the seam.
     fairness : float, optional
@@ -292,11 +308,14 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
+    if np.ndim(points) == 3:
+        return _of_ordered(points, surface, degree, progress)
     converted = _core.as_points(points)
-    surface, mesh, trained, uv, distances, report = _core.reconstruct(
+    made, mesh, trained, uv, distances, report = _core.reconstruct(
         converted,
         tolerance,
         method=method,
+        surface=surface,
         grid=grid,
         degree=degree,
         topology=topology,
@@ -315,9 +334,51 @@ def reconstruct(
     )
     if converted is not points:
         converted.flags.writeable = False
-    kept = converted.view()
-    kept.flags.writeable = False
-    result = Reconstruction(kept, surface, mesh, som, uv, distances, Report(**report))
+    result = Reconstruction(_read_only(converted), made, mesh, som, uv, distances, Report(**report))
     for text in result.report.shortcomings():
         warnings.warn(text, ConvergenceWarning, stacklevel=2)
     return result
+
+
+def _of_ordered(
+    points: ArrayLike,
+    surface: str,
+    degree: int,
+    progress: Callable[[_core.Progress], object] | None,
+) -> Reconstruction:
+    """Make the surface of points in order, without a network."""
+    start = time.perf_counter()
+    made, mesh = _core.ordered_surface(points, surface, degree, progress)
+    flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+    rows, cols = np.shape(points)[:2]
+    feet = made.closest_points(flat)
+    ranks = np.quantile(feet.distances, [0.5, 0.9, 0.95, 0.99])
+    report = Report(
+        points=len(flat),
+        diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
+        grid=(rows, cols),
+        degree=made.degree,
+        rms=float(np.sqrt(np.mean(feet.distances**2))),
+        max=float(feet.distances.max()),
+        percentiles=dict(zip((50, 90, 95, 99), ranks.tolist(), strict=True)),
+        tolerance=None,
+        within=None,
+        ended_by="grid",
+        fairness=None,
+        iterations=0,
+        warnings=(),
+        steps=0,
+        ordered_at=0,
+        stopped_by="ordered",
+        reached=len(flat),
+        change=None,
+        quantization_error=0.0,
+        seconds={"surface": time.perf_counter() - start},
+    )
+    return Reconstruction(_read_only(flat), made, mesh, None, feet.uv, feet.distances, report)
+
+
+def _read_only(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    view = points.view()
+    view.flags.writeable = False
+    return view

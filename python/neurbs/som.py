@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import inspect
-import json
 import os
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs.io.replacement import replacement
+from neurbs.som_estimator import Estimator
 from neurbs.som_learned import LearnedMap
-from neurbs.som_source import Chunks
-from neurbs.som_state import from_plain, plain
+from neurbs.som_source import Draws, Source
+from neurbs.som_state import read_state, write_state
 
 Lattice = _core.Lattice
 
@@ -31,7 +28,7 @@ class ConvergenceWarning(UserWarning):
     """A training ended because its steps were over, not because the lattice had learned."""
 
 
-class SelfOrganizingMap(LearnedMap):
+class SelfOrganizingMap(Estimator, LearnedMap):
     """A lattice of nodes that learns scattered points.
 
     A point moves the node nearest to it, its winner, and the winner's neighbours on the lattice,
@@ -50,10 +47,13 @@ class SelfOrganizingMap(LearnedMap):
         overrides `rows`, `cols` and `topology`.
     training : {"batch", "online"}, default "batch"
         How nodes learn.
-    init : {"pca", "geodesic", "centroid", "densest-cluster", "random"} or array, default "pca"
-        Where the nodes are before: in order on the principal plane (closed lattices: by angles
-        about the principal axes), in order by distances along the surface, small random values
-        around the centroid, the densest cluster or the origin, or an array of positions.
+    init : str or array_like, default "pca"
+        Where the nodes are before: in order on the principal plane (``"pca"``; closed lattices by
+        angles about the principal axes), in order by distances along the surface
+        (``"geodesic"``), whichever of these two suits the points better (``"auto"``: layers that
+        touch mislead distances along the surface), small random values around the centroid
+        (``"centroid"``), the densest cluster (``"densest-cluster"``) or the origin
+        (``"random"``); or an array of positions.
     neighborhood : {"gaussian", "bubble"}, default "gaussian"
         How much neighbours follow the winner: ``exp(-(d / radius)² / 2)`` at a distance of d
         cells, or fully as far as `radius` edges reach.
@@ -131,6 +131,10 @@ class SelfOrganizingMap(LearnedMap):
     >>> uv.shape
     (5000, 2)
     """
+
+    # Sums of an epoch that `partial_fit` has begun, and where a distribution's source stands.
+    _pending: _core.BatchSums | None = None
+    _drawn: dict[str, Any] | None = None
 
     def __init__(
         self,
@@ -243,7 +247,7 @@ class SelfOrganizingMap(LearnedMap):
             On Ctrl-C, at once. What was learned so far is kept, and `resume` goes on from there.
         """
         points = _core.as_points(points)
-        self._map = _core.Map(points, self._lattice(), self._options())
+        self._start(points)
         return self.resume(
             points,
             progress=progress,
@@ -309,27 +313,25 @@ class SelfOrganizingMap(LearnedMap):
         """
         points = _core.as_points(points)
         if not hasattr(self, "_map"):
-            self._map = _core.Map(points, self._lattice(), self._options(), chunks=True)
+            self._start(points, chunks=True)
         if self.training == "online":
             self._map.present(points)
             return self
         sums = self._map.sums(points)
-        pending = getattr(self, "_pending", None)
-        self._pending = sums if pending is None else pending + sums
+        self._pending = sums if self._pending is None else self._pending + sums
         return self.end_epoch() if end_epoch else self
 
     def end_epoch(self) -> SelfOrganizingMap:
         """End an epoch of batch training that `partial_fit` has begun, and move the lattice."""
-        pending = getattr(self, "_pending", None)
-        if pending is None:
+        if self._pending is None:
             raise _core.NeurbsError("end_epoch must be called after partial_fit, got no points yet")
-        self._learned().learn(pending)
+        self._learned().learn(self._pending)
         self._pending = None
         return self
 
     def fit_distribution(
         self,
-        source: Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike],
+        source: Source,
         *,
         progress: Callable[[_core.Progress], object] | None = None,
         observer: Callable[[_core.Epoch], object] | None = None,
@@ -351,7 +353,7 @@ class SelfOrganizingMap(LearnedMap):
         ------
         NeurbsError
             If the source draws anything but as many finite points as it was asked for, or its
-            chunks end before the training. What was learned so far is kept.
+            chunks end before the training. What was learned so far, in whole epochs, is kept.
 
         Examples
         --------
@@ -362,44 +364,68 @@ class SelfOrganizingMap(LearnedMap):
         >>> som.codebook_.shape
         (10, 10, 3)
         """
-        sampler: Callable[[int], ArrayLike]
-        if callable(source):
-            rng = np.random.default_rng(self.seed)
-            draw = source
-
-            def sampler(count: int) -> ArrayLike:
-                return draw(count, rng)
-        else:
-            sampler = Chunks(iter(source))
-        first = _core.as_points(sampler(_FIRST_POINTS))
+        draws = Draws(source, self.seed)
+        first = _core.as_points(draws(_FIRST_POINTS))
         if len(first) != _FIRST_POINTS:
             raise _core.NeurbsError(
                 f"sampler must be a source of as many points as asked for, {_FIRST_POINTS}, "
                 f"got {len(first)}"
             )
-        self._map = _core.Map(first, self._lattice(), self._options(), chunks=True)
-        self._map.train_on_distribution(sampler, progress=progress, observer=observer)
+        self._start(first, chunks=True)
+        return self._draw(draws, progress, observer)
+
+    def resume_distribution(
+        self,
+        source: Source,
+        *,
+        progress: Callable[[_core.Progress], object] | None = None,
+        observer: Callable[[_core.Epoch], object] | None = None,
+    ) -> SelfOrganizingMap:
+        """Go on with an interrupted or loaded `fit_distribution`, to the same bits as without.
+
+        A sampler is given the same random numbers as if there had been no break. Chunks must come
+        from their beginning: those already learned are skipped.
+        """
+        if self._drawn is None:
+            raise _core.NeurbsError(
+                "resume_distribution must be called after fit_distribution, got no distribution yet"
+            )
+        draws = Draws(source, self.seed)
+        draws.go_to(self._drawn)
+        return self._draw(draws, progress, observer)
+
+    def _draw(
+        self,
+        draws: Draws,
+        progress: Callable[[_core.Progress], object] | None,
+        observer: Callable[[_core.Epoch], object] | None,
+    ) -> SelfOrganizingMap:
+        def note(epoch: _core.Epoch) -> None:
+            self._drawn = draws.state
+            if observer is not None:
+                observer(epoch)
+
+        self._drawn = draws.state
+        self._learned().train_on_distribution(draws, progress=progress, observer=note)
         return self
 
     def fit_predict(self, points: ArrayLike, y: object = None) -> NDArray[np.int64]:
         """Learn the points and return the number of each one's nearest node."""
         return self.fit(points).predict(points)
 
+    def fit_transform(self, points: ArrayLike, y: object = None) -> NDArray[np.float64]:
+        """Learn the points and return each one's place on the lattice, as `transform` does."""
+        return self.fit(points).transform(points)
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map, with its training, to a NumPy archive (.npz).
 
-        The archive holds `codebook`, `parameters` (JSON) and `state`, from which `load` makes the
-        map again, to the last bit. A callable schedule is kept as the table of its values.
+        The archive holds `codebook`, `parameters` (JSON) and the state from which `load` makes the
+        map again, to the last bit, with what `partial_fit` has seen of an epoch. A callable
+        schedule is kept as the table of its values.
         """
-        state = np.frombuffer(self._learned().to_bytes(), dtype=np.uint8)
-        parameters = {name: plain(value) for name, value in self.get_params().items()}
-        with replacement(Path(path)) as new, open(new, "wb") as file:
-            np.savez(
-                file,
-                codebook=self.codebook_,
-                parameters=np.array(json.dumps(parameters)),
-                state=state,
-            )
+        learned = self._learned()
+        write_state(path, self.get_params(), learned, self._pending, self._drawn)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SelfOrganizingMap:
@@ -412,45 +438,15 @@ class SelfOrganizingMap(LearnedMap):
         OSError
             If it cannot be read.
         """
-        try:
-            with np.load(path, allow_pickle=False) as archive:
-                parameters = json.loads(str(archive["parameters"]))
-                state = archive["state"].tobytes()
-        except (ValueError, KeyError, EOFError, AttributeError) as error:
-            message = f"{os.fspath(path)} must be a map that SelfOrganizingMap.save wrote: {error}"
-            raise _core.NeurbsError(message) from error
-        som = cls(**{name: from_plain(value) for name, value in parameters.items()})
-        som._map = _core.Map.from_bytes(state)
+        parameters, learned, pending, drawn = read_state(path)
+        som = cls(**parameters)
+        som._map, som._pending, som._drawn = learned, pending, drawn
         return som
 
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the parameters by name, as scikit-learn does; `deep` changes nothing."""
-        return {name: getattr(self, name) for name in _parameters()}
-
-    def set_params(self, **parameters: Any) -> SelfOrganizingMap:
-        """Set parameters by name, and return the map itself."""
-        for name, value in parameters.items():
-            if name not in _parameters():
-                raise _core.NeurbsError(
-                    f"a parameter must be one of {', '.join(_parameters())}, got {name!r}"
-                )
-            setattr(self, name, value)
-        return self
-
-    def __sklearn_is_fitted__(self) -> bool:
-        """Say whether it has learned, for scikit-learn."""
-        return hasattr(self, "_map")
-
-    def __repr__(self) -> str:
-        """Say what it is, and whether it has learned."""
-        defaults = {**SelfOrganizingMap().get_params(), "rows": None, "cols": None}
-        changed = [
-            f"{name}={value!r}"
-            for name, value in self.get_params().items()
-            if not isinstance(value, np.ndarray) and value != defaults[name]
-        ]
-        state = [self.stopped_by_] if hasattr(self, "_map") else []
-        return f"SelfOrganizingMap({', '.join(changed + state)})"
+    def _start(self, points: NDArray[np.float64], *, chunks: bool = False) -> None:
+        """Forget what was learned, and lay the nodes out for these points."""
+        self._map = _core.Map(points, self._lattice(), self._options(), chunks=chunks)
+        self._pending = self._drawn = None
 
     def _lattice(self) -> Lattice:
         if isinstance(self.lattice, Lattice):
@@ -458,7 +454,6 @@ class SelfOrganizingMap(LearnedMap):
         return Lattice.grid(self.rows, self.cols, cells=self.lattice, topology=self.topology)
 
     def _options(self) -> dict[str, Any]:
-        self._pending = None
         return {name: getattr(self, name) for name in _core.som_options(paper=False)}
 
     @classmethod
@@ -469,8 +464,3 @@ class SelfOrganizingMap(LearnedMap):
         som = cls(**({"rows": rows, "cols": cols} | settings | parameters))
         som._map = trained
         return som
-
-
-def _parameters() -> list[str]:
-    """Names of the constructor's parameters."""
-    return [name for name in inspect.signature(SelfOrganizingMap.__init__).parameters][1:]

@@ -53,12 +53,19 @@ class LearnedMap:
         """Mean distance from points to their winners during the last epoch."""
         return self._learned().error
 
-    def predict(self, points: ArrayLike) -> NDArray[np.int64]:
+    def predict(
+        self, points: ArrayLike, *, out: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
         """Return the number of each point's nearest node, the lowest among equals.
 
-        Nodes are numbered row by row, ``divmod(number, cols)`` is row and column.
+        Nodes are numbered row by row, ``divmod(number, cols)`` is row and column. `out`, of shape
+        (n,), is where to write the result.
         """
-        return self._learned().predict(points)
+        return self._learned().predict(points, out)
+
+    def transform(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return each point's place on the lattice: `parametrize` as scikit-learn names it."""
+        return self.parametrize(points)
 
     def parametrize(
         self,

@@ -1,40 +1,62 @@
-"""Chunks of points as a source that a map can draw from."""
+"""What a map draws points from: a sampler, or chunks of any lengths."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
 
+Source: TypeAlias = Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike]
+"""A callable ``source(count, rng)`` that returns points of shape (count, 3), or chunks."""
 
-class Chunks:
-    """Chunks of any lengths as a source that gives as many points as it is asked for."""
 
-    def __init__(self, chunks: Iterator[ArrayLike]) -> None:
-        self._chunks = chunks
+class Draws:
+    """Points drawn from a source, as many as asked for, that can go on from a noted state."""
+
+    def __init__(self, source: Source, seed: int) -> None:
+        self._rng = np.random.default_rng(seed)
+        self._sampler = source if callable(source) else None
+        self._chunks = iter(()) if callable(source) else iter(source)
         self._left = np.empty((0, 3))
         self._given = 0
 
-    def __call__(self, count: int) -> NDArray[np.float64]:
+    def __call__(self, count: int) -> ArrayLike:
         """Return the next `count` points."""
+        points = self._next(count) if self._sampler is None else self._sampler(count, self._rng)
+        self._given += count
+        return points
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """Where the source stands, as plain values."""
+        return {"given": self._given, "rng": self._rng.bit_generator.state}
+
+    def go_to(self, state: dict[str, Any]) -> None:
+        """Go on where the source stood; chunks come from their beginning, and are skipped."""
+        if self._sampler is None:
+            self._next(state["given"])
+        else:
+            self._rng.bit_generator.state = state["rng"]
+        self._given = state["given"]
+
+    def _next(self, count: int) -> NDArray[np.float64]:
         parts = [self._left]
         missing = count - len(self._left)
         while missing > 0:
             try:
                 chunk = _core.as_points(next(self._chunks))
             except StopIteration:
-                got = self._given + count - missing
                 needed = self._given + count
                 raise _core.NeurbsError(
-                    f"chunks must hold at least {needed} points for this training, got {got}: "
-                    "give more, or lower epochs or max_steps"
+                    f"chunks must hold at least {needed} points for this training, "
+                    f"got {needed - missing}: give more, or lower epochs or max_steps"
                 ) from None
             parts.append(chunk)
             missing -= len(chunk)
         points = np.concatenate(parts)
         self._left = points[count:]
-        self._given += count
         return points[:count]

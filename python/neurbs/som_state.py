@@ -1,12 +1,54 @@
-"""Parameters of a map as plain values that JSON knows, and back."""
+"""A map and its training as a NumPy archive, and back."""
 
 from __future__ import annotations
 
+import json
+import os
+import zipfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from neurbs._core import Lattice
+from neurbs._core import BatchSums, Lattice, Map, NeurbsError
+from neurbs.io.replacement import replacement
+
+
+def write_state(
+    path: str | os.PathLike[str],
+    parameters: dict[str, Any],
+    learned: Map,
+    pending: BatchSums | None,
+    drawn: dict[str, Any] | None,
+) -> None:
+    """Write parameters, map, sums of an unfinished epoch and state of a source to an archive."""
+    plain_parameters = {name: plain(value) for name, value in parameters.items()}
+    arrays = {
+        "codebook": learned.codebook,
+        "parameters": np.array(json.dumps(plain_parameters)),
+        "state": np.frombuffer(learned.to_bytes(), dtype=np.uint8),
+        "sums": np.frombuffer(b"" if pending is None else pending.to_bytes(), dtype=np.uint8),
+        "drawn": np.array(json.dumps(drawn)),
+    }
+    with replacement(Path(path)) as new, open(new, "wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def read_state(
+    path: str | os.PathLike[str],
+) -> tuple[dict[str, Any], Map, BatchSums | None, dict[str, Any] | None]:
+    """Read what `write_state` has written."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            parameters = json.loads(str(archive["parameters"]))
+            state, sums = archive["state"].tobytes(), archive["sums"].tobytes()
+            drawn = json.loads(str(archive["drawn"]))
+    except (ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+        message = f"{os.fspath(path)} must be a map that SelfOrganizingMap.save wrote: {error}"
+        raise NeurbsError(message) from error
+    values = {name: from_plain(value) for name, value in parameters.items()}
+    pending = BatchSums.from_bytes(sums) if sums else None
+    return values, Map.from_bytes(state), pending, drawn
 
 
 def plain(value: Any) -> Any:

@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 
 use super::band::Band;
+use super::border::bounded;
 use super::correct::{Foot, Tangents, feet};
 use super::cross_validation;
 use super::fairness;
@@ -360,6 +361,7 @@ impl<'a> Fitting<'a> {
         let (length_u, length_v) = lengths(&surface);
         let margin = border * (length_u * length_v / self.points.len() as f64).sqrt();
         self.correct(&surface);
+        self.uv = bounded(&self.uv, self.closed.into());
         for (d, length) in [length_u, length_v].into_iter().enumerate() {
             if !self.closed[d] {
                 let place = |at: f64| (at * length + margin) / (length + 2.0 * margin);

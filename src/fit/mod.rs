@@ -7,6 +7,7 @@
 
 mod approximate;
 mod band;
+mod border;
 mod correct;
 mod cross_validation;
 mod fairness;
@@ -17,6 +18,7 @@ mod space;
 use glam::{DVec2, DVec3};
 
 pub use self::approximate::{ApproximateOptions, Approximation, EndedBy, Growth, approximate};
+pub use self::border::bounded;
 use self::normal_equations::{NormalEquations, Sample};
 use self::space::SplineSpace;
 use crate::error::{Error, Result};

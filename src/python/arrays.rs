@@ -127,20 +127,30 @@ pub(super) fn empty<'py, T: Element, D: Dimension>(
     Ok(array.cast_into()?)
 }
 
-/// The array for a result: the caller's `out`, which must fit, or a new one.
+/// As [`output_of`], for numbers.
 pub(super) fn output<'py>(
     py: Python<'py>,
     out: Option<&Bound<'py, PyAny>>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    output_of(py, out, shape)
+}
+
+/// The array for a result: the caller's `out`, which must fit, or a new one.
+pub(super) fn output_of<'py, T: Element>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     let Some(out) = out else {
         return empty(py, shape);
     };
     let fail = |got: String| {
-        let must = format!("a writeable, C-contiguous float64 array of shape {shape:?}");
+        let dtype = T::get_dtype(py);
+        let must = format!("a writeable, C-contiguous {dtype} array of shape {shape:?}");
         NeurbsError::new_err(format!("out must be {must}, got {got}"))
     };
-    let Ok(array) = out.cast::<PyArrayDyn<f64>>() else {
+    let Ok(array) = out.cast::<PyArrayDyn<T>>() else {
         let got = out.getattr("dtype").map_or_else(
             |_| out.get_type().to_string(),
             |dtype| format!("an array of dtype {dtype}"),

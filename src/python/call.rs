@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use pyo3::prelude::*;
 
 use super::errors::bad_argument;
-use super::{progress, som};
+use super::{epoch, progress};
 use crate::error::Result;
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
@@ -103,12 +103,12 @@ impl Observer for Watcher {
         answer
     }
 
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+    fn learned(&mut self, learned: &Epoch<'_>) -> ControlFlow<()> {
         let Some(observer) = self.observer.take() else {
             return ControlFlow::Continue(());
         };
         let answer =
-            self.look(|py| observer.call1(py, (som::Epoch::of_core(py, epoch)?,)).map(|_| ()));
+            self.look(|py| observer.call1(py, (epoch::Epoch::of_core(py, learned)?,)).map(|_| ()));
         self.observer = Some(observer);
         answer
     }

@@ -1,7 +1,9 @@
 //! The one place where the crate's errors become Python's.
 
 use pyo3::create_exception;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyOverflowError, PyTypeError, PyValueError};
+use pyo3::exceptions::{
+    PyKeyboardInterrupt, PyMemoryError, PyOverflowError, PyTypeError, PyValueError,
+};
 use pyo3::prelude::*;
 
 use crate::error::Error;
@@ -22,6 +24,7 @@ impl From<Error> for PyErr {
             Error::Io(error) => error.into(),
             // Only Ctrl-C stops a job without an exception of its own.
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
+            error @ Error::Memory { .. } => PyMemoryError::new_err(error.to_string()),
             error => NeurbsError::new_err(error.to_string()),
         }
     }

@@ -3,6 +3,8 @@
 use pyo3::prelude::*;
 
 use super::arguments;
+use super::arrays::Numbers;
+use crate::error::Error;
 use crate::som::{Cells, Lattice as Core, Topology};
 
 /// The nodes of a self-organizing map and their connections.
@@ -68,23 +70,25 @@ impl Lattice {
     ///     hang together.
     #[staticmethod]
     fn graph(nodes: &Bound<'_, PyAny>, edges: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let must = "a sequence of pairs of nodes";
-        let wrong = |got: &Bound<'_, PyAny>| super::errors::bad_argument("edges", must, got);
-        // An array of shape (k, 2) is as good as a list of pairs.
-        let listed = match edges.getattr("tolist") {
-            Ok(to_list) => to_list.call0()?,
-            Err(_) => edges.clone(),
+        let nodes = arguments::count("nodes", nodes)?;
+        let expected = "a sequence of pairs of nodes";
+        let numbers = Numbers::new(edges, "edges", expected, &[&[None, Some(2)], &[Some(0)]])?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "whole and not negative; one beyond all nodes may saturate"
+        )]
+        let node =
+            |number: f64| (number.fract() == 0.0 && number >= 0.0).then_some(number as usize);
+        let pair = |&[a, b]: &[f64; 2]| {
+            node(a).zip(node(b)).ok_or_else(|| {
+                let got = format!("({a}, {b})");
+                Error::parameter("edges", "pairs of nodes, integers from 0", got)
+            })
         };
-        let pair = |pair: PyResult<Bound<'_, PyAny>>| {
-            let pair = pair?;
-            match pair.extract::<Vec<usize>>().as_deref() {
-                Ok(&[a, b]) => Ok((a, b)),
-                _ => Err(wrong(&pair)),
-            }
-        };
-        let edges: Vec<(usize, usize)> =
-            listed.try_iter().map_err(|_| wrong(edges))?.map(pair).collect::<PyResult<_>>()?;
-        Ok(Self(Core::graph(arguments::count("nodes", nodes)?, &edges)?))
+        let edges: &[[f64; 2]] = numbers.as_slice()?;
+        let edges: Vec<(usize, usize)> = edges.iter().map(pair).collect::<Result<_, _>>()?;
+        Ok(Self(Core::graph(nodes, &edges)?))
     }
 
     #[getter]
@@ -116,7 +120,7 @@ impl Lattice {
     fn neighborhood(&self, node: usize, radius: usize) -> PyResult<Vec<usize>> {
         if node >= self.0.len() {
             let must = format!("a node from 0 to {}", self.0.len() - 1);
-            return Err(crate::error::Error::parameter("node", must, node).into());
+            return Err(Error::parameter("node", must, node).into());
         }
         Ok(self.0.neighborhood(node, radius))
     }

@@ -10,11 +10,13 @@
 mod algebra;
 mod arguments;
 mod arrays;
+mod batch_sums;
 mod call;
 mod closest_points;
 mod construction;
 mod curvature;
 mod curve;
+mod epoch;
 mod errors;
 mod evaluation;
 mod export;
@@ -35,11 +37,15 @@ mod _core {
     #[pymodule_export]
     use super::arrays::as_points;
     #[pymodule_export]
+    use super::batch_sums::BatchSums;
+    #[pymodule_export]
     use super::closest_points::ClosestPoints;
     #[pymodule_export]
     use super::curvature::Curvatures;
     #[pymodule_export]
     use super::curve::NurbsCurve;
+    #[pymodule_export]
+    use super::epoch::Epoch;
     #[pymodule_export]
     use super::errors::NeurbsError;
     #[pymodule_export]
@@ -51,9 +57,9 @@ mod _core {
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]
-    use super::reconstruct::{default_options, reconstruct};
+    use super::reconstruct::{default_options, ordered_surface, reconstruct};
     #[pymodule_export]
-    use super::som::{BatchSums, Epoch, Map};
+    use super::som::Map;
     #[pymodule_export]
     use super::som_options::som_options;
     #[pymodule_export]

@@ -13,6 +13,8 @@ use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, arrays, call};
 use crate::mesh::UniformGrid;
+use crate::nurbs::OrderedSurface;
+use crate::point_cloud;
 use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report};
 use crate::som::Topology;
 
@@ -29,7 +31,7 @@ type Found<'py> = (
 /// Run the whole job; the public function is :func:`neurbs.reconstruct`.
 #[pyfunction]
 #[pyo3(signature = (
-    points, tolerance, *, method, grid, degree, topology, fairness, border, max_control_points, aspect,
+    points, tolerance, *, method, surface, grid, degree, topology, fairness, border, max_control_points, aspect,
     seed, max_steps, reach, min_change, progress
 ))]
 #[expect(clippy::too_many_arguments, reason = "one for each of Python's keyword arguments")]
@@ -37,6 +39,7 @@ pub(super) fn reconstruct<'py>(
     points: &Bound<'py, PyAny>,
     tolerance: Option<&Bound<'py, PyAny>>,
     method: &Bound<'py, PyAny>,
+    surface: &Bound<'py, PyAny>,
     grid: Option<&Bound<'py, PyAny>>,
     degree: &Bound<'py, PyAny>,
     topology: &Bound<'py, PyAny>,
@@ -54,6 +57,7 @@ pub(super) fn reconstruct<'py>(
     let options = ReconstructOptions {
         tolerance: arguments::optional_real("tolerance", tolerance)?,
         method: arguments::choice("method", &Method::ALL, Method::name, method)?,
+        surface: named_surface(surface)?,
         grid: grid.map(|grid| arguments::pair("grid", grid)).transpose()?,
         degree: arguments::count("degree", degree)?,
         topology: arguments::choice("topology", &Topology::ALL, Topology::name, topology)?,
@@ -91,6 +95,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let ReconstructOptions {
         tolerance,
         method,
+        surface,
         grid,
         degree,
         topology,
@@ -106,6 +111,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let options = PyDict::new(py);
     options.set_item("tolerance", tolerance)?;
     options.set_item("method", method.name())?;
+    options.set_item("surface", surface.name())?;
     options.set_item("grid", grid)?;
     options.set_item("degree", degree)?;
     options.set_item("topology", topology.name())?;
@@ -118,6 +124,38 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     options.set_item("reach", reach)?;
     options.set_item("min_change", min_change)?;
     Ok(options)
+}
+
+/// The surface of ordered points, as the last stage of the paper's method makes it, and its mesh.
+#[pyfunction]
+pub(super) fn ordered_surface(
+    grid: &Bound<'_, PyAny>,
+    surface: &Bound<'_, PyAny>,
+    degree: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(NurbsSurface, TriangleMesh)> {
+    let py = grid.py();
+    let (kind, degree) = (named_surface(surface)?, arguments::count("degree", degree)?);
+    let numbers = Numbers::new(
+        grid,
+        "points",
+        "real numbers of shape (n, 3), (n, 2) or, in order, (r, c, 3)",
+        &[&[None, None, Some(3)]],
+    )?;
+    let (shape, points) = ((numbers.shape()[0], numbers.shape()[1]), numbers.as_slice()?);
+    let make = |watcher: &mut Watcher| {
+        kind.check_shape(shape)?;
+        point_cloud::checked_bounds(points, watcher)?;
+        kind.through(points.to_vec(), shape, degree)
+    };
+    let surface = call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), make)?;
+    let grid = UniformGrid::for_surface(&surface)?;
+    let mesh = TriangleMesh::of_surface(py, &surface, grid, progress)?;
+    Ok((NurbsSurface::new(py, surface)?, mesh))
+}
+
+fn named_surface(name: &Bound<'_, PyAny>) -> PyResult<OrderedSurface> {
+    arguments::choice("surface", &OrderedSurface::ALL, OrderedSurface::name, name)
 }
 
 fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>> {

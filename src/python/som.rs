@@ -1,34 +1,40 @@
 //! A map and its training, for `neurbs.SelfOrganizingMap`.
 
 use std::ops::ControlFlow;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use numpy::IntoPyArray;
-use numpy::ndarray::{Ix2, Ix3, IxDyn};
+use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use super::arrays::{self, Numbers};
+use super::batch_sums::BatchSums;
 use super::call::{self, Callbacks, Watcher};
-use super::errors::NeurbsError;
+use super::epoch::codebook;
 use super::lattice::Lattice;
 use super::som_options;
 use crate::error::{Error, Result};
 use crate::progress::{Epoch as CoreEpoch, Observer, Progress};
-use crate::som::{self, SelfOrganizingMap, StoppedBy};
+use crate::som::{SelfOrganizingMap, StoppedBy};
 
 /// A map at any stage of its training; the public class is :class:`neurbs.SelfOrganizingMap`.
 #[pyclass(frozen, module = "neurbs._core")]
-pub(super) struct Map(Mutex<SelfOrganizingMap>);
+pub(super) struct Map(Mutex<Arc<SelfOrganizingMap>>);
 
 impl Map {
     pub(super) fn of_core(map: SelfOrganizingMap) -> Self {
-        Self(Mutex::new(map))
+        Self(Mutex::new(Arc::new(map)))
     }
 
-    fn lock(&self) -> MutexGuard<'_, SelfOrganizingMap> {
+    /// The map as it is now.
+    fn now(&self) -> Arc<SelfOrganizingMap> {
+        Arc::clone(&self.lock())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Arc<SelfOrganizingMap>> {
         // A map is replaced as a whole, and so never half changed.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -41,8 +47,9 @@ impl Map {
         callbacks: Callbacks,
         job: impl FnOnce(&mut SelfOrganizingMap, &mut Watcher) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let mut map = self.lock().clone();
-        let result = call::run_watched(py, callbacks, |watcher| job(&mut map, watcher));
+        let mut map = self.now();
+        let result =
+            call::run_watched(py, callbacks, |watcher| job(Arc::make_mut(&mut map), watcher));
         *self.lock() = map;
         result
     }
@@ -53,13 +60,13 @@ impl Map {
         py: Python<'_>,
         job: impl FnOnce(&SelfOrganizingMap, &mut Watcher) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let map = self.lock().clone();
+        let map = self.now();
         call::run(py, None, |watcher| job(&map, watcher))
     }
 
     /// The shape of one value for each node.
     fn shape(&self) -> Vec<usize> {
-        let map = self.lock();
+        let map = self.now();
         let (rows, cols) = map.lattice.shape();
         if map.lattice.is_grid() { vec![rows, cols] } else { vec![rows] }
     }
@@ -80,13 +87,8 @@ impl Map {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let lattice = lattice.0.clone();
-        let start = |_: &mut Watcher| {
-            if chunks {
-                SelfOrganizingMap::for_chunks(slice, lattice, &options)
-            } else {
-                SelfOrganizingMap::new(slice, lattice, &options)
-            }
-        };
+        let start = if chunks { SelfOrganizingMap::for_chunks } else { SelfOrganizingMap::new };
+        let start = |watcher: &mut Watcher| start(slice, lattice, &options, watcher);
         call::run(points.py(), None, start).map(Self::of_core)
     }
 
@@ -159,11 +161,28 @@ impl Map {
         raised.map_or(result, Err)
     }
 
-    fn predict<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    #[pyo3(signature = (points, out = None))]
+    fn predict<'py>(
+        &self,
+        points: &Bound<'py, PyAny>,
+        out: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = points.py();
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        let winners = self.ask(points.py(), |map, watcher| map.predict(slice, watcher))?;
-        Ok(signed(winners)?.into_pyarray(points.py()).into_any())
+        let array = arrays::output_of::<i64>(py, out, &[slice.len()])?;
+        let mut writable = arrays::writable::<i64, IxDyn>(&array)?;
+        let mut left = writable.as_slice_mut()?;
+        self.ask(py, |map, watcher| {
+            map.winners(slice, watcher, |piece| {
+                let (now, later) = std::mem::take(&mut left).split_at_mut(piece.len());
+                for (out, &node) in now.iter_mut().zip(piece) {
+                    *out = i64::try_from(node).unwrap_or(i64::MAX);
+                }
+                left = later;
+            })
+        })?;
+        Ok(array.into_any())
     }
 
     fn quantization_error(&self, points: &Bound<'_, PyAny>) -> PyResult<f64> {
@@ -182,17 +201,18 @@ impl Map {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let hits = self.ask(points.py(), |map, watcher| map.hits(slice, watcher))?;
-        let hits = signed(hits)?.into_pyarray(points.py());
+        let hits: Vec<i64> = hits.into_iter().map(u64::cast_signed).collect();
+        let hits = hits.into_pyarray(points.py());
         hits.call_method1("reshape", (self.shape(),))
     }
 
     fn u_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.lock().u_matrix();
+        let values = self.ask(py, |map, watcher| map.u_matrix(watcher))?;
         values.into_pyarray(py).call_method1("reshape", (self.shape(),))
     }
 
-    fn fold_overs(&self) -> Option<usize> {
-        self.lock().fold_overs()
+    fn fold_overs(&self, py: Python<'_>) -> PyResult<Option<usize>> {
+        self.ask(py, |map, watcher| map.fold_overs(watcher))
     }
 
     #[pyo3(signature = (points, extrapolation, out = None))]
@@ -206,151 +226,83 @@ impl Map {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let array = arrays::output(py, out, &[slice.len(), 2])?;
-        let uv = self.ask(py, |map, watcher| map.parametrize(slice, extrapolation, watcher))?;
-        arrays::writable::<f64, IxDyn>(&array)?
-            .as_slice_mut()?
-            .copy_from_slice(bytemuck::cast_slice(&uv));
+        let mut writable = arrays::writable::<f64, IxDyn>(&array)?;
+        let mut left: &mut [DVec2] = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
+        self.ask(py, |map, watcher| {
+            map.parameters(slice, extrapolation, watcher, |piece| {
+                let (now, later) = std::mem::take(&mut left).split_at_mut(piece.len());
+                now.copy_from_slice(piece);
+                left = later;
+            })
+        })?;
         Ok(array.into_any())
     }
 
     /// The nodes' positions, read-only.
     #[getter]
     fn codebook<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        codebook(py, &self.shape(), &self.lock().codebook())
+        codebook(py, &self.shape(), &self.now().codebook())
     }
 
     #[getter]
     fn lattice(&self) -> Lattice {
-        Lattice(self.lock().lattice.clone())
+        Lattice(self.now().lattice.clone())
     }
 
     #[getter]
     fn steps(&self) -> u64 {
-        self.lock().steps
+        self.now().steps
     }
 
     #[getter]
     fn ordered_at(&self) -> u64 {
-        self.lock().ordered_at
+        self.now().ordered_at
     }
 
     #[getter]
     fn stopped_by(&self) -> &'static str {
-        self.lock().stopped_by.name()
+        self.now().stopped_by.name()
     }
 
     #[getter]
     fn converged(&self) -> bool {
-        matches!(self.lock().stopped_by, StoppedBy::Reached | StoppedBy::Settled)
+        matches!(self.now().stopped_by, StoppedBy::Reached | StoppedBy::Settled)
     }
 
     #[getter]
     fn reached(&self) -> usize {
-        self.lock().reached
+        self.now().reached
     }
 
     #[getter]
     fn change(&self) -> Option<f64> {
-        self.lock().change
+        self.now().change
     }
 
     #[getter]
     fn error(&self) -> Option<f64> {
-        self.lock().error
+        self.now().error
     }
 
     #[getter]
     fn radius(&self) -> f64 {
-        self.lock().radius()
+        self.now().radius()
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &self.lock().to_bytes())
+        let map = self.now();
+        PyBytes::new(py, &py.detach(|| map.to_bytes()))
     }
 
     #[staticmethod]
-    fn from_bytes(state: &[u8]) -> PyResult<Self> {
-        Ok(Self::of_core(SelfOrganizingMap::from_bytes(state)?))
+    fn from_bytes(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
+        Ok(Self::of_core(py.detach(|| SelfOrganizingMap::from_bytes(state))?))
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
-    }
-}
-
-/// Sums over points for each node of a map: a part of an epoch of batch training.
-///
-/// Sums over the same points are the same bits in any order and by any split.
-#[pyclass(frozen, module = "neurbs")]
-pub(super) struct BatchSums(som::BatchSums);
-
-#[pymethods]
-impl BatchSums {
-    /// These sums and those over other points, for the same state of the same map.
-    fn __add__(&self, other: &Self) -> PyResult<Self> {
-        let mut sums = self.0.clone();
-        sums.merge(&other.0)?;
-        Ok(Self(sums))
-    }
-
-    fn __eq__(&self, other: &Self) -> bool {
-        self.0 == other.0
-    }
-
-    fn __hash__(&self) -> u64 {
-        self.0.points()
-    }
-
-    /// Number of points.
-    #[getter]
-    fn points(&self) -> u64 {
-        self.0.points()
-    }
-
-    /// Mean distance from the points to their nearest nodes.
-    #[getter]
-    fn mean_distance(&self) -> f64 {
-        self.0.mean_distance()
-    }
-
-    /// How many points each node is the nearest of.
-    #[getter]
-    fn hits(&self) -> Vec<u64> {
-        self.0.hits()
-    }
-}
-
-/// What an epoch of training has made of the lattice.
-///
-/// Attributes
-/// ----------
-/// step : int
-///     Steps made: presentations of online training, epochs of batch training.
-/// error : float
-///     Mean distance from points to their nearest nodes, in the points' unit.
-/// radius : float
-///     How far on the lattice the neighbourhood reached, in cells.
-/// change : float
-///     Largest move of a node, in the points' unit.
-/// lattice : ndarray of shape (rows, cols, 3) or (nodes, 3)
-///     The nodes' positions, read-only.
-#[pyclass(frozen, get_all, module = "neurbs")]
-pub(super) struct Epoch {
-    step: u64,
-    error: f64,
-    radius: f64,
-    change: f64,
-    lattice: Py<PyAny>,
-}
-
-impl Epoch {
-    /// For Python; positions come as (nodes, 3), since an epoch knows no rows.
-    pub(super) fn of_core(py: Python<'_>, epoch: &CoreEpoch<'_>) -> PyResult<Self> {
-        let CoreEpoch { step, error, radius, change, lattice } = *epoch;
-        let lattice = codebook(py, &[lattice.len()], lattice)?.unbind();
-        Ok(Self { step, error, radius, change, lattice })
     }
 }
 
@@ -372,24 +324,4 @@ impl Observer for Limited<'_> {
         self.over = self.end.is_some_and(|end| Instant::now() >= end);
         if self.over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
-}
-
-/// Positions as a read-only array of this shape, and 3.
-fn codebook<'py>(py: Python<'py>, shape: &[usize], nodes: &[DVec3]) -> PyResult<Bound<'py, PyAny>> {
-    let numbers = bytemuck::cast_slice(nodes);
-    match *shape {
-        [rows, cols] => {
-            arrays::view(py, &arrays::constant::<f64, Ix3>(py, &[rows, cols, 3], numbers)?)
-        }
-        _ => arrays::view(py, &arrays::constant::<f64, Ix2>(py, &[nodes.len(), 3], numbers)?),
-    }
-}
-
-/// Counts as NumPy counts.
-fn signed<T>(counts: Vec<T>) -> PyResult<Vec<i64>>
-where
-    i64: TryFrom<T>,
-{
-    let signed: std::result::Result<Vec<i64>, _> = counts.into_iter().map(i64::try_from).collect();
-    signed.map_err(|_| NeurbsError::new_err("counts must be less than 2^63"))
 }

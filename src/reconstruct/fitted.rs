@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::{Aspect, ReconstructOptions, Reconstruction};
 use crate::error::Result;
-use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate};
+use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate, bounded};
 use crate::point_cloud::{Bounds, Normalization};
-use crate::progress::Observer;
+use crate::progress::{Observer, Silent};
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
 /// Points that the map learns from: more would not move it visibly.
@@ -38,6 +38,7 @@ const LEAST_SIDE: usize = 4;
 
 pub(super) fn reconstruct(
     points: &[DVec3],
+    bounds: &Bounds,
     options: &ReconstructOptions,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
@@ -46,10 +47,11 @@ pub(super) fn reconstruct(
     let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
     let sample = evenly_ordered(&local, MAP_POINTS);
     let budget = options.grid.unwrap_or_else(|| default_grid(points.len()));
-    let start = OrderedStart::of(&sample, budget, options)?;
+    let start = OrderedStart::of(&sample, budget, options, observer)?;
     clock.lap("ordering");
     let map = learn(&sample, &start, observer)?;
-    let uv = parametrize(&map, &local, observer)?;
+    let places = map.parametrize(&local, EXTRAPOLATION, observer)?;
+    let uv = bounded(&places, options.topology.closed());
     clock.lap("training");
     let degree = |side: usize| options.degree.min(side - 1);
     let approximation = ApproximateOptions {
@@ -72,7 +74,7 @@ pub(super) fn reconstruct(
     let within = |tolerance| 1.0 - far(tolerance) as f64 / points.len() as f64;
     let report = Report {
         points: points.len(),
-        diagonal: Bounds::of(points).diagonal(),
+        diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
         distances: Distances::of(&distances),
@@ -140,28 +142,33 @@ struct OrderedStart {
 }
 
 impl OrderedStart {
-    fn of(sample: &[DVec3], budget: (usize, usize), options: &ReconstructOptions) -> Result<Self> {
+    fn of(
+        sample: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         let split = |aspect: f64| match options.aspect {
             Aspect::Data => split(budget.0 * budget.1, aspect),
             Aspect::Fixed => budget,
         };
         if options.topology == Topology::Sheet {
             let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
-            if let Some(places) = som::unroll(&few) {
+            if let Some(places) = som::unroll(&few, observer)? {
                 let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
                 let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
                 let size = high - low;
                 let net = split(size.x / size.y);
                 let lattice = lattice(net, few.len().max(sample.len()), options.topology)?;
                 let uv: Vec<DVec2> = places.iter().map(|&p| (p - low) / size).collect();
-                let nodes = som::spread_out(&few, &uv, &lattice);
+                let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
                 return Ok(Self { lattice, nodes, net });
             }
         }
         let net = split(1.0);
         let lattice = lattice(net, sample.len(), options.topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
-        let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start)?.codebook();
+        let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
         Ok(Self { lattice, nodes, net })
     }
 }
@@ -208,32 +215,11 @@ fn in_own_frame(
     let points: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
     let nodes = map.codebook().into_iter().map(|node| frame.undo(node)).collect();
     let options = SomOptions { init: Init::Given(nodes), ..SomOptions::default() };
-    let mut own = SelfOrganizingMap::new(&points, map.lattice.clone(), &options)?;
+    let mut own = SelfOrganizingMap::new(&points, map.lattice.clone(), &options, &mut Silent)?;
     own.steps = map.steps;
     own.stopped_by = map.stopped_by;
     own.reached = map.reached;
     own.change = map.change.map(|change| change / frame.scale);
     own.error = map.error.map(|error| error / frame.scale);
     Ok(own)
-}
-
-/// Each point's place on the map, in [0, 1]²: in open directions from the first point to the last.
-fn parametrize(
-    map: &SelfOrganizingMap,
-    points: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<Vec<DVec2>> {
-    let mut uv = map.parametrize(points, EXTRAPOLATION, observer)?;
-    let closed: [bool; 2] = map.lattice.topology().closed().into();
-    for d in 0..2 {
-        if closed[d] {
-            continue;
-        }
-        let ends = |(low, high): (f64, f64), uv: &DVec2| (low.min(uv[d]), high.max(uv[d]));
-        let (low, high) = uv.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
-        let size = high - low;
-        let place = |at: f64| if size > 0.0 { ((at - low) / size).clamp(0.0, 1.0) } else { 0.5 };
-        uv.iter_mut().for_each(|uv| uv[d] = place(uv[d]));
-    }
-    Ok(uv)
 }

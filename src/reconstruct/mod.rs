@@ -49,7 +49,9 @@ impl Reconstruction {
 ///
 /// [`Method::Fit`] brings the points in order by a map that learns them from an ordered start,
 /// takes their places on it as parameters, and fits the surface by least squares with fairness and
-/// parameter correction. [`Method::Paper`] is the paper alone.
+/// parameter correction. [`Method::Paper`] is the paper alone. Points that are in order already need
+/// no map: [`OrderedSurface::through`](crate::nurbs::OrderedSurface::through) is the paper's last
+/// stage.
 ///
 /// # Errors
 ///
@@ -60,10 +62,10 @@ pub fn reconstruct(
     options: &ReconstructOptions,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
-    point_cloud::check(points)?;
     options.check()?;
+    let bounds = point_cloud::checked_bounds(points, observer)?;
     match options.method {
-        Method::Fit => fitted::reconstruct(points, options, observer),
-        Method::Paper => paper::reconstruct(points, options, observer),
+        Method::Fit => fitted::reconstruct(points, &bounds, options, observer),
+        Method::Paper => paper::reconstruct(points, &bounds, options, observer),
     }
 }

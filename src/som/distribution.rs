@@ -31,18 +31,15 @@ impl SelfOrganizingMap {
     /// # Errors
     ///
     /// As [`Self::new`] has them.
-    pub fn for_chunks(first: &[DVec3], lattice: Lattice, options: &SomOptions) -> Result<Self> {
-        let epoch = (EPOCH_PER_NODE * lattice.len()).max(LEAST_EPOCH);
-        Self::of_sample(first, epoch as u64, lattice, options)
-    }
-
-    fn of_sample(
-        sample: &[DVec3],
-        epoch_points: u64,
+    pub fn for_chunks(
+        first: &[DVec3],
         lattice: Lattice,
         options: &SomOptions,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
-        Self::within(&point_cloud::checked_bounds(sample)?, sample, epoch_points, lattice, options)
+        let epoch = (EPOCH_PER_NODE * lattice.len()).max(LEAST_EPOCH) as u64;
+        let bounds = point_cloud::checked_bounds(first, observer)?;
+        Self::within(&bounds, first, epoch, lattice, options, observer)
     }
 
     /// What batch training wants to know of these points: any part of an epoch. Parts are merged
@@ -55,7 +52,8 @@ impl SelfOrganizingMap {
     ///     .map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7)))
     ///     .collect();
     /// let lattice = Lattice::quad(5, 5)?;
-    /// let mut som = SelfOrganizingMap::new(&points, lattice, &SomOptions::default())?;
+    /// let options = SomOptions::default();
+    /// let mut som = SelfOrganizingMap::new(&points, lattice, &options, &mut Silent)?;
     /// let whole = som.sums(&points, &mut Silent)?;
     /// let mut parts = som.sums(&points[150..], &mut Silent)?;
     /// parts.merge(&som.sums(&points[..150], &mut Silent)?)?;
@@ -70,8 +68,9 @@ impl SelfOrganizingMap {
     /// [`Error::NotFinite`]; [`Error::Parameter`] if points lie more than some hundred times farther
     /// out than the first ones; [`Error::Interrupted`].
     pub fn sums(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<BatchSums> {
-        let bounds = self.check_chunk(points)?;
-        batch::accumulate(self, points, &bounds, observer)
+        let bounds = self.check_chunk(points, observer)?;
+        let ordered = batch::order(self, points, &bounds, observer)?;
+        batch::accumulate(self, &ordered, observer)
     }
 
     /// Ends an epoch of batch training: moves the lattice to where the sums want it. Its radius is
@@ -86,7 +85,7 @@ impl SelfOrganizingMap {
         if sums.points() == 0 {
             return Err(Error::parameter("sums", "of at least one point", "none"));
         }
-        batch::end_epoch(self, sums, observer)
+        batch::end_epoch(self, sums, observer)?
     }
 
     /// Presents points of online training, each once, in their order. Gain and radius are those of
@@ -96,7 +95,7 @@ impl SelfOrganizingMap {
     ///
     /// As [`Self::sums`] has them; what was presented before an interruption is kept.
     pub fn present(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
-        self.check_chunk(points)?;
+        self.check_chunk(points, observer)?;
         online::present_chunk(self, points, observer)
     }
 
@@ -136,7 +135,7 @@ impl SelfOrganizingMap {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let first = draw(sampler, LEAST_EPOCH)?;
-        let mut map = Self::for_chunks(&first, lattice, options)?;
+        let mut map = Self::for_chunks(&first, lattice, options, observer)?;
         map.train_on_distribution(sampler, observer)?;
         Ok(map)
     }
@@ -146,7 +145,8 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::fit_distribution`] has them; the map keeps what it has learned.
+    /// As [`Self::fit_distribution`] has them; the map keeps what it has learned in whole epochs. A
+    /// sampler that draws the points after those goes on to the same bits as without a break.
     pub fn train_on_distribution(
         &mut self,
         sampler: &mut Sampler<'_>,
@@ -154,7 +154,10 @@ impl SelfOrganizingMap {
     ) -> Result<()> {
         let epoch = usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX);
         while self.stopped_by == StoppedBy::Unfinished {
-            let shown = self.draw_epoch(epoch, sampler, observer)?;
+            // An epoch counts as a whole: who goes on later can draw it again.
+            let before = self.clone();
+            let shown =
+                self.draw_epoch(epoch, sampler, observer).inspect_err(|_| *self = before)?;
             if self.settled() {
                 self.stopped_by = StoppedBy::Settled;
             }
@@ -187,16 +190,15 @@ impl SelfOrganizingMap {
                 sums.merge(&self.sums(&points, observer)?)?;
             }
         }
-        Ok(if online { Ok(()) } else { batch::end_epoch(self, &sums, observer) })
+        if online { Ok(Ok(())) } else { batch::end_epoch(self, &sums, observer) }
     }
 
     /// Checks points that come later, and returns their bounds.
-    fn check_chunk(&self, points: &[DVec3]) -> Result<Bounds> {
+    fn check_chunk(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
         if points.is_empty() {
             return Err(Error::parameter("points", "at least one", "none"));
         }
-        point_cloud::check_finite(points)?;
-        let bounds = Bounds::of(points);
+        let bounds = point_cloud::finite_bounds(points, &mut || self.report(observer))?;
         self.frame.check(&bounds)?;
         Ok(bounds)
     }

@@ -8,6 +8,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::lattice::Lattice;
 use super::smoothing::gaussian;
+use crate::error::Result;
+use crate::progress::Listen;
 
 /// Nodes compared side by side. A multiple of the widest vector registers' eight `f64`.
 const LANES: usize = 16;
@@ -33,24 +35,27 @@ pub(super) struct Field {
 }
 
 impl Field {
-    pub(super) fn new(nodes: &[DVec3], lattice: &Lattice) -> Self {
-        let padded = |coordinate: fn(&DVec3) -> f64| {
-            let mut values: Vec<f64> = nodes.iter().map(coordinate).collect();
-            values.resize(nodes.len().next_multiple_of(BLOCK), f64::INFINITY);
-            values
+    pub(super) fn new(nodes: &[DVec3], lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
+        let mut padded = |coordinate: fn(&DVec3) -> f64| -> Result<Vec<f64>> {
+            listen()?;
+            let size = nodes.len().next_multiple_of(BLOCK);
+            let mut values = Vec::with_capacity(size);
+            values.extend(nodes.iter().map(coordinate));
+            values.resize(size, f64::INFINITY);
+            Ok(values)
         };
         let (rows, cols) = lattice.shape();
-        Self {
+        Ok(Self {
             count: nodes.len(),
-            x: padded(|p| p.x),
-            y: padded(|p| p.y),
-            z: padded(|p| p.z),
+            x: padded(|p| p.x)?,
+            y: padded(|p| p.y)?,
+            z: padded(|p| p.z)?,
             arch: Arch::new(),
             profile: vec![0.0; rows.max(cols)],
             along: vec![0.0; rows],
             across: vec![0.0; cols],
             shares: vec![0.0; nodes.len()],
-        }
+        })
     }
 
     /// The node nearest to `point`, the one with the lowest number among equals, and the square of
@@ -187,10 +192,9 @@ mod tests {
         };
         for count in [4, 63, 64, 65, 200] {
             let nodes: Vec<DVec3> = (0..count).map(|_| sample()).collect();
-            let field = Field::new(
-                &nodes,
-                &Lattice::graph(count, &(1..count).map(|i| (0, i)).collect::<Vec<_>>()).unwrap(),
-            );
+            let star: Vec<_> = (1..count).map(|i| (0, i)).collect();
+            let lattice = Lattice::graph(count, &star).unwrap();
+            let field = Field::new(&nodes, &lattice, &mut || Ok(())).unwrap();
             for _ in 0..200 {
                 let p = sample();
                 let least = nodes.iter().map(|w| w.distance_squared(p)).fold(f64::MAX, f64::min);
@@ -203,7 +207,7 @@ mod tests {
     #[test]
     fn a_gaussian_pulls_by_distance() {
         let lattice = Lattice::quad(3, 4).unwrap();
-        let mut field = Field::new(&[DVec3::ZERO; 12], &lattice);
+        let mut field = Field::new(&[DVec3::ZERO; 12], &lattice, &mut || Ok(())).unwrap();
         field.attract_gaussian(&lattice, 6, DVec3::X, 0.5, 1.5);
         for (node, place) in field.positions().enumerate() {
             let (row, col) = (node as f64 / 4.0, (node % 4) as f64);

@@ -11,6 +11,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::eigen;
+use crate::error::Result;
+use crate::progress::Listen;
 
 /// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
 /// next fold.
@@ -19,22 +21,29 @@ const NEIGHBORS: usize = 8;
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
 
+/// Points whose nearest ones are found between two reports: a few milliseconds.
+const POINTS_PER_REPORT: usize = 256;
+
+/// Landmarks whose distances are found between two reports: some ten milliseconds.
+const LANDMARKS_PER_REPORT: usize = 8;
+
 /// Edges with their lengths, for each point.
 type Roads = Vec<Vec<(usize, f64)>>;
 
-/// Places in the plane whose distances are nearly those along the surface through the points, the
-/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
-///
-/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
-#[must_use]
-pub fn unroll(points: &[DVec3]) -> Option<Vec<DVec2>> {
-    let roads = roads(points);
+/// Places in the plane whose distances are nearly those along the surface through the points;
+/// `None` if the points have no two dimensions. Costs O(n²) for n points.
+pub(super) fn unroll(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
+    let roads = roads(points, listen)?;
     let landmarks = spread_out(points, LANDMARKS.min(points.len()));
-    embed(&roads, &landmarks)
+    embed(&roads, &landmarks, listen)
 }
 
 /// Places in the plane for the nodes of a graph whose edges have length 1.
-pub(super) fn draw(nodes: usize, edges: &[(usize, usize)]) -> Option<Vec<DVec2>> {
+pub(super) fn draw(
+    nodes: usize,
+    edges: &[(usize, usize)],
+    listen: &mut Listen<'_>,
+) -> Result<Option<Vec<DVec2>>> {
     let mut roads: Roads = vec![Vec::new(); nodes];
     for &(a, b) in edges {
         roads[a].push((b, 1.0));
@@ -42,11 +51,11 @@ pub(super) fn draw(nodes: usize, edges: &[(usize, usize)]) -> Option<Vec<DVec2>>
     }
     let step = nodes.div_ceil(LANDMARKS);
     let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
-    embed(&roads, &landmarks)
+    embed(&roads, &landmarks, listen)
 }
 
 /// Joins each point to its nearest ones, and pieces by their shortest bridge.
-fn roads(points: &[DVec3]) -> Roads {
+fn roads(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Roads> {
     let count = NEIGHBORS.min(points.len() - 1);
     let nearest = |from: usize| {
         let distance = |to: usize| (points[from].distance_squared(points[to]), to);
@@ -56,20 +65,25 @@ fn roads(points: &[DVec3]) -> Roads {
         all.truncate(count);
         all
     };
-    let found: Vec<Vec<(f64, usize)>> = (0..points.len()).into_par_iter().map(nearest).collect();
     let mut roads: Roads = vec![Vec::new(); points.len()];
-    for (from, nearest) in found.into_iter().enumerate() {
-        for (squared, to) in nearest {
-            roads[from].push((to, squared.sqrt()));
-            roads[to].push((from, squared.sqrt()));
+    for first in (0..points.len()).step_by(POINTS_PER_REPORT) {
+        listen()?;
+        let piece = first..points.len().min(first + POINTS_PER_REPORT);
+        let found: Vec<Vec<(f64, usize)>> = piece.clone().into_par_iter().map(nearest).collect();
+        for (from, nearest) in piece.zip(found) {
+            for (squared, to) in nearest {
+                roads[from].push((to, squared.sqrt()));
+                roads[to].push((from, squared.sqrt()));
+            }
         }
     }
     while let Some((from, to)) = shortest_bridge(points, &roads) {
+        listen()?;
         let length = points[from].distance(points[to]);
         roads[from].push((to, length));
         roads[to].push((from, length));
     }
-    roads
+    Ok(roads)
 }
 
 /// The shortest way from the piece of point 0 to the rest, if there is a rest.
@@ -145,12 +159,18 @@ impl PartialOrd for Stop {
 
 /// Classical scaling of the landmarks by their distances, then every other point by its distances
 /// to them; turned into the rectangle of least area, its long side along x.
-fn embed(roads: &Roads, landmarks: &[usize]) -> Option<Vec<DVec2>> {
+fn embed(
+    roads: &Roads,
+    landmarks: &[usize],
+    listen: &mut Listen<'_>,
+) -> Result<Option<Vec<DVec2>>> {
     let count = landmarks.len();
-    let squared: Vec<Vec<f64>> = landmarks
-        .par_iter()
-        .map(|&landmark| distances_from(roads, landmark).iter().map(|d| d * d).collect())
-        .collect();
+    let mut squared: Vec<Vec<f64>> = Vec::with_capacity(count);
+    let squares = |&from: &usize| distances_from(roads, from).iter().map(|d| d * d).collect();
+    for piece in landmarks.chunks(LANDMARKS_PER_REPORT) {
+        listen()?;
+        squared.par_extend(piece.par_iter().map(squares));
+    }
     let between = |a: usize, b: usize| 0.5 * (squared[a][landmarks[b]] + squared[b][landmarks[a]]);
     let mean = |a: usize| (0..count).map(|b| between(a, b)).sum::<f64>() / count as f64;
     let means: Vec<f64> = (0..count).map(mean).collect();
@@ -159,11 +179,13 @@ fn embed(roads: &Roads, landmarks: &[usize]) -> Option<Vec<DVec2>> {
         let (a, b) = (i / count, i % count);
         -0.5 * (between(a, b) - means[a] - means[b] + whole)
     };
+    listen()?;
     let axes = eigen::symmetric((0..count * count).map(centred).collect(), count);
-    let [(first, along), (second, across)] = axes.get(..2)? else { return None };
+    let Some([(first, along), (second, across)]) = axes.get(..2) else { return Ok(None) };
     if *second <= f64::EPSILON * first {
-        return None;
+        return Ok(None);
     }
+    listen()?;
     let place = |point: usize| {
         let coordinate = |value: f64, axis: &[f64]| {
             let terms = (0..count).map(|l| axis[l] * (squared[l][point] - means[l]));
@@ -172,7 +194,7 @@ fn embed(roads: &Roads, landmarks: &[usize]) -> Option<Vec<DVec2>> {
         DVec2::new(coordinate(*first, along), coordinate(*second, across))
     };
     let places: Vec<DVec2> = (0..roads.len()).into_par_iter().map(place).collect();
-    Some(straighten(&places))
+    Ok(Some(straighten(&places)))
 }
 
 /// Turns places so that the rectangle of least area around them has its long side along x.
@@ -231,7 +253,7 @@ mod tests {
             (0..2000).map(|_| DVec2::new(random.unit() * arc, random.unit() * height)).collect();
         let rolled: Vec<DVec3> =
             flat.iter().map(|p| DVec3::new(p.x.cos(), p.x.sin(), p.y)).collect();
-        let places = unroll(&rolled).unwrap();
+        let places = unroll(&rolled, &mut || Ok(())).unwrap().unwrap();
         let (mut worst, mut sum) = (0.0_f64, 0.0);
         for pair in 0..1000 {
             let (a, b) = (random.index(2000), random.index(2000));
@@ -249,7 +271,7 @@ mod tests {
         let square =
             |x: f64| (0..20).map(move |i| DVec3::new(x + f64::from(i % 5), f64::from(i / 5), 0.0));
         let points: Vec<DVec3> = square(0.0).chain(square(30.0)).collect();
-        let distances = distances_from(&roads(&points), 0);
+        let distances = distances_from(&roads(&points, &mut || Ok(())).unwrap(), 0);
         assert!(distances.iter().all(|d| d.is_finite()));
     }
 

@@ -2,12 +2,15 @@
 
 use glam::DVec3;
 
+use super::candidates::Walk;
+use super::frame::Frame;
 use super::lattice::Lattice;
 use super::options::Init;
-use super::ordered_start;
 use super::random::Random;
+use super::{ordered_start, search};
 use crate::error::{Error, Result};
 use crate::point_cloud::{self, Bounds};
+use crate::progress::Listen;
 
 /// "Small" random values: the start's spread as a share of the diagonal of the bounding box.
 const SPREAD: f64 = 0.01;
@@ -21,29 +24,83 @@ const ROUNDS: usize = 20;
 /// Points that the clustering looks at; more of them would not move its centres visibly.
 const SAMPLE: usize = 20_000;
 
-/// The nodes' places in the points' unit.
+/// Nodes placed between two reports: a few milliseconds.
+const NODES_PER_REPORT: usize = 1 << 16;
+
+/// The nodes' places in the points' unit, for points within `bounds`.
 pub(super) fn nodes(
     points: &[DVec3],
+    bounds: &Bounds,
     lattice: &Lattice,
     init: &Init,
     random: &mut Random,
+    listen: &mut Listen<'_>,
 ) -> Result<Vec<DVec3>> {
-    let around = |centre: DVec3, random: &mut Random| {
-        let spread = SPREAD * Bounds::of(points).diagonal();
-        let mut offset = || spread * (random.unit() - 0.5);
-        (0..lattice.len()).map(|_| centre + DVec3::new(offset(), offset(), offset())).collect()
+    let centre = match init {
+        Init::Pca => return ordered_start::principal(points, lattice, listen),
+        Init::Geodesic => return ordered_start::geodesic(points, lattice, random, listen),
+        Init::Auto => return better_order(points, lattice, random, listen),
+        Init::Given(nodes) => return check_given(nodes, lattice).map(|()| nodes.clone()),
+        Init::Centroid => point_cloud::listened_centroid(points, listen)?,
+        Init::DensestCluster => densest_cluster(points, listen)?,
+        Init::Random => DVec3::ZERO,
     };
-    Ok(match init {
-        Init::Pca => ordered_start::principal(points, lattice),
-        Init::Geodesic => ordered_start::geodesic(points, lattice, random),
-        Init::Centroid => around(point_cloud::centroid(points), random),
-        Init::DensestCluster => around(densest_cluster(points), random),
-        Init::Random => around(DVec3::ZERO, random),
-        Init::Given(nodes) => {
-            check_given(nodes, lattice)?;
-            nodes.clone()
-        }
-    })
+    let spread = SPREAD * bounds.diagonal();
+    let mut offset = || spread * (random.unit() - 0.5);
+    place(lattice.len(), listen, |_| centre + DVec3::new(offset(), offset(), offset()))
+}
+
+/// Places nodes one after the other.
+pub(super) fn place(
+    nodes: usize,
+    listen: &mut Listen<'_>,
+    mut place: impl FnMut(usize) -> DVec3,
+) -> Result<Vec<DVec3>> {
+    let mut places = Vec::with_capacity(nodes);
+    for first in (0..nodes).step_by(NODES_PER_REPORT) {
+        listen()?;
+        places.extend((first..nodes.min(first + NODES_PER_REPORT)).map(&mut place));
+    }
+    Ok(places)
+}
+
+/// The geodesic start or the principal plane, whichever suits the points better.
+fn better_order(
+    points: &[DVec3],
+    lattice: &Lattice,
+    random: &mut Random,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec3>> {
+    let geodesic = ordered_start::geodesic(points, lattice, random, listen)?;
+    let plane = ordered_start::principal(points, lattice, listen)?;
+    let sample = evenly(points, SAMPLE);
+    let geodesic_unfit = unfitness(&geodesic, lattice, &sample, listen)?;
+    let plane_unfit = unfitness(&plane, lattice, &sample, listen)?;
+    Ok(if plane_unfit < geodesic_unfit { plane } else { geodesic })
+}
+
+/// How badly nodes suit points: the share of points whose two nearest nodes are no neighbours, plus
+/// the mean distance to the nearest, in mean spacings of the lattice.
+fn unfitness(
+    nodes: &[DVec3],
+    lattice: &Lattice,
+    points: &[DVec3],
+    listen: &mut Listen<'_>,
+) -> Result<f64> {
+    let bounds = Bounds::of(points);
+    let spacing = bounds.diagonal() / (lattice.len() as f64).sqrt();
+    let frame = Frame::of(&bounds);
+    let local: Vec<DVec3> = nodes.iter().map(|&node| frame.apply(node)).collect();
+    let look = |walk: &mut Walk<'_>, point: DVec3| {
+        let [first, second] = walk.nearest_two(point);
+        (!lattice.adjacent(first, second), local[first].distance(point))
+    };
+    let mut sum = 0.0;
+    let take = |piece: &[(bool, f64)]| {
+        sum += piece.iter().map(|&(torn, far)| f64::from(torn) + far / spacing).sum::<f64>();
+    };
+    search::ask(&local, &frame, (points, &bounds), 2, &mut |_| listen(), look, take)?;
+    Ok(sum / points.len() as f64)
 }
 
 fn check_given(nodes: &[DVec3], lattice: &Lattice) -> Result<()> {
@@ -58,11 +115,12 @@ fn check_given(nodes: &[DVec3], lattice: &Lattice) -> Result<()> {
 }
 
 /// The centroid of the cluster with the most points, by Lloyd's k-means.
-fn densest_cluster(points: &[DVec3]) -> DVec3 {
+fn densest_cluster(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
     let sample = evenly(points, SAMPLE);
     let mut centres = evenly(&sample, CLUSTERS);
     let mut counts = vec![0; centres.len()];
     for _ in 0..ROUNDS {
+        listen()?;
         let mut sums = vec![DVec3::ZERO; centres.len()];
         counts.fill(0);
         for &point in &sample {
@@ -79,7 +137,7 @@ fn densest_cluster(points: &[DVec3]) -> DVec3 {
         }
     }
     let densest = (0..centres.len()).max_by_key(|&i| (counts[i], std::cmp::Reverse(i)));
-    centres[densest.unwrap_or(0)]
+    Ok(centres[densest.unwrap_or(0)])
 }
 
 /// At most `count` of the points, at equal distances in their order.
@@ -101,8 +159,35 @@ mod tests {
                 if i % 3 == 0 { 10.0 * offset } else { DVec3::new(8.0, 2.0, 5.0) + 0.2 * offset }
             })
             .collect();
-        let centre = densest_cluster(&crowd);
+        let centre = densest_cluster(&crowd, &mut || Ok(())).unwrap();
         assert!(centre.distance(DVec3::new(8.1, 2.1, 5.1)) < 0.5, "{centre}");
+    }
+
+    #[test]
+    fn the_better_order_unrolls_a_roll_and_keeps_off_a_short_circuit() {
+        let listen = &mut || Ok(());
+        let mut random = Random::new(8);
+        let lattice = Lattice::quad(20, 8).unwrap();
+        let mut chosen = |arc: f64, gap: f64| {
+            let mut point = || {
+                let (angle, z) = (arc * random.unit(), 2.0 * random.unit());
+                let radius = 1.0 + gap * angle;
+                DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+            };
+            let points: Vec<DVec3> = (0..1500).map(|_| point()).collect();
+            let mut unfit = |init| {
+                let bounds = Bounds::of(&points);
+                let start =
+                    nodes(&points, &bounds, &lattice, &init, &mut Random::new(1), listen).unwrap();
+                unfitness(&start, &lattice, &points, listen).unwrap()
+            };
+            [unfit(Init::Auto), unfit(Init::Geodesic), unfit(Init::Pca)]
+        };
+        // Five sixths of a turn; then two turns whose layers nearly touch.
+        let [auto, geodesic, plane] = chosen(5.2, 0.0);
+        assert!(auto == geodesic && geodesic < plane, "{auto} {geodesic} {plane}");
+        let [auto, geodesic, plane] = chosen(12.5, 0.002);
+        assert_eq!(auto, geodesic.min(plane));
     }
 
     #[test]
@@ -112,7 +197,9 @@ mod tests {
         for (init, centre) in
             [(Init::Centroid, point_cloud::centroid(&points)), (Init::Random, DVec3::ZERO)]
         {
-            let start = nodes(&points, &lattice, &init, &mut Random::new(0)).unwrap();
+            let (bounds, mut random) = (Bounds::of(&points), Random::new(0));
+            let listen = &mut || Ok(());
+            let start = nodes(&points, &bounds, &lattice, &init, &mut random, listen).unwrap();
             assert!(start.iter().all(|node| node.distance(centre) < 0.02));
             assert!(start[0] != start[1]);
         }

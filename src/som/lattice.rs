@@ -3,10 +3,15 @@
 use std::ops::Range;
 
 use super::graph::{Graph, Visits};
+use super::topology::{Cells, Topology};
 use crate::error::{Error, Result};
 
-/// Largest number of nodes: 16.8 million, whose net alone is 400 MB.
+/// Largest number of nodes: 16.8 million, which take 8.6 GB to train.
 pub const MAX_NODES: usize = 1 << 24;
+
+/// Memory that training takes for each node, in all: positions and copies of them, sums of each
+/// thread, what the neighbourhood makes of them.
+const BYTES_PER_NODE: usize = 512;
 
 /// The paper's `m = 4 n` nodes are for few points, up to this many nodes.
 const FEW_NODES: usize = 400;
@@ -17,63 +22,6 @@ const POINTS_PER_NODE: usize = 5;
 
 /// Most nodes that [`Lattice::for_points`] chooses by itself.
 const MOST_CHOSEN: usize = 2500;
-
-/// Which directions of a grid are closed to a ring.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Topology {
-    /// None.
-    #[default]
-    Sheet,
-    /// u: the last row is joined to the first.
-    Tube,
-    /// u and v: the last row is joined to the first, and the last column too.
-    Torus,
-}
-
-impl Topology {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Sheet, Self::Tube, Self::Torus];
-
-    /// The topology's name, as Python spells it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sheet => "sheet",
-            Self::Tube => "tube",
-            Self::Torus => "torus",
-        }
-    }
-
-    /// Whether u (rows) and v (columns) are closed.
-    #[must_use]
-    pub fn closed(self) -> (bool, bool) {
-        (self != Self::Sheet, self == Self::Torus)
-    }
-}
-
-/// How the nodes of a grid are joined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Cells {
-    /// Along rows and columns: an inner node has four neighbours.
-    #[default]
-    Quad,
-    /// Along one diagonal of each cell too: an inner node has six neighbours.
-    Triangular,
-}
-
-impl Cells {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Quad, Self::Triangular];
-
-    /// The kind's name, as Python spells it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Quad => "quad",
-            Self::Triangular => "triangular",
-        }
-    }
-}
 
 /// The output nodes and their connections: a grid of rows × cols nodes, numbered row by row, or
 /// any other graph.
@@ -136,7 +84,10 @@ impl Lattice {
                 least(closed_v),
                 topology.name()
             );
-            return Err(Error::parameter("grid", must, format!("({rows}, {cols})")));
+            let gigabytes = rows as f64 * cols as f64 * BYTES_PER_NODE as f64 / 1e9;
+            let size =
+                if fits { String::new() } else { format!(", about {gigabytes:.0} GB of memory") };
+            return Err(Error::parameter("grid", must, format!("({rows}, {cols}){size}")));
         }
         let mut lattice = Self { rows, cols, topology, links: Links::Quad };
         if cells == Cells::Triangular {
@@ -224,6 +175,16 @@ impl Lattice {
         self.rows * self.cols
     }
 
+    /// Makes sure that there is memory for training.
+    pub(super) fn check_memory(&self) -> Result<()> {
+        let (nodes, bytes) = (self.len(), BYTES_PER_NODE * self.len());
+        let mut room = Vec::<u8>::new();
+        let reserved = room.try_reserve_exact(bytes);
+        // Without it the compiler may spare itself the attempt.
+        std::hint::black_box(&room);
+        reserved.map_err(|_| Error::Memory { nodes, bytes })
+    }
+
     /// Largest number of edges between two nodes. Of graphs with loops it is a close lower bound,
     /// found by two sweeps.
     #[must_use]
@@ -291,6 +252,17 @@ impl Lattice {
                     && self.col_distance(a % self.cols, b % self.cols) <= 1
             }
         }
+    }
+
+    /// Calls `visit` with the nodes that an edge joins to `node`.
+    pub(super) fn visit_neighbors(&self, node: usize, mut visit: impl FnMut(usize)) {
+        if let Some(graph) = self.as_graph() {
+            graph.neighbors(node).iter().for_each(|&other| visit(other as usize));
+            return;
+        }
+        self.visit_ball(node, 1, |range| {
+            range.filter(|&other| other != node).for_each(&mut visit);
+        });
     }
 
     /// Calls `visit` with the nodes at most `radius` edges from `node` of a quadrilateral grid, as

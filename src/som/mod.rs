@@ -31,6 +31,8 @@
 //! without the interruption.
 
 mod batch;
+mod boxes;
+mod bytes;
 mod candidates;
 mod distribution;
 mod eigen;
@@ -52,6 +54,7 @@ mod search;
 mod smoothing;
 mod state;
 mod sums;
+mod topology;
 
 use glam::DVec3;
 
@@ -61,12 +64,12 @@ use self::options::Plan;
 use self::random::Random;
 
 pub use self::distribution::Sampler;
-pub use self::geodesic::unroll;
-pub use self::lattice::{Cells, Lattice, MAX_NODES, Topology};
+pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
-pub use self::ordered_start::spread_out;
+pub use self::ordered_start::{spread_out, unroll};
 pub use self::schedule::Schedule;
 pub use self::sums::BatchSums;
+pub use self::topology::{Cells, Topology};
 use crate::error::{Error, Result};
 use crate::point_cloud::{self, Bounds};
 use crate::progress::{self, Epoch, Observer, Progress, Stage};
@@ -145,10 +148,16 @@ impl SelfOrganizingMap {
     /// # Errors
     ///
     /// Those of [`point_cloud::check`]; [`Error::Parameter`] for an option out of its range or one
-    /// that the lattice does not allow.
-    pub fn new(points: &[DVec3], lattice: Lattice, options: &SomOptions) -> Result<Self> {
-        let bounds = point_cloud::checked_bounds(points)?;
-        Self::within(&bounds, points, points.len() as u64, lattice, options)
+    /// that the lattice does not allow; [`Error::Interrupted`] if the observer stops it;
+    /// [`Error::Memory`] if there is not enough of it.
+    pub fn new(
+        points: &[DVec3],
+        lattice: Lattice,
+        options: &SomOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let bounds = point_cloud::checked_bounds(points, observer)?;
+        Self::within(&bounds, points, points.len() as u64, lattice, options, observer)
     }
 
     /// A map for points within `bounds`, of which `sample` are known and `epoch_points` make an
@@ -159,11 +168,23 @@ impl SelfOrganizingMap {
         epoch_points: u64,
         lattice: Lattice,
         options: &SomOptions,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
+        lattice.check_memory()?;
         let plan = Plan::new(epoch_points, bounds.diagonal(), &lattice, options)?;
         let frame = Frame::of(bounds);
         let mut random = Random::new(options.seed);
-        let start = initialize::nodes(sample, &lattice, &options.init, &mut random)?;
+        let count = usize::try_from(epoch_points).unwrap_or(usize::MAX);
+        let mut listen = || {
+            let now = Progress::of_stage(Stage::Training, 0, plan.max_steps, count);
+            progress::report(observer, &now)
+        };
+        let init = &options.init;
+        let mut nodes =
+            initialize::nodes(sample, bounds, &lattice, init, &mut random, &mut listen)?;
+        for node in &mut nodes {
+            *node = frame.apply(*node);
+        }
         Ok(Self {
             lattice,
             steps: 0,
@@ -172,7 +193,7 @@ impl SelfOrganizingMap {
             reached: 0,
             change: None,
             error: None,
-            nodes: start.into_iter().map(|node| frame.apply(node)).collect(),
+            nodes,
             frame,
             plan,
             random,
@@ -191,8 +212,21 @@ impl SelfOrganizingMap {
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let mut map = Self::new(points, lattice, options)?;
-        map.train(points, observer)?;
+        let bounds = point_cloud::checked_bounds(points, observer)?;
+        Self::fit_within(&bounds, points, lattice, options, observer)
+    }
+
+    /// As [`Self::fit`], on points that are checked and lie within `bounds`.
+    pub(crate) fn fit_within(
+        bounds: &Bounds,
+        points: &[DVec3],
+        lattice: Lattice,
+        options: &SomOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let count = points.len() as u64;
+        let mut map = Self::within(bounds, points, count, lattice, options, observer)?;
+        map.train_within(bounds, points, observer)?;
         Ok(map)
     }
 
@@ -208,16 +242,25 @@ impl SelfOrganizingMap {
     /// be trained on with the same result as without the interruption. [`Error::Parameter`] if
     /// these are not the points that the map was made for.
     pub fn train(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
-        let bounds = Bounds::of(points);
+        let bounds = point_cloud::finite_bounds(points, &mut || self.report(observer))?;
         let same =
             points.len() as u64 == self.plan.epoch_points && Frame::of(&bounds) == self.frame;
         if !same {
             let must = format!("the {} points that the map was made for", self.plan.epoch_points);
             return Err(Error::parameter("points", must, format!("{} others", points.len())));
         }
+        self.train_within(&bounds, points, observer)
+    }
+
+    fn train_within(
+        &mut self,
+        bounds: &Bounds,
+        points: &[DVec3],
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
         match self.plan.training {
-            Training::Batch => batch::train(self, points, &bounds, observer),
-            Training::Online => online::train(self, points, observer),
+            Training::Batch => batch::train(self, points, bounds, observer),
+            Training::Online => online::train(self, points, bounds, observer),
         }
     }
 

@@ -2,13 +2,15 @@
 
 use glam::DVec3;
 
+use super::candidates::Walk;
 use super::field::Field;
 use super::graph::Visits;
 use super::options::Neighborhood;
 use super::presentation::Order;
 use super::smoothing::edges_within;
-use super::{SelfOrganizingMap, StoppedBy};
+use super::{SelfOrganizingMap, StoppedBy, search};
 use crate::error::Result;
+use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 
 /// Pairs of point and node compared between two reports: a few milliseconds.
@@ -37,27 +39,73 @@ impl OnlineState {
 pub(super) fn train(
     map: &mut SelfOrganizingMap,
     points: &[DVec3],
+    bounds: &Bounds,
     observer: &mut dyn Observer,
 ) -> Result<()> {
+    on_field(map, points.len(), observer, |map, state, field, observer| {
+        present_points(map, state, field, (points, bounds), observer)
+    })
+}
+
+/// Presents points that come and go, each once: those of a distribution or of a chunk.
+pub(super) fn present_chunk(
+    map: &mut SelfOrganizingMap,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    on_field(map, 0, observer, |map, state, field, observer| {
+        let report_every = steps_per_report(map);
+        let mut visits = Visits::default();
+        for &point in points {
+            if map.steps.is_multiple_of(report_every) {
+                map.report(observer)?;
+            }
+            let point = map.frame.apply(point);
+            state.distance += present(map, field, &mut visits, point).sqrt();
+            if map.steps.is_multiple_of(map.plan.epoch_steps) {
+                end_epoch(map, state, field, observer)?;
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Lends a job the nodes as a field, and takes over where it has left them, however it ended.
+fn on_field(
+    map: &mut SelfOrganizingMap,
+    points: usize,
+    observer: &mut dyn Observer,
+    job: impl FnOnce(
+        &mut SelfOrganizingMap,
+        &mut OnlineState,
+        &mut Field,
+        &mut dyn Observer,
+    ) -> Result<()>,
+) -> Result<()> {
+    let mut field = Field::new(&map.nodes, &map.lattice, &mut || map.report(observer))?;
+    map.report(observer)?;
     let mut state = match map.online.take() {
         Some(state) => state,
-        None => OnlineState::new(Order::new(map.plan.presentation, points.len()), &map.nodes),
+        None => OnlineState::new(Order::new(map.plan.presentation, points), &map.nodes),
     };
-    let mut field = Field::new(&map.nodes, &map.lattice);
-    let result = present_points(map, &mut state, &mut field, points, observer);
-    map.nodes = field.positions().collect();
+    let result = job(map, &mut state, &mut field, observer);
+    map.nodes.iter_mut().zip(field.positions()).for_each(|(node, place)| *node = place);
     map.online = Some(state);
     result
+}
+
+fn steps_per_report(map: &SelfOrganizingMap) -> u64 {
+    (VISITS_PER_REPORT / map.lattice.len()).max(1) as u64
 }
 
 fn present_points(
     map: &mut SelfOrganizingMap,
     state: &mut OnlineState,
     field: &mut Field,
-    points: &[DVec3],
+    (points, bounds): (&[DVec3], &Bounds),
     observer: &mut dyn Observer,
 ) -> Result<()> {
-    let report_every = (VISITS_PER_REPORT / map.lattice.len()).max(1) as u64;
+    let report_every = steps_per_report(map);
     let reach_squared = map.plan.reach * map.plan.reach;
     let mut visits = Visits::default();
     while map.stopped_by == StoppedBy::Unfinished {
@@ -85,7 +133,7 @@ fn present_points(
             shown = end_epoch(map, state, field, observer);
             if map.reached == points.len() {
                 // A step since may have drawn a node away from a point: look again at all.
-                map.reached = count_reached(map, state, field, points);
+                count_reached(map, state, field, (points, bounds), observer)?;
             }
             if map.reached == points.len() {
                 map.stopped_by = StoppedBy::Reached;
@@ -96,36 +144,8 @@ fn present_points(
         map.stop_at_last_step();
         shown?;
     }
-    map.reached = count_reached(map, state, field, points);
+    count_reached(map, state, field, (points, bounds), observer)?;
     map.report(observer)
-}
-
-/// Presents points that come and go, each once: those of a distribution or of a chunk.
-pub(super) fn present_chunk(
-    map: &mut SelfOrganizingMap,
-    points: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<()> {
-    let mut state = match map.online.take() {
-        Some(state) => state,
-        None => OnlineState::new(Order::new(map.plan.presentation, 0), &map.nodes),
-    };
-    let mut field = Field::new(&map.nodes, &map.lattice);
-    let mut visits = Visits::default();
-    let mut result = map.report(observer);
-    for &point in points {
-        if result.is_err() {
-            break;
-        }
-        let point = map.frame.apply(point);
-        state.distance += present(map, &mut field, &mut visits, point).sqrt();
-        if map.steps.is_multiple_of(map.plan.epoch_steps) {
-            result = end_epoch(map, &mut state, &field, observer);
-        }
-    }
-    map.nodes = field.positions().collect();
-    map.online = Some(state);
-    result
 }
 
 /// The paper's steps 3 to 6: the winner, its neighbourhood, and their move. Returns the square of
@@ -181,18 +201,22 @@ fn end_epoch(
     map.show(&state.epoch_start, observer)
 }
 
-/// How many points lie on the lattice as it is.
+/// Counts the points that lie on the lattice as it is.
 fn count_reached(
-    map: &SelfOrganizingMap,
+    map: &mut SelfOrganizingMap,
     state: &mut OnlineState,
     field: &Field,
-    points: &[DVec3],
-) -> usize {
+    (points, bounds): (&[DVec3], &Bounds),
+    observer: &mut dyn Observer,
+) -> Result<()> {
     let nodes: Vec<DVec3> = field.positions().collect();
     let reach_squared = map.plan.reach * map.plan.reach;
-    state.on_lattice = super::search::distances_squared(&nodes, &map.frame, points)
-        .into_iter()
-        .map(|squared| squared <= reach_squared)
-        .collect();
-    state.on_lattice.iter().filter(|&&reached| reached).count()
+    let on_lattice = |walk: &mut Walk<'_>, point| walk.nearest(point).1 <= reach_squared;
+    let mut found = Vec::with_capacity(points.len());
+    let take = |piece: &[bool]| found.extend_from_slice(piece);
+    let mut report = |_| map.report(observer);
+    search::ask(&nodes, &map.frame, (points, bounds), 1, &mut report, on_lattice, take)?;
+    map.reached = found.iter().filter(|&&reached| reached).count();
+    state.on_lattice = found;
+    Ok(())
 }

@@ -64,6 +64,10 @@ pub enum Init {
     Pca,
     /// In order by distances along the surface, so that folded and rolled sheets unroll.
     Geodesic,
+    /// The better of [`Init::Geodesic`] and [`Init::Pca`]: distances along the surface mislead where
+    /// layers touch, since their graph is short-circuited there. That start counts as better whose
+    /// nodes tear fewer points' neighbourhoods and lie nearer to them.
+    Auto,
     /// Small random values around the centroid of the points (section 4, step 1).
     Centroid,
     /// Small random values around the centroid of the densest cluster (section 4.2).
@@ -131,8 +135,8 @@ names!(Presentation, 3, Random => "random", SkipReached => "skip-reached", Shuff
 
 impl Init {
     /// Those that need no positions.
-    pub const NAMED: [Self; 5] =
-        [Self::Pca, Self::Geodesic, Self::Centroid, Self::DensestCluster, Self::Random];
+    pub const NAMED: [Self; 6] =
+        [Self::Pca, Self::Geodesic, Self::Auto, Self::Centroid, Self::DensestCluster, Self::Random];
 
     /// The name, as Python spells it.
     #[must_use]
@@ -140,6 +144,7 @@ impl Init {
         match self {
             Self::Pca => "pca",
             Self::Geodesic => "geodesic",
+            Self::Auto => "auto",
             Self::Centroid => "centroid",
             Self::DensestCluster => "densest-cluster",
             Self::Random => "random",

@@ -5,14 +5,19 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use super::boxes::Boxes;
+use super::candidates::Candidates;
+use super::eigen;
 use super::geodesic;
-use super::initialize::evenly;
-use super::lattice::{Lattice, Topology};
+use super::initialize::{evenly, place};
+use super::lattice::Lattice;
 use super::options::{Kernel, Neighborhood};
 use super::random::Random;
 use super::smoothing::{Channels, smooth};
-use super::{candidates::Candidates, eigen};
+use super::topology::Topology;
+use crate::error::Result;
 use crate::point_cloud::{self, Bounds};
+use crate::progress::{self, Listen, Observer, Progress, Stage};
 
 /// Points that distances along the surface are found for; the cost grows with their square.
 const UNROLLED: usize = 3000;
@@ -33,61 +38,105 @@ const LEAST_RADIUS: f64 = 0.8;
 
 /// In order on the principal plane, over the whole extent of the points in it; closed lattices by
 /// the points' angles about the principal axes.
-pub(super) fn principal(points: &[DVec3], lattice: &Lattice) -> Vec<DVec3> {
-    let frame = PrincipalFrame::of(points);
+pub(super) fn principal(
+    points: &[DVec3],
+    lattice: &Lattice,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec3>> {
+    let frame = PrincipalFrame::of(points, listen)?;
     if lattice.topology() != Topology::Sheet {
-        return closed(points, lattice, &frame);
+        return closed(points, lattice, &frame, listen);
     }
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = points
-        .iter()
-        .map(|&p| frame.apply(p))
-        .fold(empty, |(low, high), p| (low.min(p), high.max(p)));
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for piece in point_cloud::pieces(points, listen) {
+        for &point in piece? {
+            let local = frame.apply(point);
+            (low, high) = (low.min(local), high.max(local));
+        }
+    }
     let size = high - low;
-    let place =
-        |uv: DVec2| frame.undo(DVec3::new(low.x + uv.x * size.x, low.y + uv.y * size.y, 0.0));
-    layout(lattice).into_iter().map(place).collect()
+    let layout = Layout::of(lattice, listen)?;
+    place(lattice.len(), listen, |node| {
+        let uv = layout.place(node);
+        frame.undo(DVec3::new(low.x + uv.x * size.x, low.y + uv.y * size.y, 0.0))
+    })
 }
 
 /// In order by distances along the surface; closed lattices as by [`principal`], whose angles go
 /// along the surface too.
-pub(super) fn geodesic(points: &[DVec3], lattice: &Lattice, random: &mut Random) -> Vec<DVec3> {
+pub(super) fn geodesic(
+    points: &[DVec3],
+    lattice: &Lattice,
+    random: &mut Random,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec3>> {
     if lattice.topology() != Topology::Sheet {
-        return principal(points, lattice);
+        return principal(points, lattice, listen);
     }
-    let mut sample = points.to_vec();
-    if points.len() > UNROLLED {
-        random.shuffle(&mut sample);
-        sample.truncate(UNROLLED);
-    }
-    match geodesic::unroll(&sample) {
+    let chosen = random.sample(points.len().min(UNROLLED), points.len());
+    let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
+    match geodesic::unroll(&sample, listen)? {
         Some(places) => {
-            let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
-            let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
-            let uv: Vec<DVec2> = places.iter().map(|&p| (p - low) / (high - low)).collect();
-            settle(&sample, &uv, lattice, OPEN_RADIUS)
+            let uv = in_unit_square(&places);
+            settle(&sample, &uv, lattice, OPEN_RADIUS, listen)
         }
-        None => principal(points, lattice),
+        None => principal(points, lattice, listen),
     }
 }
 
+/// Places in the plane whose distances are nearly those along the surface through the points, the
+/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
+///
+/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
+    geodesic::unroll(points, &mut listening(points, observer))
+}
+
 /// Nodes among points whose places in the unit square are known, each where the points around it
-/// on the lattice say. The rows of a sheet lie along x.
+/// on the lattice say. Of an open grid x goes along the longer side; of a closed one x goes round
+/// the rows and y round the columns.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 ///
 /// # Panics
 ///
 /// If there are no points.
-#[must_use]
-pub fn spread_out(points: &[DVec3], uv: &[DVec2], lattice: &Lattice) -> Vec<DVec3> {
+pub fn spread_out(
+    points: &[DVec3],
+    uv: &[DVec2],
+    lattice: &Lattice,
+    observer: &mut dyn Observer,
+) -> Result<Vec<DVec3>> {
     let closed = lattice.topology() != Topology::Sheet;
-    settle(points, uv, lattice, if closed { CLOSED_RADIUS } else { OPEN_RADIUS })
+    let radius = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
+    settle(points, uv, lattice, radius, &mut listening(points, observer))
+}
+
+/// Hears from the observer whether to go on with the ordering.
+fn listening<'a>(
+    points: &[DVec3],
+    observer: &'a mut dyn Observer,
+) -> impl FnMut() -> Result<()> + 'a {
+    let count = points.len();
+    move || progress::report(observer, &Progress::of_stage(Stage::Training, 0, 1, count))
 }
 
 /// A tube's or torus's start, by the points' angles.
 ///
 /// The axis of a tube is the principal axis about which the points' distances vary least. A torus
 /// turns about its flattest axis, and its section about the ring in the middle.
-fn closed(points: &[DVec3], lattice: &Lattice, frame: &PrincipalFrame) -> Vec<DVec3> {
+fn closed(
+    points: &[DVec3],
+    lattice: &Lattice,
+    frame: &PrincipalFrame,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec3>> {
     let sample = evenly(points, TURNED);
     let local: Vec<DVec3> = sample.iter().map(|&p| frame.apply(p)).collect();
     let turn = |x: f64, y: f64| (y.atan2(x) / TAU).rem_euclid(1.0);
@@ -106,7 +155,7 @@ fn closed(points: &[DVec3], lattice: &Lattice, frame: &PrincipalFrame) -> Vec<DV
         let along = |z: f64| if height > 0.0 { (z - bounds.min.z) / height } else { 0.5 };
         turned.iter().map(|p| DVec2::new(turn(p.x, p.y), along(p.z))).collect()
     };
-    settle(&sample, &uv, lattice, CLOSED_RADIUS)
+    settle(&sample, &uv, lattice, CLOSED_RADIUS, listen)
 }
 
 /// The axis about which distances vary least against their mean.
@@ -126,23 +175,81 @@ fn last(p: DVec3, axis: usize) -> DVec3 {
     DVec3::new(p[(axis + 1) % 3], p[(axis + 2) % 3], p[axis])
 }
 
-/// Where nodes lie in the unit square: a grid's rows along x if there are more of them than
-/// columns, so that the longer side gets more nodes; a graph as it is drawn.
-fn layout(lattice: &Lattice) -> Vec<DVec2> {
-    let (rows, cols) = lattice.shape();
-    if lattice.is_grid() {
-        let place = |node: usize| {
-            let uv = DVec2::new(
-                (node / cols) as f64 / (rows - 1) as f64,
-                (node % cols) as f64 / (cols - 1) as f64,
-            );
-            if rows >= cols { uv } else { DVec2::new(uv.y, uv.x) }
-        };
-        return (0..lattice.len()).map(place).collect();
+/// Where nodes lie in the unit square.
+enum Layout {
+    /// A grid's rows lie along x if there are more of them than columns, so that the longer side
+    /// gets more nodes.
+    Grid { rows: usize, cols: usize },
+    /// A graph lies as it is drawn.
+    Drawn(Vec<DVec2>),
+}
+
+impl Layout {
+    fn of(lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
+        let (rows, cols) = lattice.shape();
+        if lattice.is_grid() {
+            return Ok(Self::Grid { rows, cols });
+        }
+        let drawn = geodesic::draw(lattice.len(), &lattice.edges(), listen)?;
+        let in_line = || (0..lattice.len()).map(|i| DVec2::new(i as f64, 0.0)).collect();
+        Ok(Self::Drawn(in_unit_square(&drawn.unwrap_or_else(in_line))))
     }
-    let drawn = geodesic::draw(lattice.len(), &lattice.edges());
-    let in_line = || (0..lattice.len()).map(|i| DVec2::new(i as f64, 0.0)).collect();
-    let places = drawn.unwrap_or_else(in_line);
+
+    fn place(&self, node: usize) -> DVec2 {
+        match *self {
+            Self::Grid { rows, cols } => {
+                let u = (node / cols) as f64 / (rows - 1) as f64;
+                let v = (node % cols) as f64 / (cols - 1) as f64;
+                if rows >= cols { DVec2::new(u, v) } else { DVec2::new(v, u) }
+            }
+            Self::Drawn(ref places) => places[node],
+        }
+    }
+
+    /// The node nearest to each place of the unit square; of a closed lattice, x goes round rows
+    /// and y round columns.
+    fn owners(
+        &self,
+        uv: &[DVec2],
+        lattice: &Lattice,
+        listen: &mut Listen<'_>,
+    ) -> Result<Vec<usize>> {
+        match *self {
+            Self::Grid { rows, cols } => {
+                let (closed_u, closed_v) = lattice.topology().closed();
+                let turned = lattice.topology() == Topology::Sheet && rows < cols;
+                let owner = |place: &DVec2| {
+                    let (u, v) = if turned { (place.y, place.x) } else { (place.x, place.y) };
+                    nearest(u, rows, closed_u) * cols + nearest(v, cols, closed_v)
+                };
+                Ok(uv.iter().map(owner).collect())
+            }
+            Self::Drawn(ref places) => {
+                let nodes: Vec<DVec3> = places.iter().map(|p| p.extend(0.0)).collect();
+                let bounds = Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 1.0, 0.0) };
+                let boxes = Boxes::new(&bounds, uv.len(), nodes.len());
+                let tree = Candidates::new(&nodes, boxes, 1, listen)?;
+                let mut walk = tree.walk();
+                Ok(uv.iter().map(|&p| walk.nearest(p.extend(0.0)).0).collect())
+            }
+        }
+    }
+}
+
+/// The nearest of `count` nodes on a line or a ring of length 1.
+fn nearest(along: f64, count: usize, closed: bool) -> usize {
+    let cells = if closed { count } else { count - 1 };
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 0 to the number of nodes"
+    )]
+    let index = (along * cells as f64).round() as usize;
+    if closed { index % count } else { index.min(count - 1) }
+}
+
+/// Stretches places so that they fill the unit square; those on a line stay on one.
+fn in_unit_square(places: &[DVec2]) -> Vec<DVec2> {
     let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
     let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
     let size = high - low;
@@ -152,10 +259,17 @@ fn layout(lattice: &Lattice) -> Vec<DVec2> {
 
 /// Nodes among points whose places in the unit square are known: each node listens to the points
 /// around it.
-fn settle(points: &[DVec3], uv: &[DVec2], lattice: &Lattice, share: f64) -> Vec<DVec3> {
+fn settle(
+    points: &[DVec3],
+    uv: &[DVec2],
+    lattice: &Lattice,
+    share: f64,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec3>> {
     let origin = points[0];
     let mut sums = vec![Channels::default(); lattice.len()];
-    for (&point, node) in points.iter().zip(owners(uv, lattice)) {
+    let owners = Layout::of(lattice, listen)?.owners(uv, lattice, listen)?;
+    for (&point, node) in points.iter().zip(owners) {
         let local = point - origin;
         for (sum, value) in sums[node].iter_mut().zip([1.0, local.x, local.y, local.z]) {
             *sum += value;
@@ -167,37 +281,14 @@ fn settle(points: &[DVec3], uv: &[DVec2], lattice: &Lattice, share: f64) -> Vec<
     let open_grid = lattice.as_graph().is_none() && lattice.topology() == Topology::Sheet;
     let kernel = if open_grid { Kernel::Linear } else { Kernel::Mean };
     loop {
-        let places = smooth(lattice, &sums, Neighborhood::Gaussian, kernel, radius);
+        let places = smooth(lattice, &sums, Neighborhood::Gaussian, kernel, radius, listen)?;
         let places: Option<Vec<DVec3>> = places.into_iter().collect();
         if let Some(places) = places {
-            return places.into_iter().map(|place| place + origin).collect();
+            return Ok(places.into_iter().map(|place| place + origin).collect());
         }
         // A node so far from all points that their weights vanish.
         radius *= 2.0;
     }
-}
-
-/// The node nearest to each place in the unit square.
-fn owners(uv: &[DVec2], lattice: &Lattice) -> Vec<usize> {
-    if lattice.topology() == Topology::Sheet {
-        let nodes: Vec<DVec3> = layout(lattice).into_iter().map(|p| p.extend(0.0)).collect();
-        let bounds = Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 1.0, 0.0) };
-        let tree = Candidates::new(&nodes, &bounds, uv.len(), 1);
-        return uv.iter().map(|&p| tree.nearest(p.extend(0.0)).0).collect();
-    }
-    let (rows, cols) = lattice.shape();
-    let (closed_u, closed_v) = lattice.topology().closed();
-    let index = |along: f64, count: usize, closed: bool| {
-        let cells = if closed { count } else { count - 1 };
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "from 0 to the number of nodes"
-        )]
-        let index = (along * cells as f64).round() as usize;
-        if closed { index % count } else { index.min(count - 1) }
-    };
-    uv.iter().map(|p| index(p.x, rows, closed_u) * cols + index(p.y, cols, closed_v)).collect()
 }
 
 /// The points' own axes: the directions in which they extend most, next, and least.
@@ -207,14 +298,14 @@ struct PrincipalFrame {
 }
 
 impl PrincipalFrame {
-    fn of(points: &[DVec3]) -> Self {
-        let centre = point_cloud::centroid(points);
+    fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
+        let centre = point_cloud::listened_centroid(points, listen)?;
         let mut covariance = [0.0; 9];
-        for &point in points {
-            let p = point - centre;
-            for (row, value) in p.to_array().into_iter().enumerate() {
-                for (col, other) in p.to_array().into_iter().enumerate() {
-                    covariance[3 * row + col] += value * other;
+        for piece in point_cloud::pieces(points, listen) {
+            for &point in piece? {
+                let p = (point - centre).to_array();
+                for (place, sum) in covariance.iter_mut().enumerate() {
+                    *sum += p[place / 3] * p[place % 3];
                 }
             }
         }
@@ -227,7 +318,7 @@ impl PrincipalFrame {
             if axis[largest] < 0.0 { -axis } else { axis }
         };
         let (first, second) = (point_up(axis(0)), point_up(axis(1)));
-        Self { centre, axes: [first, second, first.cross(second)] }
+        Ok(Self { centre, axes: [first, second, first.cross(second)] })
     }
 
     fn apply(&self, point: DVec3) -> DVec3 {

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::SelfOrganizingMap;
+use super::candidates::Walk;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
@@ -25,7 +26,7 @@ impl SelfOrganizingMap {
     /// let nodes: Vec<DVec3> =
     ///     (0..12).map(|i| DVec3::new(f64::from(i / 4), f64::from(i % 4), 0.0)).collect();
     /// let options = SomOptions { init: Init::Given(nodes.clone()), ..SomOptions::default() };
-    /// let som = SelfOrganizingMap::new(&nodes, Lattice::quad(3, 4)?, &options)?;
+    /// let som = SelfOrganizingMap::new(&nodes, Lattice::quad(3, 4)?, &options, &mut Silent)?;
     /// let points = [DVec3::new(0.5, 2.25, 7.0), DVec3::new(2.5, 9.0, 0.0)];
     /// let uv = som.parametrize(&points, 0.75, &mut Silent)?;
     /// assert!(uv[0].distance(DVec2::new(0.25, 0.75)) < 1e-12);
@@ -43,6 +44,20 @@ impl SelfOrganizingMap {
         extrapolation: f64,
         observer: &mut dyn Observer,
     ) -> Result<Vec<DVec2>> {
+        let mut places = Vec::with_capacity(points.len());
+        let take = |piece: &[DVec2]| places.extend_from_slice(piece);
+        self.parameters(points, extrapolation, observer, take)?;
+        Ok(places)
+    }
+
+    /// Hands on what [`Self::parametrize`] returns, piece by piece.
+    pub(crate) fn parameters(
+        &self,
+        points: &[DVec3],
+        extrapolation: f64,
+        observer: &mut dyn Observer,
+        take: impl FnMut(&[DVec2]),
+    ) -> Result<()> {
         if !self.lattice.is_grid() {
             return Err(Error::parameter("lattice", "a grid to have coordinates", "a graph"));
         }
@@ -51,7 +66,8 @@ impl SelfOrganizingMap {
             return Err(Error::parameter("extrapolation", must, extrapolation));
         }
         let cells = Cells::of(self, extrapolation);
-        self.measure(points, 1, observer, |tree, point| cells.place(tree.nearest(point).0, point))
+        let place = |walk: &mut Walk<'_>, point| cells.place(walk.nearest(point).0, point);
+        self.measure(points, 1, observer, place, take)
     }
 }
 

@@ -1,11 +1,16 @@
 //! How well a map fits points and keeps their order.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::candidates::Candidates;
+use super::candidates::Walk;
 use super::{SelfOrganizingMap, search};
 use crate::error::Result;
+use crate::point_cloud;
 use crate::progress::{self, Observer, Progress, Stage};
+
+/// Nodes looked at between two reports: a few milliseconds.
+const NODES_PER_REPORT: usize = 1 << 18;
 
 impl SelfOrganizingMap {
     /// The number of each point's nearest node, the lowest among equals.
@@ -17,7 +22,19 @@ impl SelfOrganizingMap {
     /// [`Error::NotFinite`](crate::Error::NotFinite) for such a point;
     /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn predict(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<usize>> {
-        self.measure(points, 1, observer, |tree, point| tree.nearest(point).0)
+        let mut winners = Vec::with_capacity(points.len());
+        self.winners(points, observer, |piece| winners.extend_from_slice(piece))?;
+        Ok(winners)
+    }
+
+    /// Hands on what [`Self::predict`] returns, piece by piece.
+    pub(crate) fn winners(
+        &self,
+        points: &[DVec3],
+        observer: &mut dyn Observer,
+        take: impl FnMut(&[usize]),
+    ) -> Result<()> {
+        self.measure(points, 1, observer, |walk, point| walk.nearest(point).0, take)
     }
 
     /// Mean distance from a point to its nearest node, in the points' unit; NaN of no points.
@@ -26,8 +43,10 @@ impl SelfOrganizingMap {
     ///
     /// As [`Self::predict`] has them.
     pub fn quantization_error(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<f64> {
-        let squared = self.measure(points, 1, observer, |tree, point| tree.nearest(point).1)?;
-        Ok(squared.iter().map(|squared| squared.sqrt()).sum::<f64>() / points.len() as f64)
+        let mut sum = 0.0;
+        let distance = |walk: &mut Walk<'_>, point| walk.nearest(point).1.sqrt();
+        self.measure(points, 1, observer, distance, |piece| sum += piece.iter().sum::<f64>())?;
+        Ok(sum / points.len() as f64)
     }
 
     /// Share of the points whose two nearest nodes are no neighbours: they share neither an edge
@@ -38,11 +57,14 @@ impl SelfOrganizingMap {
     ///
     /// As [`Self::predict`] has them.
     pub fn topographic_error(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<f64> {
-        let torn = self.measure(points, 2, observer, |tree, point| {
-            let [first, second] = tree.nearest_two(point);
+        let torn = |walk: &mut Walk<'_>, point| {
+            let [first, second] = walk.nearest_two(point);
             !self.lattice.adjacent(first, second)
-        })?;
-        Ok(torn.iter().filter(|&&torn| torn).count() as f64 / points.len() as f64)
+        };
+        let mut count = 0;
+        let take = |piece: &[bool]| count += piece.iter().filter(|&&torn| torn).count();
+        self.measure(points, 2, observer, torn, take)?;
+        Ok(count as f64 / points.len() as f64)
     }
 
     /// How many points each node is the nearest of.
@@ -52,73 +74,100 @@ impl SelfOrganizingMap {
     /// As [`Self::predict`] has them.
     pub fn hits(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u64>> {
         let mut hits = vec![0; self.nodes.len()];
-        self.predict(points, observer)?.into_iter().for_each(|node| hits[node] += 1);
+        self.winners(points, observer, |piece| piece.iter().for_each(|&node| hits[node] += 1))?;
         Ok(hits)
     }
 
     /// Mean distance from each node to its neighbours on the lattice, in the points' unit: Ultsch's
     /// unified distance matrix. O(m).
-    #[must_use]
-    pub fn u_matrix(&self) -> Vec<f64> {
-        let mut sums = vec![(0.0, 0.0); self.nodes.len()];
-        for (a, b) in self.lattice.edges() {
-            let distance = self.nodes[a].distance(self.nodes[b]);
-            for node in [a, b] {
-                sums[node].0 += distance;
-                sums[node].1 += 1.0;
-            }
-        }
-        sums.into_iter().map(|(sum, count): (f64, f64)| sum / count).collect()
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn u_matrix(&self, observer: &mut dyn Observer) -> Result<Vec<f64>> {
+        let mean = |node: usize| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            self.lattice.visit_neighbors(node, |other| {
+                sum += self.nodes[node].distance(self.nodes[other]);
+                count += 1.0;
+            });
+            sum / count
+        };
+        self.by_nodes(observer, mean)
     }
 
     /// How many pairs of neighbouring cells of a grid are folded over: their normals are more than
     /// a right angle apart. `None` for a graph, which has no cells. O(m).
-    #[must_use]
-    pub fn fold_overs(&self) -> Option<usize> {
-        self.lattice.cells()?;
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::u_matrix`] has them.
+    pub fn fold_overs(&self, observer: &mut dyn Observer) -> Result<Option<usize>> {
+        if !self.lattice.is_grid() {
+            return Ok(None);
+        }
         let (rows, cols) = self.lattice.shape();
         let (closed_u, closed_v) = self.lattice.topology().closed();
         let cells = (rows - usize::from(!closed_u), cols - usize::from(!closed_v));
-        let node = |row: usize, col: usize| self.nodes[row % rows * cols + col % cols];
+        let at = |row: usize, col: usize| self.nodes[row % rows * cols + col % cols];
         let normal = |row: usize, col: usize| {
-            let along = node(row + 1, col + 1) - node(row, col);
-            along.cross(node(row, col + 1) - node(row + 1, col))
+            let along = at(row + 1, col + 1) - at(row, col);
+            along.cross(at(row, col + 1) - at(row + 1, col))
         };
-        let mut folded = 0;
-        for row in 0..cells.0 {
-            for col in 0..cells.1 {
-                let here = normal(row, col);
-                let mut look = |other: DVec3| folded += usize::from(here.dot(other) < 0.0);
-                if closed_u || row + 1 < cells.0 {
-                    look(normal((row + 1) % cells.0, col));
-                }
-                if closed_v || col + 1 < cells.1 {
-                    look(normal(row, (col + 1) % cells.1));
-                }
+        let folded = |node: usize| {
+            let (row, col) = (node / cols, node % cols);
+            if row >= cells.0 || col >= cells.1 {
+                return 0;
             }
-        }
-        Some(folded)
+            let here = normal(row, col);
+            let look = |other: DVec3| usize::from(here.dot(other) < 0.0);
+            let below = closed_u || row + 1 < cells.0;
+            let right = closed_v || col + 1 < cells.1;
+            let mut folded = 0;
+            if below {
+                folded += look(normal((row + 1) % cells.0, col));
+            }
+            if right {
+                folded += look(normal(row, (col + 1) % cells.1));
+            }
+            folded
+        };
+        Ok(Some(self.by_nodes(observer, folded)?.into_iter().sum()))
     }
 
-    /// Asks something of the nearest node or two for each point, in parallel.
+    /// Asks something of each node, in parallel.
+    fn by_nodes<T: Send>(
+        &self,
+        observer: &mut dyn Observer,
+        ask: impl Fn(usize) -> T + Sync,
+    ) -> Result<Vec<T>> {
+        let total = self.nodes.len();
+        let mut answers = Vec::with_capacity(total);
+        for first in (0..total).step_by(NODES_PER_REPORT) {
+            let now = Progress::of_stage(Stage::Measuring, first as u64, total as u64, 0);
+            progress::report(observer, &now)?;
+            let piece = first..total.min(first + NODES_PER_REPORT);
+            answers.par_extend(piece.into_par_iter().map(&ask));
+        }
+        Ok(answers)
+    }
+
+    /// Asks something of the nearest node or two for each point, in parallel, and hands on the
+    /// answers piece by piece, in order.
     pub(super) fn measure<T: Send + Clone + Default>(
         &self,
         points: &[DVec3],
         wanted: usize,
         observer: &mut dyn Observer,
-        ask: impl Fn(&Candidates<'_>, DVec3) -> T + Sync,
-    ) -> Result<Vec<T>> {
-        crate::point_cloud::check_finite(points)?;
-        let bounds = search::local_bounds(&self.frame, points);
-        let tree = Candidates::new(&self.nodes, &bounds, points.len(), wanted);
-        let mut answers = vec![T::default(); points.len()];
+        ask: impl Fn(&mut Walk<'_>, DVec3) -> T + Sync,
+        take: impl FnMut(&[T]),
+    ) -> Result<()> {
         let total = points.len();
         let mut report = |done: usize| {
-            let step = done as u64;
-            let now = Progress::of_stage(Stage::Measuring, step, total as u64, total);
-            progress::report(observer, &now)
+            let progress = Progress::of_stage(Stage::Measuring, done as u64, total as u64, total);
+            progress::report(observer, &progress)
         };
-        search::fill_from(&tree, &self.frame, points, &mut answers, &mut report, ask)?;
-        Ok(answers)
+        let bounds = point_cloud::finite_bounds(points, &mut || report(0))?;
+        search::ask(&self.nodes, &self.frame, (points, &bounds), wanted, &mut report, ask, take)
     }
 }

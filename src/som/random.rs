@@ -1,5 +1,7 @@
 //! The random numbers of a training: counted, so that a saved training goes on with the next one.
 
+use std::collections::BTreeSet;
+
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -46,6 +48,18 @@ impl Random {
         (self.number() >> 11) as f64 * (-53.0_f64).exp2()
     }
 
+    /// `count` different numbers from 0 to `total - 1` (Floyd's sampling).
+    pub(super) fn sample(&mut self, count: usize, total: usize) -> Vec<usize> {
+        let mut chosen = BTreeSet::new();
+        for last in total - count..total {
+            let index = self.index(last + 1);
+            if !chosen.insert(index) {
+                chosen.insert(last);
+            }
+        }
+        chosen.into_iter().collect()
+    }
+
     /// Brings `values` into random order (Fisher and Yates).
     pub(super) fn shuffle<T>(&mut self, values: &mut [T]) {
         for last in (1..values.len()).rev() {
@@ -67,6 +81,20 @@ mod tests {
         let mut later = Random::after(7, random.draws());
         assert_eq!(later.unit(), random.unit());
         assert_eq!(later, random);
+    }
+
+    #[test]
+    fn samples_are_even_and_without_repetition() {
+        let mut random = Random::new(2);
+        let mut chosen = [0; 6];
+        for _ in 0..10_000 {
+            let sample = random.sample(3, 6);
+            assert!(sample.windows(2).all(|pair| pair[0] < pair[1]) && sample.len() == 3);
+            sample.iter().for_each(|&index| chosen[index] += 1);
+        }
+        // 5,000 each, with a standard deviation of 50.
+        assert!(chosen.iter().all(|&count| (4_750..5_250).contains(&count)), "{chosen:?}");
+        assert_eq!(random.sample(4, 4), [0, 1, 2, 3]);
     }
 
     #[test]

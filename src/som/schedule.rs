@@ -104,15 +104,18 @@ impl Schedule {
             )]
             return time.ceil() as u64;
         }
+        let (mut low, mut high) = (0, last + 1);
         if let Self::Table(values) = self {
-            // Values of a table may go up and down: it is under the limit after the last above.
+            // It may go up and down: it is under the limit after the last place above.
             let above = values.iter().rposition(|&value| value >= limit);
             let places = (values.len() - 1).max(1) as u64;
-            let step = above.map_or(0, |place| 1 + place as u64 * last / places);
-            return (step..=last).find(|&step| self.at(step, last) < limit).unwrap_or(last + 1);
+            let step_of = |place: usize| {
+                place as u64 * (last / places) + place as u64 * (last % places) / places
+            };
+            low = above.map_or(0, step_of);
+            high = above.map_or(0, |place| (step_of(place + 1) + 1).min(last + 1));
         }
-        // The others fall, or they stay.
-        let (mut low, mut high) = (0, last + 1);
+        // There they fall, or they stay.
         while low < high {
             let middle = low + (high - low) / 2;
             if self.at(middle, last) < limit { high = middle } else { low = middle + 1 }

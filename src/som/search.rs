@@ -3,108 +3,126 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::candidates::Candidates;
+use super::boxes::Boxes;
+use super::candidates::{Candidates, Walk};
 use super::frame::Frame;
-use super::sums::BatchSums;
+use super::sums::{BatchSums, PartSums};
 use crate::error::Result;
 use crate::point_cloud::Bounds;
+use crate::progress::Listen;
 
 /// Points between two reports, some ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
 
 /// Points to a task of a thread: enough to have many in each part of the space, few enough to stay
 /// in the core's own cache.
-const POINTS_PER_TASK: usize = 1 << 15;
+const POINTS_PER_TASK: usize = 1 << 16;
 
-/// The square of each point's distance to its nearest node.
-pub(super) fn distances_squared(nodes: &[DVec3], frame: &Frame, points: &[DVec3]) -> Vec<f64> {
-    let mut distances = vec![0.0; points.len()];
-    // No report, no interruption.
-    let _ = fill(nodes, frame, points, &mut distances, &mut |_| Ok(()), |tree, point| {
-        tree.nearest(point).1
-    });
-    distances
+/// Points and the order in which each task looks at its own.
+pub(super) struct Ordered<'a> {
+    frame: Frame,
+    points: &'a [DVec3],
+    boxes: Boxes,
+    order: Vec<u32>,
+    /// Farthest coordinate from the frame's centre.
+    farthest: f64,
 }
 
-/// Writes into `out` what `ask` answers for each point, in order; `report` is told from time to
-/// time how many are done.
-pub(super) fn fill<T: Send>(
+impl<'a> Ordered<'a> {
+    /// Orders points within `bounds` for being looked up among `nodes` nodes.
+    pub(super) fn new(
+        frame: Frame,
+        points: &'a [DVec3],
+        bounds: &Bounds,
+        nodes: usize,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        let local = local(&frame, bounds);
+        let boxes = Boxes::new(&local, points.len(), nodes);
+        let mut order = vec![0; points.len()];
+        let slabs = points.chunks(POINTS_PER_REPORT).zip(order.chunks_mut(POINTS_PER_REPORT));
+        for (points, order) in slabs {
+            listen()?;
+            let tasks = order.par_chunks_mut(POINTS_PER_TASK);
+            tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(order, points)| {
+                boxes.order(points.iter().map(|&point| frame.apply(point)), order);
+            });
+        }
+        let farthest = local.min.abs().max(local.max.abs()).max_element();
+        Ok(Self { frame, points, boxes, order, farthest })
+    }
+
+    /// Adds the points to the sums of their winners.
+    pub(super) fn accumulate(
+        &self,
+        nodes: &[DVec3],
+        reach: f64,
+        sums: &mut BatchSums,
+        listen: &mut Listen<'_>,
+    ) -> Result<()> {
+        let reach_squared = reach * reach;
+        let tree = Candidates::new(nodes, self.boxes, 1, listen)?;
+        let task = |mut part: PartSums, pieces: &[(&[DVec3], &[u32])]| {
+            let mut walk = tree.walk();
+            for (points, order) in pieces {
+                for &index in *order {
+                    let point = self.frame.apply(points[index as usize]);
+                    let (winner, squared) = walk.nearest(point);
+                    part.add(winner, point, squared.sqrt(), squared <= reach_squared);
+                }
+            }
+            part
+        };
+        let pieces: Vec<(&[DVec3], &[u32])> =
+            self.points.chunks(POINTS_PER_TASK).zip(self.order.chunks(POINTS_PER_TASK)).collect();
+        // Each part has sums for all nodes: there should be many more points to a part than nodes.
+        let most = PartSums::capacity(&self.frame, self.farthest) / POINTS_PER_TASK;
+        let per_part = (4 * nodes.len() / POINTS_PER_TASK).clamp(1, most);
+        let per_report = (POINTS_PER_REPORT / POINTS_PER_TASK).max(2 * per_part);
+        for pieces in pieces.chunks(per_report) {
+            listen()?;
+            let empty = || PartSums::new(&self.frame, nodes.len());
+            let tasks = pieces.par_chunks(per_part).map(|pieces| task(empty(), pieces));
+            for part in tasks.collect::<Vec<PartSums>>() {
+                sums.absorb(&part);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Asks something of the nearest node or two of points within bounds, and hands on the answers
+/// piece by piece, in order; `report` is told how many are done.
+pub(super) fn ask<T: Send + Clone + Default>(
     nodes: &[DVec3],
     frame: &Frame,
-    points: &[DVec3],
-    out: &mut [T],
+    (points, bounds): (&[DVec3], &Bounds),
+    wanted: usize,
     report: &mut dyn FnMut(usize) -> Result<()>,
-    ask: impl Fn(&Candidates<'_>, DVec3) -> T + Sync,
+    ask: impl Fn(&mut Walk<'_>, DVec3) -> T + Sync,
+    mut take: impl FnMut(&[T]),
 ) -> Result<()> {
-    let tree = Candidates::new(nodes, &local_bounds(frame, points), points.len(), 1);
-    fill_from(&tree, frame, points, out, report, ask)
-}
-
-/// As [`fill`], from a tree of the caller's.
-pub(super) fn fill_from<T: Send>(
-    tree: &Candidates<'_>,
-    frame: &Frame,
-    points: &[DVec3],
-    out: &mut [T],
-    report: &mut dyn FnMut(usize) -> Result<()>,
-    ask: impl Fn(&Candidates<'_>, DVec3) -> T + Sync,
-) -> Result<()> {
-    let slabs = points.chunks(POINTS_PER_REPORT).zip(out.chunks_mut(POINTS_PER_REPORT));
-    for (number, (points, out)) in slabs.enumerate() {
+    let boxes = Boxes::new(&local(frame, bounds), points.len(), nodes.len());
+    let tree = Candidates::new(nodes, boxes, wanted, &mut || report(0))?;
+    let mut answers = vec![T::default(); points.len().min(POINTS_PER_REPORT)];
+    for (number, points) in points.chunks(POINTS_PER_REPORT).enumerate() {
         report(number * POINTS_PER_REPORT)?;
-        let tasks = points.par_chunks(POINTS_PER_TASK).zip(out.par_chunks_mut(POINTS_PER_TASK));
-        tasks.for_each(|(points, out)| {
-            for index in tree.order(points, frame) {
+        let answers = &mut answers[..points.len()];
+        let tasks = answers.par_chunks_mut(POINTS_PER_TASK);
+        tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(answers, points)| {
+            let (mut order, mut walk) = (vec![0; points.len()], tree.walk());
+            boxes.order(points.iter().map(|&point| frame.apply(point)), &mut order);
+            for index in order {
                 let index = index as usize;
-                out[index] = ask(tree, frame.apply(points[index]));
+                answers[index] = ask(&mut walk, frame.apply(points[index]));
             }
         });
+        take(answers);
     }
     Ok(())
 }
 
-/// Adds points to the sums of their winners.
-pub(super) fn accumulate(
-    nodes: &[DVec3],
-    points: &[DVec3],
-    bounds: &Bounds,
-    reach: f64,
-    sums: &mut BatchSums,
-    report: &mut dyn FnMut() -> Result<()>,
-) -> Result<()> {
-    let (frame, step) = (sums.frame, sums.step);
-    let (grains, reach_squared) = (frame.grains_per_unit(), reach * reach);
-    let local = local_box(&frame, bounds);
-    let tree = Candidates::new(nodes, &local, points.len(), 1);
-    let empty = || BatchSums::new(frame, nodes.len(), step);
-    let add = |mut part: BatchSums, points: &[DVec3]| {
-        for index in tree.order(points, &frame) {
-            let point = frame.apply(points[index as usize]);
-            let (winner, squared) = tree.nearest(point);
-            part.add(winner, point, squared.sqrt(), grains);
-            part.reached += u64::from(squared <= reach_squared);
-        }
-        part
-    };
-    // Each part has sums for all nodes: there should be many more points to a part than nodes.
-    let per_report = POINTS_PER_REPORT.max(8 * nodes.len());
-    let per_part = POINTS_PER_TASK.max(4 * nodes.len());
-    for points in points.chunks(per_report) {
-        report()?;
-        let parts: Vec<BatchSums> =
-            points.par_chunks(per_part).map(|points| add(empty(), points)).collect();
-        for part in parts {
-            sums.merge(&part)?;
-        }
-    }
-    Ok(())
-}
-
-/// The box around points, in the frame's coordinates.
-pub(super) fn local_bounds(frame: &Frame, points: &[DVec3]) -> Bounds {
-    local_box(frame, &Bounds::of(points))
-}
-
-fn local_box(frame: &Frame, bounds: &Bounds) -> Bounds {
+/// Bounds in the frame's coordinates.
+fn local(frame: &Frame, bounds: &Bounds) -> Bounds {
     Bounds { min: frame.apply(bounds.min), max: frame.apply(bounds.max) }
 }

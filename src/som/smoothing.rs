@@ -1,6 +1,7 @@
 //! The second half of an epoch of batch training: from the sums of winners to new nodes.
 
 use std::array;
+use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
@@ -8,6 +9,8 @@ use rayon::prelude::*;
 use super::graph::Visits;
 use super::lattice::Lattice;
 use super::options::{Kernel, Neighborhood};
+use crate::error::Result;
+use crate::progress::Listen;
 
 /// A share of the neighbourhood's own variance that is added to that of its data: where almost all
 /// points lie on one line of nodes, the line fitted to them must not tip over.
@@ -16,6 +19,12 @@ const RIDGE: f64 = 1e-3;
 /// A Gaussian counts as zero where it is under this share of its middle, when distances are
 /// searched in a graph: 7.4 radii away.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// Values looked at between two reports: some ten milliseconds.
+const VALUES_PER_REPORT: usize = 1 << 23;
+
+/// Nodes of a graph visited between two reports: some ten milliseconds.
+const VISITS_PER_REPORT: usize = 1 << 18;
 
 /// Sums of one node: number of points, and their coordinates.
 pub(super) type Channels = [f64; 4];
@@ -32,25 +41,32 @@ pub(super) fn smooth(
     neighborhood: Neighborhood,
     kernel: Kernel,
     radius: f64,
-) -> Vec<Option<DVec3>> {
+    listen: &mut Listen<'_>,
+) -> Result<Vec<Option<DVec3>>> {
     let grid = lattice.as_graph().is_none();
-    match (neighborhood, kernel) {
-        (Neighborhood::Gaussian, Kernel::Linear) => local_lines(lattice, sums, radius),
+    let totals = match (neighborhood, kernel) {
+        (Neighborhood::Gaussian, Kernel::Linear) => {
+            return local_lines(lattice, sums, radius, listen);
+        }
         (Neighborhood::Gaussian, Kernel::Mean) if grid => {
-            let (rows, cols) = weights(lattice, radius);
-            let along_rows = over_rows(lattice, &rows[0], sums);
-            means(&over_cols(lattice, &cols[0], &along_rows))
+            let around = Separable::new(lattice, radius);
+            let along_rows = around.over_rows(0, sums, listen)?;
+            around.over_cols(0, &along_rows, listen)?
         }
-        (Neighborhood::Bubble, _) if grid => means(&bubble(lattice, sums, edges_within(radius))),
+        (Neighborhood::Bubble, _) if grid => bubble(lattice, sums, edges_within(radius), listen)?,
         (Neighborhood::Gaussian, _) => {
-            let weight = |hops| (-0.5 * (hops as f64 / radius).powi(2)).exp();
-            let reach =
-                (0..lattice.len()).take_while(|&hops| hops == 0 || weight(hops) > NEGLIGIBLE);
-            let reach = reach.last().unwrap_or(0);
-            means(&spread(lattice, sums, reach, |hops| if hops == 0 { 1.0 } else { weight(hops) }))
+            // The winner itself counts even when the radius is zero.
+            let weight =
+                |hops| if hops == 0 { 1.0 } else { (-0.5 * (hops as f64 / radius).powi(2)).exp() };
+            let reach = (0..lattice.len()).take_while(|&hops| weight(hops) > NEGLIGIBLE).last();
+            spread(lattice, sums, reach.unwrap_or(0), weight, listen)?
         }
-        (Neighborhood::Bubble, _) => means(&spread(lattice, sums, edges_within(radius), |_| 1.0)),
-    }
+        (Neighborhood::Bubble, _) => spread(lattice, sums, edges_within(radius), |_| 1.0, listen)?,
+    };
+    by_nodes(lattice, 1, listen, |node| {
+        let [count, x, y, z] = totals[node];
+        (count > f64::MIN_POSITIVE).then(|| DVec3::new(x, y, z) / count)
+    })
 }
 
 /// The paper's radius counts whole edges.
@@ -75,97 +91,146 @@ pub(super) fn gaussian(radius: f64, weights: &mut [f64]) {
     }
 }
 
-/// The weights among rows, and among columns: `[to * count + from]`, times the signed distance from
-/// `to` to `from` to the power of 0, 1 and 2.
-type Weights = [Vec<f64>; 3];
-
-fn weights(lattice: &Lattice, radius: f64) -> (Weights, Weights) {
-    let (rows, cols) = lattice.shape();
-    let (closed_u, closed_v) = lattice.topology().closed();
-    (powers(rows, closed_u, radius), powers(cols, closed_v, radius))
+/// The weights along a side of the lattice, times the signed distance to the power of 0, 1 and 2.
+struct Side {
+    count: usize,
+    /// By the number of the other node less that of the node itself, from `1 - count` up.
+    powers: [Vec<f64>; 3],
+    /// The differences whose weights are not all zero.
+    range: Range<usize>,
 }
 
-fn powers(count: usize, closed: bool, radius: f64) -> Weights {
-    let mut profile = vec![0.0; count];
-    gaussian(radius, &mut profile);
-    let weight = |to: usize, from: usize, power: i32| {
-        let mut apart = from as f64 - to as f64;
-        let mut distance = from.abs_diff(to);
-        if closed && 2 * distance > count {
-            distance = count - distance;
-            apart -= (count as f64).copysign(apart);
-        } else if closed && 2 * distance == count && power == 1 {
-            // Opposite on the ring: as far one way as the other.
-            return 0.0;
-        }
-        profile[distance] * apart.powi(power)
-    };
-    array::from_fn(|power| {
-        let power = i32::try_from(power).unwrap_or(0);
-        let pairs = (0..count).flat_map(|to| (0..count).map(move |from| (to, from)));
-        pairs.map(|(to, from)| weight(to, from, power)).collect()
-    })
-}
-
-/// Weighted sums along u: row `to` of the result is Σ weight[to, from] · row `from`.
-fn over_rows<const N: usize>(
-    lattice: &Lattice,
-    weights: &[f64],
-    sums: &[[f64; N]],
-) -> Vec<[f64; N]> {
-    let (rows, cols) = lattice.shape();
-    let mut result = vec![[0.0; N]; sums.len()];
-    result.par_chunks_mut(cols).zip(weights.par_chunks(rows)).for_each(|(row, weights)| {
-        for (&weight, from) in weights.iter().zip(sums.chunks(cols)) {
-            if weight != 0.0 {
-                let (row, from) = (row.as_flattened_mut(), from.as_flattened());
-                row.iter_mut().zip(from).for_each(|(sum, value)| *sum += weight * value);
+impl Side {
+    fn new(count: usize, closed: bool, radius: f64) -> Self {
+        let mut profile = vec![0.0; count];
+        gaussian(radius, &mut profile);
+        let weight = |place: usize, power: i32| {
+            let mut apart = place as f64 - (count - 1) as f64;
+            let mut distance = place.abs_diff(count - 1);
+            if closed && 2 * distance > count {
+                distance = count - distance;
+                apart -= (count as f64).copysign(apart);
+            } else if closed && 2 * distance == count && power == 1 {
+                // Opposite on the ring: as far one way as the other.
+                return 0.0;
             }
-        }
-    });
-    result
+            profile[distance] * apart.powi(power)
+        };
+        let powers: [Vec<f64>; 3] =
+            [0, 1, 2].map(|power| (0..2 * count - 1).map(|at| weight(at, power)).collect());
+        let [first, ..] = &powers;
+        let used = |weight: &f64| *weight != 0.0;
+        let from = first.iter().position(used).unwrap_or(0);
+        let to = first.iter().rposition(used).unwrap_or(0) + 1;
+        Self { count, powers, range: from..to }
+    }
+
+    /// The nodes that weigh on a node, the first one's number, and their weights.
+    fn around(&self, node: usize, power: usize) -> (usize, &[f64]) {
+        let shift = self.count - 1 - node;
+        let from = self.range.start.max(shift);
+        let to = self.range.end.min(shift + self.count);
+        (from - shift, &self.powers[power][from..to])
+    }
 }
 
-/// Weighted sums along v.
-fn over_cols<const N: usize>(
-    lattice: &Lattice,
-    weights: &[f64],
-    sums: &[[f64; N]],
-) -> Vec<[f64; N]> {
-    let (_, cols) = lattice.shape();
-    let mut result = vec![[0.0; N]; sums.len()];
-    result.par_chunks_mut(cols).zip(sums.par_chunks(cols)).for_each(|(row, sums)| {
-        for (sum, weights) in row.iter_mut().zip(weights.chunks(cols)) {
-            for (&weight, from) in weights.iter().zip(sums) {
-                for (sum, value) in sum.iter_mut().zip(from) {
-                    *sum += weight * value;
+/// The Gaussian around each node of a quadrilateral grid, as one along rows and one along columns.
+struct Separable {
+    rows: Side,
+    cols: Side,
+}
+
+impl Separable {
+    fn new(lattice: &Lattice, radius: f64) -> Self {
+        let (rows, cols) = lattice.shape();
+        let (closed_u, closed_v) = lattice.topology().closed();
+        Self { rows: Side::new(rows, closed_u, radius), cols: Side::new(cols, closed_v, radius) }
+    }
+
+    /// Weighted sums along u: row `to` of the result is Σ weight(to, from) · row `from`.
+    fn over_rows<const N: usize>(
+        &self,
+        power: usize,
+        sums: &[[f64; N]],
+        listen: &mut Listen<'_>,
+    ) -> Result<Vec<[f64; N]>> {
+        let (rows, cols) = (&self.rows, self.cols.count);
+        by_rows(cols, vec![[0.0; N]; sums.len()], rows.count, listen, |to, row: &mut [[f64; N]]| {
+            let (first, weights) = rows.around(to, power);
+            for (&weight, from) in weights.iter().zip(sums[first * cols..].chunks(cols)) {
+                if weight != 0.0 {
+                    let (row, from) = (row.as_flattened_mut(), from.as_flattened());
+                    row.iter_mut().zip(from).for_each(|(sum, value)| *sum += weight * value);
                 }
             }
-        }
-    });
-    result
+        })
+    }
+
+    /// Weighted sums along v.
+    fn over_cols<const N: usize>(
+        &self,
+        power: usize,
+        sums: &[[f64; N]],
+        listen: &mut Listen<'_>,
+    ) -> Result<Vec<[f64; N]>> {
+        let cols = &self.cols;
+        by_rows(
+            cols.count,
+            vec![[0.0; N]; sums.len()],
+            cols.count,
+            listen,
+            |row, totals: &mut [[f64; N]]| {
+                let sums: &[[f64; N]] = &sums[row * cols.count..][..cols.count];
+                for (node, total) in totals.iter_mut().enumerate() {
+                    let (first, weights) = cols.around(node, power);
+                    for (&weight, from) in weights.iter().zip(&sums[first..]) {
+                        for (total, value) in total.iter_mut().zip(from) {
+                            *total += weight * value;
+                        }
+                    }
+                }
+            },
+        )
+    }
 }
 
-fn means(sums: &[Channels]) -> Vec<Option<DVec3>> {
-    let mean = |&[count, x, y, z]: &Channels| {
-        (count > f64::MIN_POSITIVE).then(|| DVec3::new(x, y, z) / count)
-    };
-    sums.iter().map(mean).collect()
+/// Fills in the values of all nodes, row by row, in parallel. `cost` is the number of values
+/// that each looks at.
+fn by_rows<T: Send>(
+    cols: usize,
+    mut values: Vec<T>,
+    cost: usize,
+    listen: &mut Listen<'_>,
+    make: impl Fn(usize, &mut [T]) + Sync,
+) -> Result<Vec<T>> {
+    let rows_per_report = (VALUES_PER_REPORT / (cols * cost)).max(1);
+    for (number, rows) in values.chunks_mut(rows_per_report * cols).enumerate() {
+        listen()?;
+        let first = number * rows_per_report;
+        rows.par_chunks_mut(cols).enumerate().for_each(|(row, values)| make(first + row, values));
+    }
+    Ok(values)
 }
 
 /// Local linear regression over the lattice: the line through the weighted points whose value at
 /// the node itself is the node's new place (Fan and Gijbels, Local Polynomial Modelling, 1996).
-fn local_lines(lattice: &Lattice, sums: &[Channels], radius: f64) -> Vec<Option<DVec3>> {
-    let (rows, cols) = weights(lattice, radius);
+fn local_lines(
+    lattice: &Lattice,
+    sums: &[Channels],
+    radius: f64,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<Option<DVec3>>> {
+    let around = Separable::new(lattice, radius);
     let count = |sums: &[Channels]| -> Vec<[f64; 1]> { sums.iter().map(|s| [s[0]]).collect() };
-    let [r0, r1] = [0, 1].map(|power| over_rows(lattice, &rows[power], sums));
-    let r2 = over_rows(lattice, &rows[2], &count(sums));
-    let s00 = over_cols(lattice, &cols[0], &r0);
-    let s01 = over_cols(lattice, &cols[1], &r0);
-    let s10 = over_cols(lattice, &cols[0], &r1);
-    let s02 = over_cols(lattice, &cols[2], &count(&r0));
-    let s11 = over_cols(lattice, &cols[1], &count(&r1));
-    let s20 = over_cols(lattice, &cols[0], &r2);
+    let r0 = around.over_rows(0, sums, listen)?;
+    let r1 = around.over_rows(1, sums, listen)?;
+    let r2 = around.over_rows(2, &count(sums), listen)?;
+    let s00 = around.over_cols(0, &r0, listen)?;
+    let s01 = around.over_cols(1, &r0, listen)?;
+    let s10 = around.over_cols(0, &r1, listen)?;
+    let s02 = around.over_cols(2, &count(&r0), listen)?;
+    let s11 = around.over_cols(1, &count(&r1), listen)?;
+    let s20 = around.over_cols(0, &r2, listen)?;
     let line = |node: usize| {
         let split = |[count, x, y, z]: Channels| (count, DVec3::new(x, y, z));
         let (n00, p00) = split(s00[node]);
@@ -184,11 +249,31 @@ fn local_lines(lattice: &Lattice, sums: &[Channels], radius: f64) -> Vec<Option<
         let place = first.x * p00 + (first.y * p10 + first.z * p01) * scale;
         Some(place / n00).filter(|place| place.is_finite()).or(Some(p00 / n00))
     };
-    (0..sums.len()).into_par_iter().map(line).collect()
+    by_nodes(lattice, 1, listen, line)
+}
+
+/// As [`by_rows`], node by node.
+fn by_nodes<T: Clone + Default + Send>(
+    lattice: &Lattice,
+    cost: usize,
+    listen: &mut Listen<'_>,
+    make: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>> {
+    let (_, cols) = lattice.shape();
+    by_rows(cols, vec![T::default(); lattice.len()], cost, listen, |row, values| {
+        for (col, value) in values.iter_mut().enumerate() {
+            *value = make(row * cols + col);
+        }
+    })
 }
 
 /// Sums over all nodes at most `radius` edges away, from running sums along the rows.
-fn bubble(lattice: &Lattice, sums: &[Channels], radius: usize) -> Vec<Channels> {
+fn bubble(
+    lattice: &Lattice,
+    sums: &[Channels],
+    radius: usize,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<Channels>> {
     let (_, cols) = lattice.shape();
     let mut running = Vec::with_capacity(sums.len() + sums.len() / cols);
     for row in sums.chunks(cols) {
@@ -211,7 +296,7 @@ fn bubble(lattice: &Lattice, sums: &[Channels], radius: usize) -> Vec<Channels> 
         });
         total
     };
-    (0..sums.len()).into_par_iter().map(around).collect()
+    by_nodes(lattice, lattice.shape().0, listen, around)
 }
 
 /// Each node gives its sums to those at most `reach` edges away, times a weight.
@@ -220,17 +305,24 @@ fn spread(
     sums: &[Channels],
     reach: usize,
     weight: impl Fn(usize) -> f64,
-) -> Vec<Channels> {
+    listen: &mut Listen<'_>,
+) -> Result<Vec<Channels>> {
     let mut result = vec![Channels::default(); sums.len()];
-    let Some(graph) = lattice.as_graph() else { return result };
+    let Some(graph) = lattice.as_graph() else { return Ok(result) };
     let weights: Vec<f64> = (0..=reach.min(lattice.len())).map(weight).collect();
     let mut visits = Visits::default();
+    let mut visited = 0;
     for (node, sum) in sums.iter().enumerate().filter(|(_, sum)| sum[0] > 0.0) {
+        if visited > VISITS_PER_REPORT {
+            listen()?;
+            visited = 0;
+        }
         graph.visit(node, reach, &mut visits, |other, hops| {
             for (total, value) in result[other].iter_mut().zip(sum) {
                 *total += weights[hops] * value;
             }
+            visited += 1;
         });
     }
-    result
+    Ok(result)
 }

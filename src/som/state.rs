@@ -1,14 +1,14 @@
 //! A map as bytes and back, to the last bit: what a saved training goes on from.
 
-use glam::DVec3;
-
+use super::bytes::{Reader, Writer};
 use super::frame::Frame;
-use super::lattice::{Cells, Lattice, Topology};
+use super::lattice::Lattice;
 use super::online::OnlineState;
 use super::options::{Kernel, Neighborhood, Plan, Presentation, Training};
 use super::presentation::Order;
 use super::random::Random;
 use super::schedule::Schedule;
+use super::topology::{Cells, Topology};
 use super::{SelfOrganizingMap, StoppedBy};
 use crate::error::{Error, Result};
 
@@ -39,9 +39,7 @@ impl SelfOrganizingMap {
         out.optional(self.change);
         out.optional(self.error);
         out.points(&self.nodes);
-        let (centre, size) = self.frame.parts();
-        out.points(&[centre]);
-        out.real(size);
+        out.frame(&self.frame);
         out.plan(&self.plan);
         out.count(u64::from(self.online.is_some()));
         if let Some(online) = &self.online {
@@ -70,8 +68,7 @@ impl SelfOrganizingMap {
         let stopped_by = from.choice(&StoppedBy::ALL)?;
         let (change, error) = (from.reals()?.first().copied(), from.reals()?.first().copied());
         let nodes = from.points()?;
-        let [centre] = from.points()?[..] else { return None };
-        let frame = Frame::from_parts(centre, from.real()?);
+        let frame = from.frame()?;
         let plan = from.plan()?;
         let online = if from.count()? == 1 { Some(from.online()?) } else { None };
         let complete = from.0.is_empty() && nodes.len() == lattice.len();
@@ -94,38 +91,7 @@ impl SelfOrganizingMap {
     }
 }
 
-struct Writer(Vec<u8>);
-
 impl Writer {
-    fn count(&mut self, value: u64) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    fn real(&mut self, value: f64) {
-        self.0.extend(value.to_le_bytes());
-    }
-
-    fn optional(&mut self, value: Option<f64>) {
-        self.reals(value.as_slice());
-    }
-
-    fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
-        let place = all.iter().position(|one| one == value);
-        self.count(place.unwrap_or(all.len()) as u64);
-    }
-
-    fn reals(&mut self, values: &[f64]) {
-        self.count(values.len() as u64);
-        for &value in values {
-            self.real(value);
-        }
-    }
-
-    fn points(&mut self, points: &[DVec3]) {
-        self.count(points.len() as u64);
-        points.iter().flat_map(DVec3::to_array).for_each(|value| self.real(value));
-    }
-
     fn lattice(&mut self, lattice: &Lattice) {
         let (rows, cols) = lattice.shape();
         self.count(rows as u64);
@@ -142,6 +108,12 @@ impl Writer {
                 self.count(b as u64);
             }
         }
+    }
+
+    pub(super) fn frame(&mut self, frame: &Frame) {
+        let (centre, size) = frame.parts();
+        self.points(&[centre]);
+        self.real(size);
     }
 
     fn schedule(&mut self, schedule: &Schedule) {
@@ -191,47 +163,7 @@ impl Writer {
     }
 }
 
-/// What is left to read; each part is `None` where the bytes end too early or make no sense.
-struct Reader<'a>(&'a [u8]);
-
 impl Reader<'_> {
-    fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (first, rest) = self.0.split_first_chunk::<N>()?;
-        self.0 = rest;
-        Some(*first)
-    }
-
-    fn count(&mut self) -> Option<u64> {
-        self.bytes().map(u64::from_le_bytes)
-    }
-
-    fn size(&mut self) -> Option<usize> {
-        self.count().and_then(|count| usize::try_from(count).ok())
-    }
-
-    /// A number of things that take `bytes` each: never more than there can be.
-    fn length(&mut self, bytes: usize) -> Option<usize> {
-        self.size().filter(|&count| count <= self.0.len() / bytes)
-    }
-
-    fn real(&mut self) -> Option<f64> {
-        self.bytes().map(f64::from_le_bytes)
-    }
-
-    fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
-        let place = self.size()?;
-        all.get(place).copied()
-    }
-
-    fn reals(&mut self) -> Option<Vec<f64>> {
-        (0..self.length(8)?).map(|_| self.real()).collect()
-    }
-
-    fn points(&mut self) -> Option<Vec<DVec3>> {
-        let count = self.length(size_of::<DVec3>())?;
-        (0..count).map(|_| Some(DVec3::new(self.real()?, self.real()?, self.real()?))).collect()
-    }
-
     fn lattice(&mut self) -> Option<Lattice> {
         let (rows, cols) = (self.size()?, self.size()?);
         let topology = self.choice(&Topology::ALL)?;
@@ -243,6 +175,11 @@ impl Reader<'_> {
         let edges: Option<Vec<_>> =
             (0..count).map(|_| Some((self.size()?, self.size()?))).collect();
         Lattice::graph(rows, &edges?).ok()
+    }
+
+    pub(super) fn frame(&mut self) -> Option<Frame> {
+        let [centre] = self.points()?[..] else { return None };
+        Some(Frame::from_parts(centre, self.real()?))
     }
 
     fn schedule(&mut self) -> Option<Schedule> {
@@ -304,6 +241,8 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::progress::Silent;
     use crate::som::{Init, SomOptions};
@@ -349,8 +288,8 @@ mod tests {
 
     #[test]
     fn bytes_that_are_cut_or_not_ours_are_refused() {
-        let som =
-            SelfOrganizingMap::new(&points(), Lattice::quad(3, 4).unwrap(), &SomOptions::default());
+        let (lattice, options) = (Lattice::quad(3, 4).unwrap(), SomOptions::default());
+        let som = SelfOrganizingMap::new(&points(), lattice, &options, &mut Silent);
         let bytes = som.unwrap().to_bytes();
         for length in 0..bytes.len() {
             assert!(SelfOrganizingMap::from_bytes(&bytes[..length]).is_err());

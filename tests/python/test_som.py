@@ -226,6 +226,86 @@ def test_any_split_into_chunks_gives_the_same_bits() -> None:
         som.end_epoch()
 
 
+def test_half_an_epoch_is_saved_and_goes_on(tmp_path: Path) -> None:
+    points = sheet(3000)
+    expected = SelfOrganizingMap(6, 6)
+    som = SelfOrganizingMap(6, 6)
+    for chunk in np.split(points, 3):
+        expected.partial_fit(chunk, end_epoch=False)
+    for chunk in np.split(points, 3):
+        som.partial_fit(chunk, end_epoch=False)
+        som.save(tmp_path / "half.npz")
+        som = pickle.loads(pickle.dumps(SelfOrganizingMap.load(tmp_path / "half.npz")))
+    assert som.n_iter_ == 0
+    np.testing.assert_array_equal(som.end_epoch().codebook_, expected.end_epoch().codebook_)
+
+
+@pytest.mark.parametrize("training", ["batch", "online"])
+def test_an_interrupted_distribution_goes_on_to_the_same_bits(
+    training: str, tmp_path: Path
+) -> None:
+    def chunks() -> Any:
+        return (sheet(777, seed) for seed in range(10_000))
+
+    def square(count: int, rng: np.random.Generator) -> Points:
+        return rng.random((count, 3))
+
+    for source in (lambda: square, chunks):
+        expected = SelfOrganizingMap(8, 8, training=training, epochs=8)
+        expected.fit_distribution(source())
+        calls = 0
+
+        def broken(count: int, rng: np.random.Generator) -> Points:
+            nonlocal calls
+            calls += 1
+            if calls == 4:
+                raise OSError("the sensor is gone")
+            return draws(count, rng)  # noqa: B023
+
+        draws = source()
+        som = SelfOrganizingMap(8, 8, training=training, epochs=8)
+        if callable(draws):
+            with pytest.raises(OSError, match="sensor"):
+                som.fit_distribution(broken)
+        else:
+            with pytest.raises(neurbs.NeurbsError, match="chunks must hold"):
+                som.fit_distribution(sheet(777, seed) for seed in range(20))
+        assert 0 < som.n_iter_ < expected.n_iter_
+        som.save(tmp_path / "map.npz")
+        som = SelfOrganizingMap.load(tmp_path / "map.npz").resume_distribution(source())
+        np.testing.assert_array_equal(som.codebook_, expected.codebook_)
+    with pytest.raises(neurbs.NeurbsError, match="resume_distribution must be called after"):
+        SelfOrganizingMap().resume_distribution(square)
+
+
+def test_winners_and_places_are_written_where_wanted() -> None:
+    points = sheet()
+    som = SelfOrganizingMap(6, 7, init="auto").fit(points)
+    out = np.empty(len(points), dtype=np.int64)
+    assert som.predict(points, out=out) is out
+    np.testing.assert_array_equal(out, som.predict(points))
+    with pytest.raises(neurbs.NeurbsError, match="out must be a writeable, C-contiguous int64"):
+        som.predict(points, out=np.empty(3, dtype=np.int64))
+    np.testing.assert_array_equal(som.transform(points), som.parametrize(points))
+    np.testing.assert_array_equal(
+        SelfOrganizingMap(6, 7, init="auto").fit_transform(points), som.transform(points)
+    )
+
+
+def test_it_is_a_step_of_a_pipeline() -> None:
+    pipeline = pytest.importorskip("sklearn.pipeline")
+    preprocessing = pytest.importorskip("sklearn.preprocessing")
+    points = sheet()
+    steps = pipeline.make_pipeline(preprocessing.StandardScaler(), SelfOrganizingMap(6, 6))
+    winners = steps.fit_predict(points)
+    scaled = (points - points.mean(axis=0)) / points.std(axis=0)
+    expected = SelfOrganizingMap(6, 6).fit(scaled)
+    assert (winners == expected.predict(scaled)).mean() > 0.999
+    assert steps.transform(points).shape == (len(points), 2)
+    steps.set_params(selforganizingmap__rows=4)
+    assert steps.fit(points)[-1].codebook_.shape == (4, 6, 3)
+
+
 def test_distributions_from_samplers_and_chunks() -> None:
     def sampler(count: int, rng: np.random.Generator) -> Points:
         return sheet(count, int(rng.integers(1 << 30)))
@@ -276,7 +356,7 @@ def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
     ("options", "message"),
     [
         ({"rows": 1}, r"grid must be \(rows, cols\) of at least \(2, 2\)"),
-        ({"rows": 10**9, "cols": 10**9}, "at most 16777216 nodes"),
+        ({"rows": 10**9, "cols": 10**9}, "at most 16777216 nodes in all, got .*GB of memory"),
         ({"rows": 2.5}, "rows must be an integer"),
         ({"topology": "ring"}, "topology must be 'sheet' or 'tube' or 'torus', got 'ring'"),
         ({"lattice": "hex"}, "cells must be 'quad' or 'triangular', got 'hex'"),

@@ -1,0 +1,65 @@
+"""The manners of a scikit-learn estimator, without scikit-learn."""
+
+from __future__ import annotations
+
+import inspect
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from neurbs import _core
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+
+class Estimator:
+    """Parameters by name; what scikit-learn asks of an estimator, for its pipelines and clones."""
+
+    _map: _core.Map
+    stopped_by_: str
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """Return the parameters by name, as scikit-learn does; `deep` changes nothing."""
+        return {name: getattr(self, name) for name in self._parameters()}
+
+    def set_params(self, **parameters: Any) -> Self:
+        """Set parameters by name, and return the map itself."""
+        for name, value in parameters.items():
+            if name not in self._parameters():
+                raise _core.NeurbsError(
+                    f"a parameter must be one of {', '.join(self._parameters())}, got {name!r}"
+                )
+            setattr(self, name, value)
+        return self
+
+    def __sklearn_is_fitted__(self) -> bool:
+        """Say whether it has learned, for scikit-learn."""
+        return hasattr(self, "_map")
+
+    def __repr__(self) -> str:
+        """Say what it is, and whether it has learned."""
+        defaults = {**type(self)().get_params(), "rows": None, "cols": None}
+        changed = [
+            f"{name}={value!r}"
+            for name, value in self.get_params().items()
+            if not isinstance(value, np.ndarray) and value != defaults[name]
+        ]
+        state = [self.stopped_by_] if hasattr(self, "_map") else []
+        return f"{type(self).__name__}({', '.join(changed + state)})"
+
+    def __sklearn_tags__(self) -> Any:
+        """Describe what it learns from, for scikit-learn."""
+        from sklearn.utils import InputTags, Tags, TargetTags, TransformerTags
+
+        return Tags(
+            estimator_type="clusterer",
+            target_tags=TargetTags(required=False),
+            transformer_tags=TransformerTags(),
+            input_tags=InputTags(),
+        )
+
+    @classmethod
+    def _parameters(cls) -> list[str]:
+        """Names of the constructor's parameters."""
+        return list(inspect.signature(cls.__init__).parameters)[1:]

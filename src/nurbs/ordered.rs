@@ -1,0 +1,138 @@
+//! From a grid of ordered points to a surface (section 5 of the paper).
+
+use glam::DVec3;
+
+use super::interpolate::{GridOptions, Parametrization};
+use super::knot_vector::{MAX_DEGREE, check_degree};
+use super::surface::NurbsSurface;
+use crate::error::{Error, Result};
+
+/// What a grid of ordered points is to its surface: "either interpolation or approximation can be
+/// executed by the standard NURBS surface or Bézier-surface method" (section 5 of the paper).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OrderedSurface {
+    /// The control net of a clamped B-spline surface, which approximates the points.
+    #[default]
+    ControlNet,
+    /// Points that a clamped B-spline surface passes through, with parameters by centripetal
+    /// distances and knots by averaging (The NURBS Book, section 9.2).
+    Interpolate,
+    /// The control net of one Bézier surface, whose degrees are one less than rows and columns.
+    Bezier,
+}
+
+impl OrderedSurface {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::ControlNet, Self::Interpolate, Self::Bezier];
+
+    /// The name, as Python and the command line spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ControlNet => "control-net",
+            Self::Interpolate => "interpolate",
+            Self::Bezier => "bezier",
+        }
+    }
+
+    /// Checks that a grid of this shape can become such a surface.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a side has fewer than 2 points, or one of a Bézier surface more than
+    /// 10, one more than the highest degree.
+    pub fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
+        let most = if self == Self::Bezier { MAX_DEGREE + 1 } else { usize::MAX };
+        if (2..=most).contains(&rows) && (2..=most).contains(&cols) {
+            return Ok(());
+        }
+        let must = if self == Self::Bezier {
+            format!(
+                "from 2 to {most} rows and columns for surface='bezier', whose degrees are one less"
+            )
+        } else {
+            "at least 2 rows and columns".to_string()
+        };
+        Err(Error::parameter("grid", must, format!("({rows}, {cols})")))
+    }
+
+    /// The surface of a grid of points, row by row. `degree` is lowered where the grid has too few
+    /// rows or columns for it; that of a Bézier surface follows from the grid alone.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::OrderedSurface};
+    /// let grid: Vec<DVec3> = (0..20)
+    ///     .map(|i| DVec3::new(f64::from(i / 5), f64::from(i % 5), f64::from(i * i % 3)))
+    ///     .collect();
+    /// for kind in OrderedSurface::ALL {
+    ///     let surface = kind.through(grid.clone(), (4, 5), 3)?;
+    ///     assert_eq!(surface.shape(), (4, 5));
+    ///     assert!(surface.point(0.0, 1.0).distance(grid[4]) < 1e-14);
+    /// }
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::check_shape`] has them; [`Error::Parameter`] if the degree is out of range, or
+    /// neighbouring rows or columns of points to interpolate coincide; [`Error::Net`] if their
+    /// number is not that of the shape, or one is not finite.
+    pub fn through(
+        self,
+        points: Vec<DVec3>,
+        shape: (usize, usize),
+        degree: usize,
+    ) -> Result<NurbsSurface> {
+        self.check_shape(shape)?;
+        check_degree(degree)?;
+        match self {
+            Self::ControlNet => NurbsSurface::clamped(points, shape, degree),
+            Self::Interpolate => {
+                let degree = (degree.min(shape.0 - 1), degree.min(shape.1 - 1));
+                let parametrization = Parametrization::Centripetal;
+                let options = GridOptions { degree, parametrization, ..GridOptions::default() };
+                NurbsSurface::interpolate(&points, shape, &options)
+            }
+            Self::Bezier => NurbsSurface::bezier(points, None, shape),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(rows: usize, cols: usize) -> Vec<DVec3> {
+        let place = |i: usize| DVec3::new((i / cols) as f64, (i % cols) as f64, (i * i % 7) as f64);
+        (0..rows * cols).map(place).collect()
+    }
+
+    #[test]
+    fn an_interpolating_surface_meets_its_points() {
+        let points = grid(6, 2);
+        let surface = OrderedSurface::Interpolate.through(points.clone(), (6, 2), 3).unwrap();
+        assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (3, 1));
+        let options = GridOptions {
+            degree: (3, 1),
+            parametrization: Parametrization::Centripetal,
+            ..GridOptions::default()
+        };
+        let (u, v) = NurbsSurface::grid_parameters(&points, (6, 2), &options).unwrap();
+        for (i, point) in points.iter().enumerate() {
+            assert!(surface.point(u[i / 2], v[i % 2]).distance(*point) < 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_bezier_surface_has_ten_rows_at_most() {
+        let surface = OrderedSurface::Bezier.through(grid(10, 3), (10, 3), 3).unwrap();
+        assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (9, 2));
+        let error = OrderedSurface::Bezier.through(grid(11, 3), (11, 3), 3).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "grid must be from 2 to 10 rows and columns for surface='bezier', whose degrees are \
+             one less, got (11, 3)"
+        );
+        assert!(OrderedSurface::ControlNet.through(grid(1, 3), (1, 3), 3).is_err());
+    }
+}

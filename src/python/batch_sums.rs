@@ -1,0 +1,63 @@
+//! `neurbs.BatchSums`.
+
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::som;
+
+/// Sums over points for each node of a map: a part of an epoch of batch training.
+///
+/// Sums over the same points are the same bits in any order and by any split.
+#[pyclass(frozen, module = "neurbs")]
+pub(super) struct BatchSums(pub(super) som::BatchSums);
+
+#[pymethods]
+impl BatchSums {
+    /// These sums and those over other points, for the same state of the same map.
+    fn __add__(&self, other: &Self) -> PyResult<Self> {
+        let mut sums = self.0.clone();
+        sums.merge(&other.0)?;
+        Ok(Self(sums))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __hash__(&self) -> u64 {
+        self.0.points()
+    }
+
+    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &self.0.to_bytes())
+    }
+
+    #[staticmethod]
+    fn from_bytes(state: &[u8]) -> PyResult<Self> {
+        Ok(Self(som::BatchSums::from_bytes(state)?))
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
+        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+    }
+
+    /// Number of points.
+    #[getter]
+    fn points(&self) -> u64 {
+        self.0.points()
+    }
+
+    /// Mean distance from the points to their nearest nodes.
+    #[getter]
+    fn mean_distance(&self) -> f64 {
+        self.0.mean_distance()
+    }
+
+    /// How many points each node is the nearest of.
+    #[getter]
+    fn hits(&self) -> Vec<u64> {
+        self.0.hits()
+    }
+}

@@ -1,0 +1,55 @@
+//! `neurbs.Epoch`, and the positions of nodes as an array.
+
+use glam::DVec3;
+use numpy::ndarray::{Ix2, Ix3};
+use pyo3::prelude::*;
+
+use super::arrays;
+use crate::progress::Epoch as CoreEpoch;
+
+/// What an epoch of training has made of the lattice.
+///
+/// Attributes
+/// ----------
+/// step : int
+///     Steps made: presentations of online training, epochs of batch training.
+/// error : float
+///     Mean distance from points to their nearest nodes, in the points' unit.
+/// radius : float
+///     How far on the lattice the neighbourhood reached, in cells.
+/// change : float
+///     Largest move of a node, in the points' unit.
+/// lattice : ndarray of shape (rows, cols, 3) or (nodes, 3)
+///     The nodes' positions, read-only.
+#[pyclass(frozen, get_all, module = "neurbs")]
+pub(super) struct Epoch {
+    step: u64,
+    error: f64,
+    radius: f64,
+    change: f64,
+    lattice: Py<PyAny>,
+}
+
+impl Epoch {
+    /// For Python; positions come as (nodes, 3), since an epoch knows no rows.
+    pub(super) fn of_core(py: Python<'_>, epoch: &CoreEpoch<'_>) -> PyResult<Self> {
+        let CoreEpoch { step, error, radius, change, lattice } = *epoch;
+        let lattice = codebook(py, &[lattice.len()], lattice)?.unbind();
+        Ok(Self { step, error, radius, change, lattice })
+    }
+}
+
+/// Positions as a read-only array of this shape, and 3.
+pub(super) fn codebook<'py>(
+    py: Python<'py>,
+    shape: &[usize],
+    nodes: &[DVec3],
+) -> PyResult<Bound<'py, PyAny>> {
+    let numbers = bytemuck::cast_slice(nodes);
+    match *shape {
+        [rows, cols] => {
+            arrays::view(py, &arrays::constant::<f64, Ix3>(py, &[rows, cols, 3], numbers)?)
+        }
+        _ => arrays::view(py, &arrays::constant::<f64, Ix2>(py, &[nodes.len(), 3], numbers)?),
+    }
+}

@@ -1,0 +1,87 @@
+//! Plain values as bytes and back: little-endian, on every machine.
+
+use glam::DVec3;
+
+/// Appends values.
+pub(super) struct Writer(pub(super) Vec<u8>);
+
+impl Writer {
+    pub(super) fn count(&mut self, value: u64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub(super) fn real(&mut self, value: f64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub(super) fn grains(&mut self, value: i128) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub(super) fn optional(&mut self, value: Option<f64>) {
+        self.reals(value.as_slice());
+    }
+
+    pub(super) fn choice<T: PartialEq>(&mut self, all: &[T], value: &T) {
+        let place = all.iter().position(|one| one == value);
+        self.count(place.unwrap_or(all.len()) as u64);
+    }
+
+    pub(super) fn reals(&mut self, values: &[f64]) {
+        self.count(values.len() as u64);
+        for &value in values {
+            self.real(value);
+        }
+    }
+
+    pub(super) fn points(&mut self, points: &[DVec3]) {
+        self.count(points.len() as u64);
+        points.iter().flat_map(DVec3::to_array).for_each(|value| self.real(value));
+    }
+}
+
+/// What is left to read; each part is `None` where the bytes end too early or make no sense.
+pub(super) struct Reader<'a>(pub(super) &'a [u8]);
+
+impl Reader<'_> {
+    pub(super) fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (first, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    pub(super) fn count(&mut self) -> Option<u64> {
+        self.bytes().map(u64::from_le_bytes)
+    }
+
+    pub(super) fn size(&mut self) -> Option<usize> {
+        self.count().and_then(|count| usize::try_from(count).ok())
+    }
+
+    /// A number of things that take `bytes` each: never more than there can be.
+    pub(super) fn length(&mut self, bytes: usize) -> Option<usize> {
+        self.size().filter(|&count| count <= self.0.len() / bytes)
+    }
+
+    pub(super) fn real(&mut self) -> Option<f64> {
+        self.bytes().map(f64::from_le_bytes)
+    }
+
+    pub(super) fn grains(&mut self) -> Option<i128> {
+        self.bytes().map(i128::from_le_bytes)
+    }
+
+    pub(super) fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
+        let place = self.size()?;
+        all.get(place).copied()
+    }
+
+    pub(super) fn reals(&mut self) -> Option<Vec<f64>> {
+        (0..self.length(8)?).map(|_| self.real()).collect()
+    }
+
+    pub(super) fn points(&mut self) -> Option<Vec<DVec3>> {
+        let count = self.length(size_of::<DVec3>())?;
+        (0..count).map(|_| Some(DVec3::new(self.real()?, self.real()?, self.real()?))).collect()
+    }
+}
