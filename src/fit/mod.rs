@@ -11,14 +11,17 @@ mod border;
 mod correct;
 mod cross_validation;
 mod fairness;
+mod fitting;
+mod growth;
 mod normal_equations;
 mod refine;
 mod space;
 
 use glam::{DVec2, DVec3};
 
-pub use self::approximate::{ApproximateOptions, Approximation, EndedBy, Growth, approximate};
+pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 pub use self::border::bounded;
+pub use self::growth::{EndedBy, Growth};
 use self::normal_equations::{NormalEquations, Sample};
 use self::space::SplineSpace;
 use crate::error::{Error, Result};

@@ -217,7 +217,7 @@ fn straighten(places: &[DVec2]) -> Vec<DVec2> {
 }
 
 /// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-fn hull(places: &[DVec2]) -> Vec<DVec2> {
+pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = places.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |places: &mut dyn Iterator<Item = DVec2>| {

@@ -63,6 +63,8 @@ use self::online::OnlineState;
 use self::options::Plan;
 use self::random::Random;
 
+pub(crate) use self::geodesic::hull;
+
 pub use self::distribution::Sampler;
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
