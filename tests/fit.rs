@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec2};
 use neurbs::fit::EndedBy;
-use neurbs::nurbs::{ClosestPointSearch, KnotVector};
+use neurbs::nurbs::ClosestPointSearch;
 use neurbs::point_cloud::Bounds;
 use neurbs::progress::{Progress, Silent};
 use neurbs::som::Topology;
@@ -130,28 +130,6 @@ fn the_order_of_the_points_changes_nothing() {
     for (got, expected) in pairs {
         assert!(got.distance(*expected) < 1e-9 * size, "{got} {expected}");
     }
-}
-
-#[test]
-fn a_surface_of_the_same_net_is_recovered() {
-    // One bicubic patch, gently bent.
-    let net: Vec<DVec3> = (0..16)
-        .map(|k| {
-            let (i, j) = (f64::from(k / 4), f64::from(k % 4));
-            DVec3::new(i, j, 0.3 * (i - 1.5) * (j - 1.5) + 0.1 * (i * j).sin())
-        })
-        .collect();
-    let knots = KnotVector::clamped_uniform(3, 4).unwrap();
-    let truth = NurbsSurface::new(net, None, knots.clone(), knots).unwrap();
-    let points: Vec<DVec3> = scattered(600).map(|at| truth.point(at.x, at.y)).collect();
-    let options = ReconstructOptions {
-        grid: Some((4, 4)),
-        fairness: Some(1e-9),
-        ..ReconstructOptions::default()
-    };
-    let result = reconstruct(&points, &options, &mut Silent).unwrap();
-    let far = farthest(&points, &result.surface);
-    assert!(far < 1e-6 * result.report.diagonal, "{far}");
 }
 
 #[test]
