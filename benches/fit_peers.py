@@ -2,8 +2,9 @@
 
     python benches/fit_peers.py [--seeds 5] [--cases T1,T2_n] [--scipy]
 
-Points are scattered over each shape evenly by area, without noise or (``_n``) with Gaussian noise of
-0.005 D in all directions, D being the diagonal of the shape's bounding box. Printed are, in 1e-4 D:
+Points are scattered over each shape evenly by area, without noise or (``_n``) with Gaussian noise
+of 0.005 D in all directions, D being the diagonal of the shape's bounding box. Printed are, in
+1e-4 D:
 
 rms2
     root mean square of the distances from shape to surface and from surface to shape, from 20,000
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import itertools
 import time
 from collections.abc import Callable
 
@@ -45,7 +47,7 @@ CASES = [f"{name}{noise}" for name in NAMES for noise in ("", "_n")] + ["T1_2000
 
 @dataclasses.dataclass(frozen=True)
 class Shape:
-    """A surface known exactly: where points come from, a dense mesh of it, samples of its border."""
+    """A surface known exactly: where points come from, a dense mesh, samples of its border."""
 
     scatter: Callable[[int, np.random.Generator], Array]
     vertices: Array
@@ -55,6 +57,7 @@ class Shape:
 
     @property
     def diagonal(self) -> float:
+        """Length of the bounding box's diagonal."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
 
@@ -125,7 +128,9 @@ def grid_triangles(rows: int, cols: int, closed_u: bool, closed_v: bool) -> NDAr
     return np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
 
 
-def by_area(shape: Map, density: Callable[[Array, Array], Array] | None = None) -> Callable[..., Array]:
+def by_area(
+    shape: Map, density: Callable[[Array, Array], Array] | None = None
+) -> Callable[..., Array]:
     """Scatter points evenly over the image of the unit square (times a density)."""
 
     def area(u: Array, v: Array) -> Array:
@@ -188,7 +193,7 @@ def over_l() -> Shape:
     middle = square.vertices[square.triangles].mean(axis=1)
     triangles = square.triangles[~((middle[:, 0] > 1) & (middle[:, 1] > 1))]
     corners = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2], [0, 0]], float)
-    sides = [np.linspace(a, b, 400) for a, b in zip(corners, corners[1:], strict=False)]
+    sides = [np.linspace(a, b, 400) for a, b in itertools.pairwise(corners)]
     outline = np.vstack(sides)
     return Shape(scatter, square.vertices, triangles, bent(outline[:, 0], outline[:, 1]))
 
@@ -233,6 +238,7 @@ class Distance:
         self.tree = cKDTree(self.middles)
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
+        """Return the distances, and the middles of the triangles nearest to the points."""
         _, near = self.tree.query(points, k=12)
         distances = np.stack([to_triangle(points, self.corners[n]) for n in near.T])
         best = distances.argmin(axis=0)
@@ -291,7 +297,7 @@ def score(
 
 
 def case_points(name: str, shape: Shape, seed: int) -> tuple[Array, int]:
-    """The points of a case, and the side of the budget of control points."""
+    """Scatter the points of a case; with them comes the side of the budget."""
     parts = name.split("_")
     count = next((int(part) for part in parts if part.isdigit()), 2000)
     key = sum(map(ord, parts[0]))

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use neurbs::point_cloud::Bounds;
 use neurbs::progress::{Progress, Silent};
+use neurbs::reconstruct::Method;
 use neurbs::som::StoppedBy;
 use neurbs::{DVec3, Error, ReconstructOptions, Reconstruction, reconstruct};
 
@@ -17,21 +18,25 @@ fn terrain() -> Vec<DVec3> {
     rows.map(point).collect()
 }
 
+/// The paper's method with everything derived.
+fn paper() -> ReconstructOptions {
+    ReconstructOptions { method: Method::Paper, ..ReconstructOptions::default() }
+}
+
 fn quick(points: &[DVec3]) -> Reconstruction {
-    let options =
-        ReconstructOptions { grid: Some((9, 8)), max_steps: Some(20_000), ..Default::default() };
+    let options = ReconstructOptions { grid: Some((9, 8)), max_steps: Some(20_000), ..paper() };
     reconstruct(points, &options, &mut Silent).unwrap()
 }
 
 #[test]
 fn terrain_becomes_a_surface_over_the_terrain() {
     let points = terrain();
-    let result = reconstruct(&points, &ReconstructOptions::default(), &mut Silent).unwrap();
-    let (report, data) = (result.report, Bounds::of(&points));
-    assert_eq!(report.stopped_by, StoppedBy::Settled);
+    let result = reconstruct(&points, &paper(), &mut Silent).unwrap();
+    let (report, data) = (&result.report, Bounds::of(&points));
+    assert_eq!(report.training.stopped_by, StoppedBy::Settled);
     assert_eq!(result.surface.shape(), (28, 29));
     // The lattice spreads over the points: each has a node within about half a cell.
-    assert!(report.quantization_error < 0.01 * report.diagonal);
+    assert!(report.training.quantization_error < 0.01 * report.diagonal);
     // The surface stays in the data's box and fills it but for half a cell or so at the border.
     let triangles = result.tessellate(&mut Silent).unwrap();
     let mesh = Bounds::of(&triangles.vertices);
@@ -46,8 +51,8 @@ fn terrain_becomes_a_surface_over_the_terrain() {
 #[test]
 fn few_points_end_on_the_lattice() {
     let points = &terrain()[..13];
-    let result = reconstruct(points, &ReconstructOptions::default(), &mut Silent).unwrap();
-    assert_eq!(result.report.stopped_by, StoppedBy::Reached);
+    let result = reconstruct(points, &paper(), &mut Silent).unwrap();
+    assert_eq!(result.report.training.stopped_by, StoppedBy::Reached);
     let reach = 1e-3 * result.report.diagonal;
     for point in points {
         let distances = result.som.codebook().into_iter().map(|node| node.distance(*point));
@@ -66,7 +71,7 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
         let mesh = |result: &Reconstruction| result.tessellate(&mut Silent).unwrap();
         assert_eq!(pool.install(|| mesh(&got)), mesh(&expected));
     }
-    let other = ReconstructOptions { seed: 1, max_steps: Some(1000), ..Default::default() };
+    let other = ReconstructOptions { seed: 1, max_steps: Some(1000), ..paper() };
     let same = ReconstructOptions { seed: 0, ..other };
     let run = |options| reconstruct(&points, options, &mut Silent).unwrap().surface;
     assert_ne!(run(&other), run(&same));
@@ -79,7 +84,7 @@ fn the_surface_moves_and_scales_with_the_points() {
     let (scale, offset) = (1024.0, DVec3::new(5e9, -7.8e9, 1e6));
     let moved: Vec<DVec3> = points.iter().map(|&p| scale * p + offset).collect();
     let (expected, got) = (quick(&points), quick(&moved));
-    assert_eq!(got.report.steps, expected.report.steps);
+    assert_eq!(got.report.training.steps, expected.report.training.steps);
     let size = expected.report.diagonal;
     let pairs = got.surface.control_points().iter().zip(expected.surface.control_points());
     for (got, expected) in pairs {
@@ -110,7 +115,7 @@ fn the_observer_sees_progress_and_can_stop() {
         assert!(progress.step <= progress.total);
         ControlFlow::Continue(())
     };
-    let options = ReconstructOptions { max_steps: Some(10_000), ..Default::default() };
+    let options = ReconstructOptions { max_steps: Some(10_000), ..paper() };
     reconstruct(&points, &options, &mut watch).unwrap().tessellate(&mut watch).unwrap();
     stages.dedup();
     assert_eq!(stages, ["checking", "training", "measuring", "tessellation"]);
@@ -132,7 +137,7 @@ fn options_out_of_range_are_refused_by_name() {
     let message = |options: ReconstructOptions| {
         reconstruct(&points, &options, &mut Silent).unwrap_err().to_string()
     };
-    let options = ReconstructOptions::default();
+    let options = paper();
     let cases = [
         (ReconstructOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
         (ReconstructOptions { grid: Some((usize::MAX, 5)), ..options }, "grid", "at most 16777216"),

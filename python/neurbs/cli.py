@@ -193,6 +193,9 @@ def reconstruct(
     max_control_points: Annotated[
         str | None, _option("max_control_points", "Control points at most", "N")
     ] = None,
+    aspect: Annotated[
+        str | None, _option("aspect", "How the grid is split: data or fixed", "NAME")
+    ] = None,
     seed: Annotated[str | None, _option("seed", "Seed of everything random", "N")] = None,
     max_steps: Annotated[str | None, _option("max_steps", "Steps of training at most", "N")] = None,
     reach: Annotated[
@@ -228,6 +231,7 @@ def reconstruct(
         "fairness": fairness,
         "border": border,
         "max_control_points": max_control_points,
+        "aspect": aspect,
         "seed": seed,
         "max_steps": max_steps,
         "reach": reach,

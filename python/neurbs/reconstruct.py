@@ -90,8 +90,10 @@ class Report:
 
     @property
     def converged(self) -> bool:
-        """Whether all points lie within the tolerance; by the paper's method, whether training
-        ended by itself, not because its steps were over."""
+        """Whether all points lie within the tolerance, if there was one.
+
+        By the paper's method: whether training ended by itself, not because its steps were over.
+        """
         if self.fairness is None:
             return self.stopped_by != "max_steps"
         return self.tolerance is None or self.ended_by == "tolerance"
@@ -103,6 +105,7 @@ class Report:
         return values | listed | {"warnings": list(self.warnings)}
 
     def __str__(self) -> str:
+        """Return the main figures as a table to be read."""
         rows, cols = self.grid
         within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
         lines = {
@@ -141,6 +144,7 @@ _WHY_STOPPED = {
     "reached": "all points are on the lattice",
     "settled": "the lattice has settled",
     "max_steps": "the steps were over",
+    "ordered": "the points were in order",
 }
 
 _WHY_ENDED = {
@@ -227,12 +231,12 @@ def reconstruct(
         until they do, or says why it did not. By default it grows until cross-validation says that
         it would follow noise.
     method : {"fit", "paper"}, default "fit"
-        How the surface comes from the points: as above, or by the paper's method, from the
-        trained lattice.
+        How the surface comes from the points: as above, or by the paper's method, where the
+        trained lattice itself makes the surface.
     surface : {"control-net", "interpolate", "bezier"}, default "control-net"
         With ``method="paper"``: what the lattice is to the surface (section 5 of the paper): the
-        control net of a clamped B-spline surface, the points that such a surface passes through, or
-        the control net of one Bézier surface.
+        control net of a clamped B-spline surface, the points that such a surface passes through,
+        or the control net of one Bézier surface.
     grid : (int, int), optional
         Rows and columns of the control net. Their product is a budget, split by `aspect`; with
         ``method="paper"`` they are those of the lattice, by default four nodes for each of few

@@ -47,26 +47,35 @@ pub(super) fn best(
         (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
         (a, b) => a.or(b),
     };
-    let (mut found, mut step) = (None, STEPS.0);
-    match near {
-        Some(fairness) => found = score(fairness.log10().clamp(TRIED.0, TRIED.1))?,
-        None => {
-            let mut exponent = TRIED.0;
-            while exponent <= TRIED.1 {
-                found = better(found, score(exponent)?);
-                exponent += step;
-            }
+    let mut found = match near {
+        Some(fairness) => score(fairness.log10().clamp(TRIED.0, TRIED.1))?,
+        None => None,
+    };
+    let mut step = STEPS.0;
+    if found.is_none() {
+        let mut exponent = TRIED.0;
+        while exponent <= TRIED.1 {
+            found = better(found, score(exponent)?);
+            exponent += step;
         }
-    }
-    // Halves the distance to both neighbours until it is small.
-    while step > STEPS.1 {
         step /= 2.0;
+    }
+    // Goes on in the direction that improves, then looks closer.
+    while step > STEPS.1 {
         let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
-        for exponent in [middle - step, middle + step] {
-            if (TRIED.0..=TRIED.1).contains(&exponent) {
-                found = better(found, score(exponent)?);
+        for direction in [-step, step] {
+            let mut exponent = middle + direction;
+            while (TRIED.0..=TRIED.1).contains(&exponent) {
+                let next = score(exponent)?;
+                let before = found.map(|score| score.fairness);
+                found = better(found, next);
+                if found.map(|score| score.fairness) == before {
+                    break;
+                }
+                exponent += direction;
             }
         }
+        step /= 2.0;
     }
     Ok(found)
 }

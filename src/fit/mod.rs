@@ -7,10 +7,13 @@
 
 mod approximate;
 mod band;
+mod border;
 mod correct;
 mod cross_validation;
 mod dense;
 mod fairness;
+mod fitting;
+mod growth;
 mod height;
 mod normal_equations;
 mod rational;
@@ -20,7 +23,9 @@ mod space;
 
 use glam::{DVec2, DVec3};
 
-pub use self::approximate::{ApproximateOptions, Approximation, EndedBy, Growth, approximate};
+pub use self::approximate::{ApproximateOptions, Approximation, approximate};
+pub use self::border::bounded;
+pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 use self::normal_equations::{NormalEquations, Sample};
 pub use self::rational::rational;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::space::SplineSpace;
-use crate::nurbs::{MAX_ORDER, padded};
+use crate::nurbs::{Basis, MAX_ORDER, padded};
 
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
 const POINTS_PER_TASK: usize = 2048;
@@ -127,7 +127,7 @@ impl NormalEquations {
 }
 
 /// The blocks of some samples of one cell, summed: for each coefficient the products of functions,
-/// those with i <= j (and some others); then the right-hand sides.
+/// then the right-hand sides.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn accumulate<'a, const C: usize>(
@@ -142,28 +142,60 @@ fn accumulate<'a, const C: usize>(
     let mut values = [0.0; MAX_ORDER * MAX_ORDER];
     let values = &mut values[..functions];
     for sample in samples {
-        let rows = padded(&space.knots[0], sample.uv.x);
-        let cols = padded(&space.knots[1], sample.uv.y);
-        for i in 0..=p {
-            for j in 0..=q {
-                values[i * (q + 1) + j] = rows.values[i] * cols.values[j];
-            }
+        if (p, q) == (3, 3) {
+            let rows = Basis::<4>::at(&space.knots[0], sample.uv.x);
+            let cols = Basis::<4>::at(&space.knots[1], sample.uv.y);
+            outer(&rows.values, &cols.values, values);
+        } else {
+            let rows = padded(&space.knots[0], sample.uv.x);
+            let cols = padded(&space.knots[1], sample.uv.y);
+            outer(&rows.values[..=p], &cols.values[..=q], values);
         }
         let (factors, target) = coefficients(sample);
         for (products, factor) in products.chunks_exact_mut(functions * functions).zip(factors) {
-            for (i, line) in products.chunks_exact_mut(functions).enumerate() {
-                let scaled = factor * values[i];
-                // From a whole group of lanes on.
-                let from = i & !3;
-                for (sum, value) in line[from..].iter_mut().zip(&values[from..]) {
-                    *sum += scaled * value;
-                }
+            match <&[f64; BICUBIC]>::try_from(&*values) {
+                Ok(values) => add_products(products, factor, values),
+                Err(_) => add_any_products(products, factor, values),
             }
         }
         for (right, value) in right.chunks_exact_mut(3).zip(&*values) {
             right[0] += value * target.x;
             right[1] += value * target.y;
             right[2] += value * target.z;
+        }
+    }
+}
+
+/// Writes the product of each row's and each column's value.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn outer(rows: &[f64], cols: &[f64], products: &mut [f64]) {
+    for (line, row) in products.chunks_exact_mut(cols.len()).zip(rows) {
+        line.iter_mut().zip(cols).for_each(|(product, col)| *product = row * col);
+    }
+}
+
+/// Basis functions of a bicubic patch, the case that is worth a loop of fixed length.
+const BICUBIC: usize = 16;
+
+/// Adds the products of all pairs of values, times a factor.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn add_products(products: &mut [f64], factor: f64, values: &[f64; BICUBIC]) {
+    for (line, value) in products.as_chunks_mut::<BICUBIC>().0.iter_mut().zip(values) {
+        let scaled = factor * value;
+        for (sum, value) in line.iter_mut().zip(values) {
+            *sum += scaled * value;
+        }
+    }
+}
+
+/// The same for any number of values.
+fn add_any_products(products: &mut [f64], factor: f64, values: &[f64]) {
+    for (line, value) in products.chunks_exact_mut(values.len()).zip(values) {
+        let scaled = factor * value;
+        for (sum, value) in line.iter_mut().zip(values) {
+            *sum += scaled * value;
         }
     }
 }

@@ -1,13 +1,17 @@
 //! The method "fit": an ordered map gives parameters, least squares give the surface.
 
-use glam::{DVec2, DVec3};
+use std::cmp::Ordering;
 
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::outline;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::{Aspect, ReconstructOptions, Reconstruction};
 use crate::error::Result;
-use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate};
-use crate::point_cloud::{Bounds, Normalization};
-use crate::progress::Observer;
+use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate, bounded};
+use crate::point_cloud::{self, Bounds, Normalization};
+use crate::progress::{Observer, Silent};
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
 /// Points that the map learns from: more would not move it visibly.
@@ -43,14 +47,17 @@ pub(super) fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
-    let frame = Normalization::within(bounds);
-    let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
-    let sample = evenly_ordered(&local, MAP_POINTS);
+    let frame = Normalization::of(points);
+    let order = outwards(points, &frame);
+    let local: Vec<DVec3> =
+        order.iter().map(|&index| frame.apply(points[index as usize])).collect();
+    let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(points.len()));
     let start = OrderedStart::of(&sample, budget, options, observer)?;
     clock.lap("ordering");
     let map = learn(&sample, &start, observer)?;
-    let uv = parametrize(&map, &local, observer)?;
+    let places = map.parametrize(&local, EXTRAPOLATION, observer)?;
+    let uv = bounded(&places, options.topology.closed());
     clock.lap("training");
     let degree = |side: usize| options.degree.min(side - 1);
     let approximation = ApproximateOptions {
@@ -66,7 +73,8 @@ pub(super) fn reconstruct(
     clock.lap("fitting");
     let surface = found.surface.map_control_points(|point| frame.undo(point))?;
     let distances: Vec<f64> = found.distances.iter().map(|d| d / frame.scale).collect();
-    let som = in_own_frame(&map, &sample, &frame, observer)?;
+    let (uv, distances) = (restored(&found.uv, &order), restored(&distances, &order));
+    let som = in_own_frame(&map, &sample, &frame)?;
     let far = |tolerance| distances.iter().filter(|distance| **distance > tolerance).count();
     let warnings =
         shortcomings(found.ended_by, options.tolerance, options.tolerance.map_or(0, far));
@@ -86,7 +94,7 @@ pub(super) fn reconstruct(
         warnings,
         times: clock.times(),
     };
-    Ok(Reconstruction { surface, som, uv: found.uv, distances, report })
+    Ok(Reconstruction { surface, som, uv, distances, report })
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.
@@ -114,17 +122,33 @@ fn shortcomings(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Vec<St
     vec![format!("{far} points lie farther than the tolerance {tolerance} from the surface; {why}")]
 }
 
-/// At most `count` of the points, at equal steps in the order of their distance from the centroid:
-/// which ones, depends neither on their order nor on how the cloud lies in space.
-fn evenly_ordered(points: &[DVec3], count: usize) -> Vec<DVec3> {
-    let centre = crate::point_cloud::centroid(points);
-    let mut keyed: Vec<(f64, DVec3)> =
-        points.iter().map(|&point| (point.distance_squared(centre), point)).collect();
-    let coordinates = |a: &DVec3, b: &DVec3| {
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+/// The order of the points by their distance from the centroid, the farthest first: equal steps in
+/// it are spread evenly over the cloud, and depend neither on how the points were ordered nor on how
+/// they lie in space.
+fn outwards(points: &[DVec3], frame: &Normalization) -> Vec<u32> {
+    let centre = point_cloud::centroid(points);
+    let key = |(index, point): (u32, &DVec3)| {
+        let local = frame.scale * (*point - centre);
+        (local.length_squared(), index)
     };
-    keyed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| coordinates(&a.1, &b.1)));
-    every(&keyed, count).map(|(_, point)| *point).collect()
+    let mut keyed: Vec<(f64, u32)> = (0..).zip(points).map(key).collect();
+    let coordinates = |index: u32| points[index as usize].to_array();
+    keyed.par_sort_unstable_by(|a, b| {
+        let [x, y] = [a, b].map(|key| coordinates(key.1));
+        let places = x.iter().zip(&y).map(|(x, y)| x.total_cmp(y));
+        let equal = b.0.total_cmp(&a.0);
+        places.fold(equal, Ordering::then).then(a.1.cmp(&b.1))
+    });
+    keyed.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Brings what belongs to points in an order back into that of the points.
+fn restored<T: Copy + Default>(values: &[T], order: &[u32]) -> Vec<T> {
+    let mut restored = vec![T::default(); values.len()];
+    for (value, &index) in values.iter().zip(order) {
+        restored[index as usize] = *value;
+    }
+    restored
 }
 
 /// At most `count` items at equal steps.
@@ -154,12 +178,9 @@ impl OrderedStart {
         if options.topology == Topology::Sheet {
             let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
             if let Some(places) = som::unroll(&few, observer)? {
-                let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
-                let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
-                let size = high - low;
-                let net = split(size.x / size.y);
-                let lattice = lattice(net, few.len().max(sample.len()), options.topology)?;
-                let uv: Vec<DVec2> = places.iter().map(|&p| (p - low) / size).collect();
+                let (uv, aspect) = outline::unit_square(&places);
+                let net = split(aspect);
+                let lattice = lattice(net, sample.len(), options.topology)?;
                 let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
                 return Ok(Self { lattice, nodes, net });
             }
@@ -174,11 +195,11 @@ impl OrderedStart {
 
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.
 fn split(budget: usize, aspect: f64) -> (usize, usize) {
-    let side = (budget as f64).sqrt();
     let most = (budget / LEAST_SIDE).max(LEAST_SIDE);
-    let rows = ((side * aspect.sqrt()).round() as usize).clamp(LEAST_SIDE, most);
-    let cols = (budget as f64 / rows as f64).round() as usize;
-    (rows, cols.max(LEAST_SIDE))
+    let rows = ((budget as f64 * aspect).sqrt().round() as usize).clamp(LEAST_SIDE, most);
+    let cols = (budget / rows).max(LEAST_SIDE);
+    // What is left over may be enough for another row.
+    ((budget / cols).max(LEAST_SIDE), cols)
 }
 
 /// A lattice like the net, but with few enough nodes for the points.
@@ -222,25 +243,4 @@ fn in_own_frame(
     own.change = map.change.map(|change| change / frame.scale);
     own.error = map.error.map(|error| error / frame.scale);
     Ok(own)
-}
-
-/// Each point's place on the map, in [0, 1]²: in open directions from the first point to the last.
-fn parametrize(
-    map: &SelfOrganizingMap,
-    points: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<Vec<DVec2>> {
-    let mut uv = map.parametrize(points, EXTRAPOLATION, observer)?;
-    let closed: [bool; 2] = map.lattice.topology().closed().into();
-    for d in 0..2 {
-        if closed[d] {
-            continue;
-        }
-        let ends = |(low, high): (f64, f64), uv: &DVec2| (low.min(uv[d]), high.max(uv[d]));
-        let (low, high) = uv.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
-        let size = high - low;
-        let place = |at: f64| if size > 0.0 { ((at - low) / size).clamp(0.0, 1.0) } else { 0.5 };
-        uv.iter_mut().for_each(|uv| uv[d] = place(uv[d]));
-    }
-    Ok(uv)
 }

@@ -2,6 +2,7 @@
 
 mod fitted;
 mod options;
+mod outline;
 mod paper;
 mod report;
 

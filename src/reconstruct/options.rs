@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result, positive};
 use crate::nurbs::{OrderedSurface, check_degree};
-use crate::som::Topology;
+use crate::som::{Lattice, Topology};
 
 /// How to reconstruct; the default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,8 +17,8 @@ pub struct ReconstructOptions {
     pub surface: OrderedSurface,
     /// Rows and columns of the control net. [`Method::Fit`] takes their product as a budget, and
     /// splits it as `aspect` says; `None`: as `tolerance` says. [`Method::Paper`] takes them as
-    /// those of the lattice; `None`: see [`Lattice::for_points`](crate::som::Lattice::for_points), but
-    /// no more of a Bézier surface than it can have.
+    /// those of the lattice; `None`: see [`Lattice::for_points`](crate::som::Lattice::for_points),
+    /// but no more of a Bézier surface than it can have.
     pub grid: Option<(usize, usize)>,
     /// Degree of the surface in both directions, lowered where the net has too few rows or
     /// columns for it.
@@ -75,9 +75,10 @@ impl Default for ReconstructOptions {
 }
 
 impl ReconstructOptions {
-    /// Refuses what no method can work with.
+    /// Refuses what no method can work with, and what the method has no use for.
     pub(super) fn check(&self) -> Result<()> {
         check_degree(self.degree)?;
+        self.check_use()?;
         if let Some(tolerance) = self.tolerance {
             positive("tolerance", tolerance)?;
         }
@@ -87,20 +88,48 @@ impl ReconstructOptions {
             }
         }
         if let Some((rows, cols)) = self.grid {
-            let fine = rows >= 2 && cols >= 2;
-            let few = rows.checked_mul(cols).is_some_and(|count| count <= MOST_CONTROL_POINTS);
-            if !(fine && few) {
-                let must = format!(
-                    "(rows, cols) of at least (2, 2), at most {MOST_CONTROL_POINTS} nodes in all"
-                );
-                return Err(Error::parameter("grid", must, format!("{:?}", (rows, cols))));
-            }
+            // The limits of a net are those of a lattice.
+            Lattice::quad(rows, cols)?;
         }
         if !(4..=MOST_CONTROL_POINTS).contains(&self.max_control_points) {
             let must = format!("from 4 to {MOST_CONTROL_POINTS}");
             return Err(Error::parameter("max_control_points", must, self.max_control_points));
         }
         Ok(())
+    }
+}
+
+impl ReconstructOptions {
+    /// Refuses options of another method, which would have no effect.
+    fn check_use(&self) -> Result<()> {
+        let standard = Self { method: self.method, ..Self::default() };
+        let (other, useless) = match self.method {
+            Method::Fit => (
+                Method::Paper,
+                [
+                    ("surface", self.surface != standard.surface),
+                    ("max_steps", self.max_steps.is_some()),
+                    ("reach", self.reach.is_some()),
+                    ("min_change", self.min_change.is_some()),
+                ],
+            ),
+            Method::Paper => (
+                Method::Fit,
+                [
+                    ("tolerance", self.tolerance.is_some()),
+                    ("topology", self.topology != standard.topology),
+                    ("fairness", self.fairness.is_some()),
+                    ("border", self.border.is_some()),
+                ],
+            ),
+        };
+        match useless.into_iter().find(|(_, given)| *given) {
+            Some((name, _)) => {
+                let must = format!("left out unless method is '{}'", other.name());
+                Err(Error::parameter(name, must, format!("method '{}'", self.method.name())))
+            }
+            None => Ok(()),
+        }
     }
 }
 

@@ -11,8 +11,8 @@ use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions};
 
-/// A Kohonen network learns the points (the paper's section 4), and its lattice becomes a surface
-/// (section 5).
+/// A Kohonen network learns the points (the paper's section 4), and its lattice becomes the control
+/// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
 pub(super) fn reconstruct(
     points: &[DVec3],
     bounds: &Bounds,

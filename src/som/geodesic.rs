@@ -19,7 +19,7 @@ use crate::progress::{self, Listen, Observer, Stage};
 const NEIGHBORS: usize = 8;
 
 /// Points from which distances to all others are found.
-const LANDMARKS: usize = 120;
+const LANDMARKS: usize = 60;
 
 /// Points whose nearest ones are found between two reports: a few milliseconds.
 const POINTS_PER_REPORT: usize = 256;
@@ -228,7 +228,7 @@ fn straighten(places: &[DVec2]) -> Vec<DVec2> {
 }
 
 /// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-fn hull(places: &[DVec2]) -> Vec<DVec2> {
+pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = places.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |places: &mut dyn Iterator<Item = DVec2>| {

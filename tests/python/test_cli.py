@@ -19,8 +19,18 @@ import neurbs
 from neurbs import cli
 
 COMMAND = [sys.executable, "-m", "neurbs"]
-QUICK = ["--grid", "6", "5"]
-ENDLESS = ["--grid", "50", "50", "--max-steps", str(10**12), "--min-change", "1e-300"]
+QUICK = ["--method", "paper", "--grid", "6", "5"]
+ENDLESS = [
+    "--method",
+    "paper",
+    "--grid",
+    "50",
+    "50",
+    "--max-steps",
+    str(10**12),
+    "--min-change",
+    "1e-300",
+]
 """Options of a job that only Ctrl-C ends."""
 
 
@@ -107,7 +117,15 @@ def test_json_has_no_infinite_numbers(
     points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done = Outcome(
-        capsys, "reconstruct", points_file, "-o", tmp_path / "a.obj", "--json", "--max-steps", "1"
+        capsys,
+        "reconstruct",
+        points_file,
+        "-o",
+        tmp_path / "a.obj",
+        "--json",
+        *QUICK,
+        "--max-steps",
+        "1",
     )
     assert done.code == 0
     assert done.err.startswith("neurbs: warning: training ended after max_steps=1 steps")
@@ -340,7 +358,17 @@ def on_terminal(*arguments: str | Path, interrupt: bool = False) -> tuple[int, s
 
 @posix
 def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
-    words = ["--grid", "60", "60", "--max-steps", "100000", "--min-change", "1e-300"]
+    words = [
+        "--method",
+        "paper",
+        "--grid",
+        "60",
+        "60",
+        "--max-steps",
+        "100000",
+        "--min-change",
+        "1e-300",
+    ]
     code, out, err = on_terminal("reconstruct", points_file, "-o", tmp_path / "a.obj", *words)
     assert code == 0
     assert "60 × 60" in out

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(not CLOUDS, reason="NEURBS_DATA names no folder 
 @pytest.mark.parametrize("path", CLOUDS, ids=lambda path: path.stem)
 def test_the_lattice_spreads_over_the_points(path: Path) -> None:
     points = neurbs.read_points(path)
-    result = neurbs.reconstruct(points, grid=(20, 20))
+    result = neurbs.reconstruct(points, method="paper", grid=(20, 20))
     report = result.report
     assert report.points == len(points)
     assert report.converged

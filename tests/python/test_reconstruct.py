@@ -24,7 +24,7 @@ JACKSBORO = Path(__file__).parents[2] / "examples" / "jacksboro.xyz"
 def test_terrain_becomes_a_surface() -> None:
     points = neurbs.read_points(JACKSBORO)
     assert len(points) == 4000
-    result = neurbs.reconstruct(points)
+    result = neurbs.reconstruct(points, method="paper")
     assert result.report.converged
     assert result.report.stopped_by == "settled"
     assert result.som is not None
@@ -37,6 +37,45 @@ def test_terrain_becomes_a_surface() -> None:
     assert len(np.unique(np.sign(result.mesh.normals[:, 2]))) == 1
 
 
+def test_a_fit_tells_how_good_it_is(terrain_points: Points) -> None:
+    result = neurbs.reconstruct(terrain_points, tolerance=2.0)
+    report = result.report
+    assert report.ended_by == "tolerance"
+    assert report.within == 1.0
+    assert result.distances.max() == report.max <= 2.0
+    assert report.percentiles[50] == np.sort(result.distances)[len(terrain_points) // 2 - 1]
+    places = result.surface.evaluate(result.uv)
+    distances = np.linalg.norm(places - terrain_points, axis=1)
+    np.testing.assert_allclose(distances, result.distances, atol=1e-9)
+    nearest = result.surface.closest_points(terrain_points).distances
+    assert (nearest <= result.distances + 1e-9).all()
+    for words in ("rms", "control points", "100 % within the tolerance", "fitting"):
+        assert words in str(report)
+
+
+def test_what_cannot_be_held_is_a_warning(terrain_points: Points) -> None:
+    with pytest.warns(ConvergenceWarning, match=r"points lie farther than the tolerance 1e-06"):
+        result = neurbs.reconstruct(terrain_points, tolerance=1e-6, max_control_points=50)
+    assert not result.report.converged
+    assert result.report.ended_by == "max_control_points"
+    assert result.report.warnings
+
+
+@pytest.mark.parametrize("topology", ["sheet", "tube", "torus"])
+def test_topologies_close_what_they_should(topology: str, rng: np.random.Generator) -> None:
+    u, v = rng.random((2, 900))
+    a, b = 2 * np.pi * u, 2 * np.pi * v
+    r = 1 + 0.3 * np.cos(b)
+    points = {
+        "sheet": np.column_stack([u, v, u * v]),
+        "tube": np.column_stack([np.cos(a), np.sin(a), 3 * v]),
+        "torus": np.column_stack([r * np.cos(a), r * np.sin(a), 0.3 * np.sin(b)]),
+    }[topology]
+    result = neurbs.reconstruct(points, topology=topology, grid=(12, 12))
+    assert result.surface.closed == (topology != "sheet", topology == "torus")
+    assert result.report.rms < 1e-3
+
+
 def test_defaults_are_those_of_the_core() -> None:
     ours = inspect.signature(neurbs.reconstruct).parameters
     options = {name: p.default for name, p in ours.items() if name not in ("points", "progress")}
@@ -47,7 +86,7 @@ def test_defaults_are_those_of_the_core() -> None:
 
 def test_equal_seeds_give_equal_bits(terrain_points: Points) -> None:
     def net(seed: int) -> Points:
-        result = neurbs.reconstruct(terrain_points, grid=(6, 7), seed=seed)
+        result = neurbs.reconstruct(terrain_points, method="paper", grid=(6, 7), seed=seed)
         return result.surface.control_points
 
     np.testing.assert_array_equal(net(5), net(5))
@@ -60,7 +99,8 @@ def test_the_report_is_plain(result: Reconstruction) -> None:
     assert report["grid"] == [rows, cols]
     assert report["points"] == len(result.points)
     assert report["converged"] is True
-    assert set(report["seconds"]) == {"training", "tessellation"}
+    assert set(report["seconds"]) == {"ordering", "training", "fitting", "tessellation"}
+    assert report["percentiles"][50] <= report["rms"] <= report["max"]
 
 
 FEW = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]
@@ -92,8 +132,9 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
 @pytest.mark.parametrize(
     ("option", "value", "message"),
     [
-        ("method", "fit", "method must be 'paper', got 'fit'"),
-        ("method", 3, "method must be 'paper', got 3"),
+        ("method", "best", "method must be 'fit' or 'paper', got 'best'"),
+        ("method", 3, "method must be 'fit' or 'paper', got 3"),
+        ("tolerance", 0.1, "tolerance must be left out unless method is 'fit', got method 'paper'"),
         ("grid", (1, 5), r"grid must be \(rows, cols\) of at least \(2, 2\)"),
         ("grid", (10**6, 10**6), "nodes in all, got .1000000, 1000000., about 512000 GB of memory"),
         ("grid", (2**40, 2**40), "at most 16777216 nodes in all"),
@@ -116,22 +157,25 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
 )
 def test_options_out_of_range_are_refused(option: str, value: object, message: str) -> None:
     with pytest.raises(NeurbsError, match=message):
-        neurbs.reconstruct(FEW, **{option: value})  # type: ignore[arg-type]
+        neurbs.reconstruct(FEW, **{"method": "paper", option: value})  # type: ignore[arg-type]
 
 
 def test_the_lattice_is_interpolated_or_a_bezier_net(terrain_points: Points) -> None:
-    through = neurbs.reconstruct(terrain_points, surface="interpolate", grid=(12, 9))
+    through = neurbs.reconstruct(
+        terrain_points, method="paper", surface="interpolate", grid=(12, 9)
+    )
     assert through.som is not None
     lattice = through.som.codebook_
     distances = through.surface.closest_points(lattice.reshape(-1, 3)).distances
     assert distances.max() < 1e-9 * through.report.diagonal
-    bezier = neurbs.reconstruct(terrain_points, surface="bezier", grid=(8, 10))
+    bezier = neurbs.reconstruct(terrain_points, method="paper", surface="bezier", grid=(8, 10))
     assert bezier.som is not None
     assert bezier.surface.degree == bezier.report.degree == (7, 9)
     np.testing.assert_array_equal(bezier.surface.control_points, bezier.som.codebook_)
-    assert neurbs.reconstruct(terrain_points, surface="bezier").report.grid == (10, 10)
+    derived = neurbs.reconstruct(terrain_points, method="paper", surface="bezier")
+    assert derived.report.grid == (10, 10)
     with pytest.raises(NeurbsError, match=r"grid must be from 2 to 10 rows and columns .*11, 4"):
-        neurbs.reconstruct(terrain_points, surface="bezier", grid=(11, 4))
+        neurbs.reconstruct(terrain_points, method="paper", surface="bezier", grid=(11, 4))
 
 
 def test_ordered_points_need_no_network() -> None:
@@ -169,7 +213,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
         limit = 4 << 30
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
         for job in (
-            lambda: neurbs.reconstruct(points, grid=(4000, 4000)),
+            lambda: neurbs.reconstruct(points, method="paper", grid=(4000, 4000)),
             lambda: neurbs.SelfOrganizingMap(4000, 4000).fit(points),
         ):
             try:
@@ -186,7 +230,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
 
 def test_lists_and_arrays_do_as_well_as_tuples(terrain_points: Points) -> None:
     for grid in ([6, 7], np.array([6, 7])):
-        result = neurbs.reconstruct(terrain_points, grid=grid)  # type: ignore[arg-type]
+        result = neurbs.reconstruct(terrain_points, grid=grid, aspect="fixed")  # type: ignore[arg-type]
         assert result.report.grid == (6, 7)
 
 
@@ -201,7 +245,7 @@ def test_other_exceptions_pass_through() -> None:
 
 def test_too_few_steps_are_a_warning(terrain_points: Points) -> None:
     with pytest.warns(ConvergenceWarning, match="max_steps=500 steps, while the lattice still"):
-        result = neurbs.reconstruct(terrain_points, grid=(6, 6), max_steps=500)
+        result = neurbs.reconstruct(terrain_points, method="paper", grid=(6, 6), max_steps=500)
     assert not result.report.converged
     assert result.som is not None
     assert not result.som.converged_
@@ -209,7 +253,7 @@ def test_too_few_steps_are_a_warning(terrain_points: Points) -> None:
 
 def test_progress_is_told(terrain_points: Points) -> None:
     seen: list[Progress] = []
-    neurbs.reconstruct(terrain_points, grid=(20, 20), progress=seen.append)
+    neurbs.reconstruct(terrain_points, method="paper", grid=(20, 20), progress=seen.append)
     assert [s.stage for s in seen[:1]] == ["checking"]
     assert {s.stage for s in seen} == {"checking", "training", "measuring", "tessellation"}
     assert all(0 <= s.step <= s.total for s in seen)
@@ -239,7 +283,7 @@ def test_other_threads_run_meanwhile() -> None:
 
     thread = threading.Thread(target=count)
     thread.start()
-    neurbs.reconstruct(points, grid=(30, 30), max_steps=200_000, min_change=1.0)
+    neurbs.reconstruct(points, method="paper", grid=(30, 30), max_steps=200_000)
     done.set()
     thread.join()
     # With the GIL held there would be none but the first and the last.
@@ -247,14 +291,17 @@ def test_other_threads_run_meanwhile() -> None:
 
 
 LONG_JOBS = {
-    "reconstruct": "neurbs.reconstruct(points, max_steps=10**12, min_change=1e-12)",
+    "reconstruct": "neurbs.reconstruct(points, method='paper', max_steps=10**12, min_change=1e-12)",
     "fit": "neurbs.SelfOrganizingMap(epochs=10**9, min_change=1e-300).fit(points)",
     "fit a large lattice": "neurbs.SelfOrganizingMap(1500, 1500, epochs=99).fit(points)",
     "check points": "[neurbs.reconstruct(line) for _ in range(100)]",
     "geodesic": "[neurbs.SelfOrganizingMap(init='geodesic').fit(points) for _ in range(100)]",
     "measure": "[som.topographic_error(cloud) for _ in range(100)]",
-    "a large lattice": "neurbs.reconstruct(points, grid=(2000, 2000))",
-    "all points reached": "neurbs.reconstruct(many, reach=10.0, max_steps=10**12, grid=(300, 300))",
+    "a large lattice": "neurbs.reconstruct(points, method='paper', grid=(2000, 2000))",
+    "all points reached": (
+        "neurbs.reconstruct(many, method='paper', reach=10.0, max_steps=10**12, grid=(300, 300))"
+    ),
+    "fit a surface": "neurbs.reconstruct(many, grid=(120, 120))",
     "evaluate": "[surface.evaluate(uv) for _ in range(1000)]",
     "tessellate": "surface.tessellate(shape=(7000, 7000))",
     "tessellate within a tolerance": "surface.tessellate(1e-6, relative=True)",
@@ -322,4 +369,4 @@ def test_ctrl_c_is_not_swallowed_by_a_callback(terrain_points: Points) -> None:
         signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        neurbs.reconstruct(terrain_points, progress=interrupt, max_steps=10**9, min_change=1e-12)
+        neurbs.reconstruct(terrain_points, progress=interrupt)

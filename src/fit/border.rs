@@ -1,0 +1,155 @@
+//! Where the points end: straight sides around parameters.
+
+use glam::DVec2;
+
+/// Least width of the domain between two sides, as a share of its mean: sides that lean more
+/// towards each other are those of no quadrilateral.
+const LEAST_WIDTH: f64 = 0.6;
+
+/// Strips that a side's points are sorted into. Within one a straight line leaves out nothing that
+/// could be seen.
+const STRIPS: usize = 1 << 12;
+
+/// Turns in which both directions are bounded: the sides of one lean on those of the other.
+const TURNS: usize = 2;
+
+/// Parameters brought into the unit square: on either side of an open direction the straight line
+/// that has all of them behind it, and leaves least between, becomes a side of the square. Closed
+/// directions stay as they are.
+///
+/// ```
+/// use neurbs::{DVec2, fit::bounded};
+/// let leaning = [(0.0, 0.0), (2.0, 1.0), (0.5, 2.0), (2.5, 3.0)].map(|(u, v)| DVec2::new(u, v));
+/// let uv = bounded(&leaning, (false, false));
+/// assert!(uv[0].distance(DVec2::ZERO) < 1e-12 && uv[3].distance(DVec2::ONE) < 1e-12);
+/// ```
+#[must_use]
+pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
+    let mut uv = uv.to_vec();
+    for _ in 0..TURNS {
+        for (d, closed) in [closed.0, closed.1].into_iter().enumerate() {
+            if !closed {
+                bound(&mut uv, d);
+            }
+        }
+    }
+    uv
+}
+
+/// Bounds direction d.
+fn bound(uv: &mut [DVec2], d: usize) {
+    let across = |uv: &DVec2| uv[1 - d];
+    let low = Side::under(uv.iter().map(|uv| (across(uv), uv[d])));
+    let high = Side::under(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
+    let (start, end) = extremes(uv.iter().map(across));
+    let width = |at: f64| high.at(at) - low.at(at);
+    let mean = width(0.5 * (start + end));
+    let (low, high) = if width(start).min(width(end)) >= LEAST_WIDTH * mean {
+        (low, high)
+    } else {
+        let (least, most) = extremes(uv.iter().map(|uv| uv[d]));
+        (Side::level(least), Side::level(most))
+    };
+    for uv in uv {
+        let at = uv[1 - d];
+        let size = high.at(at) - low.at(at);
+        uv[d] = if size > 0.0 { ((uv[d] - low.at(at)) / size).clamp(0.0, 1.0) } else { 0.5 };
+    }
+}
+
+fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
+
+/// The lowest place in each of the strips that x is cut into: of many places those that matter.
+fn lowest(places: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
+    let (start, end) = extremes(places.clone().map(|place| place.0));
+    let scale = STRIPS as f64 / (end - start).max(f64::MIN_POSITIVE);
+    let mut strips: Vec<Option<(f64, f64)>> = vec![None; STRIPS + 1];
+    for place in places {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let strip = &mut strips[(((place.0 - start) * scale) as usize).min(STRIPS)];
+        if strip.is_none_or(|lowest| place.1 < lowest.1) {
+            *strip = Some(place);
+        }
+    }
+    strips.into_iter().flatten().collect()
+}
+
+/// A straight line, y over x.
+#[derive(Clone, Copy)]
+struct Side {
+    height: f64,
+    slope: f64,
+}
+
+impl Side {
+    fn level(height: f64) -> Self {
+        Self { height, slope: 0.0 }
+    }
+
+    fn at(self, x: f64) -> f64 {
+        self.height + self.slope * x
+    }
+
+    fn negated(self) -> Self {
+        Self { height: -self.height, slope: -self.slope }
+    }
+
+    /// The line under all places (x, y) that leaves least area between: it carries the edge of
+    /// their convex hull that lies under the middle.
+    fn under(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+        let mut places = lowest(places);
+        places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let middle = 0.5 * (places[0].0 + places[places.len() - 1].0);
+        let mut chain: Vec<(f64, f64)> = Vec::new();
+        for place in places {
+            while let [.., a, b] = chain[..] {
+                if (b.0 - a.0) * (place.1 - a.1) - (b.1 - a.1) * (place.0 - a.0) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(place);
+        }
+        let spans = |edge: &&[(f64, f64)]| edge[0].0 <= middle && middle <= edge[1].0;
+        match chain.windows(2).find(spans) {
+            Some(&[a, b]) if b.0 > a.0 => {
+                let slope = (b.1 - a.1) / (b.0 - a.0);
+                Self { height: a.1 - slope * a.0, slope }
+            }
+            _ => Self::level(chain.iter().map(|place| place.1).fold(f64::INFINITY, f64::min)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_parameter_is_left_outside_and_every_side_is_touched() {
+        let uv: Vec<DVec2> = (0..400)
+            .map(|i| {
+                let (x, y) = (f64::from(i * 7 % 400) / 400.0, f64::from(i) / 400.0);
+                DVec2::new(3.0 * x + 0.4 * y, 2.0 * y - 0.3 * x + 5.0)
+            })
+            .collect();
+        let found = bounded(&uv, (false, false));
+        for d in 0..2 {
+            let (low, high) = extremes(found.iter().map(|uv| uv[d]));
+            assert!((low, high) == (0.0, 1.0), "{low} {high}");
+            let touching = |end: f64| found.iter().filter(|uv| (uv[d] - end).abs() < 1e-9).count();
+            assert!(touching(0.0) >= 2 && touching(1.0) >= 2);
+        }
+    }
+
+    #[test]
+    fn round_outlines_get_level_sides() {
+        let uv: Vec<DVec2> = (0..60)
+            .map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 60.0))
+            .collect();
+        let found = bounded(&uv, (false, false));
+        assert!(found[0].distance(DVec2::new(1.0, 0.5)) < 0.05, "{}", found[0]);
+    }
+}

@@ -1,0 +1,347 @@
+//! A fit in progress: solutions for the net in turns with corrections of the parameters.
+
+use glam::{DVec2, DVec3};
+
+use super::approximate::{ApproximateOptions, Approximation};
+use super::band::Band;
+use super::border::bounded;
+use super::correct::{Foot, Tangents, feet};
+use super::cross_validation;
+use super::fairness;
+use super::growth::EndedBy;
+use super::normal_equations::{NormalEquations, Sample};
+use super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// Order of the derivatives whose energy is kept small. Third derivatives leave quadratics free,
+/// which bend as most surfaces do.
+const ORDER: usize = 3;
+
+/// Order for so few points that a quadratic through them would be far from their surface, and how
+/// few they are for each control point.
+const ORDER_OF_FEW: usize = 2;
+const FEW: usize = 2;
+
+/// Weight of distances across the normal. Less lets the net slide away, more is plain distance,
+/// which converges slowly.
+const TANGENTIAL: f64 = 0.01;
+
+/// Weight of the fairness at the first solution, and the share of it that is left after each with a
+/// coarse net and each with the whole. Without it the first iterations, whose parameters are rough,
+/// run away; with much more, folded sheets are drawn flat.
+const FIRST_FAIRNESS: f64 = 1.0;
+pub(super) const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
+
+/// Least weight of the fairness: enough to hold control points that no point holds; and what few
+/// points get, which cannot tell.
+const LEAST_FAIRNESS: f64 = 1e-4;
+const FAIRNESS_OF_FEW: f64 = 0.01;
+
+/// Steps towards the foot between two solutions, and from parameters that were left behind.
+pub(super) const STEPS: usize = 2;
+const STEPS_OF_STRAGGLERS: usize = 8;
+
+/// Points for each control point that are looked at while a surface takes shape: more would not
+/// change the shape, but the noise in it.
+const ENOUGH: usize = 40;
+
+/// Iterations end when the error falls by less than this share.
+const CONVERGED: f64 = 0.02;
+
+/// Iterations go on beyond their limit, up to so many times, while the error falls under this share
+/// of what it was: where a surface passes through all points they converge ever faster.
+const CONVERGING: f64 = 0.7;
+const MOST_TIMES: usize = 4;
+
+/// Solutions with each net at least.
+const LEAST_ITERATIONS: usize = 3;
+
+/// Iterations at which cross-validation is asked: when the net has taken shape, and when the
+/// parameters have followed.
+const ASKED: [usize; 2] = [1, 4];
+
+/// A share of the diagonal that is added to it: what rounding could make negative.
+const RIDGE: f64 = 1e-14;
+
+/// Samples of each isocurve that lengths are measured on.
+const LENGTH_SAMPLES: usize = 24;
+
+/// A fit in progress.
+pub(super) struct Fitting<'a> {
+    pub(super) points: &'a [DVec3],
+    weights: Option<&'a [f64]>,
+    pub(super) uv: Vec<DVec2>,
+    pub(super) closed: [bool; 2],
+    /// Only each so manieth point is looked at.
+    stride: usize,
+    fixed: Option<f64>,
+    /// What cross-validation has found last.
+    pub(super) score: Option<cross_validation::Score>,
+    /// The weight that falls from solution to solution.
+    falling: f64,
+    iterations: usize,
+    total: usize,
+    observer: &'a mut dyn Observer,
+}
+
+impl<'a> Fitting<'a> {
+    pub(super) fn new(
+        points: &'a [DVec3],
+        uv: &[DVec2],
+        weights: Option<&'a [f64]>,
+        options: &ApproximateOptions,
+        observer: &'a mut dyn Observer,
+    ) -> Self {
+        Self {
+            points,
+            weights,
+            uv: uv.to_vec(),
+            closed: options.closed.into(),
+            stride: 1,
+            fixed: options.fairness,
+            score: None,
+            falling: FIRST_FAIRNESS,
+            iterations: 0,
+            total: 2 * options.iterations,
+            observer,
+        }
+    }
+
+    /// Looks at no more points than a net of this size needs, at equal steps in their order.
+    pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
+        self.stride = (self.points.len() / (ENOUGH * space.unknowns())).max(1);
+    }
+
+    /// Looks at all points from now on; says whether it did not before.
+    pub(super) fn look_at_all(&mut self, surface: &NurbsSurface) -> bool {
+        let news = self.stride > 1;
+        self.stride = 1;
+        if news {
+            self.correct(surface, STEPS_OF_STRAGGLERS);
+        }
+        news
+    }
+
+    /// The points looked at.
+    fn seen(&self) -> impl Iterator<Item = usize> + use<> {
+        (0..self.points.len()).step_by(self.stride)
+    }
+
+    pub(super) fn weight(&self, index: usize) -> f64 {
+        self.weights.map_or(1.0, |weights| weights[index])
+    }
+
+    /// The weight of the fairness that is aimed at.
+    fn aim(&self) -> f64 {
+        self.fixed.or(self.score.map(|score| score.fairness)).unwrap_or(LEAST_FAIRNESS)
+    }
+
+    fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Band {
+        let [p, q] = [0, 1].map(|d| space.knots[d].degree());
+        let few = self.points.len() < FEW * space.unknowns();
+        let order = if few { ORDER_OF_FEW } else { ORDER };
+        // Derivatives beyond the degree vanish.
+        fairness::energy(space, lengths, order.min(p.max(q)))
+    }
+
+    /// The surface by plain distances at the parameters as they are.
+    pub(super) fn first(&mut self, space: &SplineSpace) -> Result<NurbsSurface> {
+        let samples = self.samples(None);
+        self.solve_distances(space, &samples, &self.energy(space, (1.0, 1.0)), self.falling)
+    }
+
+    /// The points looked at, at their feet or, without, for plain distances at their parameters.
+    fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
+        let sample = |(place, index): (usize, usize)| {
+            let (point, weight) = (self.points[index], self.weight(index));
+            match feet.map(|feet| feet[place]) {
+                Some(foot) => {
+                    let free = !foot.border && foot.normal != DVec3::ZERO;
+                    let tangential = if free { TANGENTIAL } else { 1.0 };
+                    Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
+                }
+                None => {
+                    let (uv, normal) = (self.uv[index], DVec3::ZERO);
+                    Sample { point, uv, weight, normal, tangential: 1.0 }
+                }
+            }
+        };
+        self.seen().enumerate().map(sample).collect()
+    }
+
+    /// Solves with a net of its own, in turns with the feet, until the error stops falling.
+    pub(super) fn descend(
+        &mut self,
+        space: &SplineSpace,
+        from: NurbsSurface,
+        limit: usize,
+        left_of_fairness: f64,
+    ) -> Result<NurbsSurface> {
+        let energy = self.energy(space, lengths(&from));
+        let mut surface = from;
+        let mut error = f64::INFINITY;
+        for iteration in 0..MOST_TIMES * limit {
+            let feet = self.correct(&surface, STEPS);
+            let found = self.rms(&feet);
+            let settled = self.falling <= self.aim() && iteration >= LEAST_ITERATIONS.min(limit);
+            let most = if iteration < limit { 1.0 - CONVERGED } else { CONVERGING };
+            if settled && found > most * error || iteration >= limit && found > CONVERGING * error {
+                break;
+            }
+            error = found;
+            let samples = self.samples(Some(&feet));
+            if self.fixed.is_none() && ASKED.contains(&iteration) {
+                self.cross_validate(space, &samples, &energy)?;
+            }
+            surface = self.solve_tangents(space, &samples, &energy)?;
+            self.falling *= left_of_fairness;
+            self.iterations += 1;
+        }
+        Ok(surface)
+    }
+
+    fn cross_validate(
+        &mut self,
+        space: &SplineSpace,
+        samples: &[Sample],
+        energy: &Band,
+    ) -> Result<()> {
+        let near = self.score.map(|score| score.fairness);
+        match cross_validation::best(space, samples, energy, near)? {
+            Some(score) => self.score = Some(score),
+            // So few points cannot tell.
+            None => self.falling = self.falling.max(FAIRNESS_OF_FEW),
+        }
+        Ok(())
+    }
+
+    /// Goes on beyond the points by this many of their mean spacings, at open borders.
+    pub(super) fn widen(&mut self, surface: NurbsSurface, border: f64) -> Result<NurbsSurface> {
+        if border <= 0.0 || self.closed == [true, true] {
+            return Ok(surface);
+        }
+        let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
+        let space = SplineSpace::new(knots, self.closed)?;
+        let (length_u, length_v) = lengths(&surface);
+        let margin = border * (length_u * length_v / self.points.len() as f64).sqrt();
+        self.correct(&surface, STEPS);
+        self.uv = bounded(&self.uv, self.closed.into());
+        for (d, length) in [length_u, length_v].into_iter().enumerate() {
+            if !self.closed[d] {
+                let place = |at: f64| (at * length + margin) / (length + 2.0 * margin);
+                self.uv.iter_mut().for_each(|uv| uv[d] = place(uv[d]));
+            }
+        }
+        let energy = self.energy(&space, (length_u, length_v));
+        let samples = self.samples(None);
+        let surface = self.solve_distances(&space, &samples, &energy, self.aim().max(1e-3))?;
+        let feet = self.correct(&surface, STEPS);
+        self.solve_tangents(&space, &self.samples(Some(&feet)), &energy)
+    }
+
+    pub(super) fn finish(mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
+        let feet = self.correct(&surface, STEPS);
+        Approximation {
+            surface,
+            distances: feet.iter().map(|foot| foot.offset.length()).collect(),
+            fairness: self.aim(),
+            expected: self.score.map(|score| score.error),
+            iterations: self.iterations,
+            ended_by,
+            uv: self.uv,
+        }
+    }
+
+    /// Moves the parameters of the points looked at to their feet.
+    pub(super) fn correct(&mut self, surface: &NurbsSurface, steps: usize) -> Vec<Foot> {
+        let points: Vec<DVec3> = self.seen().map(|index| self.points[index]).collect();
+        let uv: Vec<DVec2> = self.seen().map(|index| self.uv[index]).collect();
+        let feet = feet(surface, self.closed, &points, &uv, steps);
+        self.seen().zip(&feet).for_each(|(index, foot)| self.uv[index] = foot.uv);
+        feet
+    }
+
+    /// Root of the mean square of the distances.
+    pub(super) fn rms(&self, feet: &[Foot]) -> f64 {
+        let squares = self.seen().zip(feet);
+        let squares =
+            squares.map(|(index, foot)| self.weight(index) * foot.offset.length_squared());
+        let weights: f64 = self.seen().map(|index| self.weight(index)).sum();
+        (squares.sum::<f64>() / weights).sqrt()
+    }
+
+    fn solve_distances(
+        &mut self,
+        space: &SplineSpace,
+        samples: &[Sample],
+        energy: &Band,
+        fairness: f64,
+    ) -> Result<NurbsSurface> {
+        let NormalEquations { mut matrix, mut right } =
+            NormalEquations::of_distances(space, samples);
+        let (said, size) = (matrix.trace(), space.unknowns());
+        matrix.add_scaled(fairness * said / energy.trace(), energy);
+        (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
+        self.factor(&mut matrix, space)?;
+        matrix.solve(&mut right);
+        let net: Vec<DVec3> = right.into_iter().map(DVec3::from_array).collect();
+        space.surface(&net)
+    }
+
+    fn solve_tangents(
+        &mut self,
+        space: &SplineSpace,
+        samples: &[Sample],
+        energy: &Band,
+    ) -> Result<NurbsSurface> {
+        let NormalEquations { mut matrix, right } =
+            NormalEquations::of_tangent_distances(space, samples);
+        let fairness = self.falling.max(self.aim());
+        let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
+        matrix.add_for_each_axis(fairness * said / energy.trace(), energy);
+        (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
+        self.factor(&mut matrix, space)?;
+        let mut net: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
+        matrix.solve(&mut net);
+        let net: Vec<DVec3> =
+            net.chunks(3).map(|p| DVec3::new(p[0][0], p[1][0], p[2][0])).collect();
+        space.surface(&net)
+    }
+
+    fn factor(&mut self, matrix: &mut Band, space: &SplineSpace) -> Result<()> {
+        let step = self.iterations.min(self.total) as u64;
+        let progress =
+            Progress::of_stage(Stage::Fitting, step, self.total as u64, self.points.len());
+        if matrix.factor(&mut || progress::report(self.observer, &progress))? {
+            return Ok(());
+        }
+        let [rows, cols] = space.shape();
+        let got = format!("{rows} × {cols} for {} points", self.points.len());
+        Err(Error::parameter("grid", "small enough for the points to hold it", got))
+    }
+}
+
+/// Mean lengths of the isocurves along u and along v, in the unit of the net.
+pub(super) fn lengths(surface: &NurbsSurface) -> (f64, f64) {
+    let count = LENGTH_SAMPLES;
+    let place = |knots: &KnotVector, i: usize| {
+        let (start, end) = knots.domain();
+        start + (end - start) * i as f64 / (count - 1) as f64
+    };
+    let at = |i: usize, j: usize| {
+        let uv = DVec2::new(place(surface.knots_u(), i), place(surface.knots_v(), j));
+        Tangents::at(surface, uv).point
+    };
+    let points: Vec<DVec3> = (0..count * count).map(|k| at(k / count, k % count)).collect();
+    let length = |from: usize, to: usize| points[from].distance(points[to]);
+    let (mut along_u, mut along_v) = (0.0, 0.0);
+    for i in 1..count {
+        for j in 0..count {
+            along_u += length((i - 1) * count + j, i * count + j);
+            along_v += length(j * count + i - 1, j * count + i);
+        }
+    }
+    (along_u / count as f64, along_v / count as f64)
+}

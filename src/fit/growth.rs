@@ -1,0 +1,119 @@
+//! Nets that grow until a tolerance holds, or until more control points would follow noise.
+
+use glam::DVec3;
+
+use super::correct::Foot;
+use super::fitting::{Fitting, STEPS, lengths};
+use super::refine;
+use super::space::SplineSpace;
+use crate::error::Result;
+use crate::nurbs::NurbsSurface;
+
+/// How far a net grows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Growth {
+    /// Until all points lie as near, in their unit; `None`: until cross-validation expects nothing
+    /// from more control points.
+    pub tolerance: Option<f64>,
+    /// Control points at most.
+    pub most: usize,
+}
+
+/// What ended the growth of a net.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndedBy {
+    /// All points lie within the tolerance.
+    Tolerance,
+    /// A larger net would follow the noise of the points, says cross-validation.
+    Noise,
+    /// The error is so small that a larger net would not be seen.
+    Exact,
+    /// The size of the net was given.
+    Grid,
+    /// The points cannot hold more control points.
+    Points,
+    /// As many control points as were allowed.
+    MaxControlPoints,
+}
+
+impl EndedBy {
+    /// The name, as Python and reports spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tolerance => "tolerance",
+            Self::Noise => "noise",
+            Self::Exact => "exact",
+            Self::Grid => "grid",
+            Self::Points => "points",
+            Self::MaxControlPoints => "max_control_points",
+        }
+    }
+}
+
+/// Solutions with a net that has grown, at most.
+const ITERATIONS: usize = 6;
+
+/// Share of its error that cross-validation must expect after growing at most, for the growth to
+/// go on.
+const LEAST_GAIN: f64 = 0.95;
+
+/// Least number of points for each control point of a net that grows.
+const POINTS_PER_CONTROL_POINT: usize = 4;
+
+/// Root mean square error, as a share of the diagonal of the points' box, below which nobody sees
+/// what more control points would do.
+const EXACT: f64 = 1e-5;
+
+impl Fitting<'_> {
+    /// Divides spans and solves again until the tolerance holds or something forbids more.
+    pub(super) fn grow(
+        &mut self,
+        mut surface: NurbsSurface,
+        growth: Growth,
+    ) -> Result<(NurbsSurface, EndedBy)> {
+        let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
+        let held = counted / POINTS_PER_CONTROL_POINT;
+        let exact = EXACT * extent(self.points);
+        loop {
+            let feet = self.correct(&surface, STEPS);
+            let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
+            let counts = |i: usize| self.weight(i) > 0.0;
+            let within = feet.iter().enumerate().all(|(i, foot)| !(far(foot) && counts(i)));
+            if within {
+                return Ok((surface, EndedBy::Tolerance));
+            }
+            if growth.tolerance.is_none() && self.rms(&feet) <= exact {
+                return Ok((surface, EndedBy::Exact));
+            }
+            let error = |foot: &Foot| if far(foot) { foot.offset.length_squared() } else { 0.0 };
+            let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
+            let space = SplineSpace::new(knots, self.closed)?;
+            let Some(finer) = refine::refined(&space, &feet, error, lengths(&surface))? else {
+                return Ok((surface, EndedBy::Points));
+            };
+            if finer.unknowns() > growth.most.min(held) {
+                let few = held < growth.most;
+                let by = if few { EndedBy::Points } else { EndedBy::MaxControlPoints };
+                return Ok((surface, by));
+            }
+            let before = (self.score, self.uv.clone());
+            let next = self.descend(&finer, surface.clone(), ITERATIONS, 1.0)?;
+            if let (Some(old), Some(new)) = (before.0, self.score)
+                && new.error > LEAST_GAIN * old.error
+            {
+                (self.score, self.uv) = before;
+                return Ok((surface, EndedBy::Noise));
+            }
+            surface = next;
+        }
+    }
+}
+
+/// The diagonal of the points' box.
+fn extent(points: &[DVec3]) -> f64 {
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let grow = |(low, high): (DVec3, DVec3), point: &DVec3| (low.min(*point), high.max(*point));
+    let (low, high) = points.iter().fold(empty, grow);
+    high.distance(low)
+}

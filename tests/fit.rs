@@ -1,0 +1,225 @@
+//! What must hold of fitted surfaces, whatever the points.
+
+use glam::{DMat3, DQuat, DVec2};
+use neurbs::fit::EndedBy;
+use neurbs::nurbs::ClosestPointSearch;
+use neurbs::point_cloud::Bounds;
+use neurbs::progress::{Progress, Silent};
+use neurbs::som::Topology;
+use neurbs::{DVec3, Error, NurbsSurface, ReconstructOptions, Reconstruction, Result, reconstruct};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+/// Numbers that look random, from 0 to 1: an additive recurrence spreads them evenly.
+fn scattered(count: usize) -> impl Iterator<Item = DVec2> {
+    let (a, b) = (0.754_877_666_246_693, 0.569_840_290_998_053);
+    (0..count).map(move |i| DVec2::new((0.5 + a * i as f64).fract(), (0.5 + b * i as f64).fract()))
+}
+
+/// A sheet rolled to two thirds of a cylinder, with a bump.
+fn rolled(count: usize) -> Vec<DVec3> {
+    let place = |at: DVec2| {
+        let (angle, z) = (at.x * TAU * 2.0 / 3.0, 2.0 * at.y);
+        let r = 1.0 + 0.2 * (-((angle - 2.0).powi(2) + (z - 1.1).powi(2)) / 0.3).exp();
+        DVec3::new(r * angle.cos(), r * angle.sin(), z)
+    };
+    scattered(count).map(place).collect()
+}
+
+/// A height field over a square.
+fn waves(count: usize) -> Vec<DVec3> {
+    let height = |at: DVec2| (3.0 * at.x).sin() * (2.0 * at.y).cos();
+    scattered(count).map(|at| at.extend(0.5 * height(at))).collect()
+}
+
+/// Noise of about this size, the same each time.
+fn noisy(points: &[DVec3], size: f64) -> Vec<DVec3> {
+    let wave = |i: usize, k: f64| (k * (i * i % 9973) as f64).sin() * 2.0_f64.sqrt() * size;
+    let noise = |i: usize| DVec3::new(wave(i, 1.7), wave(i, 2.9), wave(i, 0.83));
+    points.iter().enumerate().map(|(i, point)| *point + noise(i)).collect()
+}
+
+fn with_grid(points: &[DVec3], side: usize, topology: Topology) -> Reconstruction {
+    let options =
+        ReconstructOptions { grid: Some((side, side)), topology, ..ReconstructOptions::default() };
+    reconstruct(points, &options, &mut Silent).unwrap()
+}
+
+/// Largest distance of points from a surface.
+fn farthest(points: &[DVec3], surface: &NurbsSurface) -> f64 {
+    let search = ClosestPointSearch::new(surface).unwrap();
+    points.iter().map(|&point| search.closest_point(point).distance).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_rolled_sheet_is_fitted_and_its_distances_are_true() {
+    let points = rolled(1500);
+    let result = with_grid(&points, 12, Topology::Sheet);
+    let size = Bounds::of(&points).diagonal();
+    assert!(result.report.distances.rms < 2e-4 * size, "{:?}", result.report.distances);
+    let search = ClosestPointSearch::new(&result.surface).unwrap();
+    for ((point, distance), uv) in points.iter().zip(&result.distances).zip(&result.uv) {
+        let there = result.surface.point(uv.x, uv.y);
+        assert!((there.distance(*point) - distance).abs() < 1e-12);
+        assert!(search.closest_point(*point).distance <= distance + 1e-12);
+    }
+    // The budget follows the shape: about twice as long as wide.
+    let (rows, cols) = result.surface.shape();
+    assert!(rows > cols && (130..=144).contains(&(rows * cols)), "{rows} × {cols}");
+}
+
+#[test]
+fn tubes_and_tori_close_smoothly() {
+    let torus = |at: DVec2| {
+        let (a, b) = (TAU * at.x, TAU * at.y);
+        let r = 1.0 + 0.4 * b.cos();
+        DVec3::new(r * a.cos(), r * a.sin(), 0.4 * b.sin())
+    };
+    let points: Vec<DVec3> = scattered(2000).map(torus).collect();
+    let result = with_grid(&points, 12, Topology::Torus);
+    assert_eq!(result.surface.closed(), (true, true));
+    assert!(result.report.distances.max < 5e-4 * result.report.diagonal);
+
+    let tube = |at: DVec2| {
+        let (a, z) = (TAU * at.x, 3.0 * at.y);
+        let r = 1.0 + 0.2 * (2.0 * a).cos() * z.sin();
+        DVec3::new(r * a.cos(), r * a.sin(), z)
+    };
+    let points: Vec<DVec3> = scattered(2000).map(tube).collect();
+    let result = with_grid(&points, 12, Topology::Tube);
+    assert_eq!(result.surface.closed(), (true, false));
+    assert!(result.report.distances.max < 2e-3 * result.report.diagonal);
+}
+
+#[test]
+fn rigid_motion_and_scale_carry_over() {
+    let points = rolled(800);
+    let expected = with_grid(&points, 9, Topology::Sheet);
+    let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 0.7));
+    let (scale, offset) = (250.0, DVec3::new(1e4, -3e4, 5e3));
+    let moved: Vec<DVec3> = points.iter().map(|&p| scale * (turn * p) + offset).collect();
+    let got = with_grid(&moved, 9, Topology::Sheet);
+    let size = expected.report.diagonal;
+    let back: Vec<DVec3> = got
+        .surface
+        .control_points()
+        .iter()
+        .map(|p| turn.transpose() * (*p - offset) / scale)
+        .collect();
+    // The directions of u and v may be others; the surface may not.
+    let surface =
+        NurbsSurface::new(back, None, got.surface.knots_u().clone(), got.surface.knots_v().clone())
+            .unwrap();
+    for at in scattered(200) {
+        let search = ClosestPointSearch::new(&surface).unwrap();
+        let distance = search.closest_point(expected.surface.point(at.x, at.y)).distance;
+        assert!(distance < 1e-6 * size, "{distance}");
+    }
+}
+
+#[test]
+fn the_order_of_the_points_changes_nothing() {
+    let points = rolled(700);
+    let mut turned = points.clone();
+    turned.reverse();
+    turned.rotate_left(123);
+    let (expected, got) =
+        (with_grid(&points, 9, Topology::Sheet), with_grid(&turned, 9, Topology::Sheet));
+    let size = expected.report.diagonal;
+    let pairs = got.surface.control_points().iter().zip(expected.surface.control_points());
+    for (got, expected) in pairs {
+        assert!(got.distance(*expected) < 1e-9 * size, "{got} {expected}");
+    }
+}
+
+#[test]
+fn a_tolerance_makes_the_net_grow_until_it_holds() {
+    let points = waves(3000);
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let options =
+            ReconstructOptions { tolerance: Some(tolerance), ..ReconstructOptions::default() };
+        let result = reconstruct(&points, &options, &mut Silent).unwrap();
+        assert_eq!(result.report.ended_by, EndedBy::Tolerance);
+        assert_eq!(result.report.within, Some(1.0));
+        assert!(farthest(&points, &result.surface) <= tolerance);
+    }
+}
+
+#[test]
+fn noise_is_not_fitted() {
+    let clean = waves(3000);
+    let points = noisy(&clean, 0.01);
+    let free = reconstruct(&points, &ReconstructOptions::default(), &mut Silent).unwrap();
+    let (rows, cols) = free.report.grid;
+    assert!(rows * cols < 400, "{rows} × {cols}");
+    let search = ClosestPointSearch::new(&free.surface).unwrap();
+    let squares: f64 = clean.iter().map(|&p| search.closest_point(p).distance.powi(2)).sum();
+    let rms = (squares / clean.len() as f64).sqrt();
+    assert!(rms < 0.004, "{rms}");
+    // A tolerance below the noise cannot be held: the report says so.
+    let options = ReconstructOptions { tolerance: Some(0.004), ..ReconstructOptions::default() };
+    let strict = reconstruct(&points, &options, &mut Silent).unwrap();
+    assert!(matches!(strict.report.ended_by, EndedBy::Noise | EndedBy::Points));
+    assert!(strict.report.within.unwrap() < 1.0);
+    assert!(strict.report.warnings[0].contains("tolerance"), "{:?}", strict.report.warnings);
+}
+
+#[test]
+fn few_points_get_small_nets() {
+    for count in [4, 6, 9, 16, 25, 100] {
+        let points = waves(count);
+        let result = reconstruct(&points, &ReconstructOptions::default(), &mut Silent).unwrap();
+        let (rows, cols) = result.report.grid;
+        assert!((rows, cols) == (4, 4) || rows * cols * 4 <= count, "{rows} × {cols}");
+        let data = Bounds::of(&points);
+        for point in result.surface.control_points() {
+            assert!(point.distance(data.centre()) < 3.0 * data.diagonal(), "{count}: {point}");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let points = rolled(1200);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| with_grid(&points, 10, Topology::Sheet).surface)
+    };
+    let expected = run(1);
+    assert_eq!(run(2), expected);
+    assert_eq!(run(7), expected);
+}
+
+#[test]
+fn all_degrees_are_fitted() {
+    let points = waves(500);
+    for degree in 1..=5 {
+        let options =
+            ReconstructOptions { grid: Some((8, 8)), degree, ..ReconstructOptions::default() };
+        let result = reconstruct(&points, &options, &mut Silent).unwrap();
+        assert_eq!(result.report.degree, (degree, degree));
+        assert!(result.report.distances.rms < 0.02, "{degree}: {:?}", result.report.distances);
+    }
+}
+
+#[test]
+fn the_observer_can_stop_every_stage() {
+    let points = rolled(500);
+    let mut seen = 0;
+    let mut count = |_: &Progress| {
+        seen += 1;
+        ControlFlow::Continue(())
+    };
+    let options = ReconstructOptions { grid: Some((8, 8)), ..ReconstructOptions::default() };
+    reconstruct(&points, &options, &mut count).unwrap();
+    assert!(seen > 30, "{seen}");
+    for stop in [0, seen / 4, seen / 2, seen - 1] {
+        let mut calls = 0;
+        let mut stopping = |_: &Progress| {
+            calls += 1;
+            if calls > stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let stopped: Result<_> = reconstruct(&points, &options, &mut stopping);
+        assert!(matches!(stopped, Err(Error::Interrupted)));
+    }
+}
