@@ -122,9 +122,6 @@ struct Unknowns {
     different: (usize, usize),
 }
 
-/// Basis functions that differ from zero at a point: unknowns and values.
-type Functions = Vec<(usize, f64)>;
-
 impl Unknowns {
     fn of(surface: &NurbsSurface) -> Self {
         let (rows, cols) = surface.shape();
@@ -157,7 +154,8 @@ impl Unknowns {
         (i % self.different.0) * self.different.1 + j % self.different.1
     }
 
-    fn functions(&self, surface: &NurbsSurface, uv: DVec2) -> Functions {
+    /// Basis functions that differ from zero at a point: unknowns and values.
+    fn functions(&self, surface: &NurbsSurface, uv: DVec2) -> Vec<(usize, f64)> {
         let (u, v) = (surface.knots_u(), surface.knots_v());
         let (rows, cols) = (padded(u, uv.x), padded(v, uv.y));
         let mut functions = Vec::with_capacity((u.degree() + 1) * (v.degree() + 1));
@@ -170,7 +168,7 @@ impl Unknowns {
     }
 
     /// The surface's weights at a point of which these are the functions.
-    fn denominator(functions: &Functions, weights: &[f64]) -> f64 {
+    fn denominator(functions: &[(usize, f64)], weights: &[f64]) -> f64 {
         functions.iter().map(|&(k, value)| value * weights[k]).sum()
     }
 

@@ -81,8 +81,7 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
     let uv: Vec<DVec2> = turns.map(|(&u, &v)| DVec2::new(u, v)).collect();
     let mut hit = [[false; CHART]; CHART];
     for uv in &uv {
-        let cell = |turns: f64| ((turns * CHART as f64) as usize).min(CHART - 1);
-        hit[cell(uv.x)][cell(uv.y)] = true;
+        hit[part(uv.x, CHART)][part(uv.y, CHART)] = true;
     }
     let covered = hit.as_flattened().iter().filter(|hit| **hit).count() as f64;
     let whole = covered >= COVERED * (CHART * CHART) as f64;
@@ -96,7 +95,7 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
     let first_rim = rim(&around.turns, |point| across[point]);
     let second_rim = rim(&around.turns, |point| -across[point]);
     let along = |point: usize| {
-        let sector = sector(around.turns[point]);
+        let sector = part(around.turns[point], SECTORS);
         let [low, high] = [first_rim[sector], second_rim[sector]].map(|end| across[end as usize]);
         if high > low { (across[point] - low) / (high - low) } else { 0.5 }
     };
@@ -189,8 +188,8 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
     let mut least = [(f64::INFINITY, 0_u32); SECTORS];
     for (point, &turns) in (0_u32..).zip(turns) {
         let own = value(point as usize);
-        if own < least[sector(turns)].0 {
-            least[sector(turns)] = (own, point);
+        if own < least[part(turns, SECTORS)].0 {
+            least[part(turns, SECTORS)] = (own, point);
         }
     }
     let filled = |sector: usize| {
@@ -200,6 +199,13 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
     (0..SECTORS).map(filled).collect()
 }
 
-fn sector(turns: f64) -> usize {
-    ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
+/// The one of so many equal parts of a circle that an angle lies in.
+fn part(turns: f64, parts: usize) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "turns lie between 0 and 1"
+    )]
+    let part = (turns * parts as f64) as usize;
+    part.min(parts - 1)
 }
