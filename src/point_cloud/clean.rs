@@ -129,7 +129,9 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
         if outliers.is_empty() {
             break;
         }
-        outliers.iter().for_each(|&index| fates[index as usize] = Fate::Outlier);
+        for index in outliers {
+            fates[index as usize] = Fate::Outlier;
+        }
         drop(spacings);
         spacings = Spacings::of(points, &fates, observer)?;
     }

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
 use numpy::ndarray::{Ix1, IxDyn};
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};

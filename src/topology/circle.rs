@@ -97,7 +97,9 @@ fn surroundings(graph: &NeighborGraph, landmarks: &[u32], reach: f64) -> Vec<Vec
     let around = |distances: &mut Vec<f64>, &landmark: &u32| {
         let reached = graph.walk(&[landmark], reach, distances);
         let found = reached.iter().map(|&point| (point, distances[point as usize])).collect();
-        reached.iter().for_each(|&point| distances[point as usize] = f64::INFINITY);
+        for point in reached {
+            distances[point as usize] = f64::INFINITY;
+        }
         found
     };
     landmarks.par_iter().map_init(|| vec![f64::INFINITY; graph.len()], around).collect()
