@@ -188,16 +188,17 @@ mod tests {
 
     #[test]
     fn ways_lead_around_a_gap() {
-        // Three quarters of a circle: the way is the long one.
-        let ring: Vec<DVec3> = (0..=300)
-            .map(|i| f64::from(i) / 200.0 * std::f64::consts::PI)
-            .map(|angle| DVec3::new(angle.cos(), angle.sin(), 0.0))
+        // Three quarters of a low cylinder: the way is the long one.
+        let ring: Vec<DVec3> = (0..=200)
+            .flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))))
+            .map(|(i, j)| (i / 200.0 * 1.5 * std::f64::consts::PI, j / 40.0))
+            .map(|(angle, z)| DVec3::new(angle.cos(), angle.sin(), z))
             .collect();
-        let graph = NeighborGraph::of(&ring, 6, &mut Silent).unwrap();
-        let far = graph.distances_from(&[0])[300];
-        assert!((far - 1.5 * std::f64::consts::PI).abs() < 1e-3);
-        let middle = graph.distances_from(&[0, 300])[150];
-        assert!((middle - 0.75 * std::f64::consts::PI).abs() < 1e-3);
+        let graph = NeighborGraph::of(&ring, 8, &mut Silent).unwrap();
+        let far = graph.distances_from(&[2])[1002];
+        assert!((far - 1.5 * std::f64::consts::PI).abs() < 1e-3, "{far}");
+        let middle = graph.distances_from(&[2, 1002])[502];
+        assert!((middle - 0.75 * std::f64::consts::PI).abs() < 1e-3, "{middle}");
     }
 
     #[test]
