@@ -1,6 +1,6 @@
 //! Where the points of a closed surface lie on its lattice.
 
-use std::collections::VecDeque;
+use std::collections::BinaryHeap;
 
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
@@ -113,7 +113,17 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
         .into_par_iter()
         .map(|point| {
             let own = points[point];
-            let around = graph.edges(point).iter().map(|edge| edge.to as usize);
+            // Neighbours of neighbours show the slope through noise.
+            let mut around: Vec<usize> = graph
+                .edges(point)
+                .iter()
+                .flat_map(|edge| graph.edges(edge.to as usize))
+                .map(|edge| edge.to as usize)
+                .filter(|&other| other != point)
+                .collect();
+            around.sort_unstable();
+            around.dedup();
+            let around = around.iter().copied();
             let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
             let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
             for other in around {
@@ -159,24 +169,27 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
     conjugate_gradients(apply, &right, &diagonal)
 }
 
-/// Turns vectors so that neighbours point the same way, starting from the first of each piece.
+/// Turns vectors so that neighbours point the same way, starting from the first of each piece and
+/// going on where two are most nearly parallel (H. Hoppe and others, *Surface reconstruction from
+/// unorganized points*, 1992).
 fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
     let mut done = vec![false; vectors.len()];
     for first in 0..vectors.len() {
-        if done[first] {
-            continue;
-        }
-        done[first] = true;
-        let mut queue = VecDeque::from([first]);
-        while let Some(point) = queue.pop_front() {
+        let mut queue = BinaryHeap::from([(0, first, first)]);
+        while let Some((_, point, from)) = queue.pop() {
+            if std::mem::replace(&mut done[point], true) {
+                continue;
+            }
+            if vectors[point].dot(vectors[from]) < 0.0 {
+                vectors[point] = -vectors[point];
+            }
+            let own = vectors[point].normalize_or_zero();
             for edge in graph.edges(point) {
                 let other = edge.to as usize;
                 if !done[other] {
-                    done[other] = true;
-                    if vectors[other].dot(vectors[point]) < 0.0 {
-                        vectors[other] = -vectors[other];
-                    }
-                    queue.push_back(other);
+                    let parallel = own.dot(vectors[other].normalize_or_zero()).abs();
+                    // The bits of positive numbers are in the order of the numbers.
+                    queue.push((parallel.to_bits(), other, point));
                 }
             }
         }
