@@ -71,6 +71,7 @@ impl NeighborGraph {
                     let apart = points[other as usize] - own;
                     apart.dot(axes[0]).abs() < BESIDE * apart.length()
                 });
+                found.retain(|near| edges.iter().all(|edge| edge.to != near.index));
                 edges.extend(found.iter().map(Edge::from));
             }
             edges
@@ -208,6 +209,24 @@ mod tests {
             .collect();
         let graph = NeighborGraph::of(&lines, 8, &mut Silent).unwrap();
         assert!((graph.distances_from(&[0])[900] - 9.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn every_edge_is_seen_once_from_both_ends() {
+        let scattered: Vec<DVec3> = (0..2000)
+            .map(f64::from)
+            .map(|i| DVec3::new((i * 0.754_877_666).fract(), (i * i * 0.618).fract(), 0.0))
+            .collect();
+        let graph = NeighborGraph::of(&scattered, 6, &mut Silent).unwrap();
+        for node in 0..graph.len() {
+            for edge in graph.edges(node) {
+                let of = |node: usize, to: usize| {
+                    graph.edges(node).iter().filter(|edge| edge.to as usize == to).count()
+                };
+                assert_eq!(of(node, edge.to as usize), 1);
+                assert_eq!(of(edge.to as usize, node), 1);
+            }
+        }
     }
 
     #[test]

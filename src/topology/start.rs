@@ -127,14 +127,11 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
             let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
             let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
             for other in around {
-                let apart = plane.local(points[other]) - plane.local(own);
-                let apart = apart.truncate() / apart.length().max(f64::MIN_POSITIVE);
+                let apart = (plane.local(points[other]) - plane.local(own)).truncate();
                 // The nearer way around.
                 let step = turns[other] - turns[point];
-                let step =
-                    (step - step.round()) / points[other].distance(own).max(f64::MIN_POSITIVE);
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += step * apart;
+                right += (step - step.round()) * apart;
             }
             let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
                 moments.inverse() * right
@@ -148,22 +145,12 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
     align(&mut slopes, graph);
     let rise =
         |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
-    let mut right = vec![0.0; points.len()];
-    let mut diagonal = vec![0.0; points.len()];
-    for (from, right) in right.iter_mut().enumerate() {
-        for edge in graph.edges(from) {
-            *right -= rise(from, edge.to as usize) / (edge.length * edge.length);
-            diagonal[from] += (edge.length * edge.length).recip();
-        }
-    }
+    let rises = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
+    let right: Vec<f64> =
+        (0..points.len()).map(|from| -rises(from).map(|(a, b)| rise(a, b)).sum::<f64>()).collect();
+    let diagonal: Vec<f64> = (0..points.len()).map(|from| graph.edges(from).len() as f64).collect();
     let apply = |x: &[f64]| -> Vec<f64> {
-        let flow = |from: usize| {
-            let weighted = graph
-                .edges(from)
-                .iter()
-                .map(|edge| (x[from] - x[edge.to as usize]) / (edge.length * edge.length));
-            weighted.sum()
-        };
+        let flow = |from: usize| rises(from).map(|(a, b)| x[a] - x[b]).sum();
         (0..points.len()).into_par_iter().map(flow).collect()
     };
     conjugate_gradients(apply, &right, &diagonal)
