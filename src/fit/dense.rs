@@ -1,7 +1,6 @@
 //! Small dense symmetric systems: Cholesky's factorization.
 
 /// A square matrix, row by row.
-#[derive(Clone)]
 pub(super) struct Dense {
     size: usize,
     pub(super) values: Vec<f64>,
@@ -16,7 +15,7 @@ impl Dense {
         &self.values[i * self.size..(i + 1) * self.size]
     }
 
-    pub(super) fn trace(&self) -> f64 {
+    fn trace(&self) -> f64 {
         (0..self.size).map(|i| self.values[i * self.size + i]).sum()
     }
 
@@ -48,29 +47,6 @@ impl Dense {
         Some(lower)
     }
 
-    /// Of a factor L: the columns of L⁻¹ M, as rows.
-    pub(super) fn forward(&self, matrix: &Self) -> Self {
-        let mut solved = Self::new(self.size);
-        for (column, solved) in solved.values.chunks_mut(self.size).enumerate() {
-            for i in 0..self.size {
-                let dot: f64 = self.row(i)[..i].iter().zip(&*solved).map(|(a, b)| a * b).sum();
-                let left = matrix.values[i * self.size + column] - dot;
-                solved[i] = left / self.row(i)[i];
-            }
-        }
-        solved
-    }
-
-    /// Subtracts the products of the rows of another matrix.
-    pub(super) fn subtract_square(&mut self, other: &Self) {
-        for i in 0..self.size {
-            for j in 0..self.size {
-                let dot: f64 = other.row(i).iter().zip(other.row(j)).map(|(a, b)| a * b).sum();
-                self.values[i * self.size + j] -= dot;
-            }
-        }
-    }
-
     /// Of a factor L: solves L Lᵀ x = right.
     pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut x = right.to_vec();
@@ -99,10 +75,6 @@ mod tests {
         let factor = matrix.cholesky().unwrap();
         let x = factor.solve(&[6.0, 7.0]);
         assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
-        // Mᵀ N⁻¹ M for M = N is N.
-        let mut square = matrix.clone();
-        square.subtract_square(&factor.forward(&matrix));
-        assert!(square.values.iter().all(|value| value.abs() < 1e-14));
         assert!(Dense { size: 1, values: vec![-1.0] }.cholesky().is_none());
     }
 }

@@ -114,6 +114,7 @@ pub fn fit_heights(
         |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
     let uv: Vec<DVec2> = local.iter().map(place).collect();
     let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+    super::check(&local, &uv, weights, &fitting)?;
     fitting.fairness = match options.fairness {
         Some(fairness) => fairness,
         None => best_fairness(&local, &uv, weights, &fitting),

@@ -14,8 +14,8 @@ use crate::progress::Observer;
 /// The neighbour whose distance is the spacing at a point.
 const NEIGHBOR: usize = 4;
 
-/// Share of the points whose spacing is taken for the largest.
-const LARGEST: f64 = 0.95;
+/// One of so many points has a larger spacing than the one that is taken for the largest.
+const LARGER: usize = 20;
 
 /// The neighbourhood of the points reaches this many of the largest spacings.
 const REACH: f64 = 3.0;
@@ -77,8 +77,8 @@ pub fn excursion(
         found.last().map_or(0.0, Neighbor::distance)
     })?;
     spacings.sort_by(f64::total_cmp);
-    let largest = (spacings.len() as f64 * LARGEST) as usize;
-    let reach = REACH * spacings.get(largest.min(spacings.len().saturating_sub(1))).unwrap_or(&0.0);
+    let largest = spacings.len().saturating_sub(1 + spacings.len() / LARGER);
+    let reach = REACH * spacings.get(largest).unwrap_or(&0.0);
     let distance = |place: &DVec3| tree.nearest(*place, 1).first().map_or(0.0, Neighbor::distance);
     let distances: Vec<f64> = samples.places.par_iter().map(distance).collect();
     let (mut area, mut away, mut farthest) = (0.0, 0.0, 0);

@@ -129,7 +129,9 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
         if outliers.is_empty() {
             break;
         }
-        outliers.iter().for_each(|&index| fates[index as usize] = Fate::Outlier);
+        for index in outliers {
+            fates[index as usize] = Fate::Outlier;
+        }
         drop(spacings);
         spacings = Spacings::of(points, &fates, observer)?;
     }
@@ -204,6 +206,10 @@ impl<'a> Spacings<'a> {
             tree.nearest_to(index, NEIGHBORS, found);
             let Some(nearest) = found.first() else { return Spacing::default() };
             let sum: f64 = found.iter().map(Neighbor::distance).sum();
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "seven digits of a spacing suffice"
+            )]
             let share = |length: f64| (length * unit) as f32;
             Spacing { nearest: share(nearest.distance()), mean: share(sum / found.len() as f64) }
         })?;

@@ -56,7 +56,7 @@ impl Chosen {
     }
 }
 
-/// A bijection that scatters (SplitMix64: G. Steele, D. Lea, C. Flood, 2014).
+/// A bijection that scatters (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
 fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

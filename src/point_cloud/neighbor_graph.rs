@@ -71,6 +71,7 @@ impl NeighborGraph {
                     let apart = points[other as usize] - own;
                     apart.dot(axes[0]).abs() < BESIDE * apart.length()
                 });
+                found.retain(|near| edges.iter().all(|edge| edge.to != near.index));
                 edges.extend(found.iter().map(Edge::from));
             }
             edges
@@ -188,16 +189,17 @@ mod tests {
 
     #[test]
     fn ways_lead_around_a_gap() {
-        // Three quarters of a circle: the way is the long one.
-        let ring: Vec<DVec3> = (0..=300)
-            .map(|i| f64::from(i) / 200.0 * std::f64::consts::PI)
-            .map(|angle| DVec3::new(angle.cos(), angle.sin(), 0.0))
+        // Three quarters of a low cylinder: the way is the long one.
+        let ring: Vec<DVec3> = (0..=200)
+            .flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))))
+            .map(|(i, j)| (i / 200.0 * 1.5 * std::f64::consts::PI, j / 40.0))
+            .map(|(angle, z)| DVec3::new(angle.cos(), angle.sin(), z))
             .collect();
-        let graph = NeighborGraph::of(&ring, 6, &mut Silent).unwrap();
-        let far = graph.distances_from(&[0])[300];
-        assert!((far - 1.5 * std::f64::consts::PI).abs() < 1e-3);
-        let middle = graph.distances_from(&[0, 300])[150];
-        assert!((middle - 0.75 * std::f64::consts::PI).abs() < 1e-3);
+        let graph = NeighborGraph::of(&ring, 8, &mut Silent).unwrap();
+        let far = graph.distances_from(&[2])[1002];
+        assert!((far - 1.5 * std::f64::consts::PI).abs() < 1e-3, "{far}");
+        let middle = graph.distances_from(&[2, 1002])[502];
+        assert!((middle - 0.75 * std::f64::consts::PI).abs() < 1e-3, "{middle}");
     }
 
     #[test]
@@ -207,6 +209,24 @@ mod tests {
             .collect();
         let graph = NeighborGraph::of(&lines, 8, &mut Silent).unwrap();
         assert!((graph.distances_from(&[0])[900] - 9.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn every_edge_is_seen_once_from_both_ends() {
+        let scattered: Vec<DVec3> = (0..2000)
+            .map(f64::from)
+            .map(|i| DVec3::new((i * 0.754_877_666).fract(), (i * i * 0.618).fract(), 0.0))
+            .collect();
+        let graph = NeighborGraph::of(&scattered, 6, &mut Silent).unwrap();
+        for node in 0..graph.len() {
+            for edge in graph.edges(node) {
+                let of = |node: usize, to: usize| {
+                    graph.edges(node).iter().filter(|edge| edge.to as usize == to).count()
+                };
+                assert_eq!(of(node, edge.to as usize), 1);
+                assert_eq!(of(edge.to as usize, node), 1);
+            }
+        }
     }
 
     #[test]

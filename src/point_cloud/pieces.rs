@@ -108,7 +108,9 @@ pub fn pieces(points: &[DVec3], observer: &mut dyn Observer) -> Result<Pieces> {
 /// Pieces numbered by size, the earlier one first among equals.
 fn numbered(labels: &[u32], most: usize, gap: f64) -> Pieces {
     let mut counts = vec![0; most];
-    labels.iter().for_each(|&label| counts[label as usize] += 1);
+    for &label in labels {
+        counts[label as usize] += 1;
+    }
     let mut order: Vec<usize> = (0..most).filter(|&label| counts[label] > 0).collect();
     order.sort_by_key(|&label| std::cmp::Reverse(counts[label]));
     let mut number = vec![0; most];

@@ -141,17 +141,12 @@ pub(super) fn fit_heights(
 /// NurbsSurface
 ///     With the same knots, and control points moved and weighted so that the mean of the squared
 ///     distances falls. Never worse: what gains less than a twentieth comes back as it was, and so
-///     do rational surfaces and those with more than 900 control points.
+///     do rational surfaces and those with more than 256 control points.
 ///
 /// Raises
 /// ------
 /// NeurbsError
 ///     If a point is not finite or the numbers do not belong together.
-///
-/// References
-/// ----------
-/// W. Ma and J.-P. Kruth, NURBS curve and surface fitting for reverse engineering, The
-/// International Journal of Advanced Manufacturing Technology 14 (1998).
 ///
 /// Examples
 /// --------

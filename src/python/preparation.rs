@@ -401,7 +401,7 @@ impl EvenSample {
 /// >>> neurbs.inspect(sheet)
 /// []
 /// >>> neurbs.inspect(sheet * [1, 1000, 1])[0][:42]
-/// 'the points extend 0.9985 × 999.3812 × 0.00'
+/// 'the points extend 0.9979 × 991.4789 × 0.00'
 #[pyfunction]
 #[pyo3(signature = (points, surface=None, *, progress=None))]
 pub(super) fn inspect(

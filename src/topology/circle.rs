@@ -26,6 +26,9 @@ pub(super) const REACH: f64 = 5.0;
 /// A loop of the surface closes by short edges; one of long edges is a gap in the points.
 const CLOSED_BY: f64 = 0.75;
 
+/// Sums are made of so many loops at most.
+const MOST_SUMMED: usize = 3;
+
 /// Steps of the conjugate gradients; some tens suffice for a thousand landmarks.
 const MOST_STEPS: usize = 400;
 
@@ -49,14 +52,18 @@ pub(super) struct Circle {
     pub(super) spread: f64,
 }
 
+/// Loops of a surface: each other one is a sum of the shortest.
+pub(super) struct Loops {
+    /// Longest first.
+    pub(super) shortest: Vec<Circle>,
+    /// Sums and differences of two of these, if they are few: around a tube with a hole there are
+    /// loops on both sides of the hole, and the angle that both share is the tube's.
+    pub(super) sums: Vec<Circle>,
+}
+
 /// The loops of the surface that points lie on: those that no piece of the surface fills, and that
 /// are longer than three times `reach` times the distance from points to their landmarks.
-pub(super) fn circles(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    spacing: f64,
-    reach: f64,
-) -> Vec<Circle> {
+pub(super) fn circles(points: &[DVec3], graph: &NeighborGraph, spacing: f64, reach: f64) -> Loops {
     let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS).min(points.len());
     let (landmarks, radius) = spread_out(points, count);
     let reach = reach * radius.max(spacing);
@@ -68,7 +75,16 @@ pub(super) fn circles(
         .map(|cocycle| Form::harmonic(landmarks.len(), &edges, &cocycle.values))
         .collect();
     shorten(&mut forms, &edges);
-    forms.iter().map(|form| form.circle(&edges, &seen, points.len(), graph)).collect()
+    let circle = |form: &Form| form.circle(&edges, &seen, points.len(), graph);
+    let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
+        [1.0, -1.0].map(|sign| {
+            let mut sum = Form { turns: forms[a].turns.clone(), angles: forms[a].angles.clone() };
+            sum.subtract(&forms[b], sign);
+            circle(&sum)
+        })
+    });
+    Loops { sums: sums.collect(), shortest: forms.iter().map(circle).collect() }
 }
 
 /// `count` points, each as far as can be from those chosen before, and how far the farthest of the
@@ -97,7 +113,9 @@ fn surroundings(graph: &NeighborGraph, landmarks: &[u32], reach: f64) -> Vec<Vec
     let around = |distances: &mut Vec<f64>, &landmark: &u32| {
         let reached = graph.walk(&[landmark], reach, distances);
         let found = reached.iter().map(|&point| (point, distances[point as usize])).collect();
-        reached.iter().for_each(|&point| distances[point as usize] = f64::INFINITY);
+        for point in reached {
+            distances[point as usize] = f64::INFINITY;
+        }
         found
     };
     landmarks.par_iter().map_init(|| vec![f64::INFINITY; graph.len()], around).collect()

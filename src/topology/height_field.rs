@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::point_cloud::{KdTree, NeighborGraph, Plane};
 
-/// Slopes are measured where all but this share of the points lie.
-const STEEPEST: f64 = 0.02;
+/// One of so many places may be steeper than the slope that counts.
+const STEEPER: usize = 50;
 
 /// Steeper slopes (from the plane) are walls, over which heights would be no function or an
 /// unevenly sampled one.
@@ -68,8 +68,8 @@ fn slope(tangents: &[Tangent], up: DVec3) -> f64 {
     let angle = |tangent: &Tangent| tangent.plane.normal().dot(up).abs().min(1.0).acos();
     let mut angles: Vec<f64> = tangents.iter().map(angle).collect();
     angles.sort_by(f64::total_cmp);
-    let steepest = (angles.len() as f64 * (1.0 - STEEPEST)) as usize;
-    angles.get(steepest.min(angles.len().saturating_sub(1))).map_or(90.0, |a| a.to_degrees())
+    let steepest = angles.len().saturating_sub(1 + angles.len() / STEEPER);
+    angles.get(steepest).map_or(90.0, |angle| angle.to_degrees())
 }
 
 /// Share of the points that have something above or below them that is not their own surface.

@@ -12,7 +12,7 @@ mod start;
 
 use glam::DVec3;
 
-use self::circle::Circle;
+use self::circle::Loops;
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -164,20 +164,16 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
 
 /// The closed surface around which these loops go; `None` if they go around holes: their lengths
 /// differ by more than `spread` from place to place.
-fn closed(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    loops: &[Circle],
-    spread: f64,
-) -> Option<Topology> {
-    if let [ring, section] = loops
+fn closed(points: &[DVec3], graph: &NeighborGraph, loops: &Loops, spread: f64) -> Option<Topology> {
+    if let [ring, section] = &loops.shortest[..]
         && let Some(chart) = start::torus(points, ring, section)
     {
         let (long, short) = chart.lengths;
         let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
         return Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) });
     }
-    let around = loops.iter().min_by(|a, b| a.spread.total_cmp(&b.spread));
+    let around = loops.shortest.iter().chain(&loops.sums);
+    let around = around.min_by(|a, b| a.spread.total_cmp(&b.spread));
     let around = around.filter(|around| around.spread <= spread)?;
     let chart = start::tube(points, around, graph);
     let (long, high) = chart.lengths;
@@ -195,15 +191,15 @@ fn rims_seen(points: &[DVec3], chart: &Chart) -> Option<bool> {
     border::count(points).map(|border| border >= RIMS * 2.0 * long / spacing)
 }
 
-fn open(points: &[DVec3], loops: &[Circle]) -> Topology {
-    let reason = match loops {
+fn open(points: &[DVec3], loops: &Loops) -> Topology {
+    let reason = match &loops.shortest[..] {
         [] => "no loop closes around it".to_string(),
         [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
         loops => format!("its {} loops close around holes", loops.len()),
     };
     let outline = OUTLINE * (points.len() as f64).sqrt();
     let closed = border::count(points).is_some_and(|border| border < outline);
-    let warning = (loops.is_empty() && closed).then(|| {
+    let warning = (loops.shortest.is_empty() && closed).then(|| {
         "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
          or by great stretching; cut it, or choose a part"
             .to_string()

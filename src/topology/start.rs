@@ -1,6 +1,6 @@
 //! Where the points of a closed surface lie on its lattice.
 
-use std::collections::VecDeque;
+use std::collections::BinaryHeap;
 
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
@@ -81,8 +81,7 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
     let uv: Vec<DVec2> = turns.map(|(&u, &v)| DVec2::new(u, v)).collect();
     let mut hit = [[false; CHART]; CHART];
     for uv in &uv {
-        let cell = |turns: f64| ((turns * CHART as f64) as usize).min(CHART - 1);
-        hit[cell(uv.x)][cell(uv.y)] = true;
+        hit[part(uv.x, CHART)][part(uv.y, CHART)] = true;
     }
     let covered = hit.as_flattened().iter().filter(|hit| **hit).count() as f64;
     let whole = covered >= COVERED * (CHART * CHART) as f64;
@@ -96,7 +95,7 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
     let first_rim = rim(&around.turns, |point| across[point]);
     let second_rim = rim(&around.turns, |point| -across[point]);
     let along = |point: usize| {
-        let sector = sector(around.turns[point]);
+        let sector = part(around.turns[point], SECTORS);
         let [low, high] = [first_rim[sector], second_rim[sector]].map(|end| across[end as usize]);
         if high > low { (across[point] - low) / (high - low) } else { 0.5 }
     };
@@ -114,18 +113,25 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
         .into_par_iter()
         .map(|point| {
             let own = points[point];
-            let around = graph.edges(point).iter().map(|edge| edge.to as usize);
+            // Neighbours of neighbours show the slope through noise.
+            let mut around: Vec<usize> = graph
+                .edges(point)
+                .iter()
+                .flat_map(|edge| graph.edges(edge.to as usize))
+                .map(|edge| edge.to as usize)
+                .filter(|&other| other != point)
+                .collect();
+            around.sort_unstable();
+            around.dedup();
+            let around = around.iter().copied();
             let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
             let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
             for other in around {
-                let apart = plane.local(points[other]) - plane.local(own);
-                let apart = apart.truncate() / apart.length().max(f64::MIN_POSITIVE);
+                let apart = (plane.local(points[other]) - plane.local(own)).truncate();
                 // The nearer way around.
                 let step = turns[other] - turns[point];
-                let step =
-                    (step - step.round()) / points[other].distance(own).max(f64::MIN_POSITIVE);
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += step * apart;
+                right += (step - step.round()) * apart;
             }
             let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
                 moments.inverse() * right
@@ -139,45 +145,38 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
     align(&mut slopes, graph);
     let rise =
         |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
-    let mut right = vec![0.0; points.len()];
-    let mut diagonal = vec![0.0; points.len()];
-    for (from, right) in right.iter_mut().enumerate() {
-        for edge in graph.edges(from) {
-            *right -= rise(from, edge.to as usize) / (edge.length * edge.length);
-            diagonal[from] += (edge.length * edge.length).recip();
-        }
-    }
+    let rises = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
+    let right: Vec<f64> =
+        (0..points.len()).map(|from| -rises(from).map(|(a, b)| rise(a, b)).sum::<f64>()).collect();
+    let diagonal: Vec<f64> = (0..points.len()).map(|from| graph.edges(from).len() as f64).collect();
     let apply = |x: &[f64]| -> Vec<f64> {
-        let flow = |from: usize| {
-            let weighted = graph
-                .edges(from)
-                .iter()
-                .map(|edge| (x[from] - x[edge.to as usize]) / (edge.length * edge.length));
-            weighted.sum()
-        };
+        let flow = |from: usize| rises(from).map(|(a, b)| x[a] - x[b]).sum();
         (0..points.len()).into_par_iter().map(flow).collect()
     };
     conjugate_gradients(apply, &right, &diagonal)
 }
 
-/// Turns vectors so that neighbours point the same way, starting from the first of each piece.
+/// Turns vectors so that neighbours point the same way, starting from the first of each piece and
+/// going on where two are most nearly parallel (H. Hoppe and others, *Surface reconstruction from
+/// unorganized points*, 1992).
 fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
     let mut done = vec![false; vectors.len()];
     for first in 0..vectors.len() {
-        if done[first] {
-            continue;
-        }
-        done[first] = true;
-        let mut queue = VecDeque::from([first]);
-        while let Some(point) = queue.pop_front() {
+        let mut queue = BinaryHeap::from([(0, first, first)]);
+        while let Some((_, point, from)) = queue.pop() {
+            if std::mem::replace(&mut done[point], true) {
+                continue;
+            }
+            if vectors[point].dot(vectors[from]) < 0.0 {
+                vectors[point] = -vectors[point];
+            }
+            let own = vectors[point].normalize_or_zero();
             for edge in graph.edges(point) {
                 let other = edge.to as usize;
                 if !done[other] {
-                    done[other] = true;
-                    if vectors[other].dot(vectors[point]) < 0.0 {
-                        vectors[other] = -vectors[other];
-                    }
-                    queue.push_back(other);
+                    let parallel = own.dot(vectors[other].normalize_or_zero()).abs();
+                    // The bits of positive numbers are in the order of the numbers.
+                    queue.push((parallel.to_bits(), other, point));
                 }
             }
         }
@@ -189,8 +188,8 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
     let mut least = [(f64::INFINITY, 0_u32); SECTORS];
     for (point, &turns) in (0_u32..).zip(turns) {
         let own = value(point as usize);
-        if own < least[sector(turns)].0 {
-            least[sector(turns)] = (own, point);
+        if own < least[part(turns, SECTORS)].0 {
+            least[part(turns, SECTORS)] = (own, point);
         }
     }
     let filled = |sector: usize| {
@@ -200,6 +199,13 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
     (0..SECTORS).map(filled).collect()
 }
 
-fn sector(turns: f64) -> usize {
-    ((turns * SECTORS as f64) as usize).min(SECTORS - 1)
+/// The one of so many equal parts of a circle that an angle lies in.
+fn part(turns: f64, parts: usize) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "turns lie between 0 and 1"
+    )]
+    let part = (turns * parts as f64) as usize;
+    part.min(parts - 1)
 }

@@ -94,7 +94,8 @@ def test_a_tube_is_told_and_charted(rng: np.random.Generator, noise: float) -> N
     topology = neurbs.detect_topology(rolled(rng, 3000, 1.0, noise))
     assert topology.kind == "tube"
     assert topology.lengths is not None
-    np.testing.assert_allclose(topology.lengths, [2 * np.pi, 2], rtol=0.25)
+    # Ways from point to point are longer than the surface, the more so with noise.
+    np.testing.assert_allclose(topology.lengths, [2 * np.pi, 2], rtol=0.15 + 8 * noise)
     lattice = topology.lattice(16, 8)
     assert lattice is not None
     assert lattice.shape == (16, 8, 3)
@@ -133,6 +134,7 @@ def test_height_fields_are_told_with_holes_lines_and_strips(rng: np.random.Gener
     hole = np.hypot(points[:, 0] - 0.5, points[:, 1] - 0.4) > 0.2
     lines = points.copy()
     lines[:, 0] = np.round(lines[:, 0] * 20) / 20
+    lines[:, 2] = 0.3 * np.sin(3 * lines[:, 0]) * np.cos(2 * lines[:, 1])
     for cloud in (points, points[hole], lines, points * [1000, 1000, 1]):
         topology = neurbs.detect_topology(cloud)
         assert topology.kind == "height", topology.reason
