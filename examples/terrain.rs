@@ -25,8 +25,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let result = reconstruct(&points, &ReconstructOptions::default(), &mut watch)?;
 
     let report = &result.report;
-    println!("{} steps, ended by: {}", report.steps, report.stopped_by.name());
-    println!("mean distance to the lattice: {:.0} m", report.quantization_error);
+    let ((rows, cols), distances) = (report.grid, report.distances);
+    println!("{rows} × {cols} control points, ended by: {}", report.ended_by.name());
+    println!("distance to the surface: rms {:.1} m, at most {:.1} m", distances.rms, distances.max);
     export::write_step(&result.surface, &mut BufWriter::new(File::create("jacksboro.step")?))?;
     let mesh = result.tessellate(&mut watch)?;
     export::write_obj(mesh.view(), &mut BufWriter::new(File::create("jacksboro.obj")?))?;

@@ -11,7 +11,7 @@ use super::{Aspect, ReconstructOptions, Reconstruction};
 use crate::error::Result;
 use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate, bounded};
 use crate::point_cloud::{self, Bounds, Normalization};
-use crate::progress::{Observer, Silent};
+use crate::progress::Observer;
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
 /// Points that the map learns from: more would not move it visibly.
@@ -74,7 +74,7 @@ pub(super) fn reconstruct(
     let surface = found.surface.map_control_points(|point| frame.undo(point))?;
     let distances: Vec<f64> = found.distances.iter().map(|d| d / frame.scale).collect();
     let (uv, distances) = (restored(&found.uv, &order), restored(&distances, &order));
-    let som = in_own_frame(&map, &sample, &frame)?;
+    let som = in_own_frame(&map, &sample, &frame, observer)?;
     let far = |tolerance| distances.iter().filter(|distance| **distance > tolerance).count();
     let warnings =
         shortcomings(found.ended_by, options.tolerance, options.tolerance.map_or(0, far));

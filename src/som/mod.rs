@@ -63,13 +63,12 @@ use self::online::OnlineState;
 use self::options::Plan;
 use self::random::Random;
 
-pub(crate) use self::geodesic::hull;
-
 pub use self::distribution::Sampler;
+pub(crate) use self::geodesic::hull;
 pub use self::geodesic::unroll;
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
-pub use self::ordered_start::{spread_out, unroll};
+pub use self::ordered_start::spread_out;
 pub use self::schedule::Schedule;
 pub use self::sums::BatchSums;
 pub use self::topology::{Cells, Topology};

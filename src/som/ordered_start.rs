@@ -84,25 +84,9 @@ pub(super) fn geodesic(
     }
 }
 
-/// Places in the plane whose distances are nearly those along the surface through the points, the
-/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
-///
-/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
-///
-/// # Errors
-///
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
-pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
-    geodesic::unroll(points, &mut listening(points, observer))
-}
-
 /// Nodes among points whose places in the unit square are known, each where the points around it
 /// on the lattice say. Of an open grid x goes along the longer side; of a closed one x goes round
 /// the rows and y round the columns.
-///
-/// # Errors
-///
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 ///
 /// # Errors
 ///
