@@ -8,12 +8,16 @@ use pyo3::types::PyDict;
 use super::arrays::Numbers;
 use super::call::Watcher;
 use super::errors::bad_argument;
+use super::history::Recorder;
 use super::mesh::TriangleMesh;
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, call};
 use crate::mesh::UniformGrid;
 use crate::reconstruct::{Method, ReconstructOptions, Report};
+
+/// Stage, step and error of what was told on the way.
+type History = Vec<(&'static str, u64, f64)>;
 
 /// Run the whole job; the public function is :func:`neurbs.reconstruct`.
 #[pyfunction]
@@ -29,7 +33,7 @@ pub(super) fn reconstruct<'py>(
     reach: Option<&Bound<'py, PyAny>>,
     min_change: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(NurbsSurface, TriangleMesh, Map, Bound<'py, PyDict>)> {
+) -> PyResult<(NurbsSurface, TriangleMesh, Map, Bound<'py, PyDict>, History)> {
     let py = points.py();
     let options = ReconstructOptions {
         method: named_method(method)?,
@@ -42,14 +46,19 @@ pub(super) fn reconstruct<'py>(
     };
     let points = Numbers::points(points, "points")?;
     let points = points.as_slice()?;
-    let job = |watcher: &mut Watcher| crate::reconstruct::reconstruct(points, &options, watcher);
-    let result = call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
+    let job = |watcher: &mut Watcher| {
+        let mut recorder = Recorder::new(watcher);
+        let result = crate::reconstruct::reconstruct(points, &options, &mut recorder)?;
+        Ok((result, recorder.into_history()))
+    };
+    let (result, history) =
+        call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
     let start = Instant::now();
     let grid = UniformGrid::for_surface(&result.surface)?;
     let mesh = TriangleMesh::of_surface(py, &result.surface, grid, progress)?;
     let report = report(py, &result.report, start.elapsed())?;
     let som = Map::of_core(result.som);
-    Ok((NurbsSurface::new(py, result.surface)?, mesh, som, report))
+    Ok((NurbsSurface::new(py, result.surface)?, mesh, som, report, history))
 }
 
 /// The defaults of the options, as the core has them.

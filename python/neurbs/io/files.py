@@ -122,7 +122,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
     """Name what a thing can give to a file."""
     # Imported here because a Reconstruction saves itself with this module.
-    from neurbs.reconstruct import Reconstruction
+    from neurbs.reconstruction import Reconstruction
 
     match thing:
         case TriangleMesh():
@@ -139,9 +139,9 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
 
 
 def _write_png(result: Reconstruction, path: str) -> None:
-    from neurbs.plot import write_png
+    from neurbs.plot import plot_reconstruction
 
-    write_png(result, path)
+    plot_reconstruction(result).savefig(path, format="png", dpi="figure")
 
 
 _FORMATS: dict[str, tuple[str, Callable[[Any, str], None]]] = {

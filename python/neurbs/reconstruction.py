@@ -85,6 +85,11 @@ class Reconstruction:
         The trained map.
     report : Report
         How it went.
+    settings : dict of str to object
+        The options that it was made with.
+    history : list of (str, int, float)
+        How the error fell: stage, step and error in the points' unit, for each epoch of the
+        training and each step of what comes after it.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -92,10 +97,51 @@ class Reconstruction:
     mesh: _core.TriangleMesh
     som: SelfOrganizingMap
     report: Report = dataclasses.field(repr=False)
+    settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
+    history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write surface, mesh or picture to a file; the suffix picks, as in `neurbs.save`."""
         io.save(self, path)
+
+    def plot(
+        self,
+        *,
+        color: str = "height",
+        tolerance: float | None = None,
+        unit: str = "",
+        isolines: int = 20,
+        backend: str = "matplotlib",
+    ) -> Any:
+        """Draw points, lattice and surface: see `neurbs.plot.plot_reconstruction`."""
+        from neurbs.plot import plot_reconstruction
+
+        return plot_reconstruction(
+            self,
+            color=color,
+            tolerance=tolerance,
+            unit=unit,
+            isolines=isolines,
+            backend=backend,
+        )
+
+    def write_report(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        tolerance: float | None = None,
+        unit: str = "",
+        source: str | os.PathLike[str] | None = None,
+    ) -> None:
+        """Write a page that shows surface, deviations and settings: see `neurbs.report.write`."""
+        from neurbs import report
+
+        report.write(self, path, tolerance=tolerance, unit=unit, source=source)
+
+    def _repr_html_(self) -> str:
+        from neurbs.plot import reconstruction_html
+
+        return reconstruction_html(self)
 
 
 def reconstruct(
@@ -175,17 +221,18 @@ def reconstruct(
     >>> result.report.stopped_by
     'settled'
     """
+    settings: dict[str, Any] = {
+        "method": method,
+        "grid": grid,
+        "degree": degree,
+        "seed": seed,
+        "max_steps": max_steps,
+        "reach": reach,
+        "min_change": min_change,
+    }
     converted = _core.as_points(points)
-    surface, mesh, trained, report = _core.reconstruct(
-        converted,
-        method=method,
-        grid=grid,
-        degree=degree,
-        seed=seed,
-        max_steps=max_steps,
-        reach=reach,
-        min_change=min_change,
-        progress=progress,
+    surface, mesh, trained, report, history = _core.reconstruct(
+        converted, **settings, progress=progress
     )
     som = SelfOrganizingMap._of_core(
         trained, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
@@ -194,7 +241,7 @@ def reconstruct(
         converted.flags.writeable = False
     kept = converted.view()
     kept.flags.writeable = False
-    result = Reconstruction(kept, surface, mesh, som, Report(**report))
+    result = Reconstruction(kept, surface, mesh, som, Report(**report), settings, history)
     if not result.report.converged:
         change = result.report.change
         moved = "" if change is None else f", while the lattice still moved {change:.3g} an epoch"
