@@ -28,7 +28,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn keep(&mut self, stage: Stage, step: u64, error: f64) {
-        if self.told % self.every == 0 {
+        if self.told.is_multiple_of(self.every) {
             self.history.push((stage.name(), step, error));
         }
         self.told += 1;
