@@ -35,7 +35,14 @@ if TYPE_CHECKING:
         to_opencascade,
         to_splipy,
     )
-    from neurbs.io import read_points, save
+    from neurbs.io import (
+        PointCloud,
+        load_surface,
+        load_surfaces,
+        read_point_cloud,
+        read_points,
+        save,
+    )
     from neurbs.reconstruction import Reconstruction, Report, reconstruct
     from neurbs.som import ConvergenceWarning, SelfOrganizingMap
     from neurbs.versions import show_versions
@@ -50,6 +57,7 @@ __all__ = [
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
+    "PointCloud",
     "Progress",
     "Reconstruction",
     "Report",
@@ -59,6 +67,9 @@ __all__ = [
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
+    "load_surface",
+    "load_surfaces",
+    "read_point_cloud",
     "read_points",
     "reconstruct",
     "save",
@@ -77,7 +88,14 @@ _HOMES = {
         "to_opencascade",
         "to_splipy",
     ),
-    "io": ("read_points", "save"),
+    "io": (
+        "PointCloud",
+        "load_surface",
+        "load_surfaces",
+        "read_point_cloud",
+        "read_points",
+        "save",
+    ),
     "reconstruction": ("Reconstruction", "Report", "reconstruct"),
     "som": ("ConvergenceWarning", "SelfOrganizingMap"),
     "versions": ("show_versions",),

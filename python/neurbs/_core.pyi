@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "LENGTH_UNITS",
     "BatchSums",
     "ClosestPoints",
     "Curvatures",
@@ -27,8 +28,12 @@ __all__ = [
     "som_options",
     "write_iges",
     "write_obj",
+    "write_obj_surface",
     "write_step",
 ]
+
+LENGTH_UNITS: dict[str, float]
+"""Symbols of the units of length that files can have, and how many millimetres each is."""
 
 __version__: str
 
@@ -484,6 +489,11 @@ def reconstruct(
 ) -> tuple[NurbsSurface, TriangleMesh, Map, dict[str, Any], list[tuple[str, int, float]]]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
-def write_iges(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...
+def write_iges(
+    surface: NurbsSurface, path: str | os.PathLike[str], unit: str | None = None
+) -> None: ...
 def write_obj(mesh: TriangleMesh, path: str | os.PathLike[str]) -> None: ...
-def write_step(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...
+def write_obj_surface(surface: NurbsSurface, path: str | os.PathLike[str]) -> None: ...
+def write_step(
+    surface: NurbsSurface, path: str | os.PathLike[str], unit: str | None = None
+) -> None: ...

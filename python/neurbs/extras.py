@@ -4,33 +4,31 @@ import importlib
 from types import ModuleType
 
 from neurbs._core import NeurbsError
+from neurbs.io.extras import EXTRAS
 
 
-def require(module: str, *, extra: str, purpose: str) -> ModuleType:
-    """Import a library, or say which installation brings it.
+def require(module: str, purpose: str) -> ModuleType:
+    """Import a library of an extra, or say which installation brings it.
 
     Parameters
     ----------
     module : str
         Name of the module.
-    extra : str
-        The extra of neurbs that it belongs to.
     purpose : str
         What needs it, as a plural: "pictures".
 
     Examples
     --------
     >>> from neurbs.extras import require
-    >>> require("no_such_library", extra="plot", purpose="pictures")
-    Traceback (most recent call last):
-    ...
-    neurbs.NeurbsError: pictures need no_such_library: pip install 'neurbs[plot]'
+    >>> require("matplotlib", "pictures").__name__
+    'matplotlib'
     """
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
         library = module.partition(".")[0]
-        if error.name is None or error.name.partition(".")[0] != library:
+        if (error.name or "").partition(".")[0] != library:
             raise
-        message = f"{purpose} need {library}: pip install 'neurbs[{extra}]'"
-        raise NeurbsError(message) from error
+        package, extra = EXTRAS[library]
+        message = f"{purpose} need {package}: pip install 'neurbs[{extra}]'"
+        raise NeurbsError(message) from None

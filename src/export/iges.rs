@@ -2,6 +2,7 @@
 
 use std::io::Write;
 
+use super::unit::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
@@ -18,8 +19,11 @@ const INTEGERS: usize = 10;
 /// Columns of the other sections that hold data.
 const COLUMNS: usize = 72;
 
-/// Writes a surface as an IGES file with one rational B-spline surface (entity 128). Coordinates
-/// are written as millimetres, as in STEP.
+/// The resolution that the file claims, in millimetres: far below any model's.
+const RESOLUTION: f64 = 1e-7;
+
+/// Writes a surface as an IGES file with one rational B-spline surface (entity 128), in
+/// millimetres.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_iges, nurbs::NurbsSurface};
@@ -34,7 +38,16 @@ const COLUMNS: usize = 72;
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_iges(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
-    let global = wrap(&global());
+    write_iges_in(surface, LengthUnit::default(), out)
+}
+
+/// [`write_iges`] with another unit of the coordinates.
+///
+/// # Errors
+///
+/// [`crate::Error::Io`] if writing fails.
+pub fn write_iges_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Write) -> Result<()> {
+    let global = wrap(&global(unit));
     let fields = parameters(surface);
     let count = field_count(surface).div_ceil(FIELDS_PER_LINE);
     // The directory entry: type, first parameter line, nothing special; then line count, form 0.
@@ -72,8 +85,15 @@ fn write_record(
 }
 
 /// The global section: separators, names, number formats (32-bit integers, doubles of 15 digits up
-/// to 10^308), scale 1, millimetres, and a resolution far below any model's.
-fn global() -> Vec<String> {
+/// to 10^308), scale 1, the unit and the resolution.
+fn global(unit: LengthUnit) -> Vec<String> {
+    let (flag, unit_name) = match unit {
+        LengthUnit::Inch => ("1", "IN"),
+        LengthUnit::Millimetre => ("2", "MM"),
+        LengthUnit::Foot => ("4", "FT"),
+        LengthUnit::Metre => ("6", "M"),
+        LengthUnit::Centimetre => ("10", "CM"),
+    };
     let text = |value: &str| format!("{}H{value}", value.len());
     let name = || text("surface");
     let date = || text("19700101.000000");
@@ -91,12 +111,12 @@ fn global() -> Vec<String> {
         "15".into(),
         name(),
         "1.0".into(),
-        "2".into(),
-        text("MM"),
+        flag.into(),
+        text(unit_name),
         "1".into(),
         "0.01".into(),
         date(),
-        "1.E-7".into(),
+        real(RESOLUTION / unit.in_millimetres()),
         "0.0".into(),
         String::new(),
         String::new(),

@@ -5,6 +5,7 @@ use std::io::Write;
 
 use glam::DVec3;
 
+use super::unit::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
 
@@ -20,8 +21,8 @@ const ROUNDING: f64 = 1e-11;
 const LEAST_UNCERTAINTY: f64 = 1e-7;
 
 /// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
-/// boundary curves of the net. Coordinates are written as millimetres, the unit that CAD programs
-/// assume. Knots that are not clamped are clamped first.
+/// boundary curves of the net. Coordinates are in millimetres, the unit that CAD programs assume.
+/// Knots that are not clamped are clamped first.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_step, nurbs::NurbsSurface};
@@ -36,6 +37,15 @@ const LEAST_UNCERTAINTY: f64 = 1e-7;
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
+    write_step_in(surface, LengthUnit::default(), out)
+}
+
+/// [`write_step`] with another unit of the coordinates.
+///
+/// # Errors
+///
+/// [`crate::Error::Io`] if writing fails.
+pub fn write_step_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Write) -> Result<()> {
     // The boundary of a face is that of the outermost control points only if knots are clamped.
     let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
     let surface = &if clamped { Cow::Borrowed(surface) } else { Cow::Owned(surface.clamp()?) };
@@ -46,18 +56,19 @@ pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
     )?;
     let mut file = Entities { out: &mut *out, count: 0 };
     let face = face(&mut file, surface)?;
-    product(&mut file, &face, uncertainty(surface))?;
+    product(&mut file, &face, unit, uncertainty(surface, unit))?;
     out.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     Ok(())
 }
 
-/// How exact the file claims to be, in millimetres.
-fn uncertainty(surface: &NurbsSurface) -> f64 {
+/// How exact the file claims to be, in its unit.
+fn uncertainty(surface: &NurbsSurface, unit: LengthUnit) -> f64 {
     let net = surface.control_points().iter();
     let (min, max) =
         net.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)));
     let magnitude = min.abs().max(max.abs()).max_element();
-    LEAST_UNCERTAINTY.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
+    let least = LEAST_UNCERTAINTY / unit.in_millimetres();
+    least.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
 }
 
 /// The data section as it is written.
@@ -180,11 +191,38 @@ fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<
     file.add(&format!("ADVANCED_FACE('',({bound}),{geometry},.T.)"))
 }
 
+/// The unit of length; those that are no metres are defined by them.
+fn length_unit<W: Write>(file: &mut Entities<'_, W>, unit: LengthUnit) -> Result<String> {
+    let (prefix, name) = match unit {
+        LengthUnit::Millimetre => (".MILLI.", None),
+        LengthUnit::Centimetre => (".CENTI.", None),
+        LengthUnit::Metre => ("$", None),
+        LengthUnit::Inch => (".MILLI.", Some("INCH")),
+        LengthUnit::Foot => (".MILLI.", Some("FOOT")),
+    };
+    let metric = file.add(&format!("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT({prefix},.METRE.))"))?;
+    let Some(name) = name else {
+        return Ok(metric);
+    };
+    let millimetres = real(unit.in_millimetres());
+    let factor =
+        file.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({millimetres}),{metric})"))?;
+    let dimension = file.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")?;
+    file.add(&format!(
+        "(CONVERSION_BASED_UNIT('{name}',{factor}) LENGTH_UNIT() NAMED_UNIT({dimension}))"
+    ))
+}
+
 /// The product around the face: what AP214 wants to know beside the geometry.
-fn product<W: Write>(file: &mut Entities<'_, W>, face: &str, uncertainty: f64) -> Result<()> {
+fn product<W: Write>(
+    file: &mut Entities<'_, W>,
+    face: &str,
+    unit: LengthUnit,
+    uncertainty: f64,
+) -> Result<()> {
     let shell = file.add(&format!("OPEN_SHELL('',({face}))"))?;
     let model = file.add(&format!("SHELL_BASED_SURFACE_MODEL('',({shell}))"))?;
-    let length = file.add("(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.))")?;
+    let length = length_unit(file, unit)?;
     let angle = file.add("(NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.))")?;
     let solid = file.add("(NAMED_UNIT(*) SI_UNIT($,.STERADIAN.) SOLID_ANGLE_UNIT())")?;
     let precision = file.add(&format!(

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
+use super::arguments::choice;
 use super::call::{self, WatchedFile};
 use super::mesh::TriangleMesh;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::export;
+use crate::export::{self, LengthUnit};
 
 /// Bytes between two looks at Ctrl-C: a few milliseconds of writing.
 const BUFFER: usize = 1 << 20;
@@ -49,16 +51,39 @@ fn write_file(
     written?.map_err(named)
 }
 
+/// The symbols of the units, and how many millimetres each is.
+pub(super) fn length_units(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let units = PyDict::new(py);
+    for unit in LengthUnit::ALL {
+        units.set_item(unit.symbol(), unit.in_millimetres())?;
+    }
+    Ok(units)
+}
+
+fn length_unit(value: Option<&Bound<'_, PyAny>>) -> PyResult<LengthUnit> {
+    let named = |value| choice("unit", &LengthUnit::ALL, LengthUnit::symbol, value);
+    value.map_or(Ok(LengthUnit::default()), named)
+}
+
 /// Write a surface as a STEP file (AP214, one advanced face).
 ///
 /// Parameters
 /// ----------
 /// surface : NurbsSurface
 /// path : str or path-like
-///     An existing file is overwritten. Coordinates are written as millimetres.
+///     An existing file is overwritten.
+/// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
+///     That of the coordinates, which are written as they are.
 #[pyfunction]
-pub(super) fn write_step(py: Python<'_>, surface: &NurbsSurface, path: PathBuf) -> PyResult<()> {
-    write_file(py, &path, |out| export::write_step(surface.core(), out))
+#[pyo3(signature = (surface, path, unit = None))]
+pub(super) fn write_step(
+    py: Python<'_>,
+    surface: &NurbsSurface,
+    path: PathBuf,
+    unit: Option<&Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    let unit = length_unit(unit)?;
+    write_file(py, &path, |out| export::write_step_in(surface.core(), unit, out))
 }
 
 /// Write a surface as an IGES file (one entity 128).
@@ -67,10 +92,19 @@ pub(super) fn write_step(py: Python<'_>, surface: &NurbsSurface, path: PathBuf) 
 /// ----------
 /// surface : NurbsSurface
 /// path : str or path-like
-///     An existing file is overwritten. Coordinates are written as millimetres.
+///     An existing file is overwritten.
+/// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
+///     That of the coordinates, which are written as they are.
 #[pyfunction]
-pub(super) fn write_iges(py: Python<'_>, surface: &NurbsSurface, path: PathBuf) -> PyResult<()> {
-    write_file(py, &path, |out| export::write_iges(surface.core(), out))
+#[pyo3(signature = (surface, path, unit = None))]
+pub(super) fn write_iges(
+    py: Python<'_>,
+    surface: &NurbsSurface,
+    path: PathBuf,
+    unit: Option<&Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    let unit = length_unit(unit)?;
+    write_file(py, &path, |out| export::write_iges_in(surface.core(), unit, out))
 }
 
 /// Write a mesh as a Wavefront OBJ file, with all digits.
@@ -85,4 +119,21 @@ pub(super) fn write_obj(py: Python<'_>, mesh: &TriangleMesh, path: PathBuf) -> P
     let arrays = mesh.arrays(py)?;
     let view = arrays.view()?;
     write_file(py, &path, |out| export::write_obj(view, out))
+}
+
+/// Write a surface as a Wavefront OBJ file with a free-form surface (`cstype bspline`), with all
+/// digits.
+///
+/// Parameters
+/// ----------
+/// surface : NurbsSurface
+/// path : str or path-like
+///     An existing file is overwritten.
+#[pyfunction]
+pub(super) fn write_obj_surface(
+    py: Python<'_>,
+    surface: &NurbsSurface,
+    path: PathBuf,
+) -> PyResult<()> {
+    write_file(py, &path, |out| export::write_obj_surface(surface.core(), out))
 }

@@ -45,7 +45,7 @@ mod _core {
     #[pymodule_export]
     use super::errors::NeurbsError;
     #[pymodule_export]
-    use super::export::{write_iges, write_obj, write_step};
+    use super::export::{write_iges, write_obj, write_obj_surface, write_step};
     #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
     #[pymodule_export]
@@ -64,6 +64,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("LENGTH_UNITS", super::export::length_units(module.py())?)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,10 +1,24 @@
-"""Files in and out: points are read, surfaces, meshes and pictures are written.
+"""Files in and out: points and surfaces are read, these and meshes and pictures are written.
 
 The suffix of a path picks the format, in any case of its letters. Heavy libraries are imported
 where they are used, so that importing this package costs nothing.
 """
 
 from neurbs.io.files import WRITABLE, check_target, save
-from neurbs.io.points import READABLE, read_points
+from neurbs.io.point_cloud import PointCloud
+from neurbs.io.points import READABLE, check_source, read_point_cloud, read_points
+from neurbs.io.surfaces import LOADABLE, load_surface, load_surfaces
 
-__all__ = ["READABLE", "WRITABLE", "check_target", "read_points", "save"]
+__all__ = [
+    "LOADABLE",
+    "READABLE",
+    "WRITABLE",
+    "PointCloud",
+    "check_source",
+    "check_target",
+    "load_surface",
+    "load_surfaces",
+    "read_point_cloud",
+    "read_points",
+    "save",
+]

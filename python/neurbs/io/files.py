@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import importlib.util
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -11,41 +10,68 @@ from typing import TYPE_CHECKING, Any
 
 from neurbs import _core
 from neurbs._core import NeurbsError, NurbsSurface, TriangleMesh
-from neurbs.io.mesh import write_glb, write_stl
-from neurbs.io.ply import write_ply
+from neurbs.io.csv_table import write_csv
+from neurbs.io.extras import check_installed
+from neurbs.io.geomdl_json import write_json
+from neurbs.io.glb import write_glb
+from neurbs.io.off import write_off
+from neurbs.io.ply import write_ply, write_ply_points
+from neurbs.io.point_cloud import PointCloud
 from neurbs.io.replacement import replacement
+from neurbs.io.rhino import write_3dm
+from neurbs.io.stl import write_stl
+from neurbs.io.units import check_unit
+from neurbs.io.vtp import write_vtp
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
 
 
-def save(thing: NurbsSurface | TriangleMesh | Reconstruction, path: str | os.PathLike[str]) -> None:
-    """Write a surface, a mesh or a whole result to a file.
+def save(
+    thing: NurbsSurface | TriangleMesh | Reconstruction | PointCloud,
+    path: str | os.PathLike[str],
+    *,
+    unit: str | None = None,
+) -> None:
+    """Write a surface, a mesh, points or a whole result to a file.
 
     The suffix, in any case, says what is written:
 
-    ``.step`` ``.stp`` ``.igs`` ``.iges``
-        The NURBS surface, to the last digit, of a `NurbsSurface` or a `Reconstruction`.
-    ``.obj`` ``.ply`` ``.glb`` ``.stl``
+    ``.step`` ``.stp`` ``.igs`` ``.iges`` ``.3dm`` ``.json``
+        The NURBS surface, to the last digit, of a `NurbsSurface` or a `Reconstruction`; ``.json``
+        is geomdl's format.
+    ``.obj``
+        Of a `NurbsSurface` the surface itself, as free-form geometry. Of a `TriangleMesh` and of
+        a `Reconstruction` the triangles, which more programs read.
+    ``.ply`` ``.glb`` ``.stl`` ``.vtp`` ``.off``
         A `TriangleMesh`, that of a `Reconstruction`, or a `NurbsSurface` tessellated with its
         defaults. All but ``.stl`` keep their digits far from the origin too.
+    ``.ply`` ``.csv``
+        A `PointCloud`, with normals, colours and distances if it has them. Of a `Reconstruction`,
+        ``.csv`` holds the points with their distances to the surface.
     ``.png``
         A picture of a `Reconstruction`: points, lattice and surface.
+    ``.html``
+        The report of a `Reconstruction`; `Reconstruction.write_report` has options for it.
 
     The file is written beside its place and then renamed: it is whole or not there, and a file
     that it replaces is untouched until then.
 
     Parameters
     ----------
-    thing : NurbsSurface, TriangleMesh or Reconstruction
+    thing : NurbsSurface, TriangleMesh, Reconstruction or PointCloud
         What to write.
     path : str or path-like
         The file; its folder must exist.
+    unit : {"mm", "cm", "m", "in", "ft"}, optional
+        The unit of the coordinates, which are written as they are. STEP, IGES and Rhino's files
+        say it, by default as millimetres; in ``.glb``, whose unit is the metre, it becomes a
+        scale, by default 1; the others have no place for it.
 
     Raises
     ------
     NeurbsError
-        If the suffix is unknown, or does not hold such a thing.
+        If the suffix is unknown, or does not hold such a thing, or the unit is unknown.
     OSError
         If the file cannot be written.
 
@@ -64,22 +90,29 @@ def save(thing: NurbsSurface | TriangleMesh | Reconstruction, path: str | os.Pat
     >>> net = np.stack(np.meshgrid(range(4), range(4), [0.0]), axis=-1)[:, :, 0]
     >>> surface = neurbs.NurbsSurface(net.astype(float))
     >>> with TemporaryDirectory() as folder:
-    ...     neurbs.save(surface, Path(folder, "plane.step"))
+    ...     neurbs.save(surface, Path(folder, "plane.step"), unit="m")
     ...     [file.name for file in Path(folder).iterdir()]
     ['plane.step']
     """
     check_target(path)
+    check_unit(unit)
     path = Path(path)
-    part, write = _FORMATS[path.suffix.lower()]
+    formats = _FORMATS[path.suffix.lower()]
     parts = _parts(thing)
-    if part not in parts:
-        fitting = " ".join(suffix for suffix, (held, _) in _FORMATS.items() if held in parts)
+    # The first part of a thing that the file can hold is the one that says most.
+    part = next((part for part in parts if part in formats), None)
+    if part is None:
+        fitting = " ".join(suffix for suffix, held in _FORMATS.items() if held.keys() & parts)
         raise NeurbsError(
-            f"{path}: this file holds a {part}, which a {type(thing).__name__} has not: "
-            f"it can be written as {fitting or 'nothing'}"
+            f"{path}: this file holds a {' or a '.join(formats)}, which a {type(thing).__name__} "
+            f"has not: it can be written as {fitting or 'nothing'}"
         )
+    write = formats[part]
     with replacement(path) as new:
-        write(parts[part](), new)
+        if write in _WITH_UNIT:
+            write(parts[part](), new, unit)
+        else:
+            write(parts[part](), new)
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
@@ -115,12 +148,12 @@ def check_target(path: str | os.PathLike[str]) -> None:
         raise NeurbsError(f"{path}: a result replaces a file, but this is a device or a pipe")
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "this file is not writeable", str(path))
-    if path.suffix.lower() == ".png" and importlib.util.find_spec("matplotlib") is None:
-        raise NeurbsError(f"{path}: pictures need matplotlib: pip install 'neurbs[plot]'")
+    if library := _LIBRARIES.get(path.suffix.lower()):
+        check_installed(path, library)
 
 
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
-    """Name what a thing can give to a file."""
+    """Name what a thing can give to a file; where a file can hold several, the first counts."""
     # Imported here because a Reconstruction saves itself with this module.
     from neurbs.reconstruction import Reconstruction
 
@@ -129,13 +162,28 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
             return {"mesh": lambda: thing}
         case NurbsSurface():
             return {"surface": lambda: thing, "mesh": thing.tessellate}
+        case PointCloud():
+            return {"points": lambda: thing}
         case Reconstruction():
             return {
-                "surface": lambda: thing.surface,
                 "mesh": lambda: thing.mesh,
+                "surface": lambda: thing.surface,
+                "points": lambda: _points(thing),
                 "picture": lambda: thing,
+                "report": lambda: thing,
             }
     return {}
+
+
+def _points(result: Reconstruction) -> PointCloud:
+    distances = result.surface.closest_points(result.points).distances
+    return PointCloud(result.points, distances=distances)
+
+
+def _write_report(result: Reconstruction, path: str) -> None:
+    from neurbs.report import write_page
+
+    write_page(result, path)
 
 
 def _write_png(result: Reconstruction, path: str) -> None:
@@ -144,21 +192,33 @@ def _write_png(result: Reconstruction, path: str) -> None:
     plot_reconstruction(result).savefig(path, format="png", dpi="figure")
 
 
-_FORMATS: dict[str, tuple[str, Callable[[Any, str], None]]] = {
-    ".step": ("surface", _core.write_step),
-    ".stp": ("surface", _core.write_step),
-    ".igs": ("surface", _core.write_iges),
-    ".iges": ("surface", _core.write_iges),
-    ".obj": ("mesh", _core.write_obj),
-    ".ply": ("mesh", write_ply),
-    ".glb": ("mesh", write_glb),
-    ".stl": ("mesh", write_stl),
-    ".png": ("picture", _write_png),
+_FORMATS: dict[str, dict[str, Callable[..., None]]] = {
+    ".step": {"surface": _core.write_step},
+    ".stp": {"surface": _core.write_step},
+    ".igs": {"surface": _core.write_iges},
+    ".iges": {"surface": _core.write_iges},
+    ".3dm": {"surface": write_3dm},
+    ".json": {"surface": write_json},
+    ".obj": {"surface": _core.write_obj_surface, "mesh": _core.write_obj},
+    ".ply": {"mesh": write_ply, "points": write_ply_points},
+    ".glb": {"mesh": write_glb},
+    ".stl": {"mesh": write_stl},
+    ".vtp": {"mesh": write_vtp},
+    ".off": {"mesh": write_off},
+    ".csv": {"points": write_csv},
+    ".png": {"picture": _write_png},
+    ".html": {"report": _write_report},
 }
-"""Of each suffix: what part of a thing it holds, and who writes it."""
+"""Of each suffix: which parts of a thing it can hold, and who writes them."""
+
+_WITH_UNIT = (_core.write_step, _core.write_iges, write_3dm, write_glb)
+"""Who writes units."""
+
+_LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
+"""What has to be installed to write a file."""
 
 WRITABLE = {
-    part: tuple(suffix for suffix, (held, _) in _FORMATS.items() if held == part)
-    for part in ("surface", "mesh", "picture")
+    part: tuple(suffix for suffix, parts in _FORMATS.items() if part in parts)
+    for part in ("surface", "mesh", "points", "picture", "report")
 }
 """Suffixes that can be written, by what their files hold."""

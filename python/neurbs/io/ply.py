@@ -1,4 +1,4 @@
-"""PLY files: the vertices of any, and a triangle mesh that keeps its digits.
+"""PLY files: the vertices of any; meshes and points that keep their digits.
 
 The vertex table is read here and not by a mesh library, because points are wanted and not a mesh:
 every vertex, once, in its order, whatever the faces are.
@@ -10,13 +10,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.table import Layout, open_text, read_columns, shown
+from neurbs.io.binary import write_rows
+from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, whole
+from neurbs.io.table import Layout, open_text, read_blocks, shown
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh
@@ -30,6 +32,14 @@ _TYPES = {
 """PLY's names of number types, old and new, and NumPy's."""
 
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+_Columns: TypeAlias = dict[str, tuple[str, NDArray[Any]]]
+"""Names of columns that belong together, the type they are written in, and their values."""
+
+_AXES = (("x",), ("y",), ("z",))
+_NORMALS = (("nx", "normal_x"), ("ny", "normal_y"), ("nz", "normal_z"))
+_COLORS = (("red", "diffuse_red"), ("green", "diffuse_green"), ("blue", "diffuse_blue"))
+"""What programs call the columns."""
 
 _LONGEST_LINE = 4096
 """Bytes of a header line beyond which a file is no PLY file."""
@@ -47,6 +57,17 @@ class _Element:
     properties: list[tuple[str, str]] = field(default_factory=list)
     has_lists: bool = False
 
+    def columns(self, names: tuple[tuple[str, ...], ...]) -> tuple[int, ...]:
+        """Find columns, each under one of its names; none if one is not there."""
+        there = [name for name, _ in self.properties]
+        found = [there.index(name) for known in names for name in known if name in there]
+        return tuple(found) if len(found) == len(names) else ()
+
+    def possible(self, path: Path) -> int:
+        """How many rows there can be: a damaged count would ask for all memory."""
+        # A row has a byte at least for each number.
+        return min(self.count, path.stat().st_size // max(len(self.properties), 1))
+
     def row(self, byte_order: str) -> np.dtype[np.void]:
         """Make the record of a row; its columns are named by their place, for names may repeat."""
         return np.dtype([(str(i), byte_order + t) for i, (_, t) in enumerate(self.properties)])
@@ -61,7 +82,7 @@ class _Header:
     size: int
 
 
-def read_ply(path: Path) -> NDArray[np.float64]:
+def read_ply(path: Path, request: Request) -> PointSource:
     """Read the vertices of a PLY file, ASCII or binary, all of them and in their order."""
     with path.open("rb") as file:
         header = _read_header(path, file)
@@ -70,23 +91,25 @@ def read_ply(path: Path) -> NDArray[np.float64]:
         raise NeurbsError(f"{path}: must have an element 'vertex', but has {names}")
     place = names.index("vertex")
     before, vertex = header.elements[:place], header.elements[place]
-    axes = [name for name, _ in vertex.properties]
-    if vertex.has_lists or not {"x", "y", "z"} <= set(axes):
+    points = vertex.columns(_AXES)
+    if vertex.has_lists or not points:
+        axes = [name for name, _ in vertex.properties]
         lists = " and lists" if vertex.has_lists else ""
         raise NeurbsError(
             f"{path}: vertices must have properties x, y and z and no lists, but have {axes}{lists}"
         )
     if vertex.count == 0:
         raise NeurbsError(f"{path}: must hold at least one point, but has 0 vertices")
-    columns = (axes.index("x"), axes.index("y"), axes.index("z"))
-    read = _read_binary if header.byte_order else _read_ascii
-    points = read(path, header, before, vertex, columns)
-    if len(points) < vertex.count:
-        raise NeurbsError(
-            f"{path}: must hold {vertex.count} vertices, as its header says, "
-            f"but is cut short after {len(points)}"
-        )
-    return points
+    layout = Layout(
+        points,
+        vertex.columns(_NORMALS) if request.attributes else (),
+        vertex.columns(_COLORS) if request.attributes else (),
+        width=len(vertex.properties),
+        allow_missing=request.nan == "drop",
+    )
+    read = _binary if header.byte_order else _ascii
+    blocks = read(path, header, before, vertex, layout)
+    return PointSource(whole(path, blocks, vertex.count), count=vertex.possible(path))
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:
@@ -121,13 +144,9 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     raise NeurbsError(f"{path}: must have a line 'end_header', but is cut short before it")
 
 
-def _read_ascii(
-    path: Path,
-    header: _Header,
-    before: list[_Element],
-    vertex: _Element,
-    columns: tuple[int, ...],
-) -> NDArray[np.float64]:
+def _ascii(
+    path: Path, header: _Header, before: list[_Element], vertex: _Element, layout: Layout
+) -> Iterator[Block]:
     start = sum(element.count for element in before)
 
     def rows() -> Iterator[tuple[int, str]]:
@@ -136,54 +155,78 @@ def _read_ascii(
             rows = ((number, text) for number, text in body if text.strip())
             yield from islice(rows, start, start + vertex.count)
 
-    if next(rows(), None) is None:
-        return np.empty((0, 3))
-    return read_columns(path, rows, Layout(columns, width=len(vertex.properties)))
+    return read_blocks(path, rows, layout)
 
 
-def _read_binary(
-    path: Path,
-    header: _Header,
-    before: list[_Element],
-    vertex: _Element,
-    columns: tuple[int, ...],
-) -> NDArray[np.float64]:
+def _binary(
+    path: Path, header: _Header, before: list[_Element], vertex: _Element, layout: Layout
+) -> Iterator[Block]:
     for element in before:
         if element.has_lists:
             raise NeurbsError(
                 f"{path}: vertices must come before any list, but element {element.name!r} "
                 "with lists comes first: save the file again in another order"
             )
-    sizes = (e.count * e.row(header.byte_order).itemsize for e in before)
-    start = header.size + sum(sizes)
     record = vertex.row(header.byte_order)
-    # What is there, not what the header promises: a damaged count would ask for all memory.
-    count = min(vertex.count, max(path.stat().st_size - start, 0) // record.itemsize)
-    table = np.fromfile(path, record, count, offset=start)
-    return np.column_stack([table[str(i)] for i in columns]).astype(np.float64, copy=False)
+
+    def columns(table: NDArray[np.void], places: tuple[int, ...]) -> NDArray[Any] | None:
+        return np.column_stack([table[str(i)] for i in places]) if places else None
+
+    with path.open("rb") as file:
+        file.seek(header.size + sum(e.count * e.row(header.byte_order).itemsize for e in before))
+        for start in range(0, vertex.count, BLOCK):
+            table = np.fromfile(file, record, min(BLOCK, vertex.count - start))
+            if not len(table):
+                return
+            points = np.column_stack([table[str(i)] for i in layout.points])
+            yield Block(points, columns(table, layout.normals), columns(table, layout.colors))
 
 
 def write_ply(mesh: TriangleMesh, path: str) -> None:
-    """Write a binary PLY file with coordinates in double precision, and normals in single."""
-    vertices = np.empty(len(mesh.vertices), [("position", "<f8", 3), ("normal", "<f4", 3)])
-    vertices["position"] = mesh.vertices
-    vertices["normal"] = mesh.normals
-    # Indices are signed, because most readers know no other.
-    faces = np.empty(len(mesh.triangles), [("count", "u1"), ("vertices", "<i4", 3)])
-    faces["count"] = 3
-    faces["vertices"] = mesh.triangles
+    """Write a mesh in binary, with coordinates in double precision and normals in single."""
+    vertices = {"x y z": ("<f8", mesh.vertices), "nx ny nz": ("<f4", mesh.normals)}
+    with open(path, "wb") as file:
+        _write_head(file, len(mesh.vertices), vertices, len(mesh.triangles))
+        _write_vertices(file, vertices)
+        # Indices are signed, because most readers know no other.
+        face = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
+        corners = np.broadcast_to(np.uint8(3), len(mesh.triangles))
+        write_rows(file, face, {"count": corners, "vertices": mesh.triangles})
+
+
+def write_ply_points(cloud: PointCloud, path: str) -> None:
+    """Write points in binary, with what is known of each."""
+    vertices: _Columns = {"x y z": ("<f8", cloud.points)}
+    if cloud.normals is not None:
+        vertices["nx ny nz"] = ("<f4", cloud.normals)
+    if cloud.colors is not None:
+        vertices["red green blue"] = ("u1", cloud.colors)
+    if cloud.distances is not None:
+        vertices["distance"] = ("<f8", cloud.distances[:, None])
+    with open(path, "wb") as file:
+        _write_head(file, len(cloud), vertices)
+        _write_vertices(file, vertices)
+
+
+def _write_head(file: BinaryIO, count: int, vertices: _Columns, faces: int | None = None) -> None:
+    words = {"<f8": "double", "<f4": "float", "u1": "uchar"}
     lines = [
         "ply",
         "format binary_little_endian 1.0",
         "comment neurbs",
-        f"element vertex {len(vertices)}",
-        *(f"property double {name}" for name in ("x", "y", "z")),
-        *(f"property float {name}" for name in ("nx", "ny", "nz")),
-        f"element face {len(faces)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
+        f"element vertex {count}",
+        *(
+            f"property {words[dtype]} {name}"
+            for names, (dtype, _) in vertices.items()
+            for name in names.split()
+        ),
     ]
-    with open(path, "wb") as file:
-        file.write("\n".join(lines).encode())
-        file.write(vertices.tobytes())
-        file.write(faces.tobytes())
+    if faces is not None:
+        lines += [f"element face {faces}", "property list uchar int vertex_indices"]
+    file.write("\n".join([*lines, "end_header\n"]).encode())
+
+
+def _write_vertices(file: BinaryIO, vertices: _Columns) -> None:
+    fields = [(names, dtype, len(names.split())) for names, (dtype, _) in vertices.items()]
+    record = np.dtype([(names, dtype, (width,)) for names, dtype, width in fields])
+    write_rows(file, record, {names: values for names, (_, values) in vertices.items()})

@@ -7,22 +7,28 @@ to say which line and column of the file is at fault.
 from __future__ import annotations
 
 import codecs
+import csv
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
-from typing import TextIO, TypeAlias
+from typing import Any, TextIO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.io.point_cloud import BLOCK, Block
 
 Rows: TypeAlias = Callable[[], Iterator[tuple[int, str]]]
 """Walks a file anew at each call: its rows, each with its line number from 1, in order."""
 
 _MOST_SHOWN = 40
 """Characters of a file's own text that an error message repeats."""
+
+_MISSING = {"", "-", "na", "n/a", "null", "none"}
+"""What stands for a number that is not there, beside ``nan`` itself."""
 
 
 @dataclass(frozen=True)
@@ -31,17 +37,48 @@ class Layout:
 
     Attributes
     ----------
-    columns : tuple of int
-        Those to read, counted from 0.
+    points : tuple of int
+        The columns of the coordinates, counted from 0.
+    normals, colors : tuple of int
+        Those of the normals and colours that are to be read, three or none.
     width : int or None
         How many columns each row must have; ``None`` if rows may be longer than they need to be.
     separator : str or None
         What stands between two columns; ``None`` for any amount of whitespace.
+    decimal_comma : bool
+        Whether a comma stands for a decimal point.
+    allow_missing : bool
+        Whether a coordinate may be missing or not finite. Normals and colours always may.
     """
 
-    columns: tuple[int, ...]
+    points: tuple[int, ...]
+    normals: tuple[int, ...] = ()
+    colors: tuple[int, ...] = ()
     width: int | None = None
     separator: str | None = None
+    decimal_comma: bool = False
+    allow_missing: bool = False
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """All columns to read, those of the coordinates first."""
+        return self.points + self.normals + self.colors
+
+    @property
+    def required(self) -> tuple[int, ...]:
+        """The columns in which each row must have a finite number."""
+        return () if self.allow_missing else self.points
+
+    def split(self, text: str) -> list[str]:
+        """Cut a row into fields, with decimal points."""
+        fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
+        return [field.strip() for field in fields]
+
+    def block(self, values: NDArray[np.float64]) -> Block:
+        """Tell apart what has been read."""
+        ends = np.cumsum([len(self.points), len(self.normals)])
+        points, normals, colors = np.split(values, ends, axis=1)
+        return Block(points, normals if self.normals else None, colors if self.colors else None)
 
 
 def open_text(path: Path) -> TextIO:
@@ -69,8 +106,15 @@ def shown(text: str) -> str:
     return repr(text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 1] + "…")
 
 
-def read_columns(path: Path, rows: Rows, layout: Layout) -> NDArray[np.float64]:
-    """Read the columns of a table.
+def split(text: str, separator: str | None) -> list[str]:
+    """Cut a row into fields; a separator between quotation marks does not count."""
+    if separator is not None and '"' in text:
+        return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
+    return text.split(separator)
+
+
+def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
+    """Read the points of a table, block by block.
 
     Parameters
     ----------
@@ -81,45 +125,68 @@ def read_columns(path: Path, rows: Rows, layout: Layout) -> NDArray[np.float64]:
     layout : Layout
         How they are cut.
 
-    Returns
-    -------
-    ndarray of shape (n, len(layout.columns))
-        float64, C-contiguous; each number as close to its text as float64 can be.
+    Yields
+    ------
+    Block
+        Each number as close to its text as float64 can be.
 
     Raises
     ------
     NeurbsError
-        If a row is not as wide as it must be, or a field is not a finite number.
+        If a row is not as wide as it must be, or a field that must be a finite number is none.
     """
-    lines = (text for _, text in rows())
-    try:
-        values = _load(lines, layout)
-    except ValueError as error:
-        raise _fault(path, rows, layout, str(error)) from None
-    if not np.isfinite(values).all():
-        raise _fault(path, rows, layout, "a number is not finite")
-    return values
+    walk = rows()
+    required = len(layout.required)
+    while lines := [text for _, text in islice(walk, BLOCK)]:
+        if layout.decimal_comma:
+            lines = [text.replace(",", ".") for text in lines]
+        try:
+            values = _load(lines, layout)
+        except ValueError as error:
+            raise _fault(path, rows, layout, str(error)) from None
+        if not np.isfinite(values[:, :required]).all():
+            raise _fault(path, rows, layout, "a number is not finite")
+        yield layout.block(values)
 
 
-def _load(lines: Iterator[str], layout: Layout) -> NDArray[np.float64]:
+def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
+    options: dict[str, Any] = {
+        "delimiter": layout.separator,
+        "comments": None,
+        "quotechar": '"',
+        "encoding": None,
+    }
     width, columns = layout.width, layout.columns
     if width is None or columns == tuple(range(width)):
-        usecols = columns if width is None else None
-        return np.loadtxt(
-            lines, delimiter=layout.separator, comments=None, usecols=usecols, ndmin=2
-        )
-    # `usecols` would let rows of differing width pass. Columns that nobody asked for are kept as
-    # one character each instead: they may hold text.
-    record = [(str(i), "f8" if i in columns else "U1") for i in range(width)]
-    table = np.loadtxt(lines, delimiter=layout.separator, comments=None, dtype=record, ndmin=1)
+        options |= {"usecols": columns if width is None else None, "ndmin": 2}
+    else:
+        # `usecols` would let rows of differing width pass. Columns that nobody asked for are kept
+        # as one character each instead: they may hold text.
+        record = [(str(i), "f8" if i in columns else "U1") for i in range(width)]
+        options |= {"dtype": record, "ndmin": 1}
+    try:
+        table = np.loadtxt(lines, **options)
+    except ValueError:
+        optional = set(columns) - set(layout.required)
+        if not optional:
+            raise
+        options["converters"] = dict.fromkeys(optional, _number_or_nan)
+        table = np.loadtxt(lines, **options)
+    if table.dtype.names is None:
+        return table
     return np.column_stack([table[str(i)] for i in columns])
+
+
+def _number_or_nan(text: str) -> float:
+    text = text.strip()
+    return math.nan if text.lower() in _MISSING else float(text)
 
 
 def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsError:
     """Find the first row that breaks the table."""
     first = None
     for number, text in rows():
-        fields = [field.strip() for field in text.split(layout.separator)]
+        fields = layout.split(text)
         first = first or number
         if layout.width is not None and len(fields) != layout.width:
             return _wrong_width(path, number, fields, layout.width, first)
@@ -127,7 +194,11 @@ def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsErro
             if column >= len(fields):
                 return _wrong_width(path, number, fields, max(layout.columns) + 1, first)
             field = fields[column]
-            if not is_number(field) or not math.isfinite(float(field)):
+            if column in layout.required:
+                good = is_number(field) and math.isfinite(float(field))
+            else:
+                good = is_number(field) or field.lower() in _MISSING
+            if not good:
                 return _wrong_field(path, number, column, field)
     return NeurbsError(f"{path}: must be a table of numbers, but {otherwise}")
 
@@ -144,10 +215,10 @@ def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: 
 
 def _wrong_field(path: Path, number: int, column: int, field: str) -> NeurbsError:
     hint = ""
-    if is_number(field):
-        hint = ": remove or repair the line"
-    elif "," in field and is_number(field.replace(",", ".")):
-        hint = ": write decimals with a point"
+    if is_number(field) or field.lower() in _MISSING:
+        hint = ': remove or repair the line, or leave such lines out with nan="drop"'
+    elif field.replace("_", "").isalpha():
+        hint = ": say with columns= which columns hold the coordinates"
     got = shown(field) if field else "nothing"
     return NeurbsError(
         f"{path}: line {number}, column {column + 1} must be a finite number, got {got}{hint}"

@@ -1,48 +1,60 @@
-"""Text tables of points: `.xyz`, `.txt`, `.csv`, and the vertex lines of `.obj`."""
+"""Text tables of points: `.xyz`, `.txt`, `.csv`, `.pts`, `.asc`."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from neurbs._core import NeurbsError
-from neurbs.io.table import Layout, is_number, open_text, read_columns, shown
+from neurbs.io.header import Header
+from neurbs.io.point_cloud import PointSource, Request, whole
+from neurbs.io.table import Layout, Rows, is_number, open_text, read_blocks, shown, split
 
 _COMMENT = re.compile("#|//")
-_AXES = ("x", "y", "z")
+
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+
+_PTS_WITH_COLORS, _PTS_COLORS = 7, (4, 5, 6)
+"""A row of `.pts` may be x, y, z, intensity, red, green, blue."""
 
 
-def read_text(path: Path) -> NDArray[np.float64]:
+def read_text(path: Path, request: Request) -> PointSource:
     """Read a table of points whose separator, header and columns are found out.
 
     See `neurbs.read_points` for what is understood.
     """
-    header, layout = _layout(path)
+    table = _table(path, request)
 
     def rows() -> Iterator[tuple[int, str]]:
-        return islice(_rows(path), 1 if header else 0, None)
+        return islice(data_rows(path), 1 if table.has_header else 0, None)
 
-    return read_columns(path, rows, layout)
+    return table.source(path, rows)
 
 
-def read_obj(path: Path) -> NDArray[np.float64]:
-    """Read the vertices of a Wavefront file, all of them and in their order."""
+def read_pts(path: Path, request: Request) -> PointSource:
+    """Read a `.pts` file of a laser scanner: scans, each with its count of points in a line."""
 
     def rows() -> Iterator[tuple[int, str]]:
-        return ((number, text) for number, text in _rows(path) if text.split(None, 1)[0] == "v")
+        return (row for row in data_rows(path) if not _is_count(row[1]))
 
-    if next(rows(), None) is None:
-        raise NeurbsError(f"{path}: must hold at least one point, but has no 'v' line")
-    # Column 0 is the 'v' itself. A weight or a colour may follow the coordinates.
-    return read_columns(path, rows, Layout(columns=(1, 2, 3)))
+    declared = sum(int(text) for _, text in data_rows(path) if _is_count(text))
+    first = next(rows(), None)
+    if not declared or first is None:
+        return read_text(path, request)
+    table = _table_of(path, request, Header(), *first)
+    if request.attributes and table.layout.width == _PTS_WITH_COLORS:
+        table = replace(table, layout=replace(table.layout, colors=_PTS_COLORS))
+    return PointSource(whole(path, table.source(path, rows).blocks, declared))
 
 
-def _rows(path: Path) -> Iterator[tuple[int, str]]:
+def _is_count(text: str) -> bool:
+    return text.strip().isdecimal()
+
+
+def data_rows(path: Path) -> Iterator[tuple[int, str]]:
     """Walk the lines that are neither blank nor only a comment, with their numbers from 1."""
     with open_text(path) as file:
         for number, line in enumerate(file, start=1):
@@ -53,51 +65,98 @@ def _rows(path: Path) -> Iterator[tuple[int, str]]:
                 yield number, text
 
 
-def _layout(path: Path) -> tuple[bool, Layout]:
-    """Whether the table has a header, and how its rows are cut."""
-    rows = _rows(path)
-    top = number, text = next(rows, (0, ""))
+def _comment_above(path: Path, line: int) -> str:
+    """Read the last comment above a line: some programs name the columns there."""
+    with open_text(path) as file:
+        comments = [text for text in islice(file, line - 1) if text.strip()]
+    return comments[-1].strip().lstrip("#/ ") if comments else ""
+
+
+@dataclass(frozen=True)
+class _Table:
+    """How a file is to be read."""
+
+    layout: Layout
+    has_header: bool = False
+    unit: str | None = None
+
+    def source(self, path: Path, rows: Rows) -> PointSource:
+        """Read the rows."""
+        return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
+
+
+def _table(path: Path, request: Request) -> _Table:
+    """Look at the first lines of a file."""
+    rows = data_rows(path)
+    number, text = next(rows, (0, ""))
     if not text:
         raise NeurbsError(f"{path}: must hold at least one point, but the file is empty")
-    header = _is_header(text)
-    if header:
-        number, text = next(rows, (0, ""))
-        if not text:
-            raise NeurbsError(
-                f"{path}: must hold at least one point, but ends after the header in line {top[0]}"
-            )
-    separator = _separator(text)
-    fields = text.split(separator)
+    if not _is_header(text):
+        cut = _cut(text)
+        named = Header.of(split(_comment_above(path, number), cut.separator), number)
+        # Most comments are not about columns.
+        fits = named.has_axes and len(named.names) == len(cut.split(text))
+        return _table_of(path, request, named if fits else Header(), number, text)
+    header_number, names = number, text
+    number, text = next(rows, (0, ""))
+    if not text:
+        raise NeurbsError(
+            f"{path}: must hold at least one point, "
+            f"but ends after the header in line {header_number}"
+        )
+    header = Header.of(split(names, _cut(text).separator), header_number)
+    return replace(_table_of(path, request, header, number, text), has_header=True)
+
+
+def _table_of(path: Path, request: Request, header: Header, number: int, text: str) -> _Table:
+    """Find out how the first row of points, and so each, is cut."""
+    cut = _cut(text)
+    fields = cut.split(text)
     if len(fields) < 2:
         raise NeurbsError(
             f"{path}: line {number} must have columns x, y and z (or x and y), "
             f"got column 1 only, {shown(text.strip())}: "
             "separate columns by whitespace, comma, semicolon or tab"
         )
-    columns = tuple(range(min(len(fields), 3)))
-    if header:
-        names = [name.strip().strip("\"'").lower() for name in top[1].split(separator)]
-        if set(_AXES) <= set(names):
-            if len(names) != len(fields):
-                raise NeurbsError(
-                    f"{path}: line {number} must have {len(names)} columns, "
-                    f"as the header in line {top[0]} has, got {len(fields)}"
-                )
-            columns = tuple(names.index(axis) for axis in _AXES)
-    return header, Layout(columns, width=len(fields), separator=separator)
+    if request.columns is not None:
+        points = header.chosen(path, request.columns, len(fields))
+    else:
+        points = header.coordinates(path, number, len(fields)) or _leading_numbers(fields)
+    layout = replace(
+        cut,
+        points=points,
+        normals=header.normals if request.attributes else (),
+        colors=header.colors if request.attributes else (),
+        width=len(fields),
+        allow_missing=request.nan == "drop",
+    )
+    return _Table(layout, unit=header.unit_of(points))
+
+
+def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
+    """Take the first three columns, after such as hold a point's name."""
+    start = next((i for i, field in enumerate(fields) if is_number(field)), 0)
+    if len(fields) - start < 3:
+        start = 0
+    return tuple(range(start, min(start + 3, len(fields))))
 
 
 def _is_header(text: str) -> bool:
     """Names, and not a number among them."""
-    fields = text.split(_separator(text))
-    return any(map(str.isalpha, text)) and not any(is_number(field) for field in fields)
+    return any(map(str.isalpha, text)) and not any(map(is_number, _cut(text).split(text)))
 
 
-def _separator(text: str) -> str | None:
-    for separator in ";,":
-        if separator in text:
-            return separator
+def _cut(text: str) -> Layout:
+    """Find out what separates the columns of a row, and whether a comma is a decimal point."""
+    if ";" in text:
+        return Layout((), separator=";", decimal_comma=True)
+    with_comma = [word for word in text.split() if "," in word]
+    if with_comma and all(map(_DECIMAL_COMMA.fullmatch, with_comma)) and len(text.split()) > 1:
+        return Layout((), separator="\t" if "\t" in text else None, decimal_comma=True)
+    if with_comma:
+        return Layout((), separator=",")
     # A tab is one blank among others, unless it sets apart fields that have blanks of their own.
     fields = [field.split() for field in text.split("\t")]
     whole = (len(words) == 1 or (words and not is_number(words[0])) for words in fields)
-    return "\t" if len(fields) > 1 and all(whole) else None
+    separator = "\t" if len(fields) > 1 and all(whole) else None
+    return Layout((), separator=separator, decimal_comma=True)

@@ -6,15 +6,23 @@ drawn: ``pip install 'neurbs[plot,view]'`` brings them.
 """
 
 from neurbs.plot.animation import animate
-from neurbs.plot.figures import plot_map, plot_reconstruction, plot_surface
+from neurbs.plot.figures import (
+    plot_map,
+    plot_points,
+    plot_reconstruction,
+    plot_surface,
+    save_picture,
+)
 from neurbs.plot.notebook import map_html, reconstruction_html, surface_html
 
 __all__ = [
     "animate",
     "map_html",
     "plot_map",
+    "plot_points",
     "plot_reconstruction",
     "plot_surface",
     "reconstruction_html",
+    "save_picture",
     "surface_html",
 ]

@@ -86,7 +86,7 @@ def animate(
     ...     film.read_bytes()[:6]
     b'GIF89a'
     """
-    require("matplotlib", extra="plot", purpose="films")
+    require("matplotlib", "films")
     path = Path(path)
     if not 1 <= seconds <= 60:
         raise NeurbsError(f"seconds must be between 1 and 60, got {seconds}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from neurbs import _core
 from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
+from neurbs.io.replacement import replacement
 from neurbs.plot.coloring import Coloring
 from neurbs.plot.frame import Frame, add_panel, new_figure
 from neurbs.plot.scene import POINT, draw_lines, draw_net, draw_points, draw_surface
@@ -262,6 +265,36 @@ def plot_map(
     width = float(np.clip(24 / np.sqrt(len(nodes)), 0.3, 1.1))
     draw_lines(axes, nodes[np.array(som.lattice_.edges)], width)
     return figure
+
+
+def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
+    """Draw points alone, thinned evenly if they are many.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, 3) or (n, 2)
+        The points.
+    backend : {"matplotlib", "pyvista"}, default "matplotlib"
+        Who draws.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+    """
+    cloud = _core.as_points(points)
+    if _is_pyvista(backend):
+        from neurbs.plot.vista import points_plotter
+
+        return points_plotter(cloud)
+    figure = new_figure(1.1 * _PANEL, _PANEL, _DPI)
+    draw_points(add_panel(figure, Frame.around(cloud), f"{len(cloud):,} points"), cloud)
+    return figure
+
+
+def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as PNG; the file is whole or not there."""
+    with replacement(Path(path)) as new:
+        figure.savefig(new, format="png", dpi="figure")
 
 
 def _node_values(

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from neurbs.extras import require
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -91,6 +93,7 @@ def view() -> NDArray[np.float64]:
 
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     """Make a figure, in inches, that is free of pyplot: no display needed, nothing kept open."""
+    require("matplotlib", "pictures")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

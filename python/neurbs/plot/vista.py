@@ -47,7 +47,7 @@ def surface_plotter(
     NeurbsError
         If an option is wrong, or PyVista is not installed.
     """
-    pyvista: Any = require("pyvista", extra="view", purpose="windows")
+    pyvista: Any = require("pyvista", "windows")
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
     scale = coloring(surface, u, v, color, deviation=deviation, tolerance=tolerance, unit=unit)
     plotter = pyvista.Plotter()
@@ -71,13 +71,27 @@ def surface_plotter(
         for line in _isolines(surface, isolines):
             plotter.add_mesh(pyvista.lines_from_points(line), color=INK, opacity=0.35)
     if points is not None:
-        shown = points[sample(len(points), _MOST_POINTS)]
-        plotter.add_points(shown, color=POINT, point_size=3, name="points")
+        _add_points(plotter, points)
     if control_net:
         net = pyvista.StructuredGrid(*np.moveaxis(surface.control_points, 2, 0).copy())
         plotter.add_mesh(net, style="wireframe", color=NET)
     plotter.view_isometric()
     return plotter
+
+
+def points_plotter(points: NDArray[np.float64]) -> Any:
+    """Make a plotter with points alone in it."""
+    pyvista: Any = require("pyvista", "windows")
+    plotter = pyvista.Plotter()
+    plotter.set_background("white")
+    _add_points(plotter, points)
+    plotter.view_isometric()
+    return plotter
+
+
+def _add_points(plotter: Any, points: NDArray[np.float64]) -> None:
+    shown = points[sample(len(points), _MOST_POINTS)]
+    plotter.add_points(shown, color=POINT, point_size=3)
 
 
 def _isolines(surface: NurbsSurface, count: int) -> list[NDArray[np.float64]]:

@@ -77,11 +77,24 @@ def write(
     if path.suffix.lower() not in (".html", ".htm"):
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise NeurbsError(f"{path}: a report is written as .html, got {got}")
+    with replacement(path) as new:
+        write_page(result, new, tolerance=tolerance, unit=unit, source=source)
+
+
+def write_page(
+    result: Reconstruction,
+    path: str,
+    *,
+    tolerance: float | None = None,
+    unit: str = "",
+    source: str | os.PathLike[str] | None = None,
+) -> None:
+    """Write the page to a file of any name, in its place; otherwise as `write`."""
     if tolerance is None:
         tolerance = result.settings.get("tolerance")
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
-    offline: Any = require("plotly.offline", extra="report", purpose="reports")
+    offline: Any = require("plotly.offline", "reports")
     deviation = Deviation.of_result(result)
     figures = {
         "view": view.scene(result, deviation, tolerance, unit),
@@ -105,8 +118,7 @@ def write(
         script=_resource("page.js"),
         plotly=offline.get_plotlyjs(),
     )
-    with replacement(path) as new:
-        Path(new).write_text(content, encoding="utf-8")
+    Path(path).write_text(content, encoding="utf-8")
 
 
 def _resource(name: str) -> str:

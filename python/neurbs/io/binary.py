@@ -1,0 +1,39 @@
+"""Rows of arrays to binary files, a block at a time: Ctrl-C is heard in between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs.io.point_cloud import BLOCK
+
+
+def row_blocks(rows: int) -> Iterator[slice]:
+    """Cut so many rows into blocks.
+
+    Examples
+    --------
+    >>> [(part.start, part.stop) for part in row_blocks(70_000)]
+    [(0, 65536), (65536, 70000)]
+    """
+    return (slice(start, min(start + BLOCK, rows)) for start in range(0, rows, BLOCK))
+
+
+def write_rows(
+    file: BinaryIO, record: np.dtype[np.void], columns: Mapping[str, NDArray[Any]]
+) -> None:
+    """Write a table of which each row is one `record`; fields without a column are zero."""
+    for part in row_blocks(len(next(iter(columns.values())))):
+        table = np.zeros(part.stop - part.start, record)
+        for name, values in columns.items():
+            table[name] = values[part]
+        file.write(table.tobytes())
+
+
+def write_array(file: BinaryIO, array: NDArray[Any], dtype: str) -> None:
+    """Write the rows of an array as numbers of this type."""
+    for part in row_blocks(len(array)):
+        file.write(array[part].astype(dtype).tobytes())

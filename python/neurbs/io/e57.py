@@ -1,0 +1,86 @@
+"""Terrestrial laser scans: `.e57`, read by pye57."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs._core import NeurbsError
+from neurbs.io.extras import imported
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
+
+_CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+_SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+_COLORS = ("colorRed", "colorGreen", "colorBlue")
+
+
+def read_e57(path: Path, request: Request) -> PointSource:
+    """Read the points of all scans, in their common frame."""
+    pye57 = imported(path, "pye57")
+
+    def damaged(error: Exception) -> NeurbsError:
+        return NeurbsError(f"{path}: must be a whole E57 file, but is damaged: {error}")
+
+    try:
+        with closing(pye57.E57(str(path))) as file:
+            headers = [file.get_header(i) for i in range(file.scan_count)]
+            fields = [set(header.point_fields) for header in headers]
+            count = sum(header.point_count for header in headers)
+            crs = _text(file, "coordinateMetadata")
+    except pye57.libe57.E57Exception as error:
+        raise damaged(error) from None
+    for scan, there in enumerate(fields):
+        if not (set(_CARTESIAN) <= there or set(_SPHERICAL) <= there):
+            raise NeurbsError(
+                f"{path}: scan {scan} must have cartesian or spherical coordinates, "
+                f"got {', '.join(sorted(there))}"
+            )
+    colored = request.attributes and all(set(_COLORS) <= there for there in fields)
+
+    def blocks() -> Iterator[Block]:
+        try:
+            with closing(pye57.E57(str(path))) as file:
+                for scan in range(file.scan_count):
+                    yield from _scan(file, scan, colored=colored)
+        except pye57.libe57.E57Exception as error:
+            raise damaged(error) from None
+
+    # The standard knows no unit but the metre.
+    return PointSource(blocks(), count=count, unit="m", crs=crs or None)
+
+
+def _text(file: Any, name: str) -> str:
+    return str(file.root[name].value()) if file.root.isDefined(name) else ""
+
+
+def _scan(file: Any, scan: int, *, colored: bool) -> Iterator[Block]:
+    header = file.get_header(scan)
+    there = header.point_fields
+    cartesian = set(_CARTESIAN) <= set(there)
+    axes = _CARTESIAN if cartesian else _SPHERICAL
+    mark = "cartesianInvalidState" if cartesian else "sphericalInvalidState"
+    names = [*axes, *(_COLORS if colored else ()), *([mark] if mark in there else [])]
+    data, buffers = file.make_buffers(names, min(BLOCK, header.point_count))
+    rotation, translation = header.rotation_matrix, header.translation
+    with closing(header.points.reader(buffers)) as reader:
+        while count := reader.read():
+            points = np.column_stack([data[name][:count] for name in axes])
+            if not cartesian:
+                points = _from_spherical(points)
+            colors = np.column_stack([data[c][:count] for c in _COLORS]) if colored else None
+            block = Block(points @ rotation.T + translation, colors=colors)
+            yield block.only(data[mark][:count] == 0) if mark in data else block
+
+
+def _from_spherical(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn range, azimuth and elevation into x, y and z."""
+    distance, azimuth, elevation = points.T
+    flat = distance * np.cos(elevation)
+    return np.column_stack(
+        [flat * np.cos(azimuth), flat * np.sin(azimuth), distance * np.sin(elevation)]
+    )

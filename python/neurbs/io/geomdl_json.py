@@ -1,0 +1,70 @@
+"""Surfaces as JSON, in the format of the library geomdl."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from neurbs._core import NeurbsError, NurbsSurface
+from neurbs.io.surface_file import SurfaceFile
+
+
+def write_json(surface: NurbsSurface, path: str) -> None:
+    """Write a surface, with all digits."""
+    (rows, cols), (p, q) = surface.control_points.shape[:2], surface.degree
+    net: dict[str, Any] = {"points": surface.control_points.reshape(-1, 3).tolist()}
+    if surface.weights is not None:
+        net["weights"] = surface.weights.ravel().tolist()
+    data = {
+        "type": "spline",
+        "rational": surface.weights is not None,
+        "dimension": 3,
+        "degree_u": p,
+        "degree_v": q,
+        "knotvector_u": surface.knots[0].tolist(),
+        "knotvector_v": surface.knots[1].tolist(),
+        "size_u": rows,
+        "size_v": cols,
+        "control_points": net,
+    }
+    document = {"shape": {"type": "surface", "count": 1, "data": [data]}}
+    with open(path, "w", encoding="utf-8") as file:
+        # Piece by piece, so that Ctrl-C is heard.
+        file.writelines(json.JSONEncoder().iterencode(document))
+
+
+def read_json(path: Path) -> SurfaceFile:
+    """Read all surfaces."""
+    try:
+        document = json.loads(path.read_bytes())
+    except ValueError as error:
+        raise NeurbsError(f"{path}: must be JSON, but is damaged or cut short: {error}") from None
+    try:
+        shape = document["shape"]
+        if shape["type"] != "surface":
+            raise NeurbsError(f"{path}: must hold a shape of type 'surface', got {shape['type']!r}")
+        items = shape["data"]
+        surfaces = [_surface(path, item) for item in items]
+        trimmed = sum(bool(item.get("trims")) for item in items)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise NeurbsError(
+            f"{path}: must be a surface as geomdl writes it, but {error} is missing or wrong"
+        ) from None
+    return SurfaceFile(surfaces, trimmed)
+
+
+def _surface(path: Path, item: dict[str, Any]) -> NurbsSurface:
+    net = item["control_points"]
+    shape = (item["size_u"], item["size_v"])
+    knots = (item["knotvector_u"], item["knotvector_v"])
+    try:
+        points = np.asarray(net["points"], float).reshape(*shape, -1)
+        weights = net.get("weights")
+        if weights is not None:
+            weights = np.asarray(weights, float).reshape(shape)
+        return NurbsSurface(points, weights, (item["degree_u"], item["degree_v"]), knots)
+    except ValueError as error:
+        raise NeurbsError(f"{path}: {error}") from None

@@ -1,0 +1,86 @@
+"""Binary glTF 2.0: what browsers and viewers show."""
+
+from __future__ import annotations
+
+import json
+import struct
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from neurbs._core import LENGTH_UNITS, NeurbsError
+from neurbs.io.binary import write_array
+from neurbs.io.single_precision import check_single_precision
+
+if TYPE_CHECKING:
+    from neurbs import TriangleMesh
+
+_FLOAT, _UINT32 = 5126, 5125
+_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+"""Numbers of the standard for the types and uses of buffers."""
+
+_LARGEST = 2**32 - 2**16
+"""Bytes of arrays at most: lengths are stored in 32 bits, and the head takes a little."""
+
+
+def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
+    """Write a mesh: vertices about their centre, and the centre as the node's place.
+
+    The format stores vertices in single precision but the place of a node in text, so that
+    coordinates far from the origin keep their digits. Its unit is the metre: another one is
+    written as the node's scale.
+    """
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    # Halved first: the sum of two large coordinates may overflow.
+    centre = low / 2 + high / 2
+    vertices = mesh.vertices - centre
+    check_single_precision(vertices, "GLB", stacklevel=4)
+    metres = 1.0 if unit is None else LENGTH_UNITS[unit] / LENGTH_UNITS["m"]
+    count, corners = len(vertices), 3 * len(mesh.triangles)
+    bounds = {"min": _single(low - centre), "max": _single(high - centre)}
+    sizes = [12 * count, 12 * count, 4 * corners]
+    starts = [0, sizes[0], sizes[0] + sizes[1]]
+    targets = [_ARRAY_BUFFER, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER]
+    node: dict[str, Any] = {"mesh": 0, "name": "surface", "translation": (metres * centre).tolist()}
+    if metres != 1:
+        node["scale"] = [metres] * 3
+    primitive = {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}
+    document = {
+        "asset": {"version": "2.0", "generator": "neurbs"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [node],
+        "meshes": [{"name": "surface", "primitives": [primitive]}],
+        # A surface is seen from both sides.
+        "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"metallicFactor": 0}}],
+        "buffers": [{"byteLength": sum(sizes)}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": start, "byteLength": size, "target": target}
+            for start, size, target in zip(starts, sizes, targets, strict=True)
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": _FLOAT, "count": count, "type": "VEC3"} | bounds,
+            {"bufferView": 1, "componentType": _FLOAT, "count": count, "type": "VEC3"},
+            {"bufferView": 2, "componentType": _UINT32, "count": corners, "type": "SCALAR"},
+        ],
+    }
+    if sum(sizes) > _LARGEST:
+        raise NeurbsError(
+            f"GLB files must be below 4 GiB, but these triangles take {sum(sizes):,} bytes: "
+            "tessellate more coarsely, or write .ply"
+        )
+    text = json.dumps(document, separators=(",", ":")).encode()
+    text = text.ljust(-len(text) % 4 + len(text))
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + sum(sizes)))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        file.write(struct.pack("<I4s", sum(sizes), b"BIN\0"))
+        write_array(file, vertices, "<f4")
+        write_array(file, mesh.normals, "<f4")
+        write_array(file, mesh.triangles, "<u4")
+
+
+def _single(numbers: Any) -> list[float]:
+    """Round as the vertices will be: the bounds are checked against them."""
+    rounded: list[float] = np.asarray(numbers, np.float32).tolist()
+    return rounded

@@ -1,0 +1,20 @@
+"""OFF: the plainest of mesh formats, in text with all digits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from neurbs.io.binary import row_blocks
+
+if TYPE_CHECKING:
+    from neurbs import TriangleMesh
+
+
+def write_off(mesh: TriangleMesh, path: str) -> None:
+    """Write vertices and triangles."""
+    with open(path, "w", encoding="ascii", newline="\n") as file:
+        file.write(f"OFF\n{len(mesh.vertices)} {len(mesh.triangles)} 0\n")
+        for part in row_blocks(len(mesh.vertices)):
+            file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in mesh.vertices[part].tolist())
+        for part in row_blocks(len(mesh.triangles)):
+            file.writelines(f"3 {a} {b} {c}\n" for a, b, c in mesh.triangles[part].tolist())

@@ -1,0 +1,241 @@
+"""What a file of points holds, and how it comes out of the file: block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from neurbs._core import NeurbsError
+
+BLOCK = 1 << 16
+"""Rows that are worked on at once: little memory, and Ctrl-C is soon heard."""
+
+Columns: TypeAlias = "tuple[str | int, ...]"
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points and what is known of each, read from a file or to be written into one.
+
+    It may stand wherever points are asked for.
+
+    Attributes
+    ----------
+    points : ndarray of shape (n, 3)
+        float64.
+    normals : ndarray of shape (n, 3), optional
+        float64, as the file has them.
+    colors : ndarray of shape (n, 3), optional
+        uint8: red, green and blue.
+    distances : ndarray of shape (n,), optional
+        Distance of each point to a surface, in the points' unit.
+    unit : str, optional
+        The unit of the coordinates: ``"mm"``, ``"m"``, ``"ft"``, ``"US survey foot"``,
+        ``"degree"``; where that of z is another, both, as in ``"m, z: ft"``.
+    crs : str, optional
+        The coordinate reference system, as ``"EPSG:26910"`` or in WKT: what
+        ``pyproj.CRS`` and geopandas take.
+    offset : (float, float, float), optional
+        The place that the file counts its coordinates from. The points have it added already.
+    dropped : int, default 0
+        How many points of the file are left out: not finite, or marked by the format as not
+        measured.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> import numpy as np
+    >>> cloud = neurbs.PointCloud(np.random.default_rng(0).random((400, 3)), unit="m")
+    >>> cloud
+    PointCloud(400 points, unit='m')
+    >>> neurbs.reconstruct(cloud, grid=(4, 4)).surface.degree
+    (3, 3)
+    """
+
+    points: NDArray[np.float64]
+    normals: NDArray[np.float64] | None = None
+    colors: NDArray[np.uint8] | None = None
+    distances: NDArray[np.float64] | None = None
+    unit: str | None = None
+    crs: str | None = None
+    offset: tuple[float, float, float] | None = None
+    dropped: int = 0
+
+    def __post_init__(self) -> None:
+        """Bring what users give into arrays of the right types, and check their shapes."""
+        points = np.ascontiguousarray(self.points, np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise NeurbsError(f"points must be an array of shape (n, 3), got shape {points.shape}")
+        object.__setattr__(self, "points", points)
+        shapes = {"normals": points.shape, "colors": points.shape, "distances": points.shape[:1]}
+        for name, shape in shapes.items():
+            if getattr(self, name) is None:
+                continue
+            array = np.asarray(getattr(self, name))
+            if array.shape != shape:
+                raise NeurbsError(
+                    f"{name} must be of shape {shape}, as there are {len(points)} points, "
+                    f"got shape {array.shape}"
+                )
+            converted = (
+                as_bytes(array) if name == "colors" else array.astype(np.float64, copy=False)
+            )
+            object.__setattr__(self, name, converted)
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.points)
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Return the points."""
+        return self.points.astype(self.points.dtype if dtype is None else dtype, copy=bool(copy))
+
+    def __repr__(self) -> str:
+        """Say what there is, without the numbers."""
+        arrays = (
+            name for name in ("normals", "colors", "distances") if getattr(self, name) is not None
+        )
+        values = (
+            f"{name}={getattr(self, name)!r}"
+            for name in ("unit", "crs", "offset", "dropped")
+            if getattr(self, name)
+        )
+        return f"PointCloud({', '.join([f'{len(self)} points', *arrays, *values])})"
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of a file.
+
+    Attributes
+    ----------
+    columns : tuple of str or int, optional
+        Those that hold the coordinates, by name or counted from 0.
+    nan : {"error", "drop"}
+        What becomes of points that are not finite.
+    attributes : bool
+        Whether all that the file knows is wanted, or the points alone.
+    """
+
+    columns: Columns | None = None
+    nan: Literal["error", "drop"] = "error"
+    attributes: bool = False
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some points of a file.
+
+    Attributes
+    ----------
+    points : ndarray of shape (k, 3)
+        Real numbers; those that are not finite are still among them.
+    normals, colors : ndarray of shape (k, 3), optional
+        Colours of any number type; see `as_bytes`.
+    dropped : int
+        How many points the format marked as not measured.
+    """
+
+    points: NDArray[Any]
+    normals: NDArray[Any] | None = None
+    colors: NDArray[Any] | None = None
+    dropped: int = 0
+
+    def only(self, rows: NDArray[np.bool_]) -> Block:
+        """Keep some rows; the others count as dropped."""
+
+        def kept(array: NDArray[Any] | None) -> NDArray[Any] | None:
+            return None if array is None else array[rows]
+
+        dropped = self.dropped + int(np.count_nonzero(~rows))
+        return Block(self.points[rows], kept(self.normals), kept(self.colors), dropped)
+
+
+@dataclass(frozen=True)
+class PointSource:
+    """A file that has been opened and whose head has been read.
+
+    Attributes
+    ----------
+    blocks : iterator of Block
+        The points, in the file's order.
+    count : int
+        How many there are at most, as far as is known: memory is taken for so many.
+    unit, crs, offset
+        As in `PointCloud`.
+    """
+
+    blocks: Iterator[Block]
+    count: int = 0
+    unit: str | None = None
+    crs: str | None = None
+    offset: tuple[float, float, float] | None = None
+
+
+def whole(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:
+    """Hand blocks on, and at the end hold their points against what the file says.
+
+    Raises
+    ------
+    NeurbsError
+        If there are not as many.
+    """
+    got = 0
+    for block in blocks:
+        got += len(block.points) + block.dropped
+        yield block
+    if got != count:
+        but = "is cut short after" if got < count else "holds"
+        raise NeurbsError(f"{path}: must hold {count} points, as the file says, but {but} {got}")
+
+
+@dataclass
+class Collector:
+    """Joins arrays of rows into one, whose memory grows in place.
+
+    Joining a list of arrays at the end would take twice the memory.
+    """
+
+    capacity: int = 0
+    rows: int = 0
+    _array: NDArray[Any] | None = field(default=None, repr=False)
+
+    def add(self, block: NDArray[Any], dtype: DTypeLike) -> None:
+        """Append rows."""
+        end = self.rows + len(block)
+        if self._array is None:
+            self._array = np.empty((max(self.capacity, end), block.shape[1]), dtype)
+        if end > len(self._array):
+            # In place, for nobody else knows the array yet.
+            self._array.resize((end + end // 4, block.shape[1]), refcheck=False)
+        self._array[self.rows : end] = block
+        self.rows = end
+
+    def joined(self) -> NDArray[Any]:
+        """Return all rows, and give back the memory that is left over."""
+        array = np.empty((0, 3)) if self._array is None else self._array
+        if self.rows < len(array):
+            array.resize((self.rows, array.shape[1]), refcheck=False)
+        return array
+
+
+def as_bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
+    """Turn colours of any type into 0 to 255.
+
+    Fractions are those of 1. Of integers the largest decides whether they have 8 bits or 16, for
+    some programs write 8 where the format has place for 16.
+    """
+    if colors.dtype == np.uint8:
+        return colors
+    largest = np.nanmax(colors, initial=0)
+    if colors.dtype.kind == "f" and largest <= 1:
+        colors = colors * 255
+    elif largest > 255:
+        colors = colors / 257
+    rounded: NDArray[np.uint8] = np.nan_to_num(colors).round().clip(0, 255).astype(np.uint8)
+    return rounded

@@ -1,0 +1,122 @@
+"""Heights on a regular grid: GeoTIFF, read by rasterio, and ESRI's ASCII grids."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain, islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs._core import NeurbsError
+from neurbs.io.extras import imported
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
+from neurbs.io.table import open_text
+from neurbs.io.text import read_text
+from neurbs.io.units import symbol
+
+_NO_DATA = -9999.0
+"""What marks a cell of an ESRI grid that does not say it."""
+
+_HEAD = 6
+"""Lines of the header of an ESRI grid, of which the last may be left out."""
+
+
+def read_geotiff(path: Path, request: Request) -> PointSource:
+    """Read the cells that have data; the value of the one band is z."""
+    rasterio = imported(path, "rasterio")
+    windows = imported(path, "rasterio.windows")
+    damaged = NeurbsError(f"{path}: must be a whole GeoTIFF, but is damaged or cut short")
+    try:
+        with rasterio.open(path) as file:
+            if file.count != 1:
+                raise NeurbsError(
+                    f"{path}: must have one band, of heights, got {file.count}: is it a picture?"
+                )
+            width, height, crs, z_unit = file.width, file.height, file.crs, file.units[0]
+    except rasterio.errors.RasterioError:
+        raise damaged from None
+
+    def blocks() -> Iterator[Block]:
+        try:
+            with rasterio.open(path) as file:
+                rows = max(BLOCK // width, 1)
+                for row in range(0, height, rows):
+                    window = windows.Window(0, row, width, min(rows, height - row))
+                    values = file.read(1, window=window, masked=True)
+                    i, j = np.indices(values.shape)
+                    x, y = file.transform @ (j + 0.5, i + row + 0.5)
+                    z = values.filled(0) * file.scales[0] + file.offsets[0]
+                    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+                    has_data = ~np.ma.getmaskarray(values).ravel() & ~np.isnan(points[:, 2])
+                    yield Block(points).only(has_data)
+        except rasterio.errors.RasterioError:
+            raise damaged from None
+
+    unit = symbol(crs.linear_units) if crs and crs.is_projected else None
+    if unit and z_unit and symbol(z_unit) != unit:
+        unit = f"{unit}, z: {symbol(z_unit)}"
+    return PointSource(
+        blocks(), count=width * height, unit=unit, crs=crs.to_string() if crs else None
+    )
+
+
+def read_asc(path: Path, request: Request) -> PointSource:
+    """Read an ESRI grid, or a table of points, whichever it is."""
+    with open_text(path) as file:
+        head = list(islice(file, _HEAD))
+    if not head or head[0].split()[:1] not in (["ncols"], ["NCOLS"]):
+        return read_text(path, request)
+    pairs = [line.replace(",", ".").split() for line in head]
+    entries = {
+        pair[0].lower(): pair[1] for pair in pairs if len(pair) == 2 and pair[0][0].isalpha()
+    }
+    try:
+        cols, rows = int(entries["ncols"]), int(entries["nrows"])
+        cell = float(entries["cellsize"])
+        no_data = float(entries.get("nodata_value", _NO_DATA))
+        x, y = (
+            float(entries[f"{axis}llcenter"])
+            if f"{axis}llcenter" in entries
+            else float(entries[f"{axis}llcorner"]) + cell / 2
+            for axis in "xy"
+        )
+        if cols < 1 or rows < 1:
+            raise ValueError
+    except (KeyError, ValueError):
+        raise NeurbsError(
+            f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize and "
+            f"nodata_value, a number after each, got {' '.join(entries)}"
+        ) from None
+    if request.columns is not None:
+        raise NeurbsError(f"{path}: columns must be left out, for this is a grid of heights")
+
+    def blocks() -> Iterator[Block]:
+        first = 0
+        for values in _values(path, len(entries), max(BLOCK // cols, 1) * cols):
+            i, j = np.divmod(np.arange(first, first + len(values)), cols)
+            points = np.column_stack([x + j * cell, y + (rows - 1 - i) * cell, values])
+            yield Block(points).only(values != no_data)
+            first += len(values)
+
+    return PointSource(whole(path, blocks(), rows * cols), count=rows * cols)
+
+
+def _values(path: Path, head: int, most: int) -> Iterator[NDArray[np.float64]]:
+    """Read the numbers after the header, wherever lines end."""
+    with open_text(path) as file:
+        lines = islice(enumerate(file, start=1), head, None)
+        numbers = chain.from_iterable(
+            (_number(path, line, word) for word in text.replace(",", ".").split())
+            for line, text in lines
+        )
+        while len(values := np.fromiter(islice(numbers, most), np.float64)):
+            yield values
+
+
+def _number(path: Path, line: int, word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise NeurbsError(f"{path}: line {line} must hold numbers, got {word!r}") from None

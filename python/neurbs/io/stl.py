@@ -1,0 +1,33 @@
+"""Binary STL: triangles alone, each with its corners."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from neurbs.io.binary import row_blocks, write_rows
+from neurbs.io.single_precision import check_single_precision
+
+if TYPE_CHECKING:
+    from neurbs import TriangleMesh
+
+_HEAD = 80
+"""Bytes before the number of triangles; they must not start with 'solid'."""
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+
+
+def write_stl(mesh: TriangleMesh, path: str) -> None:
+    """Write a mesh as it stands: the format has no place for an offset."""
+    check_single_precision(mesh.vertices, "STL", stacklevel=4)
+    with open(path, "wb") as file:
+        file.write(b"neurbs".ljust(_HEAD))
+        file.write(np.uint32(len(mesh.triangles)).astype("<u4").tobytes())
+        for part in row_blocks(len(mesh.triangles)):
+            corners = mesh.vertices[mesh.triangles[part]]
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+            # A triangle without area has no normal: zero, as the format has it.
+            np.divide(normals, lengths, out=normals, where=lengths > 0)
+            write_rows(file, _TRIANGLE, {"normal": normals, "corners": corners})

@@ -1,0 +1,74 @@
+"""Data sets of VTK: `.vtk`, `.vtp` and `.vtu`, read by VTK."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from neurbs._core import NeurbsError
+from neurbs.io.extras import imported
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
+
+_READERS = {
+    ".vtk": ("vtkmodules.vtkIOLegacy", "vtkGenericDataObjectReader"),
+    ".vtp": ("vtkmodules.vtkIOXML", "vtkXMLPolyDataReader"),
+    ".vtu": ("vtkmodules.vtkIOXML", "vtkXMLUnstructuredGridReader"),
+}
+
+_COLORS = ("RGB", "RGBA", "Colors", "colors")
+"""What programs call the colours of points, which VTK has no name for."""
+
+
+def read_vtk(path: Path, request: Request) -> PointSource:
+    """Read the points of a data set that has some."""
+    module, name = _READERS[path.suffix.lower()]
+    reader = getattr(imported(path, module), name)()
+    to_numpy = imported(path, "vtkmodules.util.numpy_support").vtk_to_numpy
+    reader.SetFileName(str(path))
+    if (complaints := _run(path, reader)) or reader.GetOutputDataObject(0) is None:
+        raise NeurbsError(
+            f"{path}: must be a whole VTK file, but is damaged or cut short: {complaints}"
+        )
+    data = reader.GetOutputDataObject(0)
+    if not hasattr(data, "GetPoints") or data.GetPoints() is None:
+        raise NeurbsError(
+            f"{path}: must be a data set with points (PolyData, UnstructuredGrid, "
+            f"StructuredGrid), got {data.GetClassName()}"
+        )
+    points = to_numpy(data.GetPoints().GetData())
+    normals = colors = None
+    if request.attributes:
+        attributes = data.GetPointData()
+        found = attributes.GetNormals()
+        normals = None if found is None else to_numpy(found)
+        found = next(filter(None, map(attributes.GetArray, _COLORS)), None)
+        colors = None if found is None else to_numpy(found)[:, :3]
+
+    def blocks() -> Iterator[Block]:
+        for start in range(0, len(points), BLOCK):
+            part = slice(start, start + BLOCK)
+            yield Block(
+                points[part],
+                None if normals is None else normals[part],
+                None if colors is None else colors[part],
+            )
+
+    return PointSource(blocks(), count=len(points))
+
+
+def _run(path: Path, reader: Any) -> str:
+    """Run a reader; return its first complaint, which VTK would print and go on."""
+    core = imported(path, "vtkmodules.vtkCommonCore")
+    window, before = core.vtkStringOutputWindow(), core.vtkOutputWindow.GetInstance()
+    logger = core.vtkLogger
+    core.vtkOutputWindow.SetInstance(window)
+    logger.SetStderrVerbosity(logger.VERBOSITY_OFF)
+    try:
+        reader.Update()
+    finally:
+        logger.SetStderrVerbosity(logger.VERBOSITY_INFO)
+        core.vtkOutputWindow.SetInstance(before)
+    # "ERROR: In <file>, line <n>\n<reader> (<address>): <what is wrong>\n..."
+    _, is_error, complaint = window.GetOutput().partition("ERROR: ")
+    return complaint.partition("): ")[2].partition("\n")[0] if is_error else ""

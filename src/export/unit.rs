@@ -1,0 +1,54 @@
+//! The unit that a CAD file gives to its coordinates.
+
+/// The unit of length of the coordinates in a STEP or IGES file. They are written as they are: the
+/// unit is a label, and it is the reader that converts.
+///
+/// ```
+/// use neurbs::export::LengthUnit;
+/// assert_eq!(LengthUnit::default(), LengthUnit::Millimetre);
+/// assert_eq!(LengthUnit::Inch.in_millimetres(), 25.4);
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// What CAD programs assume.
+    #[default]
+    Millimetre,
+    /// 10 mm.
+    Centimetre,
+    /// 1000 mm.
+    Metre,
+    /// 25.4 mm.
+    Inch,
+    /// 304.8 mm, the international foot; not that of United States surveys.
+    Foot,
+}
+
+impl LengthUnit {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
+
+    /// How many millimetres one is.
+    #[must_use]
+    pub fn in_millimetres(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Centimetre => 10.0,
+            Self::Metre => 1000.0,
+            Self::Inch => 25.4,
+            Self::Foot => 304.8,
+        }
+    }
+
+    /// Its symbol, `"mm"` for example.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Centimetre => "cm",
+            Self::Metre => "m",
+            Self::Inch => "in",
+            Self::Foot => "ft",
+        }
+    }
+}
