@@ -10,49 +10,54 @@ NurbsSurface(net 8 × 8, degree (3, 3), domain [0, 1] × [0, 1], polynomial, ope
 TriangleMesh(1089 vertices, 2048 triangles)
 """
 
-from neurbs._core import (
-    BatchSums,
-    Cleaning,
-    ClosestPoints,
-    Curvatures,
-    Epoch,
-    EvenSample,
-    HeightFit,
-    Lattice,
-    NeurbsError,
-    NurbsCurve,
-    NurbsSurface,
-    Pieces,
-    Progress,
-    Topology,
-    TriangleMesh,
-    __version__,
-    clean,
-    detect_topology,
-    fit_heights,
-    free_weights,
-    inspect,
-    pieces,
-    tessellate,
-)
-from neurbs.interop import (
-    from_geomdl,
-    from_opencascade,
-    from_splipy,
-    to_geomdl,
-    to_opencascade,
-    to_splipy,
-)
-from neurbs.io import (
-    PointCloud,
-    load_surface,
-    load_surfaces,
-    read_point_cloud,
-    read_points,
-    save,
-)
-from neurbs.reconstruct import Reconstruction, Report, reconstruct
-from neurbs.som import ConvergenceWarning, SelfOrganizingMap
+import importlib
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from neurbs._core import (
+        BatchSums,
+        Cleaning,
+        ClosestPoints,
+        Curvatures,
+        Epoch,
+        EvenSample,
+        HeightFit,
+        Lattice,
+        NeurbsError,
+        NurbsCurve,
+        NurbsSurface,
+        Pieces,
+        Progress,
+        Topology,
+        TriangleMesh,
+        __version__,
+        clean,
+        detect_topology,
+        fit_heights,
+        free_weights,
+        inspect,
+        pieces,
+        tessellate,
+    )
+    from neurbs.interop import (
+        from_geomdl,
+        from_opencascade,
+        from_splipy,
+        to_geomdl,
+        to_opencascade,
+        to_splipy,
+    )
+    from neurbs.io import (
+        PointCloud,
+        load_surface,
+        load_surfaces,
+        read_point_cloud,
+        read_points,
+        save,
+    )
+    from neurbs.reconstruction import Reconstruction, Report, reconstruct
+    from neurbs.som import ConvergenceWarning, SelfOrganizingMap
+    from neurbs.versions import show_versions
 
 __all__ = [
     "BatchSums",
@@ -91,8 +96,54 @@ __all__ = [
     "read_points",
     "reconstruct",
     "save",
+    "show_versions",
     "tessellate",
     "to_geomdl",
     "to_opencascade",
     "to_splipy",
 ]
+
+_HOMES = {
+    "interop": (
+        "from_geomdl",
+        "from_opencascade",
+        "from_splipy",
+        "to_geomdl",
+        "to_opencascade",
+        "to_splipy",
+    ),
+    "io": (
+        "PointCloud",
+        "load_surface",
+        "load_surfaces",
+        "read_point_cloud",
+        "read_points",
+        "save",
+    ),
+    "reconstruction": ("Reconstruction", "Report", "reconstruct"),
+    "som": ("ConvergenceWarning", "SelfOrganizingMap"),
+    "versions": ("show_versions",),
+}
+"""The modules that hold the public names; `_core` holds all others."""
+
+_MODULES = ("io", "plot", "report")
+"""Modules that users know by name."""
+
+
+def __getattr__(name: str) -> object:
+    """Import what is asked for when it is asked for first (PEP 562).
+
+    So the command can answer Ctrl-C before NumPy is loaded, and nobody waits for what is not used.
+    """
+    if name in _MODULES:
+        return importlib.import_module(f"neurbs.{name}")
+    if name not in __all__:
+        raise AttributeError(f"module 'neurbs' has no attribute {name!r}")
+    home = next((home for home, names in _HOMES.items() if name in names), "_core")
+    value = getattr(importlib.import_module(f"neurbs.{home}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_MODULES})

@@ -360,7 +360,19 @@ class NurbsSurface:
         max_triangles: int = 100_000_000,
         progress: Callable[[Progress], object] | None = None,
     ) -> TriangleMesh: ...
+    def plot(
+        self,
+        points: ArrayLike | None = None,
+        *,
+        color: Literal["height", "deviation", "mean", "gaussian", "zebra"] | None = None,
+        tolerance: float | None = None,
+        unit: str = "",
+        isolines: int = 20,
+        control_net: bool = False,
+        backend: Literal["matplotlib", "pyvista"] = "matplotlib",
+    ) -> Any: ...
     def to_dict(self) -> dict[str, Any]: ...
+    def _repr_html_(self) -> str: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -589,7 +601,7 @@ def ordered_surface(
     surface: str,
     degree: int,
     progress: Callable[[Progress], object] | None,
-) -> tuple[NurbsSurface, TriangleMesh]: ...
+) -> NurbsSurface: ...
 def clean(
     points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
 ) -> Cleaning: ...
@@ -638,11 +650,11 @@ def reconstruct(
     progress: Callable[[Progress], object] | None,
 ) -> tuple[
     NurbsSurface,
-    TriangleMesh,
     Map,
     NDArray[np.float64],
     NDArray[np.float64],
     dict[str, Any],
+    list[tuple[str, int, float]],
 ]: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,9 @@ from neurbs.som_estimator import Estimator
 from neurbs.som_learned import LearnedMap
 from neurbs.som_source import Draws, Source
 from neurbs.som_state import read_state, write_state
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Lattice = _core.Lattice
 
@@ -247,14 +250,21 @@ class SelfOrganizingMap(Estimator, LearnedMap):
             On Ctrl-C, at once. What was learned so far is kept, and `resume` goes on from there.
         """
         points = _core.as_points(points)
-        self._start(points)
-        return self.resume(
+        return self.start(points).resume(
             points,
             progress=progress,
             observer=observer,
             checkpoint=checkpoint,
             checkpoint_seconds=checkpoint_seconds,
         )
+
+    def start(self, points: ArrayLike) -> SelfOrganizingMap:
+        """Lay the lattice out before any training, forgetting what was learned.
+
+        What is learned is the start then, and `resume` trains it: `fit` is the two of them.
+        """
+        self._map = _core.Map(_core.as_points(points), self._lattice(), self._options())
+        return self
 
     def resume(
         self,
@@ -416,6 +426,25 @@ class SelfOrganizingMap(Estimator, LearnedMap):
     def fit_transform(self, points: ArrayLike, y: object = None) -> NDArray[np.float64]:
         """Learn the points and return each one's place on the lattice, as `transform` does."""
         return self.fit(points).transform(points)
+
+    def animate(
+        self, points: ArrayLike, path: str | os.PathLike[str], *, seconds: float = 6.0
+    ) -> SelfOrganizingMap:
+        """Learn the points as `fit` does, and write a film of it: see `neurbs.plot.animate`."""
+        from neurbs.plot import animate
+
+        return animate(self, points, path, seconds=seconds)
+
+    def plot(self, points: ArrayLike | None = None, *, color: str | None = None) -> Figure:
+        """Draw the map, with the points if they are given: see `neurbs.plot.plot_map`."""
+        from neurbs.plot import plot_map
+
+        return plot_map(self, points, color=color)
+
+    def _repr_html_(self) -> str:
+        from neurbs.plot import map_html
+
+        return map_html(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the map, with its training, to a NumPy archive (.npz).

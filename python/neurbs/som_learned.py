@@ -19,6 +19,11 @@ class LearnedMap:
         return self._learned().codebook
 
     @property
+    def lattice_(self) -> _core.Lattice:
+        """The lattice: its nodes and edges."""
+        return self._learned().lattice
+
+    @property
     def n_iter_(self) -> int:
         """Steps made."""
         return self._learned().steps

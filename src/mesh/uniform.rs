@@ -8,12 +8,6 @@ use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface, Outside};
 use crate::progress::Observer;
 
-/// Cells along each knot span by default: a cubic span looks smooth with them.
-const CELLS_PER_SPAN: usize = 4;
-
-/// Cells along each side at least by default, for nets of a few spans.
-const LEAST_CELLS: usize = 32;
-
 /// A grid of `n_u` × `n_v` vertices, evenly spaced in the surface's parameters, two triangles to a
 /// cell.
 ///
@@ -62,19 +56,6 @@ impl UniformGrid {
         let triangles = cells.map_or(f64::INFINITY, |cells| 2.0 * cells as f64);
         let got = format!("({n_u}, {n_v}), which makes {triangles:.3e} triangles");
         Err(Error::parameter("shape", must, got))
-    }
-
-    /// The grid for this surface when the user names none: at least 32 cells along each side, and
-    /// four along each knot span, or as many fewer as [`MAX_TRIANGLES`] asks for.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if even one cell to a span is too many.
-    pub fn for_surface(surface: &NurbsSurface) -> Result<Self> {
-        let side = |knots: &KnotVector, cells: usize| (cells * knots.spans()).max(LEAST_CELLS) + 1;
-        let grid =
-            |cells| Self::new(side(surface.knots_u(), cells), side(surface.knots_v(), cells));
-        (2..=CELLS_PER_SPAN).rev().find_map(|cells| grid(cells).ok()).map_or_else(|| grid(1), Ok)
     }
 
     /// Number of vertices along u and v.

@@ -1,31 +1,29 @@
 //! The whole job, for `neurbs.reconstruct`.
 
-use std::time::Instant;
-
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays::Numbers;
 use super::call::Watcher;
-use super::mesh::TriangleMesh;
+use super::history::Recorder;
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, arrays, call};
-use crate::mesh::UniformGrid;
 use crate::nurbs::OrderedSurface;
 use crate::point_cloud;
 use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report};
 use crate::som::Topology;
 
-/// Surface, mesh, map, parameters, distances, report.
+/// Surface, map, parameters, distances, report, and of what was told on the way stage, step and
+/// error.
 type Found<'py> = (
     NurbsSurface,
-    TriangleMesh,
     Map,
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyDict>,
+    Vec<(&'static str, u64, f64)>,
 );
 
 /// Run the whole job; the public function is :func:`neurbs.reconstruct`.
@@ -72,21 +70,21 @@ pub(super) fn reconstruct<'py>(
     };
     let points = Numbers::points(points, "points")?;
     let points = points.as_slice()?;
-    let job = |watcher: &mut Watcher| crate::reconstruct::reconstruct(points, &options, watcher);
-    let result = call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
-    let start = Instant::now();
-    let grid = UniformGrid::for_surface(&result.surface)?;
-    let mesh = TriangleMesh::of_surface(py, &result.surface, grid, progress)?;
-    let mut facts = result.report;
-    facts.times.push(("tessellation", start.elapsed()));
-    let report = report(py, &facts)?;
+    let job = |watcher: &mut Watcher| {
+        let mut recorder = Recorder::new(watcher);
+        let result = crate::reconstruct::reconstruct(points, &options, &mut recorder)?;
+        Ok((result, recorder.into_history()))
+    };
+    let (result, history) =
+        call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
+    let report = report(py, &result.report)?;
     let som = Map::of_core(result.som);
     let count = result.distances.len();
     let uv = arrays::empty(py, &[count, 2])?;
     arrays::writable(&uv)?.as_slice_mut()?.copy_from_slice(bytemuck::cast_slice(&result.uv));
     let distances = arrays::empty(py, &[count])?;
     arrays::writable(&distances)?.as_slice_mut()?.copy_from_slice(&result.distances);
-    Ok((NurbsSurface::new(py, result.surface)?, mesh, som, uv, distances, report))
+    Ok((NurbsSurface::new(py, result.surface)?, som, uv, distances, report, history))
 }
 
 /// The defaults of the options, as the core has them.
@@ -126,14 +124,14 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(options)
 }
 
-/// The surface of ordered points, as the last stage of the paper's method makes it, and its mesh.
+/// The surface of ordered points, as the last stage of the paper's method makes it.
 #[pyfunction]
 pub(super) fn ordered_surface(
     grid: &Bound<'_, PyAny>,
     surface: &Bound<'_, PyAny>,
     degree: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(NurbsSurface, TriangleMesh)> {
+) -> PyResult<NurbsSurface> {
     let py = grid.py();
     let (kind, degree) = (named_surface(surface)?, arguments::count("degree", degree)?);
     let numbers = Numbers::new(
@@ -148,10 +146,7 @@ pub(super) fn ordered_surface(
         point_cloud::checked_bounds(points, watcher)?;
         kind.through(points.to_vec(), shape, degree)
     };
-    let surface = call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), make)?;
-    let grid = UniformGrid::for_surface(&surface)?;
-    let mesh = TriangleMesh::of_surface(py, &surface, grid, progress)?;
-    Ok((NurbsSurface::new(py, surface)?, mesh))
+    NurbsSurface::new(py, call::run(py, progress, make)?)
 }
 
 fn named_surface(name: &Bound<'_, PyAny>) -> PyResult<OrderedSurface> {

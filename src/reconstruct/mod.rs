@@ -9,7 +9,7 @@ mod report;
 use glam::{DVec2, DVec3};
 
 use crate::error::Result;
-use crate::mesh::{TriangleMesh, UniformGrid};
+use crate::mesh::{TessellateOptions, TriangleMesh};
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud;
 use crate::progress::Observer;
@@ -34,14 +34,13 @@ pub struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// The surface as triangles, on the grid of [`UniformGrid::for_surface`].
+    /// The surface as triangles, none farther from it than a thousandth of the net's diagonal.
     ///
     /// # Errors
     ///
-    /// Those of [`UniformGrid::for_surface`]; [`crate::Error::Interrupted`] if the observer stops
-    /// it.
+    /// Those of [`Tessellation::new`](crate::mesh::Tessellation::new); [`crate::Error::Interrupted`] if the observer stops it.
     pub fn tessellate(&self, observer: &mut dyn Observer) -> Result<TriangleMesh> {
-        UniformGrid::for_surface(&self.surface)?.tessellate(&self.surface, observer)
+        self.surface.tessellate(&TessellateOptions::default(), observer)
     }
 }
 
@@ -50,8 +49,7 @@ impl Reconstruction {
 ///
 /// [`Method::Fit`] brings the points in order by a map that learns them from an ordered start,
 /// takes their places on it as parameters, and fits the surface by least squares with fairness and
-/// parameter correction. [`Method::Paper`] is the paper
-/// alone: a Kohonen network learns the points, and its lattice becomes the control net of a clamped
+/// parameter correction. [`Method::Paper`] is the paper alone: a Kohonen network learns the points, and its lattice becomes the control net of a clamped
 /// B-spline surface, a grid to interpolate, or a Bézier net. Points that are in order already need
 /// no network: [`OrderedSurface::through`](crate::nurbs::OrderedSurface::through) is this last stage.
 ///

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,8 @@ ENDLESS = [
     "1e-300",
 ]
 """Options of a job that only Ctrl-C ends."""
+COMMON = {"context", "output", "config", "as_json", "quiet"}
+"""Options that most commands have."""
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -93,10 +96,16 @@ def entities(path: Path) -> str:
 
 
 def test_options_are_those_of_python() -> None:
-    python = inspect.signature(neurbs.reconstruct).parameters.keys()
-    command = inspect.signature(cli.reconstruct).parameters.keys()
-    assert command - python == {"context", "output", "as_json", "quiet"}
-    assert python - command == {"progress"}
+    rows: list[tuple[Any, Any, set[str], set[str]]] = [
+        (cli.reconstruct, neurbs.reconstruct, {"points", "suffix", "unit"}, {"points", "progress"}),
+        (cli.train, neurbs.SelfOrganizingMap, {"points", "paper"}, set()),
+        (cli.tessellate, neurbs.NurbsSurface.tessellate, {"surface", "unit"}, {"self"}),
+    ]
+    for command, function, own, left_out in rows:
+        python = inspect.signature(function).parameters.keys()
+        words = inspect.signature(command).parameters.keys()
+        assert words - python | own == own | COMMON
+        assert python - words <= left_out
 
 
 def test_json_is_one_document(
@@ -252,7 +261,6 @@ def test_bad_points(
         ("missing.xyz", "a.step", "FileNotFoundError", "missing.xyz: No such file or directory"),
         (".", "a.step", "IsADirectoryError", ".: points are read from a file, not a folder"),
         ("points.xyz", "no/a.step", "FileNotFoundError", "no: there is no such folder"),
-        ("points.xyz", ".", "IsADirectoryError", ".: a result is a file, but this is a folder"),
         ("points.xyz", "points.xyz/a.obj", "NotADirectoryError", "this is not a folder"),
         # The target is checked before the points are read.
         ("missing.xyz", "no/a.step", "FileNotFoundError", "no: there is no such folder"),
@@ -347,7 +355,7 @@ def on_terminal(*arguments: str | Path, interrupt: bool = False) -> tuple[int, s
     with suppress(OSError):  # So Linux says that the other side has closed.
         while chunk := os.read(ours, 65536):
             seen += chunk
-            if interrupt and b"reached" in seen:
+            if interrupt and b"error" in seen:
                 process.send_signal(signal.SIGINT)
                 interrupt = False
     os.close(ours)
@@ -372,7 +380,7 @@ def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
     code, out, err = on_terminal("reconstruct", points_file, "-o", tmp_path / "a.obj", *words)
     assert code == 0
     assert "60 × 60" in out
-    assert re.search(r"training .* [\d,]+/100,000 moves [\d.e-]+, \d+/400 reached .*0:00:0\d", err)
+    assert re.search(r"training .* [\d,]+/100,000 [\d,]+/s, error [\d.]+.*0:00:0\d.* of ", err)
     assert "neurbs: warning: training ended after max_steps=100000 steps" in err
 
 
@@ -412,3 +420,374 @@ def test_points_come_in_every_format(
         target = tmp_path / f"{name}.ply"
         assert Outcome(capsys, "reconstruct", tmp_path / name, "-o", target, *QUICK).code == 0
     assert (tmp_path / "p.csv.ply").read_bytes() == (tmp_path / "p.npy.ply").read_bytes()
+
+
+# Many files at once
+
+
+@pytest.fixture
+def scans(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
+    """Write a folder of two scans and a file that is none, and a folder for their surfaces."""
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    for name in ("a", "c"):
+        np.savetxt(folder / f"{name}.xyz", terrain_points)
+    (folder / "b.xyz").write_text("1 2 three\n")
+    (tmp_path / "out").mkdir()
+    return folder
+
+
+def test_one_that_fails_does_not_stop_the_others(
+    scans: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = sorted(scans.iterdir())
+    out = tmp_path / "out"
+    done = Outcome(capsys, "reconstruct", *files, "-o", out, "--json", *QUICK)
+    assert done.code == 1
+    first, second, third = strict_json(done.out)["results"]
+    assert first["files"] == [str(out / "a.step")]
+    assert third["files"] == [str(out / "c.step")]
+    assert second["error"]["type"] == "NeurbsError"
+    assert done.err.count("b.xyz") == 1
+    assert done.err.endswith("neurbs: 1 of 3 files failed\n")
+    assert {path.name for path in out.iterdir()} == {"a.step", "c.step"}
+
+
+def test_patterns_are_expanded_and_suffixes_chosen(
+    scans: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (scans / "b.xyz").unlink()
+    out = tmp_path / "out"
+    words = ["--suffix", ".ply", "--suffix", "json", *QUICK]
+    done = Outcome(capsys, "reconstruct", scans / "*.xyz", "-o", out, *words)
+    assert done.code == 0
+    assert done.out.count("written") == 2
+    assert {path.name for path in out.iterdir()} == {"a.json", "a.ply", "c.json", "c.ply"}
+
+
+@pytest.mark.parametrize(
+    ("output", "code", "message"),
+    [("a.step", 2, "must be a folder"), ("nowhere", 1, "there is no such folder")],
+)
+def test_many_files_need_a_folder(
+    output: str, code: int, message: str, scans: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = Outcome(capsys, "reconstruct", *scans.iterdir(), "-o", scans / output, *QUICK)
+    assert done.code == code
+    assert message in done.err
+
+
+# Settings in a file
+
+
+def test_a_file_has_the_options(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "a.step"
+    config = tmp_path / "settings.toml"
+    config.write_text(
+        f"[reconstruct]\noutput = ['{target}']\ngrid = [6, 5]\nmax-steps = 9000\n"
+        "min_change = 9.5\njson = true\n[train]\nrows = 3\n"
+    )
+    done = Outcome(capsys, "reconstruct", points_file, "--config", config, "--degree", "2")
+    assert done.code == 0
+    document = strict_json(done.out)
+    assert document["files"] == [str(target)]
+    assert document["report"]["grid"] == [6, 5]
+    assert document["report"]["degree"] == [2, 2]
+
+
+def test_the_command_line_goes_before_the_file(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "settings.toml"
+    config.write_text("[reconstruct]\ngrid = [9, 9]\njson = true\n")
+    target = tmp_path / "a.step"
+    done = Outcome(capsys, "reconstruct", points_file, "-o", target, "--config", config, *QUICK)
+    assert strict_json(done.out)["report"]["grid"] == [6, 5]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("[reconstruct]\ngird = [3, 3]\n", "a setting must be one of .*grid.*, got 'gird'"),
+        ("[reconstruct]\ngrid = 2026-01-01\n", "grid must be a text, a number"),
+        ("reconstruct = 3\n", r"\[reconstruct\] must be a table, got 3"),
+        ("[reconstruct\n", "must be a file of TOML, but: "),
+        ("[reconstruct]\ngrid = [1, 8]\n", "'--grid': must be .*, got .1, 8."),
+        ("[reconstruct]\nseed = 'x'\n", "'--seed': must be .*, got 'x'"),
+    ],
+)
+def test_wrong_settings(
+    content: str,
+    message: str,
+    points_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    config = tmp_path / "settings.toml"
+    config.write_text(content)
+    done = Outcome(
+        capsys, "reconstruct", points_file, "-o", tmp_path / "a.step", "--config", config
+    )
+    assert done.code == 2
+    assert re.search(message, done.err)
+    assert not (tmp_path / "a.step").exists()
+
+
+def test_settings_that_are_not_there(points_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    done = Outcome(capsys, "reconstruct", points_file, "-o", "a.step", "--config", "no.toml")
+    assert done.code == 1
+    assert done.err == "neurbs: error: no.toml: No such file or directory\n"
+
+
+# The other commands
+
+
+def test_a_map_is_trained(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, picture = tmp_path / "map.npz", tmp_path / "map.png"
+    words: list[str | Path] = ["-o", target, "-o", picture, "--rows", "6", "--cols", "5", "--json"]
+    done = Outcome(capsys, "train", points_file, *words)
+    assert done.code == 0
+    measures = strict_json(done.out)["map"]
+    assert measures["nodes"] == 30
+    som = neurbs.SelfOrganizingMap.load(target)
+    assert som.codebook_.shape == (6, 5, 3)
+    points = neurbs.read_points(points_file)
+    np.testing.assert_array_equal(
+        som.codebook_, neurbs.SelfOrganizingMap(6, 5).fit(points).codebook_
+    )
+    assert measures["quantization_error"] == som.quantization_error(points)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    done = Outcome(capsys, "info", target)
+    assert "6, 5" in done.out
+
+
+def test_a_map_by_the_paper_with_a_schedule(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "map.npz"
+    words = ["--paper", "--rows", "5", "--cols", "4", "--radius", "gaussian,3,100", "--seed", "4"]
+    assert Outcome(capsys, "train", points_file, "-o", target, "-q", *words).code == 0
+    som = neurbs.SelfOrganizingMap.load(target)
+    assert (som.training, som.radius, som.seed) == ("online", ("gaussian", 3, 100), 4)
+
+
+def test_a_film_on_the_command_line(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    film = tmp_path / "a.gif"
+    words: list[str | Path] = ["-o", film, "--rows", "4", "--cols", "4", "-q"]
+    assert Outcome(capsys, "train", points_file, *words).code == 0
+    assert film.read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "a.step"], "'--output': a.step: a map is written as .npz .*, got the suffix"),
+        (["-o", "a.gif", "-o", "a.mp4"], "there must be at most one film, got 2"),
+        (["-o", "a.npz", "--rows", "1"], "--rows|rows"),
+        (["-o", "a.npz", "--init", "magic"], "'--init': must be .*, got 'magic'"),
+    ],
+)
+def test_a_wrong_training(
+    words: list[str],
+    message: str,
+    points_file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(points_file.parent)
+    done = Outcome(capsys, "train", points_file, *words)
+    assert done.code in (1, 2)
+    assert re.search(message, done.err)
+    assert [path.name for path in Path().iterdir()] == [points_file.name]
+
+
+@pytest.fixture
+def surface_file(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
+    """Write a surface over `terrain_points`."""
+    path = tmp_path / "surface.json"
+    neurbs.reconstruct(terrain_points, grid=(8, 8)).save(path)
+    return path
+
+
+def test_a_surface_is_tessellated(
+    surface_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = tmp_path / "mesh.obj"
+    done = Outcome(capsys, "tessellate", surface_file, "-o", mesh, "--shape", "4", "6", "--json")
+    assert done.code == 0
+    assert strict_json(done.out)["triangles"] == 2 * 3 * 5
+    assert mesh.read_text().count("\nf ") == 30
+
+
+def test_a_wrong_tessellation(
+    surface_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = Outcome(
+        capsys, "tessellate", surface_file, "-o", tmp_path / "a.obj", "--shape", "1", "x"
+    )
+    assert done.code == 2
+    assert "'--shape': must be " in done.err
+
+
+def test_surfaces_and_points_are_converted(
+    surface_file: Path, points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "surface.step"
+    assert Outcome(capsys, "convert", surface_file, target).code == 0
+    assert target.read_text().startswith("ISO-10303-21;")
+    assert Outcome(capsys, "convert", points_file, tmp_path / "points.ply", "-q").code == 0
+    np.testing.assert_array_equal(
+        neurbs.read_points(tmp_path / "points.ply"), neurbs.read_points(points_file)
+    )
+    done = Outcome(capsys, "convert", points_file, tmp_path / "points.step")
+    assert done.code == 1
+    assert "this file holds a surface, which a PointCloud has not" in done.err
+
+
+def test_points_are_compared(
+    surface_file: Path, points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "deviations.ply"
+    done = Outcome(capsys, "compare", surface_file, points_file, "-o", target, "--json")
+    assert done.code == 0
+    measures = strict_json(done.out)["deviation"]
+    surface, points = neurbs.load_surface(surface_file), neurbs.read_points(points_file)
+    distances = surface.closest_points(points).distances
+    assert measures["rms"] == pytest.approx(np.sqrt(np.mean(distances**2)), rel=1e-12)
+    assert measures["max"] == pytest.approx(distances.max(), rel=1e-12)
+    assert measures["percentiles"]["95"] == pytest.approx(np.percentile(distances, 95), rel=1e-12)
+    assert b"distance" in target.read_bytes()[:1000]
+
+
+def test_the_gate_closes(
+    surface_file: Path, points_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words: list[str | Path] = ["compare", surface_file, points_file, "--tolerance"]
+    median = np.median(
+        neurbs.load_surface(surface_file).closest_points(neurbs.read_points(points_file)).distances
+    )
+    assert Outcome(capsys, *words, "1e6").code == 0
+    failed = Outcome(capsys, *words, str(median))
+    assert failed.code == 3
+    assert "50.000 % within, failed" in failed.out
+    assert Outcome(capsys, *words, str(median), "--share", "0.4", "-q").code == 0
+    assert "'--tolerance': must be a number that is positive" in Outcome(capsys, *words, "0").err
+    assert Outcome(capsys, *words, "1", "--share", "2").code == 2
+
+
+def test_info_says_what_a_file_holds(
+    surface_file: Path, points_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    of_surface = strict_json(Outcome(capsys, "info", surface_file, "--json").out)
+    assert of_surface["kind"] == "surface"
+    assert of_surface["net"] == [8, 8]
+    of_points = strict_json(Outcome(capsys, "info", points_file, "--json").out)
+    assert (of_points["kind"], of_points["points"]) == ("points", 400)
+    assert "400" in Outcome(capsys, "info", points_file).out
+    assert "missing.step: No such file" in Outcome(capsys, "info", "missing.step").err
+
+
+def test_a_view_is_written(
+    surface_file: Path, points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words: list[str | Path] = [
+        "--points",
+        points_file,
+        "--color",
+        "deviation",
+        "--unit",
+        "m",
+        "--control-net",
+    ]
+    pictures = [tmp_path / "surface.png", tmp_path / "points.png"]
+    done = Outcome(capsys, "view", surface_file, "-o", pictures[0], *words)
+    assert done.code == 0
+    assert Outcome(capsys, "view", points_file, "-o", pictures[1]).code == 0
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+    done = Outcome(capsys, "view", surface_file, "-o", pictures[0], "--color", "red")
+    assert done.code == 2
+    assert "'--color': must be one of height" in done.err
+
+
+def test_a_window_needs_a_screen(
+    surface_file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    done = Outcome(capsys, "view", surface_file)
+    assert done.code == 1
+    assert "write a picture with -o" in done.err
+
+
+def test_each_command_has_an_example(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    for command in ("reconstruct", "train", "tessellate", "compare", "info", "convert", "view"):
+        text = " ".join(Outcome(capsys, command, "--help").out.split())
+        assert re.search(rf"Examples?: neurbs {command} ", text)
+
+
+def test_the_report_is_written(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("plotly", reason="plotly is not installed")
+    page = tmp_path / "report.html"
+    done = Outcome(capsys, "reconstruct", points_file, "-o", page, "--unit", "m", *QUICK)
+    assert done.code == 0
+    text = page.read_text(encoding="utf-8")
+    assert f"neurbs reconstruct {points_file} -o out.step --grid 6 5" in text
+
+
+# Ctrl-C while it starts
+
+
+@posix
+@pytest.mark.parametrize("seen", ["numpy", "typer", "neurbs.cli"])
+def test_ctrl_c_while_libraries_are_loaded(seen: str) -> None:
+    # Python tells each module that it has loaded: so the test knows that it is in the midst.
+    command = [sys.executable, "-X", "importtime", "-m", "neurbs", "--help"]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+    )
+    assert process.stderr is not None
+    lines = []
+    for line in process.stderr:
+        lines.append(line)
+        if f" {seen}" in line:
+            process.send_signal(signal.SIGINT)
+            break
+    _, rest = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in "".join(lines) + rest
+    assert "interrupted" in rest
+
+
+@posix
+def test_ctrl_c_at_any_moment_of_the_start(points_file: Path, tmp_path: Path) -> None:
+    words = ["reconstruct", str(points_file), "-o", str(tmp_path / "a.step"), *ENDLESS]
+    for tenth in range(1, 8):
+        process = subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True)
+        # Before that it is Python alone, which answers in its own way.
+        wait_for_the_program(process)
+        time.sleep(tenth / 20)
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+        assert (process.returncode, err) == (130, "interrupted\n")
+
+
+def wait_for_the_program(process: subprocess.Popen[str]) -> None:
+    """Wait until the process handles SIGINT in Python code of ours, as Linux tells."""
+    status = Path(f"/proc/{process.pid}/maps")
+    if not status.exists():
+        time.sleep(0.2)
+        return
+    while "_multiarray_umath" not in status.read_text() and process.poll() is None:
+        time.sleep(0.002)

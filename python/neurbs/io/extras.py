@@ -13,13 +13,15 @@ from typing import Any
 
 from neurbs._core import NeurbsError
 
-_EXTRAS = {
+EXTRAS = {
     "OCP": ("cadquery-ocp-novtk", "cad"),
     "laspy": ("laspy[lazrs]", "io"),
     "lzf": ("python-neo-lzf", "io"),
     "matplotlib": ("matplotlib", "plot"),
+    "plotly": ("plotly", "report"),
     "pye57": ("pye57", "io"),
     "pyproj": ("pyproj", "io"),
+    "pyvista": ("pyvista", "view"),
     "rasterio": ("rasterio", "io"),
     "rhino3dm": ("rhino3dm", "cad"),
     "vtkmodules": ("vtk", "vtk"),
@@ -38,7 +40,7 @@ def imported(path: Path, module: str) -> Any:
             return importlib.import_module(module)
         except ModuleNotFoundError as error:
             library = module.partition(".")[0]
-            if library not in _EXTRAS or (error.name or "").partition(".")[0] != library:
+            if library not in EXTRAS or (error.name or "").partition(".")[0] != library:
                 raise
             raise _missing(path, library) from None
 
@@ -50,7 +52,7 @@ def check_installed(path: Path, library: str) -> None:
 
 
 def _missing(path: Path, library: str) -> NeurbsError:
-    package, extra = _EXTRAS[library]
+    package, extra = EXTRAS[library]
     return NeurbsError(
         f"{path}: {path.suffix.lower()} files need {package}: pip install 'neurbs[{extra}]'"
     )

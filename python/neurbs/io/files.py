@@ -51,6 +51,8 @@ def save(
         ``.csv`` holds the points with their distances to the surface.
     ``.png``
         A picture of a `Reconstruction`: points, lattice and surface.
+    ``.html``
+        The report of a `Reconstruction`; `Reconstruction.write_report` has options for it.
 
     The file is written beside its place and then renamed: it is whole or not there, and a file
     that it replaces is untouched until then.
@@ -153,7 +155,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
     """Name what a thing can give to a file; where a file can hold several, the first counts."""
     # Imported here because a Reconstruction saves itself with this module.
-    from neurbs.reconstruct import Reconstruction
+    from neurbs.reconstruction import Reconstruction
 
     match thing:
         case TriangleMesh():
@@ -168,6 +170,7 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
                 "surface": lambda: thing.surface,
                 "points": lambda: _points(thing),
                 "picture": lambda: thing,
+                "report": lambda: thing,
             }
     return {}
 
@@ -177,10 +180,16 @@ def _points(result: Reconstruction) -> PointCloud:
     return PointCloud(result.points, distances=distances)
 
 
-def _write_png(result: Reconstruction, path: str) -> None:
-    from neurbs.plot import write_png
+def _write_report(result: Reconstruction, path: str) -> None:
+    from neurbs.report import write_page
 
-    write_png(result, path)
+    write_page(result, path)
+
+
+def _write_png(result: Reconstruction, path: str) -> None:
+    from neurbs.plot import plot_reconstruction
+
+    plot_reconstruction(result).savefig(path, format="png", dpi="figure")
 
 
 _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
@@ -198,17 +207,18 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
     ".off": {"mesh": write_off},
     ".csv": {"points": write_csv},
     ".png": {"picture": _write_png},
+    ".html": {"report": _write_report},
 }
 """Of each suffix: which parts of a thing it can hold, and who writes them."""
 
 _WITH_UNIT = (_core.write_step, _core.write_iges, write_3dm, write_glb)
 """Who writes units."""
 
-_LIBRARIES = {".3dm": "rhino3dm", ".png": "matplotlib"}
+_LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
 """What has to be installed to write a file."""
 
 WRITABLE = {
     part: tuple(suffix for suffix, parts in _FORMATS.items() if part in parts)
-    for part in ("surface", "mesh", "points", "picture")
+    for part in ("surface", "mesh", "points", "picture", "report")
 }
 """Suffixes that can be written, by what their files hold."""

@@ -144,7 +144,6 @@ _WHY_STOPPED = {
     "reached": "all points are on the lattice",
     "settled": "the lattice has settled",
     "max_steps": "the steps were over",
-    "ordered": "the points were in order",
 }
 
 _WHY_ENDED = {
@@ -178,6 +177,11 @@ class Reconstruction:
         Each point's distance from its foot.
     report : Report
         How it went.
+    settings : dict of str to object
+        The options that it was made with.
+    history : list of (str, int, float)
+        How the error fell: stage, step and error in the points' unit, for each epoch of the
+        training and each step of what comes after it.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -187,10 +191,51 @@ class Reconstruction:
     uv: NDArray[np.float64] = dataclasses.field(repr=False)
     distances: NDArray[np.float64] = dataclasses.field(repr=False)
     report: Report = dataclasses.field(repr=False)
+    settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
+    history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write surface, mesh or picture to a file; the suffix picks, as in `neurbs.save`."""
         io.save(self, path)
+
+    def plot(
+        self,
+        *,
+        color: str = "height",
+        tolerance: float | None = None,
+        unit: str = "",
+        isolines: int = 20,
+        backend: str = "matplotlib",
+    ) -> Any:
+        """Draw points, lattice and surface: see `neurbs.plot.plot_reconstruction`."""
+        from neurbs.plot import plot_reconstruction
+
+        return plot_reconstruction(
+            self,
+            color=color,
+            tolerance=tolerance,
+            unit=unit,
+            isolines=isolines,
+            backend=backend,
+        )
+
+    def write_report(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        tolerance: float | None = None,
+        unit: str = "",
+        source: str | os.PathLike[str] | None = None,
+    ) -> None:
+        """Write a page that shows surface, deviations and settings: see `neurbs.report.write`."""
+        from neurbs import report
+
+        report.write(self, path, tolerance=tolerance, unit=unit, source=source)
+
+    def _repr_html_(self) -> str:
+        from neurbs.plot import reconstruction_html
+
+        return reconstruction_html(self)
 
 
 def reconstruct(
@@ -311,31 +356,32 @@ def reconstruct(
     """
     if _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
+    settings: dict[str, Any] = {
+        "tolerance": tolerance,
+        "method": method,
+        "surface": surface,
+        "grid": grid,
+        "degree": degree,
+        "topology": topology,
+        "fairness": fairness,
+        "border": border,
+        "max_control_points": max_control_points,
+        "aspect": aspect,
+        "seed": seed,
+        "max_steps": max_steps,
+        "reach": reach,
+        "min_change": min_change,
+    }
     converted = _core.as_points(points)
-    made, mesh, trained, uv, distances, report = _core.reconstruct(
-        converted,
-        tolerance,
-        method=method,
-        surface=surface,
-        grid=grid,
-        degree=degree,
-        topology=topology,
-        fairness=fairness,
-        border=border,
-        max_control_points=max_control_points,
-        aspect=aspect,
-        seed=seed,
-        max_steps=max_steps,
-        reach=reach,
-        min_change=min_change,
-        progress=progress,
+    made, trained, uv, distances, facts, history = _core.reconstruct(
+        converted, **settings, progress=progress
     )
     som = SelfOrganizingMap._of_core(
         trained, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
     )
-    if converted is not points:
-        converted.flags.writeable = False
-    result = Reconstruction(_read_only(converted), made, mesh, som, uv, distances, Report(**report))
+    report, mesh = _tessellated(made, facts, progress)
+    kept = _read_only(converted)
+    result = Reconstruction(kept, made, mesh, som, uv, distances, report, settings, history)
     for text in result.report.shortcomings():
         warnings.warn(text, ConvergenceWarning, stacklevel=2)
     return result
@@ -356,13 +402,13 @@ def _of_ordered(
 ) -> Reconstruction:
     """Make the surface of points in order, without a network."""
     start = time.perf_counter()
-    made, mesh = _core.ordered_surface(points, surface, degree, progress)
+    made = _core.ordered_surface(points, surface, degree, progress)
     flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
     feet = made.closest_points(flat)
     percents = (50, 90, 95, 99)
     percentiles = np.percentile(feet.distances, percents, method="inverted_cdf").tolist()
     rows, cols = made.control_points.shape[:2]
-    report = Report(
+    facts: dict[str, Any] = dict(
         points=len(flat),
         diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
         grid=(rows, cols),
@@ -384,7 +430,23 @@ def _of_ordered(
         quantization_error=0.0,
         seconds={"surface": time.perf_counter() - start},
     )
-    return Reconstruction(_read_only(flat), made, mesh, None, feet.uv, feet.distances, report)
+    report, mesh = _tessellated(made, facts, progress)
+    settings = {"surface": surface, "degree": degree}
+    return Reconstruction(
+        _read_only(flat), made, mesh, None, feet.uv, feet.distances, report, settings
+    )
+
+
+def _tessellated(
+    surface: _core.NurbsSurface,
+    facts: dict[str, Any],
+    progress: Callable[[_core.Progress], object] | None,
+) -> tuple[Report, _core.TriangleMesh]:
+    """Return the report with the time that the mesh took, and the mesh."""
+    start = time.perf_counter()
+    mesh = surface.tessellate(progress=progress)
+    seconds = facts["seconds"] | {"tessellation": time.perf_counter() - start}
+    return Report(**facts | {"seconds": seconds}), mesh
 
 
 def _read_only(points: NDArray[np.float64]) -> NDArray[np.float64]:

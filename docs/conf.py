@@ -1,0 +1,31 @@
+"""Sphinx: python -m sphinx -W -b html docs docs/_build."""
+
+import neurbs
+
+project = "neurbs"
+author = "The neurbs developers"
+copyright = author
+version = release = neurbs.__version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+]
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = f"neurbs {release}"
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#1d5b86", "color-brand-content": "#1d5b86"},
+    "dark_css_variables": {"color-brand-primary": "#7db8dd", "color-brand-content": "#7db8dd"},
+}
+
+myst_enable_extensions = ["amsmath", "colon_fence", "dollarmath"]
+myst_heading_anchors = 3
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # numpydoc's sections say it in words.
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+default_role = "py:obj"

@@ -1,0 +1,107 @@
+"""Make the pictures of the documentation.
+
+    python docs/pictures.py [NAME ...]
+
+Without names, all of them. The one of the report needs playwright and a Chromium.
+"""
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.image import imread, imsave
+from numpy.typing import NDArray
+
+import neurbs
+
+HERE = Path(__file__).parent
+IMAGES = HERE / "images"
+TERRAIN = HERE.parent / "examples" / "jacksboro.xyz"
+
+
+def deviation(path: Path) -> None:
+    """Draw the terrain with its deviation."""
+    result = neurbs.reconstruct(neurbs.read_points(TERRAIN))
+    result.plot(color="deviation", unit="m").savefig(path, dpi=80)
+
+
+def bending(path: Path) -> None:
+    """Draw the mean curvature of a hilly sheet, and its stripes."""
+    u = v = np.linspace(0, 3, 12)
+    x, y = np.meshgrid(u, v, indexing="ij")
+    z = 0.25 * np.sin(2 * x) * np.cos(1.5 * y)
+    surface = neurbs.NurbsSurface.interpolate(np.stack([x, y, z], axis=-1))
+    beside(path, [surface.plot(color=color, isolines=0) for color in ("mean", "zebra")])
+
+
+def grids(path: Path) -> None:
+    """Draw the terrain on three grids."""
+    points = neurbs.read_points(TERRAIN)
+    results = [neurbs.reconstruct(points, grid=(side, side)) for side in (8, 16, 32)]
+    beside(path, [result.surface.plot(isolines=0) for result in results])
+
+
+def unfolding(path: Path) -> None:
+    """Film a lattice that unfolds from a principal plane that is too small a start."""
+    angle, y = np.random.default_rng(0).random((2, 3000)) * [[3 * np.pi], [3.0]]
+    x = np.where(angle < 1.5 * np.pi, np.sin(angle), -2 - np.sin(angle))
+    points = np.column_stack([x, y, -np.cos(angle)])
+    neurbs.SelfOrganizingMap(24, 8, init="geodesic").animate(points, path, seconds=4)
+
+
+def report(path: Path) -> None:
+    """Photograph the report in a browser."""
+    from playwright.sync_api import sync_playwright
+
+    result = neurbs.reconstruct(neurbs.read_points(TERRAIN))
+    with TemporaryDirectory() as folder, sync_playwright() as playwright:
+        page_file = Path(folder, "report.html")
+        result.write_report(page_file, tolerance=50, unit="m", source="jacksboro.xyz")
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"),
+            args=["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+        )
+        page = browser.new_page(viewport={"width": 1000, "height": 1240})
+        page.set_default_timeout(300_000)
+        page.goto(page_file.as_uri())
+        page.wait_for_function("document.getElementById('convergence').data !== undefined")
+        page.wait_for_timeout(3000)
+        page.screenshot(path=path)
+        browser.close()
+
+
+def beside(path: Path, figures: list[Figure]) -> None:
+    """Put figures of one height side by side, drawn twice as fine and then halved."""
+    with TemporaryDirectory() as folder:
+        images: list[NDArray[np.float32]] = []
+        for figure in figures:
+            part = Path(folder, "part.png")
+            figure.savefig(part, dpi=120)
+            images.append(imread(part)[..., :3])
+    whole = np.concatenate(images, axis=1)
+    rows, cols = (side // 2 for side in whole.shape[:2])
+    fine = whole[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2, 3)
+    imsave(path, np.ascontiguousarray(fine.mean(axis=(1, 3))))
+
+
+PICTURES: dict[str, Callable[[Path], None]] = {
+    "deviation.png": deviation,
+    "bending.png": bending,
+    "grids.png": grids,
+    "unfolding.gif": unfolding,
+    "report.png": report,
+}
+
+
+def main() -> None:
+    """Make what is named on the command line."""
+    for name in sys.argv[1:] or PICTURES:
+        PICTURES[name](IMAGES / name)
+
+
+if __name__ == "__main__":
+    main()

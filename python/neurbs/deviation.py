@@ -1,0 +1,169 @@
+"""How far points lie from a surface, and on which side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from neurbs import _core
+
+if TYPE_CHECKING:
+    from neurbs import NurbsSurface, Reconstruction
+
+_CHUNK = 1_000_000
+"""Points whose normals are held at a time."""
+
+_POINTS_A_BIN = 6
+"""Points that a bin of the map over (u, v) holds on average."""
+
+_MOST_BINS = 128
+"""Bins along each side of that map at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """Signed distances from points to a surface, in the points' unit.
+
+    Attributes
+    ----------
+    uv : ndarray of shape (n, 2)
+        Parameters of each point's foot on the surface.
+    signed : ndarray of shape (n,)
+        Distance from point to foot, positive on the side that the normal points to.
+    """
+
+    uv: NDArray[np.float64]
+    signed: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, surface: NurbsSurface, points: ArrayLike) -> Deviation:
+        """Measure the deviation of points from a surface.
+
+        Parameters
+        ----------
+        surface : NurbsSurface
+            The surface.
+        points : array_like of shape (n, 3) or (n, 2)
+            The points.
+
+        Examples
+        --------
+        >>> import neurbs
+        >>> from neurbs.deviation import Deviation
+        >>> plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
+        >>> deviation = Deviation.of(plane, [[0.5, 0.5, 0.3], [0.2, 0.1, -0.4]])
+        >>> deviation.signed.tolist()
+        [0.3, -0.4]
+        >>> round(deviation.rms, 4), deviation.max, deviation.within(0.35)
+        (0.3536, 0.4, 0.5)
+        """
+        points = _core.as_points(points)
+        feet = surface.closest_points(points)
+        return cls._with_sides(surface, points, feet.uv, feet.distances)
+
+    @classmethod
+    def of_result(cls, result: Reconstruction) -> Deviation:
+        """Measure the deviation of a result's points; what it has measured itself is not again."""
+        uv, distances = getattr(result, "uv", None), getattr(result, "distances", None)
+        if uv is None or distances is None:
+            return cls.of(result.surface, result.points)
+        return cls._with_sides(result.surface, result.points, uv, distances)
+
+    @classmethod
+    def _with_sides(
+        cls,
+        surface: NurbsSurface,
+        points: NDArray[np.float64],
+        uv: NDArray[np.float64],
+        distances: NDArray[np.float64],
+    ) -> Deviation:
+        signed = np.empty(len(points))
+        for start in range(0, len(points), _CHUNK):
+            part = slice(start, start + _CHUNK)
+            offset = points[part] - surface.evaluate(uv[part], extrapolate=True)
+            normals = surface.normals(uv[part], extrapolate=True)
+            side = np.einsum("ij,ij->i", offset, normals)
+            np.copysign(distances[part], side, out=signed[part])
+        return cls(uv, signed)
+
+    @property
+    def distances(self) -> NDArray[np.float64]:
+        """Distances without their sign, shape (n,)."""
+        return np.abs(self.signed)
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean of the squared distances."""
+        return float(np.sqrt(np.mean(self.signed**2)))
+
+    @property
+    def mean(self) -> float:
+        """Mean of the signed distances: zero where the surface runs amid its points."""
+        return float(self.signed.mean())
+
+    @property
+    def max(self) -> float:
+        """Largest distance."""
+        return float(self.distances.max())
+
+    def percentiles(self, *shares: float) -> dict[float, float]:
+        """Return the distances that these shares, in per cent, of the points do not exceed."""
+        return dict(zip(shares, np.percentile(self.distances, shares).tolist(), strict=True))
+
+    def within(self, tolerance: float) -> float:
+        """Return the share of points, from 0 to 1, that are at most `tolerance` away."""
+        return float(np.mean(self.distances <= tolerance))
+
+    def over_surface(
+        self, surface: NurbsSurface, u: NDArray[np.float64], v: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the local mean of the signed distances on a grid of parameters.
+
+        Parameters
+        ----------
+        surface : NurbsSurface
+            The surface that was measured.
+        u, v : ndarray of shape (n_u,) and (n_v,)
+            Parameters.
+
+        Returns
+        -------
+        ndarray of shape (n_u, n_v)
+            NaN where there is no point nearby.
+        """
+        bins = int(np.clip(np.sqrt(len(self.signed) / _POINTS_A_BIN), 2, _MOST_BINS))
+        low, high = np.transpose(surface.domain)
+        row, col = np.clip((self.uv - low) / (high - low) * bins, 0, bins - 1).astype(int).T
+        cell, shape = row * bins + col, bins * bins
+        counts: NDArray[np.float64]
+        sums: NDArray[np.float64]
+        counts = np.bincount(cell, minlength=shape).astype(float).reshape(bins, bins)
+        sums = np.bincount(cell, self.signed, minlength=shape).astype(float).reshape(bins, bins)
+        # Places of the parameters among the centres of bins.
+        at_u = (u - low[0]) / (high[0] - low[0]) * bins - 0.5
+        at_v = (v - low[1]) / (high[1] - low[1]) * bins - 0.5
+        weight, total = (_sampled(_smoothed(grid), at_u, at_v) for grid in (counts, sums))
+        return np.divide(total, weight, out=np.full_like(total, np.nan), where=weight > 1e-9)
+
+
+def _smoothed(grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mix each cell with its neighbours, 1 : 2 : 1 in both directions."""
+    for _ in range(2):
+        padded = np.pad(grid, ((1, 1), (0, 0)))
+        grid = (padded[:-2] + 2 * padded[1:-1] + padded[2:]).T / 4
+    return grid
+
+
+def _sampled(
+    grid: NDArray[np.float64], rows: NDArray[np.float64], cols: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Interpolate a grid linearly, and constantly beyond its border."""
+    for places in (rows, cols):
+        places = np.clip(places, 0, len(grid) - 1)
+        first = np.minimum(places.astype(int), len(grid) - 2)
+        share = (places - first)[:, None]
+        grid = ((1 - share) * grid[first] + share * grid[first + 1]).T
+    return grid

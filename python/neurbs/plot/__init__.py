@@ -1,0 +1,28 @@
+"""Pictures of points, maps and surfaces.
+
+`Reconstruction.plot`, `NurbsSurface.plot` and `SelfOrganizingMap.plot` draw with Matplotlib, or
+with PyVista where a window is to be turned with the mouse. Both are imported only when something is
+drawn: ``pip install 'neurbs[plot,view]'`` brings them.
+"""
+
+from neurbs.plot.animation import animate
+from neurbs.plot.figures import (
+    plot_map,
+    plot_points,
+    plot_reconstruction,
+    plot_surface,
+    save_picture,
+)
+from neurbs.plot.notebook import map_html, reconstruction_html, surface_html
+
+__all__ = [
+    "animate",
+    "map_html",
+    "plot_map",
+    "plot_points",
+    "plot_reconstruction",
+    "plot_surface",
+    "reconstruction_html",
+    "save_picture",
+    "surface_html",
+]

@@ -1,0 +1,160 @@
+"""What colours mean: height, deviation, curvature, or stripes of reflected light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs._core import NeurbsError
+from neurbs.plot.frame import INK, number, view
+
+if TYPE_CHECKING:
+    from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
+
+    from neurbs import NurbsSurface
+    from neurbs.deviation import Deviation
+
+COLORS = ("height", "deviation", "mean", "gaussian", "zebra")
+"""What a surface can be coloured by."""
+
+HEIGHTS = ("#2c6e63", "#5e9b74", "#a9bd80", "#e0d09c", "#d0a274", "#f3ede3")
+SIDES = ("#123f7a", "#3f83bd", "#a9cde2", "#f4f3ee", "#f3bd92", "#d76a3c", "#8f1d14")
+"""Palettes from low to high; that of two sides is pale in the middle."""
+
+NO_DATA = "#c3c8cc"
+"""Where there is no point nearby."""
+
+_STRIPES = 9
+"""Dark stripes that are reflected between straight up and straight down."""
+
+_CENTRAL = 99.0
+"""Per cent of the values that a scale without a limit of its own spans."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coloring:
+    """Values over a surface, and the scale that turns them into colours."""
+
+    values: NDArray[np.float64]
+    low: float
+    high: float
+    palette: tuple[str, ...]
+    label: str
+    """What the values are, for the legend; empty if they need none."""
+
+    @property
+    def colormap(self) -> Colormap:
+        """The palette, as Matplotlib has it."""
+        from matplotlib.colors import LinearSegmentedColormap
+
+        return LinearSegmentedColormap.from_list("neurbs", self.palette).with_extremes(bad=NO_DATA)
+
+    def rgba(self) -> NDArray[np.float64]:
+        """Return the colours, of shape (..., 4)."""
+        colors: NDArray[np.float64] = self.colormap(self._norm()(np.ma.masked_invalid(self.values)))
+        return colors
+
+    def add_legend(self, figure: Figure, left: float) -> None:
+        """Draw the scale as a bar at the right of a panel."""
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.ticker import FuncFormatter
+
+        if not self.label:
+            return
+        values = self.values[np.isfinite(self.values)]
+        beyond = (bool((values < self.low).any()), bool((values > self.high).any()))
+        extend = ("neither", "max", "min", "both")[2 * beyond[0] + beyond[1]]
+        axes: Any = figure.add_axes((left, 0.2, 0.18 / figure.get_figwidth(), 0.5))
+        bar = figure.colorbar(
+            ScalarMappable(self._norm(), self.colormap),
+            axes,
+            extend=extend,
+            format=FuncFormatter(lambda value, _: number(value)),
+        )
+        bar.set_label(self.label, size=12, color=INK, labelpad=8)
+        bar.ax.tick_params(labelsize=11, labelcolor=INK, color=INK)
+        bar.outline.set_visible(False)
+
+    def _norm(self) -> Any:
+        from matplotlib.colors import Normalize
+
+        return Normalize(self.low, self.high)
+
+
+def coloring(
+    surface: NurbsSurface,
+    u: NDArray[np.float64],
+    v: NDArray[np.float64],
+    color: str,
+    *,
+    deviation: Deviation | None = None,
+    tolerance: float | None = None,
+    unit: str = "",
+) -> Coloring:
+    """Colour a surface on a grid of parameters.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+        The surface.
+    u, v : ndarray of shape (n_u,) and (n_v,)
+        Parameters.
+    color : {"height", "deviation", "mean", "gaussian", "zebra"}
+        What colours mean.
+    deviation : Deviation, optional
+        What ``"deviation"`` needs.
+    tolerance : float, optional
+        Where the scale of the deviation ends; by default at the 99th percentile of what is seen.
+    unit : str, default ""
+        Name of the points' unit.
+
+    Raises
+    ------
+    NeurbsError
+        If `color` is not one of these, `tolerance` is not positive, or there are no points to
+        measure the deviation of.
+    """
+    if tolerance is not None and not 0 < tolerance < np.inf:
+        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+    if color == "height":
+        z = surface.evaluate_grid(u, v)[..., 2]
+        return Coloring(z, z.min(), max(z.max(), z.min() + 1e-300), HEIGHTS, "")
+    if color == "zebra":
+        return Coloring(_stripes(surface, u, v), 0.0, 1.0, ("#15191d", "#fbfbf8"), "")
+    if color == "deviation":
+        if deviation is None:
+            raise NeurbsError("color='deviation' must have points to measure, got none")
+        values = deviation.over_surface(surface, u, v)
+        limit = tolerance or _limit(values)
+        label = f"deviation, {unit or 'in the unit of the points'} (local mean)"
+        return Coloring(values, -limit, limit, SIDES, label)
+    if color in ("mean", "gaussian"):
+        values = getattr(surface.curvatures_grid(u, v), color)
+        limit, power = _limit(values), "²" if color == "gaussian" else ""
+        label = f"{'Gaussian' if power else 'mean'} curvature, 1/{unit or 'unit'}{power}"
+        return Coloring(values, -limit, limit, SIDES, label)
+    raise NeurbsError(f"color must be one of {', '.join(COLORS)}, got {color!r}")
+
+
+def _limit(values: NDArray[np.float64]) -> float:
+    """Return the absolute value that nearly all do not exceed, positive."""
+    finite = np.abs(values[np.isfinite(values)])
+    limit = float(np.percentile(finite, _CENTRAL)) if len(finite) else 0.0
+    return limit or 1.0
+
+
+def _stripes(
+    surface: NurbsSurface, u: NDArray[np.float64], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Stripes of a lamp box that the surface mirrors: broken where its tangent planes break."""
+    _, normals = surface.normals_grid(u, v)
+    towards = view()[2]
+    mirrored = 2 * (normals @ towards)[..., None] * normals - towards
+    angle = np.arccos(np.clip(mirrored @ view()[1], -1, 1))
+    # A steep sine instead of a step: edges of stripes are smooth.
+    stripes: NDArray[np.float64] = np.clip(0.5 + 4 * np.sin(2 * _STRIPES * angle), 0, 1)
+    return stripes

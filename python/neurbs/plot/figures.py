@@ -1,0 +1,352 @@
+"""Whole pictures: of a result, a surface, a map."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from neurbs import _core
+from neurbs._core import NeurbsError
+from neurbs.deviation import Deviation
+from neurbs.io.replacement import replacement
+from neurbs.plot.coloring import Coloring
+from neurbs.plot.frame import Frame, add_panel, new_figure
+from neurbs.plot.scene import POINT, draw_lines, draw_net, draw_points, draw_surface
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
+
+_PANEL, _LEGEND, _DPI = 8.0, 1.2, 100.0
+"""Inches of a panel's sides and of a legend's width, and dots an inch."""
+
+_NODE_COLORS = ("u-matrix", "hits")
+"""What the cells of a map can be coloured by."""
+
+_NODES = ("#f4f3ee", "#c9d8d2", "#7fae9f", "#3c7f7a", "#174d57", "#0c2a36")
+"""Palette of the cells of a map."""
+
+
+def plot_reconstruction(
+    result: Reconstruction,
+    *,
+    color: str = "height",
+    tolerance: float | None = None,
+    unit: str = "",
+    isolines: int = 20,
+    backend: str = "matplotlib",
+) -> Any:
+    """Draw the points with the trained lattice over them, and beside them the surface.
+
+    Proportions are true, except that an axis shorter than a quarter of the longest, as the
+    height of terrain is, is drawn as long as that quarter and labelled with the factor.
+
+    Parameters
+    ----------
+    result : Reconstruction
+        What `neurbs.reconstruct` returned.
+    color : {"height", "deviation", "mean", "gaussian", "zebra"}, default "height"
+        What the surface's colours mean: height; the local mean of the signed distances from
+        points to surface, positive on the normal's side; mean or Gaussian curvature; or the
+        stripes of a lamp box that it mirrors, which break where its tangent planes do.
+    tolerance : float, optional
+        Where the colours of the deviation end, in the points' unit; by default at the 99th
+        percentile of what is seen.
+    unit : str, default ""
+        Name of the points' unit, for the legend.
+    isolines : int, default 20
+        Isoparametric lines across the longer direction; 0 for none.
+    backend : {"matplotlib", "pyvista"}, default "matplotlib"
+        Who draws. PyVista shows the surface alone, to be turned with the mouse.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+        The figure is free of pyplot: it needs no display, and nothing keeps it open.
+
+    Raises
+    ------
+    NeurbsError
+        If an option is not one of these.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import neurbs
+    >>> x, y = np.random.default_rng(0).random((2, 200))
+    >>> result = neurbs.reconstruct(np.column_stack([x, y, x * y]), grid=(6, 6))
+    >>> [panel.get_zlabel() for panel in result.plot().axes]
+    ['z', 'z']
+    """
+    deviation = Deviation.of_result(result) if color == "deviation" else None
+    if _is_pyvista(backend):
+        from neurbs.plot.vista import surface_plotter
+
+        return surface_plotter(
+            result.surface,
+            color,
+            points=result.points,
+            deviation=deviation,
+            tolerance=tolerance,
+            unit=unit,
+            isolines=isolines,
+        )
+    figure = new_figure(2 * _PANEL + _legend_width(color), _PANEL, _DPI)
+    frame = Frame.around(result.points, result.mesh.vertices)
+    lattice = result.som.codebook_
+    share = _PANEL / figure.get_figwidth()
+    title = f"{len(result.points):,} points, {_size(lattice)} lattice"
+    left = add_panel(figure, frame, title, 0.0, share)
+    draw_points(left, result.points)
+    draw_net(left, lattice)
+    surface = result.surface
+    right = add_panel(figure, frame, _surface_title(surface), share, share)
+    scale = draw_surface(
+        right,
+        frame,
+        surface,
+        color,
+        points=result.points if color == "height" else None,
+        deviation=deviation,
+        tolerance=tolerance,
+        unit=unit,
+        isolines=isolines,
+    )
+    scale.add_legend(figure, 2 * share)
+    return figure
+
+
+def plot_surface(
+    surface: NurbsSurface,
+    points: ArrayLike | None = None,
+    *,
+    color: str | None = None,
+    tolerance: float | None = None,
+    unit: str = "",
+    isolines: int = 20,
+    control_net: bool = False,
+    backend: str = "matplotlib",
+) -> Any:
+    """Draw a surface; `NurbsSurface.plot` is this function.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+        The surface.
+    points : array_like of shape (n, 3), optional
+        Points to draw with it, and to measure the deviation of.
+    color : {"height", "deviation", "mean", "gaussian", "zebra"}, optional
+        What colours mean, as in `plot_reconstruction`; by default the deviation if there are
+        points, else the height.
+    tolerance : float, optional
+        Where the colours of the deviation end, in the points' unit.
+    unit : str, default ""
+        Name of the points' unit, for the legend.
+    isolines : int, default 20
+        Isoparametric lines across the longer direction; 0 for none.
+    control_net : bool, default False
+        Whether the control net is drawn, too.
+    backend : {"matplotlib", "pyvista"}, default "matplotlib"
+        Who draws.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+
+    Raises
+    ------
+    NeurbsError
+        If an option is not one of these.
+
+    Examples
+    --------
+    >>> import neurbs
+    >>> sphere = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+    >>> figure = sphere.plot(color="zebra", isolines=0)
+    >>> figure.savefig("sphere.png")  # doctest: +SKIP
+    """
+    cloud = None if points is None else _core.as_points(points)
+    if color is None:
+        color = "height" if cloud is None else "deviation"
+    needed = color == "deviation" and cloud is not None
+    deviation = Deviation.of(surface, cloud) if needed and cloud is not None else None
+    if _is_pyvista(backend):
+        from neurbs.plot.vista import surface_plotter
+
+        return surface_plotter(
+            surface,
+            color,
+            points=cloud,
+            deviation=deviation,
+            tolerance=tolerance,
+            unit=unit,
+            isolines=isolines,
+            control_net=control_net,
+        )
+    net = surface.control_points
+    drawn = [surface.tessellate(shape=(60, 60)).vertices]
+    drawn += [net.reshape(-1, 3)] if control_net else []
+    drawn += [] if cloud is None else [cloud]
+    frame = Frame.around(*drawn)
+    figure = new_figure(1.1 * _PANEL + _legend_width(color), _PANEL, _DPI)
+    share = 1.1 * _PANEL / figure.get_figwidth()
+    axes = add_panel(figure, frame, _surface_title(surface), 0.0, share)
+    scale = draw_surface(
+        axes,
+        frame,
+        surface,
+        color,
+        points=cloud,
+        deviation=deviation,
+        tolerance=tolerance,
+        unit=unit,
+        isolines=isolines,
+    )
+    if control_net:
+        draw_net(axes, net, POINT)
+    scale.add_legend(figure, share)
+    return figure
+
+
+def plot_map(
+    som: SelfOrganizingMap, points: ArrayLike | None = None, *, color: str | None = None
+) -> Figure:
+    """Draw a trained map; `SelfOrganizingMap.plot` is this function.
+
+    Parameters
+    ----------
+    som : SelfOrganizingMap
+        A map that has learned.
+    points : array_like of shape (n, 3), optional
+        Points to draw with it.
+    color : {"u-matrix", "hits"}, optional
+        What the cells of a lattice are coloured by: mean distance to the neighbours, or points
+        that a node is the nearest of.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    NeurbsError
+        If `color` is not one of these, needs points that are not given, or the lattice is a graph,
+        which has no cells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import neurbs
+    >>> points = np.random.default_rng(0).random((500, 3)) * [2, 1, 0.1]
+    >>> som = neurbs.SelfOrganizingMap(8, 6).fit(points)
+    >>> som.plot(points, color="u-matrix").texts[0].get_text()
+    '8 × 6 lattice, 500 points'
+    """
+    cloud = None if points is None else _core.as_points(points)
+    nodes = som.codebook_.reshape(-1, 3)
+    frame = Frame.around(nodes, *([] if cloud is None else [cloud]))
+    # Read as the map gives them: a graph has no rows.
+    name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
+    title = name if cloud is None else f"{name}, {len(cloud):,} points"
+    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), _PANEL, _DPI)
+    share = 1.1 * _PANEL / figure.get_figwidth()
+    axes = add_panel(figure, frame, title, 0.0, share)
+    if cloud is not None:
+        draw_points(axes, cloud)
+    if color is not None:
+        scale = _node_values(som, cloud, color)
+        _draw_cells(axes, som.codebook_, scale)
+        scale.add_legend(figure, share)
+    width = float(np.clip(24 / np.sqrt(len(nodes)), 0.3, 1.1))
+    draw_lines(axes, nodes[np.array(som.lattice_.edges)], width)
+    return figure
+
+
+def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
+    """Draw points alone, thinned evenly if they are many.
+
+    Parameters
+    ----------
+    points : array_like of shape (n, 3) or (n, 2)
+        The points.
+    backend : {"matplotlib", "pyvista"}, default "matplotlib"
+        Who draws.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or pyvista.Plotter
+    """
+    cloud = _core.as_points(points)
+    if _is_pyvista(backend):
+        from neurbs.plot.vista import points_plotter
+
+        return points_plotter(cloud)
+    figure = new_figure(1.1 * _PANEL, _PANEL, _DPI)
+    draw_points(add_panel(figure, Frame.around(cloud), f"{len(cloud):,} points"), cloud)
+    return figure
+
+
+def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure as PNG; the file is whole or not there."""
+    with replacement(Path(path)) as new:
+        figure.savefig(new, format="png", dpi="figure")
+
+
+def _node_values(
+    som: SelfOrganizingMap, points: NDArray[np.float64] | None, color: str
+) -> Coloring:
+    if color not in _NODE_COLORS:
+        raise NeurbsError(f"color must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
+    if som.codebook_.ndim != 3:
+        raise NeurbsError(f"color={color!r} must have a lattice with cells, got a graph")
+    if color == "hits":
+        if points is None:
+            raise NeurbsError("color='hits' must have points to count, got none")
+        values, label = som.hits(points).astype(float), "points nearest to a node"
+    else:
+        values, label = som.u_matrix(), "mean distance to the neighbours"
+    return Coloring(values, values.min(), max(values.max(), values.min() + 1e-300), _NODES, label)
+
+
+def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> None:
+    """Fill the cells of a lattice, each quarter with the colour of its node."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    # Twice as fine, so that each node has the quarters of cells around it.
+    fine = lattice
+    for axis in (0, 1):
+        moved = np.moveaxis(fine, axis, 0)
+        between = (moved[1:] + moved[:-1]) / 2
+        fine = np.moveaxis(np.insert(moved, np.arange(1, len(moved)), between, axis=0), 0, axis)
+    corners = (fine[:-1, :-1], fine[1:, :-1], fine[1:, 1:], fine[:-1, 1:])
+    quarters = np.stack(corners, axis=2).reshape(-1, 4, 3)
+    rows, cols = (np.arange(1, 2 * count - 1) // 2 for count in lattice.shape[:2])
+    colours = scale.rgba()[np.ix_(rows, cols)].reshape(-1, 4)
+    axes.add_collection3d(
+        Poly3DCollection(quarters, facecolors=colours, edgecolors=colours, linewidths=0.4)
+    )
+
+
+def _is_pyvista(backend: str) -> bool:
+    if backend not in ("matplotlib", "pyvista"):
+        raise NeurbsError(f"backend must be 'matplotlib' or 'pyvista', got {backend!r}")
+    return backend == "pyvista"
+
+
+def _legend_width(color: str) -> float:
+    return 0.0 if color in ("height", "zebra") else _LEGEND
+
+
+def _size(grid: NDArray[np.float64]) -> str:
+    return " × ".join(map(str, grid.shape[:2]))
+
+
+def _surface_title(surface: NurbsSurface) -> str:
+    u, v = surface.degree
+    degree = f"degree {u}" if u == v else f"degrees {u} and {v}"
+    return f"NURBS surface, {_size(surface.control_points)} control points, {degree}"

@@ -1,0 +1,66 @@
+"""How results show themselves in a notebook."""
+
+from __future__ import annotations
+
+import base64
+import html
+import importlib.util
+import io
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from neurbs.plot.figures import plot_map, plot_reconstruction, plot_surface
+from neurbs.plot.frame import number
+
+if TYPE_CHECKING:
+    from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
+
+_DPI = 50
+"""Dots an inch of the small picture."""
+
+
+def reconstruction_html(result: Reconstruction) -> str:
+    """Return a picture of a result and a table of how it went, as HTML."""
+    report = result.report
+    rows = {
+        "points": f"{report.points:,}",
+        "diagonal": number(float(f"{report.diagonal:.6g}")),
+        "surface": repr(result.surface),
+        "mesh": repr(result.mesh),
+        "ended by": report.stopped_by,
+        "seconds": f"{sum(report.seconds.values()):.2f}",
+    }
+    return _card("Reconstruction", rows, lambda: plot_reconstruction(result))
+
+
+def surface_html(surface: NurbsSurface) -> str:
+    """Return a picture of a surface and a table of its properties, as HTML."""
+    low, high = surface.bounding_box(tight=False)
+    size = " × ".join(number(float(f"{side:.6g}")) for side in high - low)
+    return _card(
+        "NurbsSurface", {"surface": repr(surface), "size": size}, lambda: plot_surface(surface)
+    )
+
+
+def map_html(som: SelfOrganizingMap) -> str:
+    """Return a picture of a map and a table of its training, as HTML; untrained, its settings."""
+    rows = {"settings": repr(som)}
+    if not som.__sklearn_is_fitted__():
+        return _card("SelfOrganizingMap", rows, None)
+    rows |= {"steps": f"{som.n_iter_:,}", "ended by": som.stopped_by_}
+    return _card("SelfOrganizingMap", rows, lambda: plot_map(som))
+
+
+def _card(title: str, rows: Mapping[str, str], draw: Callable[[], Any] | None) -> str:
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
+        f"<td style='text-align:left'>{html.escape(value)}</td></tr>"
+        for name, value in rows.items()
+    )
+    picture = ""
+    if draw is not None and importlib.util.find_spec("matplotlib") is not None:
+        png = io.BytesIO()
+        draw().savefig(png, format="png", dpi=_DPI)
+        data = base64.b64encode(png.getvalue()).decode()
+        picture = f"<img alt='{title}' src='data:image/png;base64,{data}'>"
+    return f"<div><b>{title}</b>{picture}<table>{cells}</table></div>"

@@ -1,0 +1,148 @@
+"""Lattices, surfaces and points, drawn into a 3D view of Matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs.plot.coloring import Coloring, coloring
+from neurbs.plot.frame import INK, Frame, sample, view
+
+if TYPE_CHECKING:
+    from neurbs import NurbsSurface
+    from neurbs.deviation import Deviation
+
+NET, POINT = "#1d5b86", "#e2572b"
+"""Colours of lattices and nets, and of points."""
+
+_MOST_POINTS = 5_000
+"""Points shown with the lattice: more would be a solid mass."""
+
+_FEW_POINTS = 300
+"""Points shown on the surface: enough to see how near it passes."""
+
+_FACETS = 140
+"""Facets shown along each side of the surface: a few pixels each."""
+
+_FINE_FACETS = 320
+"""Facets along each side where the colours are finer than the shape."""
+
+_LIGHT = np.array([-0.62, -0.18, 0.76])
+"""Direction towards the light: from the viewer's left, and from above."""
+
+
+def draw_points(axes: Any, points: NDArray[np.float64]) -> None:
+    """Scatter the points, thinned evenly if they are many."""
+    shown = points[sample(len(points), _MOST_POINTS)]
+    size = np.clip(6_000 / len(shown), 2, 24)
+    axes.scatter(*shown.T, s=size, c=POINT, linewidths=0, depthshade=False, zorder=1)
+
+
+def draw_net(axes: Any, net: NDArray[np.float64], color: str = NET) -> None:
+    """Draw the lines along the rows and columns of a net of shape (rows, cols, 3)."""
+    width = np.clip(24 / max(net.shape[:2]), 0.3, 1.1)
+    for lines in (net, net.swapaxes(0, 1)):
+        draw_lines(axes, lines, width, color)
+
+
+def draw_lines(
+    axes: Any, lines: Sequence[Any] | NDArray[np.float64], width: float, color: Any = NET
+) -> Any:
+    """Draw polylines over the points, and return them as one collection."""
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    return axes.add_collection3d(Line3DCollection(lines, colors=color, linewidths=width, zorder=2))
+
+
+def draw_surface(
+    axes: Any,
+    frame: Frame,
+    surface: NurbsSurface,
+    color: str,
+    *,
+    points: NDArray[np.float64] | None = None,
+    deviation: Deviation | None = None,
+    tolerance: float | None = None,
+    unit: str = "",
+    isolines: int = 20,
+) -> Coloring:
+    """Draw facets, lines and points as one collection of quadrilaterals.
+
+    Matplotlib sorts the members of a collection by depth, but not those of several: a fold in
+    front must hide what lies behind it.
+    """
+    from matplotlib.colors import to_rgba
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    count = _FINE_FACETS if color == "zebra" else _FACETS
+    u, v = (np.linspace(*ends, count + 1) for ends in surface.domain)
+    grid = surface.evaluate_grid(u, v)
+    corners = (grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:])
+    facets = np.stack(corners, axis=2).reshape(-1, 4, 3)
+    centres = ((u[1:] + u[:-1]) / 2, (v[1:] + v[:-1]) / 2)
+    scale = coloring(surface, *centres, color, deviation=deviation, tolerance=tolerance, unit=unit)
+    colours = scale.rgba().reshape(-1, 4)
+    if color != "zebra":
+        colours[:, :3] *= _light(facets * frame.factor, scale.label)[:, None]
+    # Lines and dots are drawn a facet's width before the surface that they lie on.
+    width = np.median(np.ptp(facets * frame.factor, axis=1), axis=0).max()
+    towards = width * view()[2] / frame.factor
+    lines = _isolines(surface, grid, frame, isolines)
+    dots = _diamonds(points, frame)
+    counts = (len(lines), len(dots))
+    fills = np.repeat([to_rgba(INK, 0.0), to_rgba(POINT)], counts, axis=0)
+    strokes = np.repeat([to_rgba(INK, 0.3), to_rgba(POINT)], counts, axis=0)
+    axes.add_collection3d(
+        Poly3DCollection(
+            np.concatenate([facets, lines + towards, dots + 2 * towards]),
+            facecolors=np.concatenate([np.clip(colours, 0, 1), fills]),
+            # Edges of a facet's own colour close the seams between facets.
+            edgecolors=np.concatenate([np.clip(colours, 0, 1), strokes]),
+            linewidths=0.6,
+        )
+    )
+    return scale
+
+
+def _isolines(
+    surface: NurbsSurface, grid: NDArray[np.float64], frame: Frame, most: int
+) -> NDArray[np.float64]:
+    """Segments of isoparametric lines, about equally far apart in u and v."""
+    if most == 0:
+        return np.empty((0, 4, 3))
+    steps = [np.diff(grid, axis=axis) * frame.factor for axis in (0, 1)]
+    lengths = [np.linalg.norm(s, axis=2).sum(axis=axis).mean() for axis, s in enumerate(steps)]
+    share = np.array(lengths) / max(lengths)
+    u, v = (np.linspace(*ends, len(grid)) for ends in surface.domain)
+    few_u, few_v = (
+        np.linspace(*ends, max(2, round(most * s)))
+        for ends, s in zip(surface.domain, share, strict=True)
+    )
+    bundles = (surface.evaluate_grid(few_u, v), surface.evaluate_grid(u, few_v).swapaxes(0, 1))
+    segments = [np.stack([b[:, :-1], b[:, 1:]], axis=2).reshape(-1, 2, 3) for b in bundles]
+    return np.concatenate(segments)[:, [0, 1, 1, 0]]
+
+
+def _diamonds(points: NDArray[np.float64] | None, frame: Frame) -> NDArray[np.float64]:
+    """Dots that face the viewer, at some of the points."""
+    if points is None:
+        return np.empty((0, 4, 3))
+    shown = points[sample(len(points), _FEW_POINTS)]
+    right, up, _ = view() * 0.0025 * np.linalg.norm(frame.drawn) / frame.factor
+    corners: NDArray[np.float64] = np.stack([right, up, -right, -up])
+    return shown[:, None] + corners
+
+
+def _light(facets: NDArray[np.float64], label: str) -> NDArray[np.float64]:
+    """How bright each facet is, lit from one side; softly where colours are to be read off."""
+    normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+    # A surface is lit on the side that is seen.
+    normals *= np.where(normals @ view()[2] < 0, -1.0, 1.0)[:, None]
+    ambient, direct = (0.72, 0.32) if label else (0.5, 0.6)
+    light: NDArray[np.float64] = ambient + direct * np.clip(normals @ _LIGHT, 0, None)
+    return light

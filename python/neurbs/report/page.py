@@ -1,0 +1,219 @@
+"""The page of the report: figures, numbers, settings and the command to repeat it."""
+
+from __future__ import annotations
+
+import html
+import inspect
+import json
+import math
+import os
+import shlex
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+from neurbs import _core
+from neurbs._core import NeurbsError
+from neurbs.deviation import Deviation
+from neurbs.extras import require
+from neurbs.io.replacement import replacement
+from neurbs.report import view
+
+if TYPE_CHECKING:
+    from neurbs import Reconstruction
+
+_SHARES = (50.0, 90.0, 95.0, 99.0)
+"""Percentiles that are told."""
+
+
+def write(
+    result: Reconstruction,
+    path: str | os.PathLike[str],
+    *,
+    tolerance: float | None = None,
+    unit: str = "",
+    source: str | os.PathLike[str] | None = None,
+) -> None:
+    """Write a page that shows how good a result is; `Reconstruction.write_report` is this function.
+
+    One file of some 5 to 8 MB, which any browser opens without a network: the surface to turn, in
+    the colours of its deviation; the points (a sample of at most 60,000); the histogram of
+    distances and their measures; how the error fell; settings, version, and the command to repeat
+    it.
+
+    Parameters
+    ----------
+    result : Reconstruction
+        What `neurbs.reconstruct` returned.
+    path : path
+        The page, ``.html``. It is written beside its place and then renamed.
+    tolerance : float, optional
+        The distance within which points shall be, in their unit; by default the one that the
+        result was made with, if there was one.
+    unit : str, default ""
+        Name of the points' unit.
+    source : path, optional
+        The file that the points came from, for the title and the command.
+
+    Raises
+    ------
+    NeurbsError
+        If `tolerance` is not positive, the suffix is not that of a page, or plotly, which draws
+        it, is not installed: ``pip install 'neurbs[report]'``.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import neurbs
+    >>> x, y = np.random.default_rng(0).random((2, 200))
+    >>> result = neurbs.reconstruct(np.column_stack([x, y, x * y]), grid=(6, 6))
+    >>> result.write_report("report.html", tolerance=0.01)  # doctest: +SKIP
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".html", ".htm"):
+        got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
+        raise NeurbsError(f"{path}: a report is written as .html, got {got}")
+    with replacement(path) as new:
+        write_page(result, new, tolerance=tolerance, unit=unit, source=source)
+
+
+def write_page(
+    result: Reconstruction,
+    path: str,
+    *,
+    tolerance: float | None = None,
+    unit: str = "",
+    source: str | os.PathLike[str] | None = None,
+) -> None:
+    """Write the page to a file of any name, in its place; otherwise as `write`."""
+    if tolerance is None:
+        tolerance = result.settings.get("tolerance")
+    if tolerance is not None and not 0 < tolerance < math.inf:
+        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+    offline: Any = require("plotly.offline", "reports")
+    deviation = Deviation.of_result(result)
+    figures = {
+        "view": view.scene(result, deviation, tolerance, unit),
+        "histogram": view.histogram(deviation, tolerance, unit),
+        "convergence": view.convergence(result, unit),
+    }
+    name = html.escape(Path(source).name) if source else "Reconstruction"
+    content = Template(_resource("page.html")).substitute(
+        title=name,
+        style=_resource("page.css"),
+        version=_core.__version__,
+        cards=_cards(result, deviation, tolerance, unit),
+        shown=_shown(len(result.points)),
+        # A script ends at the first "</", wherever that stands.
+        figures=json.dumps(figures).replace("</", "<\\/"),
+        measures=_table(_measures(deviation, tolerance, unit)),
+        report=_table(_flat(result.report.to_dict())),
+        settings=_table(_flat(result.settings)),
+        command=html.escape(_command(result, source)),
+        call=html.escape(_call(result)),
+        script=_resource("page.js"),
+        plotly=offline.get_plotlyjs(),
+    )
+    Path(path).write_text(content, encoding="utf-8")
+
+
+def _resource(name: str) -> str:
+    return resources.files("neurbs.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _cards(result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str) -> str:
+    rows, cols = result.surface.control_points.shape[:2]
+    cards = {
+        "points": f"{len(result.points):,}",
+        "control points": f"{rows} × {cols}",
+        "rms": _length(deviation.rms, unit),
+        "95 % within": _length(deviation.percentiles(95.0)[95.0], unit),
+        "largest": _length(deviation.max, unit),
+    }
+    if tolerance is not None:
+        cards[f"within {_length(tolerance, unit)}"] = f"{100 * deviation.within(tolerance):.2f} %"
+    return "".join(
+        f"<div class='card'><b>{html.escape(value)}</b><span>{html.escape(name)}</span></div>"
+        for name, value in cards.items()
+    )
+
+
+def _measures(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str, str]:
+    within = "no tolerance was given"
+    if tolerance is not None:
+        share = 100 * deviation.within(tolerance)
+        within = f"{share:.3f} % of the points, within {_length(tolerance, unit)}"
+    return {
+        "rms": _length(deviation.rms, unit),
+        "mean, signed": _length(deviation.mean, unit),
+        **{
+            f"{share:g} % of the points within": _length(distance, unit)
+            for share, distance in deviation.percentiles(*_SHARES).items()
+        },
+        "largest": _length(deviation.max, unit),
+        "within tolerance": within,
+    }
+
+
+def _shown(points: int) -> str:
+    if points <= view.MOST_POINTS:
+        return f"All {points:,} points are shown."
+    return f"A sample of {view.MOST_POINTS:,} of the {points:,} points is shown; all are measured."
+
+
+def _length(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".strip()
+
+
+def _flat(values: Mapping[str, Any]) -> dict[str, str]:
+    return {name.replace("_", " "): _text(value) for name, value in values.items()}
+
+
+def _text(value: Any) -> str:
+    match value:
+        case None:
+            return "default"
+        case dict():
+            return ", ".join(f"{name} {_text(part)}" for name, part in value.items())
+        case float():
+            return f"{value:.6g}"
+        case list() | tuple():
+            return " × ".join(map(_text, value))
+    return str(value)
+
+
+def _table(rows: Mapping[str, str]) -> str:
+    cells = (
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+        for name, value in rows.items()
+    )
+    return f"<table>{''.join(cells)}</table>"
+
+
+def _changed(result: Reconstruction) -> dict[str, Any]:
+    """Return the settings that are not the defaults."""
+    from neurbs import reconstruct
+
+    parameters = inspect.signature(reconstruct).parameters
+    return {
+        name: value
+        for name, value in result.settings.items()
+        if name in parameters and value != parameters[name].default
+    }
+
+
+def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> str:
+    words = ["neurbs", "reconstruct", os.fspath(source) if source else "POINTS", "-o", "out.step"]
+    for name, value in _changed(result).items():
+        values = value if isinstance(value, (tuple, list)) else [value]
+        words += [f"--{name.replace('_', '-')}", *map(str, values)]
+    return shlex.join(words)
+
+
+def _call(result: Reconstruction) -> str:
+    options = [f"{name}={value!r}" for name, value in _changed(result).items()]
+    return f"neurbs.reconstruct({', '.join(['points', *options])})"

@@ -1,0 +1,254 @@
+"""The figures of the report, as plotly.js takes them."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from neurbs import Reconstruction
+from neurbs.deviation import Deviation
+from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
+from neurbs.plot.frame import INK, PALE, Frame, sample
+from neurbs.plot.scene import NET
+
+_FACETS = 160
+"""Facets along each side of the surface."""
+
+_ISOLINES = 20
+"""Isoparametric lines in each direction."""
+
+MOST_POINTS = 60_000
+"""Points in the page: 1.3 MB of it."""
+
+_BARS = 60
+"""Bars of the histogram."""
+
+_FONT = {"family": "system-ui, sans-serif", "size": 13, "color": INK}
+
+
+def scene(
+    result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str
+) -> dict[str, Any]:
+    """Return the figure to turn: surface, points, isoparametric lines and control net.
+
+    The `meta` of each trace names it for the page's switches.
+    """
+    surface = result.surface
+    u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
+    grid = surface.evaluate_grid(u, v)
+    frame = Frame.around(result.points, grid.reshape(-1, 3))
+    # Browsers draw in single precision: coordinates count from a near origin.
+    origin = np.array([frame.origin(axis) for axis in range(3)])
+    scale = coloring(
+        surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
+    )
+    chosen = sample(len(result.points), MOST_POINTS)
+    traces = [
+        *_surfaces(grid - origin, scale),
+        {
+            "type": "scatter3d",
+            "meta": "points",
+            "mode": "markers",
+            **_coordinates(result.points[chosen] - origin),
+            "marker": {
+                "size": 1.8,
+                "color": _packed(deviation.signed[chosen]),
+                **_scale(scale, "c"),
+            },
+            "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
+        },
+        _lines("isolines", _isolines(result, u, v) - origin, INK, 1.0, visible=True),
+        _lines("net", _broken(surface.control_points) - origin, NET, 2.0, visible=False),
+    ]
+    axes = {
+        f"{'xyz'[axis]}axis": {
+            "title": {"text": frame.label(axis)},
+            "range": (np.array([frame.low[axis], frame.high[axis]]) - origin[axis]).tolist(),
+            "backgroundcolor": "white",
+            "gridcolor": PALE,
+            "zeroline": False,
+            "nticks": int(2 + 4 * frame.drawn[axis] / frame.drawn.max()),
+        }
+        for axis in range(3)
+    }
+    layout = {
+        "font": _FONT,
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "showlegend": False,
+        "scene": {
+            **axes,
+            "aspectmode": "manual",
+            "aspectratio": dict(
+                zip("xyz", (frame.drawn / frame.drawn.max()).tolist(), strict=True)
+            ),
+            "camera": {"eye": {"x": 0.85, "y": -1.25, "z": 0.95}, "center": {"z": -0.12}},
+        },
+    }
+    return {"data": traces, "layout": layout}
+
+
+def histogram(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str, Any]:
+    """Return the figure of how many points are how far away."""
+    limit = float(np.percentile(deviation.distances, 99.5)) or 1.0
+    limit = max(limit, 1.1 * (tolerance or 0.0))
+    edges = np.linspace(-limit, limit, _BARS + 1)
+    # What lies beyond is counted at the ends.
+    counts, _ = np.histogram(np.clip(deviation.signed, -limit, limit), edges)
+    centres = (edges[1:] + edges[:-1]) / 2
+    bars = {
+        "type": "bar",
+        "x": _packed(centres),
+        "y": _packed(100 * counts / len(deviation.signed)),
+        "width": edges[1] - edges[0],
+        "marker": {
+            "color": _packed(centres),
+            "colorscale": _colorscale(SIDES),
+            "cmid": 0,
+            "line": {"width": 0.5, "color": PALE},
+        },
+        "hovertemplate": "%{x:.3g}: %{y:.2f} %<extra></extra>",
+    }
+    marks = [
+        {
+            "type": "line",
+            "x0": place,
+            "x1": place,
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "line": {"color": INK, "width": 1, "dash": "dot"},
+        }
+        for place in ([] if tolerance is None else [-tolerance, tolerance])
+    ]
+    layout = _layout(f"signed distance, {unit or 'in the unit of the points'}", "% of the points")
+    return {"data": [bars], "layout": layout | {"shapes": marks, "bargap": 0}}
+
+
+def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
+    """Return the figure of how the error fell, a curve for each stage."""
+    stages = list(dict.fromkeys(stage for stage, _, _ in result.history))
+    traces = []
+    for stage in stages:
+        steps, errors = zip(*(news[1:] for news in result.history if news[0] == stage), strict=True)
+        traces.append(
+            {
+                "type": "scatter",
+                "mode": "lines+markers",
+                "name": stage,
+                "x": _packed(steps),
+                "y": _packed(errors),
+                "line": {"width": 2},
+                "marker": {"size": 4},
+                "hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>",
+            }
+        )
+    layout = _layout("steps", f"mean distance, {unit or 'in the unit of the points'}")
+    layout["yaxis"] |= {"type": "log", "dtick": "D2"}
+    layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
+    return {"data": traces, "layout": layout}
+
+
+def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]]:
+    """Draw the surface in colours, and in grey where there is no point nearby."""
+    missing = np.isnan(scale.values)
+    # A facet is left out if one corner is: the grey part reaches one corner farther.
+    around = np.pad(missing, 1)
+    for axis in (0, 1):
+        around = around | np.roll(around, 1, axis) | np.roll(around, -1, axis)
+    x, y, z = np.moveaxis(grid, 2, 0)
+    common = {
+        "type": "surface",
+        "meta": "surface",
+        "x": _packed(x),
+        "y": _packed(y),
+        "contours": {axis: {"highlight": False} for axis in "xyz"},
+        "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.08, "roughness": 0.7},
+    }
+    coloured = common | {
+        "z": _packed(np.where(missing, np.nan, z)),
+        "surfacecolor": _packed(np.nan_to_num(scale.values)),
+        **_scale(scale, "c"),
+        "colorbar": {
+            "title": {"text": scale.label, "side": "right"},
+            "thickness": 16,
+            "len": 0.7,
+            "outlinewidth": 0,
+        },
+        "hovertemplate": "%{surfacecolor:.4g}<extra>surface</extra>",
+    }
+    grey = common | {
+        "z": _packed(np.where(around[1:-1, 1:-1], z, np.nan)),
+        "colorscale": [[0, NO_DATA], [1, NO_DATA]],
+        "showscale": False,
+        "hovertemplate": "no point nearby<extra></extra>",
+    }
+    return [coloured, grey] if missing.any() else [coloured]
+
+
+def _scale(scale: Coloring, prefix: str) -> dict[str, Any]:
+    limits = {f"{prefix}min": scale.low, f"{prefix}max": scale.high}
+    return limits | {"colorscale": _colorscale(scale.palette)}
+
+
+def _colorscale(palette: tuple[str, ...]) -> list[list[Any]]:
+    places = np.linspace(0, 1, len(palette))
+    return [[place, color] for place, color in zip(places, palette, strict=True)]
+
+
+def _lines(
+    name: str, points: NDArray[np.float64], color: str, width: float, *, visible: bool
+) -> dict[str, Any]:
+    return {
+        "type": "scatter3d",
+        "meta": name,
+        "mode": "lines",
+        **_coordinates(points),
+        "line": {"color": color, "width": width},
+        "opacity": 0.55,
+        "hoverinfo": "skip",
+        "visible": visible,
+    }
+
+
+def _isolines(
+    result: Reconstruction, u: NDArray[np.float64], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    few_u, few_v = (np.linspace(*ends, _ISOLINES) for ends in result.surface.domain)
+    along_v = _broken(result.surface.evaluate_grid(few_u, v), both=False)
+    along_u = _broken(result.surface.evaluate_grid(u, few_v).swapaxes(0, 1), both=False)
+    return np.concatenate([along_v, along_u])
+
+
+def _broken(net: NDArray[np.float64], *, both: bool = True) -> NDArray[np.float64]:
+    """Lay the lines along the rows (and columns) of a net end to end, with NaN between them."""
+    lines = [
+        np.pad(grid, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
+        for grid in ((net, net.swapaxes(0, 1)) if both else (net,))
+    ]
+    return np.concatenate(lines)
+
+
+def _coordinates(points: NDArray[np.float64]) -> dict[str, Any]:
+    return {name: _packed(column) for name, column in zip("xyz", points.T, strict=True)}
+
+
+def _packed(values: ArrayLike) -> dict[str, str]:
+    """Write numbers as plotly.js's typed arrays: single precision in base64."""
+    array = np.ascontiguousarray(values, dtype="<f4")
+    packed = {"dtype": "f4", "bdata": base64.b64encode(array.tobytes()).decode()}
+    return packed | ({"shape": ", ".join(map(str, array.shape))} if array.ndim > 1 else {})
+
+
+def _layout(x: str, y: str) -> dict[str, Any]:
+    axis = {"gridcolor": "#eceff1", "linecolor": PALE, "zeroline": False}
+    return {
+        "font": _FONT,
+        "margin": {"l": 60, "r": 16, "t": 12, "b": 48},
+        "plot_bgcolor": "white",
+        "paper_bgcolor": "white",
+        "xaxis": axis | {"title": {"text": x}},
+        "yaxis": axis | {"title": {"text": y}},
+    }

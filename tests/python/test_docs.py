@@ -1,0 +1,39 @@
+"""The pages of the documentation say nothing that does not run."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = ["start", "tutorial", "choosing", "recipes", "migrating"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_examples_of_a_page_run(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if page in ("start", "tutorial"):
+        pytest.importorskip("plotly", reason="plotly is not installed")
+    (tmp_path / "examples").symlink_to(DOCS.parent / "examples")
+    monkeypatch.chdir(tmp_path)
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert examples
+    names: dict[str, object] = {}
+    for example in examples:
+        exec(example, names)
+
+
+def test_what_the_pages_link_to_is_there() -> None:
+    for page in DOCS.glob("*.md"):
+        for target in re.findall(r"\]\(\s*([^)#\s]+)", page.read_text(encoding="utf-8")):
+            assert (DOCS / target).exists(), f"{page.name}: {target}"
+
+
+def test_every_picture_is_made_by_a_script() -> None:
+    scripts = [*DOCS.glob("*.py"), *(DOCS.parent / "examples").glob("*.py")]
+    sources = "".join(script.read_text(encoding="utf-8") for script in scripts)
+    for picture in (DOCS / "images").iterdir():
+        # The stem: scripts that name their picture by the caller do so by it.
+        assert picture.stem in sources, picture.name

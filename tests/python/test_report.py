@@ -1,0 +1,222 @@
+"""The report: one file, what it says, and that a browser shows it."""
+
+import json
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import neurbs
+from neurbs import NeurbsError, Reconstruction
+
+pytest.importorskip("plotly", reason="plotly is not installed: pip install 'neurbs[report]'")
+
+MEGABYTE = 2**20
+
+
+@pytest.fixture(scope="module")
+def report(result: Reconstruction, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write the report of the small surface."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    result.write_report(path, tolerance=0.8, unit="m", source="a scan.xyz")
+    return path
+
+
+@pytest.fixture(scope="module")
+def page(report: Path) -> str:
+    return report.read_text(encoding="utf-8")
+
+
+def figures(page: str) -> Any:
+    (data,) = re.findall(r'<script id="figures" type="application/json">(.*?)</script>', page)
+    return json.loads(data.replace("<\\/", "</"))
+
+
+def test_it_says_what_was_measured(page: str, result: Reconstruction) -> None:
+    distances = result.surface.closest_points(result.points).distances
+    rms = np.sqrt(np.mean(distances**2))
+    for words in (
+        f"{rms:.4g} m",
+        f"{distances.max():.4g} m",
+        f"{np.percentile(distances, 99):.4g} m",
+        f"{100 * np.mean(distances <= 0.8):.3f} % of the points, within 0.8 m",
+        "All 400 points are shown.",
+        f"neurbs {neurbs.__version__}",
+    ):
+        assert words in page
+
+
+def test_it_says_how_to_repeat_it(page: str) -> None:
+    assert "neurbs reconstruct &#x27;a scan.xyz&#x27; -o out.step --grid 9 7" in page
+    assert "neurbs.reconstruct(points, grid=(9, 7))" in page
+
+
+def test_the_histogram_holds_all_points(page: str) -> None:
+    (bars,) = figures(page)["histogram"]["data"]
+    assert numbers(bars["y"]).sum() == pytest.approx(100, abs=1e-4)
+
+
+def test_the_error_falls(page: str, result: Reconstruction) -> None:
+    (curve,) = figures(page)["convergence"]["data"]
+    errors = numbers(curve["y"])
+    assert curve["name"] == "training"
+    assert errors[-1] < errors[0]
+    np.testing.assert_allclose(errors, [error for *_, error in result.history], rtol=1e-6)
+
+
+def numbers(packed: dict[str, str]) -> NDArray[np.float32]:
+    import base64
+
+    assert packed["dtype"] == "f4"
+    return np.frombuffer(base64.b64decode(packed["bdata"]), dtype="<f4")
+
+
+def test_digits_far_from_the_origin_are_kept(page: str, result: Reconstruction) -> None:
+    points = next(t for t in figures(page)["view"]["data"] if t["meta"] == "points")
+    shown = np.stack([numbers(points[axis]) for axis in "xyz"], axis=1)
+    np.testing.assert_allclose(shown, result.points - [5e6, 7.5e6, 0], atol=1e-4)
+
+
+def test_holes_are_grey(tmp_path: Path, rng: np.random.Generator) -> None:
+    x, y = rng.random((2, 4000))
+    cloud = np.column_stack([x, y, 0.1 * np.sin(5 * x)])
+    ring = cloud[np.hypot(x - 0.5, y - 0.5) > 0.25]
+    whole = neurbs.reconstruct(cloud, grid=(8, 8), max_steps=50_000, min_change=0.5)
+    for points, count in ((cloud, 1), (ring, 2)):
+        replace(whole, points=points).write_report(tmp_path / "a.html")
+        data = figures((tmp_path / "a.html").read_text(encoding="utf-8"))["view"]["data"]
+        assert [trace["meta"] for trace in data].count("surface") == count
+
+
+def test_a_large_cloud_is_sampled_and_the_file_stays_small(
+    result: Reconstruction, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    many = np.repeat(result.points, 1000, axis=0) + rng.normal(0, 0.1, (400_000, 3))
+    path = tmp_path / "large.html"
+    replace(result, points=many).write_report(path)
+    assert path.stat().st_size < 8 * MEGABYTE
+    page = path.read_text(encoding="utf-8")
+    assert "A sample of 60,000 of the 400,000 points is shown; all are measured." in page
+    assert "no tolerance was given" in page
+
+
+def test_names_are_no_markup(result: Reconstruction, tmp_path: Path) -> None:
+    result.write_report(tmp_path / "a.html", source="<script>alert(1)</script>", unit="</script>")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in page
+    assert len(re.findall("</script>", page)) == len(re.findall(r"<script[ >]", page)) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("a.pdf", {}, "a report is written as .html, got the suffix '.pdf'"),
+        ("a", {}, "got no suffix"),
+        ("a.html", {"tolerance": -1}, "tolerance must be positive and finite, got -1"),
+    ],
+)
+def test_what_is_refused(
+    name: str, options: dict[str, Any], message: str, result: Reconstruction, tmp_path: Path
+) -> None:
+    with pytest.raises(NeurbsError, match=message):
+        result.write_report(tmp_path / name, **options)
+    assert not any(tmp_path.iterdir())
+
+
+def test_without_plotly_it_says_what_to_install(
+    result: Reconstruction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    monkeypatch.delitem(sys.modules, "plotly.offline", raising=False)
+    with pytest.raises(NeurbsError, match=re.escape("pip install 'neurbs[report]'")):
+        result.write_report(tmp_path / "a.html")
+    assert not any(tmp_path.iterdir())
+
+
+# In a browser
+
+PATIENCE = 300_000
+"""Milliseconds: a busy machine without a graphics card draws slowly."""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Start a headless Chromium: playwright's own, or the system's."""
+    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with sync.sync_playwright() as playwright:
+        own = Path(playwright.chromium.executable_path)
+        system = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
+        if not own.exists() and system is None:
+            pytest.skip("there is no browser: playwright install chromium")
+        # A container has neither a graphics card nor users for a sandbox.
+        flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        chromium = playwright.chromium.launch(
+            executable_path=None if own.exists() else system, args=flags
+        )
+        yield chromium
+        chromium.close()
+
+
+def pixels(element: Any) -> NDArray[np.int64]:
+    from PIL import Image
+
+    with Image.open(BytesIO(element.screenshot(timeout=PATIENCE))) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.int64)
+
+
+def coloured(image: NDArray[np.int64]) -> float:
+    """Return the share of pixels that are clearly red or blue."""
+    return float(np.mean(np.abs(image[..., 0] - image[..., 2]) > 40))
+
+
+def test_a_browser_shows_it_and_turns_it(report: Path, browser: Any) -> None:
+    page = browser.new_page(viewport={"width": 700, "height": 800})
+    page.set_default_timeout(PATIENCE)
+    complaints: list[str] = []
+    page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    requests: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.goto(report.as_uri())
+    page.wait_for_function("document.getElementById('convergence').data !== undefined")
+    view = page.locator("#view")
+    page.wait_for_selector("#view canvas")
+    page.wait_for_timeout(1000)
+    first = pixels(view)
+    # Surface and points are drawn, amid white, and the legend's colours stand beside.
+    assert coloured(first) > 0.03
+    assert 0.3 < np.mean((first > 250).all(axis=2)) < 0.95
+    for figure in ("#histogram", "#convergence"):
+        assert np.mean((pixels(page.locator(figure)) < 250).any(axis=2)) > 0.01
+
+    view.scroll_into_view_if_needed()
+    box = view.bounding_box()
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 150, middle[1] + 40, steps=4)
+    page.mouse.up()
+    page.wait_for_timeout(1000)
+    turned = pixels(view)
+    assert np.mean((turned != first).any(axis=2)) > 0.05
+    assert coloured(turned) > 0.03
+
+    page.locator("[data-switches=points]").uncheck()
+    page.wait_for_timeout(1000)
+    without = pixels(view)
+    assert np.mean((without != turned).any(axis=2)) > 0.002
+    page.locator("[data-switches=surface]").uncheck()
+    page.wait_for_timeout(1000)
+    assert coloured(pixels(view)) < 0.5 * coloured(without)
+
+    assert complaints == []
+    assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    page.close()
