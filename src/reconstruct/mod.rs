@@ -2,9 +2,11 @@
 
 mod fitted;
 mod options;
+mod order;
 mod outline;
 mod paper;
 mod report;
+mod start;
 
 use glam::{DVec2, DVec3};
 

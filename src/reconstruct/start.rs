@@ -1,0 +1,112 @@
+//! The map from an ordered start.
+
+use glam::DVec3;
+
+use super::order::every;
+use super::outline;
+use super::{Aspect, ReconstructOptions};
+use crate::error::Result;
+use crate::point_cloud::Normalization;
+use crate::progress::Observer;
+use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
+
+/// Points that distances along the surface are found for.
+const UNROLLED: usize = 1000;
+
+/// Least number of points to a node, so that the map does not follow single ones.
+const POINTS_PER_NODE: usize = 3;
+
+/// Epochs of the map from its ordered start, and the radius it begins and ends with, in cells.
+const EPOCHS: u64 = 10;
+const RADIUS: (f64, f64) = (1.0, 0.7);
+
+/// Least number of control points in a direction for which a degree is kept.
+pub(super) const LEAST_SIDE: usize = 4;
+
+/// Where the lattice lies before it learns, and the net that the surface will have.
+pub(super) struct OrderedStart {
+    lattice: Lattice,
+    nodes: Vec<DVec3>,
+    pub(super) net: (usize, usize),
+}
+
+impl OrderedStart {
+    pub(super) fn of(
+        sample: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let split = |aspect: f64| match options.aspect {
+            Aspect::Data => split(budget.0 * budget.1, aspect),
+            Aspect::Fixed => budget,
+        };
+        if options.topology == Topology::Sheet {
+            let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
+            if let Some(places) = som::unroll(&few, observer)? {
+                let (uv, aspect) = outline::unit_square(&places);
+                let net = split(aspect);
+                let lattice = lattice(net, sample.len(), options.topology)?;
+                let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
+                return Ok(Self { lattice, nodes, net });
+            }
+        }
+        let net = split(1.0);
+        let lattice = lattice(net, sample.len(), options.topology)?;
+        let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
+        let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
+        Ok(Self { lattice, nodes, net })
+    }
+}
+
+/// A budget of control points in rows and columns, for a surface so many times longer than wide.
+fn split(budget: usize, aspect: f64) -> (usize, usize) {
+    let most = (budget / LEAST_SIDE).max(LEAST_SIDE);
+    let rows = ((budget as f64 * aspect).sqrt().round() as usize).clamp(LEAST_SIDE, most);
+    let cols = (budget / rows).max(LEAST_SIDE);
+    // What is left over may be enough for another row.
+    ((budget / cols).max(LEAST_SIDE), cols)
+}
+
+/// A lattice like the net, but with few enough nodes for the points.
+fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
+    let most = (points / POINTS_PER_NODE).max(9) as f64;
+    let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
+    let side = |count: usize| ((count as f64 * shrink) as usize).max(3);
+    Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)
+}
+
+pub(super) fn learn(
+    sample: &[DVec3],
+    start: &OrderedStart,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let options = SomOptions {
+        init: Init::Given(start.nodes.clone()),
+        kernel: Some(Kernel::Mean),
+        radius: Some(Schedule::Exponential { start: RADIUS.0, end: RADIUS.1 }),
+        epochs: Some(EPOCHS),
+        min_change: Some(f64::MIN_POSITIVE),
+        ..SomOptions::default()
+    };
+    SelfOrganizingMap::fit(sample, start.lattice.clone(), &options, observer)
+}
+
+/// The map in the points' own frame, as it would have been learned there.
+pub(super) fn in_own_frame(
+    map: &SelfOrganizingMap,
+    sample: &[DVec3],
+    frame: &Normalization,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let points: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
+    let nodes = map.codebook().into_iter().map(|node| frame.undo(node)).collect();
+    let options = SomOptions { init: Init::Given(nodes), ..SomOptions::default() };
+    let mut own = SelfOrganizingMap::new(&points, map.lattice.clone(), &options, observer)?;
+    own.steps = map.steps;
+    own.stopped_by = map.stopped_by;
+    own.reached = map.reached;
+    own.change = map.change.map(|change| change / frame.scale);
+    own.error = map.error.map(|error| error / frame.scale);
+    Ok(own)
+}
