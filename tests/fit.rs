@@ -5,7 +5,7 @@ use neurbs::fit::EndedBy;
 use neurbs::nurbs::ClosestPointSearch;
 use neurbs::point_cloud::Bounds;
 use neurbs::progress::{Progress, Silent};
-use neurbs::som::Topology;
+use neurbs::topology::Kind;
 use neurbs::{DVec3, Error, NurbsSurface, ReconstructOptions, Reconstruction, Result, reconstruct};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -39,9 +39,12 @@ fn noisy(points: &[DVec3], size: f64) -> Vec<DVec3> {
     points.iter().enumerate().map(|(i, point)| *point + noise(i)).collect()
 }
 
-fn with_grid(points: &[DVec3], side: usize, topology: Topology) -> Reconstruction {
-    let options =
-        ReconstructOptions { grid: Some((side, side)), topology, ..ReconstructOptions::default() };
+fn with_grid(points: &[DVec3], side: usize, topology: Kind) -> Reconstruction {
+    let options = ReconstructOptions {
+        grid: Some((side, side)),
+        topology: Some(topology),
+        ..ReconstructOptions::default()
+    };
     reconstruct(points, &options, &mut Silent).unwrap()
 }
 
@@ -54,7 +57,7 @@ fn farthest(points: &[DVec3], surface: &NurbsSurface) -> f64 {
 #[test]
 fn a_rolled_sheet_is_fitted_and_its_distances_are_true() {
     let points = rolled(1500);
-    let result = with_grid(&points, 12, Topology::Sheet);
+    let result = with_grid(&points, 12, Kind::Sheet);
     let size = Bounds::of(&points).diagonal();
     assert!(result.report.distances.rms < 2e-4 * size, "{:?}", result.report.distances);
     let search = ClosestPointSearch::new(&result.surface).unwrap();
@@ -76,7 +79,7 @@ fn tubes_and_tori_close_smoothly() {
         DVec3::new(r * a.cos(), r * a.sin(), 0.4 * b.sin())
     };
     let points: Vec<DVec3> = scattered(2000).map(torus).collect();
-    let result = with_grid(&points, 12, Topology::Torus);
+    let result = with_grid(&points, 12, Kind::Torus);
     assert_eq!(result.surface.closed(), (true, true));
     assert!(result.report.distances.max < 5e-4 * result.report.diagonal);
 
@@ -86,7 +89,7 @@ fn tubes_and_tori_close_smoothly() {
         DVec3::new(r * a.cos(), r * a.sin(), z)
     };
     let points: Vec<DVec3> = scattered(2000).map(tube).collect();
-    let result = with_grid(&points, 12, Topology::Tube);
+    let result = with_grid(&points, 12, Kind::Tube);
     assert_eq!(result.surface.closed(), (true, false));
     assert!(result.report.distances.max < 2e-3 * result.report.diagonal);
 }
@@ -94,11 +97,11 @@ fn tubes_and_tori_close_smoothly() {
 #[test]
 fn rigid_motion_and_scale_carry_over() {
     let points = rolled(800);
-    let expected = with_grid(&points, 9, Topology::Sheet);
+    let expected = with_grid(&points, 9, Kind::Sheet);
     let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 0.7));
     let (scale, offset) = (250.0, DVec3::new(1e4, -3e4, 5e3));
     let moved: Vec<DVec3> = points.iter().map(|&p| scale * (turn * p) + offset).collect();
-    let got = with_grid(&moved, 9, Topology::Sheet);
+    let got = with_grid(&moved, 9, Kind::Sheet);
     let size = expected.report.diagonal;
     let back: Vec<DVec3> = got
         .surface
@@ -123,8 +126,7 @@ fn the_order_of_the_points_changes_nothing() {
     let mut turned = points.clone();
     turned.reverse();
     turned.rotate_left(123);
-    let (expected, got) =
-        (with_grid(&points, 9, Topology::Sheet), with_grid(&turned, 9, Topology::Sheet));
+    let (expected, got) = (with_grid(&points, 9, Kind::Sheet), with_grid(&turned, 9, Kind::Sheet));
     let size = expected.report.diagonal;
     let pairs = got.surface.control_points().iter().zip(expected.surface.control_points());
     for (got, expected) in pairs {
@@ -183,7 +185,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let points = rolled(1200);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| with_grid(&points, 10, Topology::Sheet).surface)
+        pool.install(|| with_grid(&points, 10, Kind::Sheet).surface)
     };
     let expected = run(1);
     assert_eq!(run(2), expected);

@@ -19,7 +19,7 @@ fn terrain() -> Vec<DVec3> {
 }
 
 /// The paper's method with everything derived.
-fn paper() -> ReconstructOptions {
+fn paper() -> ReconstructOptions<'static> {
     ReconstructOptions { method: Method::Paper, ..ReconstructOptions::default() }
 }
 

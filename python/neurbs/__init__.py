@@ -55,7 +55,8 @@ if TYPE_CHECKING:
         read_points,
         save,
     )
-    from neurbs.reconstruction import Reconstruction, Report, reconstruct
+    from neurbs.reconstruction import Reconstruction, reconstruct
+    from neurbs.reconstruction_report import Report
     from neurbs.som import ConvergenceWarning, SelfOrganizingMap
     from neurbs.versions import show_versions
 
@@ -120,7 +121,8 @@ _HOMES = {
         "read_points",
         "save",
     ),
-    "reconstruction": ("Reconstruction", "Report", "reconstruct"),
+    "reconstruction": ("Reconstruction", "reconstruct"),
+    "reconstruction_report": ("Report",),
     "som": ("ConvergenceWarning", "SelfOrganizingMap"),
     "versions": ("show_versions",),
 }
@@ -130,19 +132,22 @@ _MODULES = ("io", "plot", "report")
 """Modules that users know by name."""
 
 
-def __getattr__(name: str) -> object:
-    """Import what is asked for when it is asked for first (PEP 562).
+if not TYPE_CHECKING:  # A checker knows all names, and finds those that are misspelt.
 
-    So the command can answer Ctrl-C before NumPy is loaded, and nobody waits for what is not used.
-    """
-    if name in _MODULES:
-        return importlib.import_module(f"neurbs.{name}")
-    if name not in __all__:
-        raise AttributeError(f"module 'neurbs' has no attribute {name!r}")
-    home = next((home for home, names in _HOMES.items() if name in names), "_core")
-    value = getattr(importlib.import_module(f"neurbs.{home}"), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str) -> object:
+        """Import what is asked for when it is asked for first (PEP 562).
+
+        So the command can answer Ctrl-C before NumPy is loaded, and nobody waits for what is not
+        used.
+        """
+        if name in _MODULES:
+            return importlib.import_module(f"neurbs.{name}")
+        if name not in __all__:
+            raise AttributeError(f"module 'neurbs' has no attribute {name!r}")
+        home = next((home for home, names in _HOMES.items() if name in names), "_core")
+        value = getattr(importlib.import_module(f"neurbs.{home}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -3,157 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import time
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, io
+from neurbs.reconstruction_report import Report
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
-
-@dataclasses.dataclass(frozen=True)
-class Report:
-    """How a reconstruction went.
-
-    Attributes
-    ----------
-    points : int
-        Number of points.
-    diagonal : float
-        Length of the diagonal of the points' bounding box, in their unit.
-    grid : (int, int)
-        Rows and columns of the control net.
-    degree : (int, int)
-        Degrees of the surface in u and v.
-    rms, max : float
-        Root mean square and largest of the points' distances from the surface, in their unit.
-    percentiles : dict of int to float
-        For 50, 90, 95 and 99 percent of the points, how far away they are at most.
-    tolerance : float or None
-        The tolerance that was asked for.
-    within : float or None
-        Share of the points that lie within it.
-    ended_by : str
-        What ended the growth of the net: ``"tolerance"`` (all points lie within it), ``"noise"``
-        (a larger net would follow the noise of the points), ``"exact"`` (nobody would see what it
-        does), ``"grid"`` (its size was given),
-        ``"points"`` (they cannot hold more) or ``"max_control_points"``.
-    fairness : float or None
-        Weight of the fairness that the fit ended with; None if nothing was fitted.
-    iterations : int
-        Solutions for the control net.
-    warnings : tuple of str
-        What one should know, in words.
-    steps : int
-        Steps made in training the map: presentations by the paper's method, else epochs.
-    ordered_at : int
-        The step from which on its radius was less than an edge.
-    stopped_by : str
-        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``; ``"ordered"`` for
-        points that were in order already, which need none.
-    reached : int
-        How many points are on the lattice.
-    change : float or None
-        Largest move of a lattice node during the last epoch, in the points' unit; None if not even
-        one was finished.
-    quantization_error : float
-        Mean distance from a point to the nearest lattice node, in the points' unit.
-    seconds : dict of str to float
-        Time spent, stage by stage.
-    """
-
-    points: int
-    diagonal: float
-    grid: tuple[int, int]
-    degree: tuple[int, int]
-    rms: float
-    max: float
-    percentiles: dict[int, float]
-    tolerance: float | None
-    within: float | None
-    ended_by: str
-    fairness: float | None
-    iterations: int
-    warnings: tuple[str, ...]
-    steps: int
-    ordered_at: int
-    stopped_by: str
-    reached: int
-    change: float | None
-    quantization_error: float
-    seconds: dict[str, float]
-
-    @property
-    def converged(self) -> bool:
-        """Whether all points lie within the tolerance, if there was one.
-
-        By the paper's method: whether training ended by itself, not because its steps were over.
-        """
-        if self.fairness is None:
-            return self.stopped_by != "max_steps"
-        return self.tolerance is None or self.ended_by == "tolerance"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all of it as plain values, as JSON has them."""
-        values = dataclasses.asdict(self) | {"converged": self.converged}
-        listed = {"grid": list(self.grid), "degree": list(self.degree)}
-        return values | listed | {"warnings": list(self.warnings)}
-
-    def __str__(self) -> str:
-        """Return the main figures as a table to be read."""
-        rows, cols = self.grid
-        within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
-        lines = {
-            "points": f"{self.points:,}, diagonal {self.diagonal:.6g}",
-            "net": f"{rows} × {cols} control points, degrees {self.degree[0]} and {self.degree[1]}",
-            "distances": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
-            "percentiles": ", ".join(f"{n} % {d:.4g}" for n, d in self.percentiles.items()),
-        }
-        if self.fairness is None:
-            lines["training"] = f"{self.steps:,} steps: {_WHY_STOPPED[self.stopped_by]}"
-            lines["on lattice"] = f"{self.reached:,} of {self.points:,} points"
-        else:
-            lines["fit"] = f"{self.iterations} iterations: {_WHY_ENDED[self.ended_by]}"
-        lines["time"] = ", ".join(f"{stage} {time:.2f} s" for stage, time in self.seconds.items())
-        text = [f"{name:<12}{line}" for name, line in lines.items()]
-        return "\n".join(text + [f"{'warning':<12}{warning}" for warning in self.warnings])
-
-    def shortcomings(self) -> list[str]:
-        """Return in words what did not come out as it was asked for."""
-        texts = list(self.warnings)
-        if self.fairness is None and not self.converged:
-            moved = (
-                ""
-                if self.change is None
-                else f", while the lattice still moved {self.change:.3g} an epoch"
-            )
-            texts.append(
-                f"training ended after max_steps={self.steps} steps{moved}: "
-                "give it more steps, or raise min_change"
-            )
-        return texts
-
-
-_WHY_STOPPED = {
-    "ordered": "the points were in order",
-    "reached": "all points are on the lattice",
-    "settled": "the lattice has settled",
-    "max_steps": "the steps were over",
-}
-
-_WHY_ENDED = {
-    "tolerance": "all points lie within the tolerance",
-    "noise": "a larger net would follow the noise",
-    "exact": "a larger net would not be seen",
-    "grid": "the net was given",
-    "points": "the points hold no larger net",
-    "max_control_points": "max_control_points was reached",
-}
+_FEWEST = 4
+"""Points of the smallest piece that may be a surface."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -167,14 +32,15 @@ class Reconstruction:
         or of its conversion.
     surface : NurbsSurface
         The surface.
-    mesh : TriangleMesh
-        The surface as triangles.
-    som : SelfOrganizingMap or None
-        The trained map; None for points that were in order already.
+    som : SelfOrganizingMap
+        The trained map; of points that were in order already, the points themselves.
     uv : ndarray of shape (n, 2)
         Where on the surface each point has its foot.
     distances : ndarray of shape (n,)
         Each point's distance from its foot.
+    inliers : ndarray of bool, shape (n,)
+        Which points count: neither gross outliers nor shown to be outliers by the surface, nor of
+        another piece or without weight.
     report : Report
         How it went.
     settings : dict of str to object
@@ -186,13 +52,21 @@ class Reconstruction:
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
     surface: _core.NurbsSurface
-    mesh: _core.TriangleMesh
-    som: SelfOrganizingMap | None
+    som: SelfOrganizingMap
     uv: NDArray[np.float64] = dataclasses.field(repr=False)
     distances: NDArray[np.float64] = dataclasses.field(repr=False)
+    inliers: NDArray[np.bool_] = dataclasses.field(repr=False)
     report: Report = dataclasses.field(repr=False)
     settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
     history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
+
+    @functools.cached_property
+    def mesh(self) -> _core.TriangleMesh:
+        """The surface as triangles, none farther from it than 0.001 of the net's diagonal.
+
+        Made when it is asked for first; ``surface.tessellate`` makes others.
+        """
+        return self.surface.tessellate()
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write surface, mesh or picture to a file; the suffix picks, as in `neurbs.save`."""
@@ -238,6 +112,7 @@ class Reconstruction:
         return reconstruction_html(self)
 
 
+@overload
 def reconstruct(
     points: ArrayLike,
     tolerance: float | None = None,
@@ -246,7 +121,13 @@ def reconstruct(
     surface: str = "control-net",
     grid: tuple[int, int] | None = None,
     degree: int = 3,
-    topology: str = "sheet",
+    topology: str = "auto",
+    init: ArrayLike | str = "auto",
+    weights: ArrayLike | None = None,
+    clean: bool = True,
+    robust: bool = True,
+    pieces: int | None = None,
+    rational: bool = False,
     fairness: float | None = None,
     border: float | None = None,
     max_control_points: int = 40_000,
@@ -256,13 +137,69 @@ def reconstruct(
     reach: float | None = None,
     min_change: float | None = None,
     progress: Callable[[_core.Progress], object] | None = None,
-) -> Reconstruction:
+) -> Reconstruction: ...
+
+
+@overload
+def reconstruct(
+    points: ArrayLike,
+    tolerance: float | None = None,
+    *,
+    method: str = "fit",
+    surface: str = "control-net",
+    grid: tuple[int, int] | None = None,
+    degree: int = 3,
+    topology: str = "auto",
+    init: ArrayLike | str = "auto",
+    weights: ArrayLike | None = None,
+    clean: bool = True,
+    robust: bool = True,
+    pieces: str,
+    rational: bool = False,
+    fairness: float | None = None,
+    border: float | None = None,
+    max_control_points: int = 40_000,
+    aspect: str = "data",
+    seed: int = 0,
+    max_steps: int | None = None,
+    reach: float | None = None,
+    min_change: float | None = None,
+    progress: Callable[[_core.Progress], object] | None = None,
+) -> list[Reconstruction]: ...
+
+
+def reconstruct(
+    points: ArrayLike,
+    tolerance: float | None = None,
+    *,
+    method: str = "fit",
+    surface: str = "control-net",
+    grid: tuple[int, int] | None = None,
+    degree: int = 3,
+    topology: str = "auto",
+    init: ArrayLike | str = "auto",
+    weights: ArrayLike | None = None,
+    clean: bool = True,
+    robust: bool = True,
+    pieces: int | str | None = None,
+    rational: bool = False,
+    fairness: float | None = None,
+    border: float | None = None,
+    max_control_points: int = 40_000,
+    aspect: str = "data",
+    seed: int = 0,
+    max_steps: int | None = None,
+    reach: float | None = None,
+    min_change: float | None = None,
+    progress: Callable[[_core.Progress], object] | None = None,
+) -> Reconstruction | list[Reconstruction]:
     """Turn scattered points into a NURBS surface.
 
-    A self-organizing map brings the points in order from a start that follows the surface, however
-    folded it is; least squares with fairness then pull a B-spline surface to the points, while
-    their parameters follow it. Points that are in order already, an array of shape (r, c, 3),
-    become a surface without a map.
+    Duplicates are merged and gross outliers left out. A self-organizing map brings the points in
+    order from a start that follows the surface, however folded it is; least squares with fairness
+    then pull a B-spline surface to the points, while their parameters follow it. Heights over a
+    plane need no map to be in order: they are fitted as z = f(x, y). Points that are in order
+    already, an array of shape (r, c, 3), become a surface as the paper's lattice does.
 
     Parameters
     ----------
@@ -270,7 +207,8 @@ def reconstruct(
         At least four distinct points, finite, not all on one line; two columns lie in z = 0. A
         C-contiguous float64 array is used as it is, anything else is converted once. Of shape
         (r, c, 3) they are the rows of an ordered grid, and the lattice themselves: only `surface`,
-        `degree` and `progress` have a meaning then.
+        `degree` and `progress` have a meaning then. To more than 2^20 points, as many are fitted,
+        evenly over space; all are measured.
     tolerance : float, optional
         Distance from the surface within which all points shall lie, in their unit: the net grows
         until they do, or says why it did not. By default it grows until cross-validation says that
@@ -290,14 +228,35 @@ def reconstruct(
     degree : int, default 3
         Degree of the surface in both directions, lowered where the net has too few rows or columns
         for it. A Bézier surface's degrees are one less than rows and columns, whatever it is.
-    topology : {"sheet", "tube", "torus"}, default "sheet"
-        Whether no direction is closed, u, or both. Closed directions are smooth across the seam.
+    topology : {"auto", "sheet", "height", "tube", "torus"}, default "auto"
+        What kind of surface the points lie on: open; heights over a plane; closed in u; closed in
+        both directions. Closed directions are smooth across the seam. By default it is found out,
+        and the report says why; sheets that turn out to be heights over a rectangle are fitted as
+        such.
+    init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
+        Where the nodes of the map lie before it learns: in order along the surface, in the
+        principal plane, or as given. By default along the surface, or in the plane if that turns
+        out better.
+    weights : array_like of shape (n,), optional
+        What each point's squared distance counts; points with 0 are left out. By default 1.
+    clean : bool, default True
+        Whether duplicates are merged and gross outliers left out first; see `neurbs.clean`.
+    robust : bool, default True
+        Whether points that the fitted surface shows to be outliers lose their weight, by Tukey's
+        biweight.
+    pieces : int or {"each"}, optional
+        Which of the pieces that the cloud falls into is fitted, 0 being the largest (see
+        `neurbs.pieces`), or each by itself. By default all together, with a warning if there are
+        several.
+    rational : bool, default False
+        Whether the weights of the control points are optimized at last, for what is round: it is
+        kept where it is better.
     fairness : float, optional
         Weight of the energy of bending: 1 gives it as large a say as all points together. By
         default generalized cross-validation chooses it.
     border : float, optional
         How far the surface goes on beyond the points where it is open, in their mean spacings; by
-        default 0.5.
+        default 0.5. Heights end with the points.
     max_control_points : int, default 40000
         Control points at most, when the net grows.
     aspect : {"data", "fixed"}, default "data"
@@ -320,7 +279,8 @@ def reconstruct(
     Returns
     -------
     Reconstruction
-        Surface, mesh, trained map, the points' parameters and distances, and the report.
+        Surface, trained map, the points' parameters and distances, and the report. With
+        ``pieces="each"`` a list, one for each piece that has points enough, the largest first.
 
     Raises
     ------
@@ -356,13 +316,19 @@ def reconstruct(
     """
     if _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
-    settings: dict[str, Any] = {
+    options: dict[str, Any] = {
         "tolerance": tolerance,
         "method": method,
         "surface": surface,
         "grid": grid,
         "degree": degree,
         "topology": topology,
+        "init": init,
+        "weights": weights,
+        "clean": clean,
+        "robust": robust,
+        "pieces": pieces,
+        "rational": rational,
         "fairness": fairness,
         "border": border,
         "max_control_points": max_control_points,
@@ -373,17 +339,35 @@ def reconstruct(
         "min_change": min_change,
     }
     converted = _core.as_points(points)
-    made, trained, uv, distances, facts, history = _core.reconstruct(
-        converted, **settings, progress=progress
+    if not isinstance(pieces, str):
+        return _of_scattered(converted, options, progress)
+    if pieces != "each":
+        raise _core.NeurbsError(f"pieces must be a number or 'each', got {pieces!r}")
+    kept = _core.clean(converted).kept if clean else np.arange(len(converted))
+    sizes = _core.pieces(converted[kept], progress=progress).sizes
+    return [
+        _of_scattered(converted, options | {"pieces": piece}, progress)
+        for piece, size in enumerate(sizes)
+        if size >= _FEWEST
+    ]
+
+
+def _of_scattered(
+    points: NDArray[np.float64],
+    options: dict[str, Any],
+    progress: Callable[[_core.Progress], object] | None,
+) -> Reconstruction:
+    surface, trained, uv, distances, inliers, facts, history = _core.reconstruct(
+        points, options, progress
     )
-    som = SelfOrganizingMap._of_core(
-        trained, seed=seed, max_steps=max_steps, reach=reach, min_change=min_change
+    training = ("seed", "max_steps", "reach", "min_change")
+    som = SelfOrganizingMap._of_core(trained, **{name: options[name] for name in training})
+    report = Report(**facts)
+    result = Reconstruction(
+        _read_only(points), surface, som, uv, distances, inliers, report, options, history
     )
-    report, mesh = _tessellated(made, facts, progress)
-    kept = _read_only(converted)
-    result = Reconstruction(kept, made, mesh, som, uv, distances, report, settings, history)
-    for text in result.report.shortcomings():
-        warnings.warn(text, ConvergenceWarning, stacklevel=2)
+    for text in report.shortcomings():
+        warnings.warn(text, ConvergenceWarning, stacklevel=3)
     return result
 
 
@@ -408,7 +392,7 @@ def _of_ordered(
     percents = (50, 90, 95, 99)
     percentiles = np.percentile(feet.distances, percents, method="inverted_cdf").tolist()
     rows, cols = made.control_points.shape[:2]
-    facts: dict[str, Any] = dict(
+    report = Report(
         points=len(flat),
         diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
         grid=(rows, cols),
@@ -421,6 +405,10 @@ def _of_ordered(
         ended_by="grid",
         fairness=None,
         iterations=0,
+        topology="sheet",
+        topology_reason=None,
+        duplicates=0,
+        outliers=0,
         warnings=(),
         steps=0,
         ordered_at=0,
@@ -430,23 +418,13 @@ def _of_ordered(
         quantization_error=0.0,
         seconds={"surface": time.perf_counter() - start},
     )
-    report, mesh = _tessellated(made, facts, progress)
     settings = {"surface": surface, "degree": degree}
+    inliers = np.ones(len(flat), dtype=bool)
+    lattice = flat.reshape(np.shape(points))
+    som = SelfOrganizingMap(*lattice.shape[:2], init=lattice).start(flat)
     return Reconstruction(
-        _read_only(flat), made, mesh, None, feet.uv, feet.distances, report, settings
+        _read_only(flat), made, som, feet.uv, feet.distances, inliers, report, settings
     )
-
-
-def _tessellated(
-    surface: _core.NurbsSurface,
-    facts: dict[str, Any],
-    progress: Callable[[_core.Progress], object] | None,
-) -> tuple[Report, _core.TriangleMesh]:
-    """Return the report with the time that the mesh took, and the mesh."""
-    start = time.perf_counter()
-    mesh = surface.tessellate(progress=progress)
-    seconds = facts["seconds"] | {"tessellation": time.perf_counter() - start}
-    return Report(**facts | {"seconds": seconds}), mesh
 
 
 def _read_only(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,6 +1,8 @@
 //! Parameter correction: the parameters of points follow the surface that was fitted to them (J.
 //! Hoschek, *Intrinsic parametrization for approximation*, 1988).
 
+use std::cmp::Ordering;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -133,6 +135,32 @@ pub(super) fn feet(
     pairs.map(|(&point, &uv)| domain.foot(surface, point, uv, steps)).collect()
 }
 
+/// Steps from parameters that are near those of the feet.
+const STEPS: usize = 4;
+
+/// Parameters of the points' feet on a polynomial surface, near those given, and how far away they
+/// are: parameter correction by four steps of Gauss and Newton that never lead away.
+///
+/// ```
+/// use neurbs::{DVec2, DVec3, NurbsSurface, fit::project};
+/// let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::X + DVec3::Y];
+/// let square = NurbsSurface::clamped(net, (2, 2), 1)?;
+/// let above = [DVec3::new(0.25, 0.5, 2.0)];
+/// let (uv, distances) = project(&square, (false, false), &above, &[DVec2::splat(0.4)]);
+/// assert!(uv[0].distance(DVec2::new(0.25, 0.5)) < 1e-12 && distances == [2.0]);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[must_use]
+pub fn project(
+    surface: &NurbsSurface,
+    closed: (bool, bool),
+    points: &[DVec3],
+    uv: &[DVec2],
+) -> (Vec<DVec2>, Vec<f64>) {
+    let feet = feet(surface, closed.into(), points, uv, STEPS);
+    feet.iter().map(|foot| (foot.uv, foot.offset.length())).unzip()
+}
+
 /// Where parameters may be.
 struct Domain {
     low: DVec2,
@@ -168,7 +196,7 @@ impl Domain {
             let held = [0, 1].map(|d| self.at_wall(at, pull, d));
             let step = here.step(point, held);
             let longest = (step.abs() / size).max_element();
-            if !(longest > 0.0) {
+            if longest.partial_cmp(&0.0) != Some(Ordering::Greater) {
                 break;
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);

@@ -156,17 +156,13 @@ impl<'a> Fitting<'a> {
     fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
         let sample = |(place, index): (usize, usize)| {
             let (point, weight) = (self.points[index], self.weight(index));
-            match feet.map(|feet| feet[place]) {
-                Some(foot) => {
-                    let free = !foot.border && foot.normal != DVec3::ZERO;
-                    let tangential = if free { TANGENTIAL } else { 1.0 };
-                    Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
-                }
-                None => {
-                    let (uv, normal) = (self.uv[index], DVec3::ZERO);
-                    Sample { point, uv, weight, normal, tangential: 1.0 }
-                }
-            }
+            let Some(foot) = feet.map(|feet| feet[place]) else {
+                let (uv, normal) = (self.uv[index], DVec3::ZERO);
+                return Sample { point, uv, weight, normal, tangential: 1.0 };
+            };
+            let free = !foot.border && foot.normal != DVec3::ZERO;
+            let tangential = if free { TANGENTIAL } else { 1.0 };
+            Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
         };
         self.seen().enumerate().map(sample).collect()
     }

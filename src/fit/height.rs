@@ -5,13 +5,19 @@
 //! surface's heights are the tensor-product spline function of x and y.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
-use super::{FitOptions, fit};
+use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 
+/// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
+/// leave quadratics free, which bend as most surfaces do.
+const ORDER: usize = 3;
+
 /// Weights of the fairness among which cross-validation chooses.
-const FAIRNESS: [f64; 7] = [1e-10, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
+const FAIRNESS: [f64; 12] =
+    [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 1e-1, 1.0];
 
 /// A heavier fairness is preferred while it predicts hardly worse than the best: it is the smoother
 /// surface.
@@ -30,7 +36,7 @@ pub struct HeightOptions {
     pub net: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
-    /// See [`FitOptions::fairness`]; `None`: the one among seven from 1e-10 to 1 that predicts
+    /// See [`FitOptions::fairness`]; `None`: the one among twelve from 1e-12 to 1 that predicts
     /// points best which it has not seen.
     pub fairness: Option<f64>,
 }
@@ -46,6 +52,9 @@ pub struct HeightFit {
     pub residuals: Vec<f64>,
     /// The weight of the fairness that was used.
     pub fairness: f64,
+    /// Mean square of the error that cross-validation expects at a point that was left out, in the
+    /// points' unit squared.
+    pub expected: f64,
 }
 
 /// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
@@ -73,7 +82,7 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 /// another direction of length 1. Each squared height counts with its weight (1 without weights).
 ///
 /// Where there are no points the fairness decides: the surface spans holes like a thin plate.
-/// O(points · degree⁴), forty times that where fairness is to be found (for 20,000 points at most).
+/// O(points · degree⁴), a few times that where fairness is to be found (for 20,000 points at most).
 ///
 /// ```
 /// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}};
@@ -91,7 +100,7 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 /// # Errors
 ///
 /// [`Error::Parameter`] if the direction has not the length 1 or the points have no extent across
-/// it, and those of [`fit`].
+/// it, and those of [`fit`](super::fit).
 pub fn fit_heights(
     points: &[DVec3],
     weights: Option<&[f64]>,
@@ -114,12 +123,12 @@ pub fn fit_heights(
         |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
     let uv: Vec<DVec2> = local.iter().map(place).collect();
     let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+    fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
     super::check(&local, &uv, weights, &fitting)?;
-    fitting.fairness = match options.fairness {
-        Some(fairness) => fairness,
-        None => best_fairness(&local, &uv, weights, &fitting),
-    };
-    let heights = fit(&local, &uv, weights, &fitting)?;
+    let order = ORDER.min(options.degree.0.max(options.degree.1));
+    let tried = options.fairness.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
+    let (fairness, expected) = best_fairness(&local, &uv, weights, &fitting, order, &tried);
+    let heights = Equations::of(&local, &uv, weights, &fitting, order)?.solve(fairness)?;
     let residuals = residuals(&heights, &local, &uv);
     let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
     let net = heights.control_points().iter().enumerate().map(|(i, point)| {
@@ -128,7 +137,7 @@ pub fn fit_heights(
     });
     let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
     let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
-    Ok(HeightFit { surface, uv, residuals, fairness: fitting.fairness })
+    Ok(HeightFit { surface, uv, residuals, fairness, expected })
 }
 
 fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
@@ -136,41 +145,46 @@ fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> 
 }
 
 /// Cross-validation: the weight with which the points of each part are predicted best from the
-/// other parts.
+/// other parts, and the mean square of the error then.
 fn best_fairness(
     local: &[DVec3],
     uv: &[DVec2],
     weights: Option<&[f64]>,
     options: &FitOptions,
-) -> f64 {
+    order: usize,
+    tried: &[f64],
+) -> (f64, f64) {
     let step = local.len().div_ceil(JUDGED).max(1);
-    // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
-    let part = |i: usize| (i * 7 + i / 5) % FOLDS;
     let looked_at: Vec<usize> = (0..local.len()).step_by(step).collect();
-    let pick = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
-        looked_at.iter().enumerate().filter(|(i, _)| wanted(part(*i))).map(|(_, &p)| p).collect()
+    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+    let pick = |fold: usize, left_out: bool| -> Vec<usize> {
+        let places = looked_at.iter().enumerate();
+        // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
+        let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == fold) == left_out);
+        wanted.map(|(_, &index)| index).collect()
     };
-    let error = |fairness: f64| -> f64 {
-        let options = FitOptions { fairness, ..options.clone() };
-        let of_fold = |fold: usize| -> Option<f64> {
-            let (seen, left) = (pick(&|part| part != fold), pick(&|part| part == fold));
-            let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
-            let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
-            let own: Option<Vec<f64>> =
-                weights.map(|weights| seen.iter().map(|&i| weights[i]).collect());
-            let surface = fit(&points, &places, own.as_deref(), &options).ok()?;
-            let squared = left.iter().map(|&i| {
-                let weight = weights.map_or(1.0, |weights| weights[i]);
-                weight * (local[i].z - surface.point(uv[i].x, uv[i].y).z).powi(2)
-            });
-            Some(squared.sum())
+    let errors_of = |fold: usize| -> Vec<f64> {
+        let (seen, left) = (pick(fold, false), pick(fold, true));
+        let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
+        let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
+        let own: Vec<f64> = seen.iter().map(|&i| weight(i)).collect();
+        let Ok(equations) = Equations::of(&points, &places, Some(&own), options, order) else {
+            return vec![f64::INFINITY; tried.len()];
         };
-        (0..FOLDS).map(|fold| of_fold(fold).unwrap_or(f64::INFINITY)).sum()
+        let error = |fairness: &f64| {
+            let Ok(surface) = equations.solve(*fairness) else { return f64::INFINITY };
+            let rest = |i: usize| local[i].z - surface.point(uv[i].x, uv[i].y).z;
+            left.iter().map(|&i| weight(i) * rest(i).powi(2)).sum()
+        };
+        tried.iter().map(error).collect()
     };
-    let errors = FAIRNESS.map(error);
+    let folds: Vec<Vec<f64>> = (0..FOLDS).into_par_iter().map(errors_of).collect();
+    let total: f64 = looked_at.iter().map(|&i| weight(i)).sum();
+    let sum = |i: usize| folds.iter().map(|errors| errors[i]).sum::<f64>() / total;
+    let errors: Vec<f64> = (0..tried.len()).map(sum).collect();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
-    smoothest.map_or(FAIRNESS[1], |i| FAIRNESS[i])
+    smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i]))
 }
 
 #[cfg(test)]

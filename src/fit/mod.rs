@@ -24,7 +24,9 @@ mod space;
 use glam::{DVec2, DVec3};
 
 pub use self::approximate::{ApproximateOptions, Approximation, approximate};
+use self::band::Band;
 pub use self::border::bounded;
+pub use self::correct::project;
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 use self::normal_equations::{NormalEquations, Sample};
@@ -114,39 +116,65 @@ pub fn fit(
     options: &FitOptions,
 ) -> Result<NurbsSurface> {
     check(points, uv, weights, options)?;
-    let knots = [options.knots_u.clone(), options.knots_v.clone()];
-    let space = SplineSpace::new(knots, options.closed.into())?;
-    // About the centroid numbers keep their digits wherever the points lie.
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-    let extent = points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
-    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let sample = |(i, (&point, &uv)): (usize, (&DVec3, &DVec2))| {
-        let (weight, normal) = (weight(i), DVec3::ZERO);
-        Sample { point: point - centre, uv, weight, normal, tangential: 1.0 }
-    };
-    let samples: Vec<Sample> = points.iter().zip(uv).enumerate().map(sample).collect();
-    let NormalEquations { mut matrix, right } = NormalEquations::of_distances(&space, &samples);
-    if options.fairness > 0.0 {
+    Equations::of(points, uv, weights, options, THIN_PLATE)?.solve(options.fairness)
+}
+
+/// The normal equations of points at their parameters, to be solved with any fairness.
+struct Equations {
+    space: SplineSpace,
+    /// About the centroid numbers keep their digits wherever the points lie.
+    centre: DVec3,
+    extent: f64,
+    points: usize,
+    distances: NormalEquations,
+    energy: Band,
+}
+
+impl Equations {
+    fn of(
+        points: &[DVec3],
+        uv: &[DVec2],
+        weights: Option<&[f64]>,
+        options: &FitOptions,
+        order: usize,
+    ) -> Result<Self> {
+        let knots = [options.knots_u.clone(), options.knots_v.clone()];
+        let space = SplineSpace::new(knots, options.closed.into())?;
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let extent = points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let sample = |(i, (&point, &uv)): (usize, (&DVec3, &DVec2))| {
+            let (weight, normal) = (weight(i), DVec3::ZERO);
+            Sample { point: point - centre, uv, weight, normal, tangential: 1.0 }
+        };
+        let samples: Vec<Sample> = points.iter().zip(uv).enumerate().map(sample).collect();
+        let distances = NormalEquations::of_distances(&space, &samples);
         let lengths = fairness::lengths(points, uv, &space.knots);
-        let energy = fairness::energy(&space, lengths, THIN_PLATE);
+        let energy = fairness::energy(&space, lengths, order);
+        Ok(Self { space, centre, extent, points: points.len(), distances, energy })
+    }
+
+    fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
+        let mut matrix = self.distances.matrix.clone();
         // Of degree 1 in both directions and in one span nothing bends.
-        if energy.trace() > 0.0 {
-            matrix.add_scaled(options.fairness * matrix.trace() / energy.trace(), &energy);
+        if fairness > 0.0 && self.energy.trace() > 0.0 {
+            matrix.add_scaled(fairness * matrix.trace() / self.energy.trace(), &self.energy);
         }
+        let mut net = self.distances.right.clone();
+        let held = matrix.factor::<Error>(&mut || Ok(()))? && {
+            matrix.solve(&mut net);
+            net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * self.extent)
+        };
+        if !held {
+            let [rows, cols] = self.space.shape();
+            let got = format!("{rows} × {cols} for {} points", self.points);
+            let must = "small enough for the points to hold it; or raise fairness";
+            return Err(Error::parameter("net", must, got));
+        }
+        let place = |p: [f64; 3]| DVec3::from_array(p) + self.centre;
+        let net: Vec<DVec3> = net.into_iter().map(place).collect();
+        self.space.surface(&net)
     }
-    let mut net = right;
-    let held = matrix.factor::<Error>(&mut || Ok(()))? && {
-        matrix.solve(&mut net);
-        net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * extent)
-    };
-    if !held {
-        let [rows, cols] = space.shape();
-        let got = format!("{rows} × {cols} for {} points", points.len());
-        let must = "small enough for the points to hold it; or raise fairness";
-        return Err(Error::parameter("net", must, got));
-    }
-    let net: Vec<DVec3> = net.into_iter().map(|p| DVec3::from_array(p) + centre).collect();
-    space.surface(&net)
 }
 
 fn check(

@@ -23,6 +23,11 @@ pub(super) fn optional_count<'py, T: FromPyObjectOwned<'py>>(
     value.map(|value| count(name, value)).transpose()
 }
 
+/// True or false.
+pub(super) fn truth(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+    extract(name, "True or False", value)
+}
+
 /// A real number that may be left out.
 pub(super) fn optional_real(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<f64>> {
     value.map(|value| extract(name, "a number", value)).transpose()

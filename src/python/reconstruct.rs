@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arrays::Numbers;
 use super::call::Watcher;
@@ -12,61 +12,74 @@ use super::surface::NurbsSurface;
 use super::{arguments, arrays, call};
 use crate::nurbs::OrderedSurface;
 use crate::point_cloud;
-use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report};
-use crate::som::Topology;
+use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report, Start};
+use crate::topology::Kind;
 
-/// Surface, map, parameters, distances, report, and of what was told on the way stage, step and
+/// The word for what is found out.
+const AUTO: &str = "auto";
+
+/// Surface, map, parameters, distances, inliers, report, and of what was told on the way stage, step and
 /// error.
 type Found<'py> = (
     NurbsSurface,
     Map,
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
     Bound<'py, PyDict>,
     Vec<(&'static str, u64, f64)>,
 );
 
-/// Run the whole job; the public function is :func:`neurbs.reconstruct`.
+/// Run the whole job; the public function is :func:`neurbs.reconstruct`, whose options these are.
 #[pyfunction]
-#[pyo3(signature = (
-    points, tolerance, *, method, surface, grid, degree, topology, fairness, border, max_control_points, aspect,
-    seed, max_steps, reach, min_change, progress
-))]
-#[expect(clippy::too_many_arguments, reason = "one for each of Python's keyword arguments")]
+#[pyo3(signature = (points, options, progress))]
 pub(super) fn reconstruct<'py>(
     points: &Bound<'py, PyAny>,
-    tolerance: Option<&Bound<'py, PyAny>>,
-    method: &Bound<'py, PyAny>,
-    surface: &Bound<'py, PyAny>,
-    grid: Option<&Bound<'py, PyAny>>,
-    degree: &Bound<'py, PyAny>,
-    topology: &Bound<'py, PyAny>,
-    fairness: Option<&Bound<'py, PyAny>>,
-    border: Option<&Bound<'py, PyAny>>,
-    max_control_points: &Bound<'py, PyAny>,
-    aspect: &Bound<'py, PyAny>,
-    seed: &Bound<'py, PyAny>,
-    max_steps: Option<&Bound<'py, PyAny>>,
-    reach: Option<&Bound<'py, PyAny>>,
-    min_change: Option<&Bound<'py, PyAny>>,
+    options: &Bound<'py, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Found<'py>> {
     let py = points.py();
+    let option = |name: &str| Ok::<_, PyErr>(options.get_item(name)?.filter(|it| !it.is_none()));
+    let needed = |name: &str| options.as_any().get_item(name);
+    let real = |name: &str| arguments::optional_real(name, option(name)?.as_ref());
+    let truth = |name: &str| arguments::truth(name, &needed(name)?);
+    let weights =
+        option("weights")?.map(|weights| Numbers::sequence(&weights, "weights")).transpose()?;
+    let given = option("init")?.filter(|init| !init.is_instance_of::<PyString>());
+    let given = given.map(|nodes| nodes_of(&nodes)).transpose()?;
+    let topology = needed("topology")?;
+    let automatic = topology.extract::<String>().is_ok_and(|name| name == AUTO);
     let options = ReconstructOptions {
-        tolerance: arguments::optional_real("tolerance", tolerance)?,
-        method: arguments::choice("method", &Method::ALL, Method::name, method)?,
-        surface: named_surface(surface)?,
-        grid: grid.map(|grid| arguments::pair("grid", grid)).transpose()?,
-        degree: arguments::count("degree", degree)?,
-        topology: arguments::choice("topology", &Topology::ALL, Topology::name, topology)?,
-        fairness: arguments::optional_real("fairness", fairness)?,
-        border: arguments::optional_real("border", border)?,
-        max_control_points: arguments::count("max_control_points", max_control_points)?,
-        aspect: arguments::choice("aspect", &Aspect::ALL, Aspect::name, aspect)?,
-        seed: arguments::count("seed", seed)?,
-        max_steps: arguments::optional_count("max_steps", max_steps)?,
-        reach: arguments::optional_real("reach", reach)?,
-        min_change: arguments::optional_real("min_change", min_change)?,
+        tolerance: real("tolerance")?,
+        method: arguments::choice("method", &Method::ALL, Method::name, &needed("method")?)?,
+        surface: named_surface(&needed("surface")?)?,
+        grid: option("grid")?.map(|grid| arguments::pair("grid", &grid)).transpose()?,
+        degree: arguments::count("degree", &needed("degree")?)?,
+        topology: if automatic {
+            None
+        } else {
+            Some(arguments::choice("topology", &Kind::ALL, Kind::name, &topology)?)
+        },
+        init: match &given {
+            Some(nodes) => {
+                let shape = (nodes.shape()[0], nodes.shape()[1]);
+                Start::Given { nodes: nodes.as_slice()?, shape }
+            }
+            None => arguments::choice("init", &Start::NAMED, Start::name, &needed("init")?)?,
+        },
+        weights: weights.as_ref().map(Numbers::as_slice).transpose()?,
+        clean: truth("clean")?,
+        robust: truth("robust")?,
+        piece: arguments::optional_count("pieces", option("pieces")?.as_ref())?,
+        rational: truth("rational")?,
+        fairness: real("fairness")?,
+        border: real("border")?,
+        max_control_points: arguments::count("max_control_points", &needed("max_control_points")?)?,
+        aspect: arguments::choice("aspect", &Aspect::ALL, Aspect::name, &needed("aspect")?)?,
+        seed: arguments::count("seed", &needed("seed")?)?,
+        max_steps: arguments::optional_count("max_steps", option("max_steps")?.as_ref())?,
+        reach: real("reach")?,
+        min_change: real("min_change")?,
     };
     let points = Numbers::points(points, "points")?;
     let points = points.as_slice()?;
@@ -75,8 +88,7 @@ pub(super) fn reconstruct<'py>(
         let result = crate::reconstruct::reconstruct(points, &options, &mut recorder)?;
         Ok((result, recorder.into_history()))
     };
-    let (result, history) =
-        call::run(py, progress.as_ref().map(|callback| callback.clone_ref(py)), job)?;
+    let (result, history) = call::run(py, progress, job)?;
     let report = report(py, &result.report)?;
     let som = Map::of_core(result.som);
     let count = result.distances.len();
@@ -84,7 +96,8 @@ pub(super) fn reconstruct<'py>(
     arrays::writable(&uv)?.as_slice_mut()?.copy_from_slice(bytemuck::cast_slice(&result.uv));
     let distances = arrays::empty(py, &[count])?;
     arrays::writable(&distances)?.as_slice_mut()?.copy_from_slice(&result.distances);
-    Ok((NurbsSurface::new(py, result.surface)?, som, uv, distances, report, history))
+    let inliers = PyArray1::from_vec(py, result.inliers);
+    Ok((NurbsSurface::new(py, result.surface)?, som, uv, distances, inliers, report, history))
 }
 
 /// The defaults of the options, as the core has them.
@@ -97,6 +110,12 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         grid,
         degree,
         topology,
+        init,
+        weights: _,
+        clean,
+        robust,
+        piece,
+        rational,
         fairness,
         border,
         max_control_points,
@@ -112,7 +131,13 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     options.set_item("surface", surface.name())?;
     options.set_item("grid", grid)?;
     options.set_item("degree", degree)?;
-    options.set_item("topology", topology.name())?;
+    options.set_item("topology", topology.map_or(AUTO, Kind::name))?;
+    options.set_item("init", init.name())?;
+    options.set_item("weights", py.None())?;
+    options.set_item("clean", clean)?;
+    options.set_item("robust", robust)?;
+    options.set_item("pieces", piece)?;
+    options.set_item("rational", rational)?;
     options.set_item("fairness", fairness)?;
     options.set_item("border", border)?;
     options.set_item("max_control_points", max_control_points)?;
@@ -149,6 +174,12 @@ pub(super) fn ordered_surface(
     NurbsSurface::new(py, call::run(py, progress, make)?)
 }
 
+/// The nodes of a lattice, in order.
+fn nodes_of<'py>(nodes: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
+    let expected = "'auto', 'geodesic', 'pca', or real numbers of shape (rows, cols, 3)";
+    Numbers::new(nodes, "init", expected, &[&[None, None, Some(3)]])
+}
+
 fn named_surface(name: &Bound<'_, PyAny>) -> PyResult<OrderedSurface> {
     arguments::choice("surface", &OrderedSurface::ALL, OrderedSurface::name, name)
 }
@@ -171,6 +202,10 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("ended_by", report.ended_by.name())?;
     dict.set_item("fairness", report.fairness)?;
     dict.set_item("iterations", report.iterations)?;
+    dict.set_item("topology", report.topology.name())?;
+    dict.set_item("topology_reason", report.topology_reason.as_deref())?;
+    dict.set_item("duplicates", report.duplicates)?;
+    dict.set_item("outliers", report.outliers)?;
     dict.set_item("warnings", PyTuple::new(py, &report.warnings)?)?;
     let training = &report.training;
     dict.set_item("steps", training.steps)?;

@@ -1,15 +1,19 @@
 //! The method "fit": an ordered map gives parameters, least squares give the surface.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::order::{every, outwards, restored};
+use super::counted::{Counted, every, of};
+use super::feet::feet;
+use super::job::{Job, Shape};
 use super::report::{Clock, Distances, Report, TrainingReport};
-use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn};
-use super::{ReconstructOptions, Reconstruction};
+use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
+use super::{Aspect, ReconstructOptions, Reconstruction, heights};
 use crate::error::Result;
-use crate::fit::{ApproximateOptions, EndedBy, Growth, approximate, bounded};
+use crate::fit::{EndedBy, Growth, bounded};
+use crate::inspection;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
+use crate::topology::detect;
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
@@ -17,91 +21,133 @@ const MAP_POINTS: usize = 20_000;
 /// How far beyond the lattice's border points may lie, in cells.
 const EXTRAPOLATION: f64 = 0.75;
 
-/// How far the surface goes on beyond the points by default, in their mean spacings.
-const BORDER: f64 = 0.5;
-
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 20.0;
 const FIRST_SIDE: usize = 12;
 
 pub(super) fn reconstruct(
-    points: &[DVec3],
+    cloud: &[DVec3],
     bounds: &Bounds,
-    options: &ReconstructOptions,
+    options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
-    let frame = Normalization::of(points);
-    let order = outwards(points, &frame);
-    let local: Vec<DVec3> =
-        order.iter().map(|&index| frame.apply(points[index as usize])).collect();
+    let counted = Counted::of(cloud, options, observer)?;
+    clock.lap("cleaning");
+    let found = detect(&counted.points, observer)?;
+    let shape = Shape::of(&found, options, &counted.points);
+    clock.lap("topology");
+
+    let frame = Normalization::of(&counted.points);
+    let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
-    let budget = options.grid.unwrap_or_else(|| default_grid(points.len()));
-    let start = OrderedStart::of(&sample, budget, options, observer)?;
+    let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
+    let start = if let Some(up) = shape.up {
+        let (uv, size) = heights::places(&sample, up);
+        let net = match options.aspect {
+            Aspect::Data => split(budget.0 * budget.1, size.x / size.y),
+            Aspect::Fixed => budget,
+        };
+        OrderedStart::over(&sample, &uv, net, observer)?
+    } else {
+        let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
+        OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, observer)?
+    };
     clock.lap("ordering");
     let map = learn(&sample, &start, observer)?;
-    let places = map.parametrize(&local, EXTRAPOLATION, observer)?;
-    let uv = bounded(&places, options.topology.closed());
-    clock.lap("training");
-    let degree = |side: usize| options.degree.min(side - 1);
-    let approximation = ApproximateOptions {
-        net: start.net,
-        degree: (degree(start.net.0), degree(start.net.1)),
-        closed: options.topology.closed(),
-        fairness: options.fairness,
-        border: options.border.unwrap_or(BORDER),
-        growth: growth(options, &frame),
-        ..ApproximateOptions::default()
+    let uv = if shape.up.is_some() {
+        Vec::new()
+    } else {
+        let places = map.parametrize(&local, EXTRAPOLATION, observer)?;
+        bounded(&places, shape.closed().closed())
     };
-    let found = approximate(&local, &uv, None, &approximation, observer)?;
+    clock.lap("training");
+
+    let growth = growth(options, &frame);
+    let mut job = Job { points: &local, weights: counted.weights.clone(), uv, shape, options };
+    let fit = job.done(start.net, growth, observer)?;
     clock.lap("fitting");
-    let surface = found.surface.map_control_points(|point| frame.undo(point))?;
-    let distances: Vec<f64> = found.distances.iter().map(|d| d / frame.scale).collect();
-    let (uv, distances) = (restored(&found.uv, &order), restored(&distances, &order));
+
+    let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
+    let others = counted.others(cloud.len());
+    let (other_uv, other_distances) = if others.is_empty() {
+        (Vec::new(), Vec::new())
+    } else {
+        feet(&surface, &of(cloud, &others), observer)?
+    };
+    let own: Vec<f64> = fit.distances.iter().map(|distance| distance / frame.scale).collect();
+    let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
+    let shown = counts.iter().filter(|counts| !**counts).count();
+    // Of more points than a surface is fitted to, those count that lie as near as these.
+    let limit = own.iter().zip(&counts).filter(|(_, c)| **c).map(|(d, _)| *d).fold(0.0, f64::max);
+    let thinned = counted.thinned;
+    let other_counts: Vec<bool> = other_distances.iter().map(|d| thinned && *d <= limit).collect();
+    let restored = |own: &[f64], others_of: &[f64]| {
+        counted.restored(own, cloud.len(), &others, others_of, f64::NAN)
+    };
+    let distances = restored(&own, &other_distances);
+    let uv = counted.restored(&fit.uv, cloud.len(), &others, &other_uv, DVec2::NAN);
+    let inliers = counted.restored(&counts, cloud.len(), &others, &other_counts, false);
     let som = in_own_frame(&map, &sample, &frame, observer)?;
-    let far = |tolerance| distances.iter().filter(|distance| **distance > tolerance).count();
-    let warnings =
-        shortcomings(found.ended_by, options.tolerance, options.tolerance.map_or(0, far));
-    let within = |tolerance| 1.0 - far(tolerance) as f64 / points.len() as f64;
+    clock.lap("measuring");
+
+    let near: Vec<f64> =
+        distances.iter().zip(&inliers).filter(|(_, inlier)| **inlier).map(|(d, _)| *d).collect();
+    let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
+    let within = |tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64;
+    let mut warnings = counted.warnings;
+    warnings
+        .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
+    warnings.extend(shortcoming(fit.ended_by, options.tolerance, options.tolerance.map_or(0, far)));
+    warnings.extend(
+        inspection::fold_over(&surface, &counted.points, observer)?.map(|found| found.to_string()),
+    );
+    clock.lap("inspection");
     let report = Report {
-        points: points.len(),
+        points: cloud.len(),
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: Distances::of(&distances),
+        distances: Distances::of(&near),
         tolerance: options.tolerance,
         within: options.tolerance.map(within),
-        ended_by: found.ended_by,
-        fairness: Some(found.fairness),
-        iterations: found.iterations,
+        ended_by: fit.ended_by,
+        fairness: Some(fit.fairness),
+        iterations: fit.iterations,
+        topology: job.shape.kind,
+        topology_reason: Some(found.reason).filter(|_| job.shape.kind == found.kind),
+        duplicates: counted.duplicates,
+        outliers: counted.outliers + shown,
         training: TrainingReport::of(&som, map.error.unwrap_or(f64::NAN) / frame.scale),
         warnings,
         times: clock.times(),
     };
-    Ok(Reconstruction { surface, som, uv, distances, report })
+    Ok(Reconstruction { surface, som, uv, distances, inliers, report })
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.
 fn default_grid(count: usize) -> (usize, usize) {
-    let side = ((count as f64 / POINTS_PER_FIRST).sqrt() as usize).clamp(LEAST_SIDE, FIRST_SIDE);
+    let side = whole((count as f64 / POINTS_PER_FIRST).sqrt()).clamp(LEAST_SIDE, FIRST_SIDE);
     (side, side)
 }
 
 /// How far the net grows, in the frame; not at all where its size was given without a tolerance.
-fn growth(options: &ReconstructOptions, frame: &Normalization) -> Option<Growth> {
+fn growth(options: &ReconstructOptions<'_>, frame: &Normalization) -> Option<Growth> {
     let tolerance = options.tolerance.map(|tolerance| tolerance * frame.scale);
     let free = options.grid.is_none() || tolerance.is_some();
     free.then_some(Growth { tolerance, most: options.max_control_points })
 }
 
 /// What is to be said of a fit that did not come out as it was asked for.
-fn shortcomings(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Vec<String> {
-    let Some(tolerance) = tolerance else { return Vec::new() };
+fn shortcoming(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Option<String> {
+    let tolerance = tolerance?;
     let why = match ended_by {
         EndedBy::Noise => "a larger net would follow the noise of the points: raise the tolerance",
         EndedBy::Points => "the points hold no more control points: raise the tolerance",
         EndedBy::MaxControlPoints => "the net may have no more: raise max_control_points",
-        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => return Vec::new(),
+        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => return None,
     };
-    vec![format!("{far} points lie farther than the tolerance {tolerance} from the surface; {why}")]
+    Some(format!(
+        "{far} points lie farther than the tolerance {tolerance:?} from the surface; {why}"
+    ))
 }

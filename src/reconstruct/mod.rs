@@ -1,11 +1,15 @@
 //! The whole job: scattered points in, a surface out.
 
+mod counted;
+mod feet;
 mod fitted;
+mod heights;
+mod job;
 mod options;
-mod order;
 mod outline;
 mod paper;
 mod report;
+mod robust;
 mod start;
 
 use glam::{DVec2, DVec3};
@@ -17,7 +21,7 @@ use crate::point_cloud;
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 
-pub use self::options::{Aspect, Method, ReconstructOptions};
+pub use self::options::{Aspect, Method, ReconstructOptions, Start};
 pub use self::report::{Distances, PERCENTILES, Report, TrainingReport};
 
 /// What [`reconstruct`] returns; everything in the points' own frame and unit.
@@ -31,6 +35,9 @@ pub struct Reconstruction {
     pub uv: Vec<DVec2>,
     /// Each point's distance from its foot.
     pub distances: Vec<f64>,
+    /// Which points count: neither gross outliers, nor shown to be outliers by the surface, nor of
+    /// another piece or without weight.
+    pub inliers: Vec<bool>,
     /// How it went.
     pub report: Report,
 }
@@ -61,10 +68,10 @@ impl Reconstruction {
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn reconstruct(
     points: &[DVec3],
-    options: &ReconstructOptions,
+    options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
-    options.check()?;
+    options.check(points.len())?;
     let bounds = point_cloud::checked_bounds(points, observer)?;
     match options.method {
         Method::Fit => fitted::reconstruct(points, &bounds, options, observer),

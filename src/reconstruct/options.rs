@@ -1,12 +1,15 @@
 //! How to reconstruct.
 
+use glam::DVec3;
+
 use crate::error::{Error, Result, positive};
 use crate::nurbs::{OrderedSurface, check_degree};
-use crate::som::{Lattice, Topology};
+use crate::som::Lattice;
+use crate::topology::Kind;
 
 /// How to reconstruct; the default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReconstructOptions {
+pub struct ReconstructOptions<'a> {
     /// Distance from the surface within which points shall lie, in their unit: the net grows until
     /// they do. `None`: it grows until cross-validation says that it would follow noise. Of
     /// [`Method::Fit`].
@@ -23,8 +26,26 @@ pub struct ReconstructOptions {
     /// Degree of the surface in both directions, lowered where the net has too few rows or
     /// columns for it.
     pub degree: usize,
-    /// Directions in which the surface closes. Of [`Method::Fit`].
-    pub topology: Topology,
+    /// What kind of surface the points lie on; `None`: as [`detect`](crate::topology::detect) finds.
+    /// Sheets that are heights over a rectangle are fitted as such. Of [`Method::Fit`].
+    pub topology: Option<Kind>,
+    /// Where the nodes lie before the map learns. Of [`Method::Fit`].
+    pub init: Start<'a>,
+    /// What each point's squared distance counts; `None`: 1. Those with 0 are left out. Of
+    /// [`Method::Fit`].
+    pub weights: Option<&'a [f64]>,
+    /// Whether duplicates are merged and gross outliers left out first, as
+    /// [`clean`](crate::point_cloud::clean) finds them. Of [`Method::Fit`].
+    pub clean: bool,
+    /// Whether points that the fitted surface shows to be outliers lose their weight, by
+    /// [`biweights`](crate::fit::biweights). Of [`Method::Fit`].
+    pub robust: bool,
+    /// Which of the [`pieces`](crate::point_cloud::pieces) of the cloud is fitted, 0 being the
+    /// largest; `None`: all together. Of [`Method::Fit`].
+    pub piece: Option<usize>,
+    /// Whether the net's weights are optimized at last, see [`rational`](crate::fit::rational). Of
+    /// [`Method::Fit`].
+    pub rational: bool,
     /// Weight of the energy of bending against the points: 1 gives it as large a say as all of
     /// them. `None`: by cross-validation. Of [`Method::Fit`].
     pub fairness: Option<f64>,
@@ -53,7 +74,7 @@ const MAX_CONTROL_POINTS: usize = 40_000;
 /// Most control points that may be asked for.
 const MOST_CONTROL_POINTS: usize = 1 << 24;
 
-impl Default for ReconstructOptions {
+impl Default for ReconstructOptions<'_> {
     fn default() -> Self {
         Self {
             tolerance: None,
@@ -61,7 +82,13 @@ impl Default for ReconstructOptions {
             surface: OrderedSurface::ControlNet,
             grid: None,
             degree: 3,
-            topology: Topology::Sheet,
+            topology: None,
+            init: Start::Auto,
+            weights: None,
+            clean: true,
+            robust: true,
+            piece: None,
+            rational: false,
             fairness: None,
             border: None,
             max_control_points: MAX_CONTROL_POINTS,
@@ -74,11 +101,20 @@ impl Default for ReconstructOptions {
     }
 }
 
-impl ReconstructOptions {
+impl ReconstructOptions<'_> {
     /// Refuses what no method can work with, and what the method has no use for.
-    pub(super) fn check(&self) -> Result<()> {
+    pub(super) fn check(&self, points: usize) -> Result<()> {
         check_degree(self.degree)?;
         self.check_use()?;
+        if let Some(weights) = self.weights {
+            check_weights(weights, points)?;
+        }
+        if let Start::Given { nodes, shape } = self.init
+            && nodes.len() != shape.0.saturating_mul(shape.1)
+        {
+            let must = format!("of {} × {} nodes", shape.0, shape.1);
+            return Err(Error::parameter("init", must, nodes.len()));
+        }
         if let Some(tolerance) = self.tolerance {
             positive("tolerance", tolerance)?;
         }
@@ -99,14 +135,14 @@ impl ReconstructOptions {
     }
 }
 
-impl ReconstructOptions {
+impl ReconstructOptions<'_> {
     /// Refuses options of another method, which would have no effect.
     fn check_use(&self) -> Result<()> {
         let standard = Self { method: self.method, ..Self::default() };
-        let (other, useless) = match self.method {
+        let (other, useless): (_, &[(&'static str, bool)]) = match self.method {
             Method::Fit => (
                 Method::Paper,
-                [
+                &[
                     ("surface", self.surface != standard.surface),
                     ("max_steps", self.max_steps.is_some()),
                     ("reach", self.reach.is_some()),
@@ -115,20 +151,71 @@ impl ReconstructOptions {
             ),
             Method::Paper => (
                 Method::Fit,
-                [
+                &[
                     ("tolerance", self.tolerance.is_some()),
-                    ("topology", self.topology != standard.topology),
+                    ("topology", self.topology.is_some()),
+                    ("init", self.init != standard.init),
+                    ("weights", self.weights.is_some()),
+                    ("piece", self.piece.is_some()),
+                    ("rational", self.rational),
                     ("fairness", self.fairness.is_some()),
                     ("border", self.border.is_some()),
                 ],
             ),
         };
-        match useless.into_iter().find(|(_, given)| *given) {
+        match useless.iter().find(|(_, given)| *given) {
             Some((name, _)) => {
                 let must = format!("left out unless method is '{}'", other.name());
                 Err(Error::parameter(name, must, format!("method '{}'", self.method.name())))
             }
             None => Ok(()),
+        }
+    }
+}
+
+fn check_weights(weights: &[f64], points: usize) -> Result<()> {
+    if weights.len() != points {
+        let must = format!("as many as the points, {points}");
+        return Err(Error::parameter("weights", must, weights.len()));
+    }
+    if let Some(i) = weights.iter().position(|weight| !(*weight >= 0.0 && weight.is_finite())) {
+        let got = format!("{} at index {i}", weights[i]);
+        return Err(Error::parameter("weights", "finite and at least 0", got));
+    }
+    Ok(())
+}
+
+/// Where the nodes of a map lie before it learns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Start<'a> {
+    /// In order along the surface, or in the principal plane where that is found to be better.
+    Auto,
+    /// In order by distances along the surface, however it is folded; angles around it where it
+    /// closes.
+    Geodesic,
+    /// In the principal plane.
+    Pca,
+    /// Here, row by row.
+    Given {
+        /// The nodes.
+        nodes: &'a [DVec3],
+        /// Rows and columns.
+        shape: (usize, usize),
+    },
+}
+
+impl Start<'_> {
+    /// Those with a name.
+    pub const NAMED: [Self; 3] = [Self::Auto, Self::Geodesic, Self::Pca];
+
+    /// The name, as Python and the command line spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Geodesic => "geodesic",
+            Self::Pca => "pca",
+            Self::Given { .. } => "given",
         }
     }
 }

@@ -2,21 +2,23 @@
 
 use glam::DVec3;
 
+use super::feet::feet;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::{ReconstructOptions, Reconstruction};
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, MAX_DEGREE, OrderedSurface};
+use crate::nurbs::{MAX_DEGREE, OrderedSurface};
 use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions};
+use crate::topology::Kind;
 
 /// A Kohonen network learns the points (the paper's section 4), and its lattice becomes the control
 /// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
 pub(super) fn reconstruct(
     points: &[DVec3],
     bounds: &Bounds,
-    options: &ReconstructOptions,
+    options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
@@ -24,16 +26,7 @@ pub(super) fn reconstruct(
     let quantization_error = som.quantization_error(points, observer)?;
     clock.lap("training");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
-    let count = points.len();
-    let (mut uv, mut feet) = (vec![Default::default(); count], vec![DVec3::ZERO; count]);
-    let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
-    let found = ClosestPointSlices {
-        uv: &mut uv,
-        points: &mut feet,
-        distances: &mut distances,
-        converged: &mut converged,
-    };
-    ClosestPointSearch::new(&surface)?.closest_points(points, found, observer)?;
+    let (uv, distances) = feet(&surface, points, observer)?;
     clock.lap("measuring");
     let report = Report {
         points: points.len(),
@@ -47,16 +40,21 @@ pub(super) fn reconstruct(
         fairness: None,
         iterations: 0,
         training: TrainingReport::of(&som, quantization_error),
+        topology: Kind::Sheet,
+        topology_reason: None,
+        duplicates: 0,
+        outliers: 0,
         warnings: Vec::new(),
         times: clock.times(),
     };
-    Ok(Reconstruction { surface, som, uv, distances, report })
+    let inliers = vec![true; points.len()];
+    Ok(Reconstruction { surface, som, uv, distances, inliers, report })
 }
 
 fn learn(
     points: &[DVec3],
     bounds: &Bounds,
-    options: &ReconstructOptions,
+    options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let lattice = match options.grid {

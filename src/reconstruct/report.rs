@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::fit::EndedBy;
 use crate::som::{SelfOrganizingMap, StoppedBy};
+use crate::topology::Kind;
 
 /// How a reconstruction went. Lengths are in the points' unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,11 +17,11 @@ pub struct Report {
     pub grid: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
-    /// How far the points are from the surface.
+    /// How far the points that count (the inliers) are from the surface.
     pub distances: Distances,
     /// The tolerance that was asked for.
     pub tolerance: Option<f64>,
-    /// Share of the points that lie within the tolerance; `None` without one.
+    /// Share of the inliers that lie within the tolerance; `None` without one.
     pub within: Option<f64>,
     /// What ended the growth of the net.
     pub ended_by: EndedBy,
@@ -28,6 +29,15 @@ pub struct Report {
     pub fairness: Option<f64>,
     /// Solutions for the control net.
     pub iterations: usize,
+    /// What kind of surface it is.
+    pub topology: Kind,
+    /// Why, if that was found out.
+    pub topology_reason: Option<String>,
+    /// Points that were merged with others, of those that were looked at.
+    pub duplicates: usize,
+    /// Points that were left out: far from all that their neighbours could form, or from the
+    /// surface.
+    pub outliers: usize,
     /// How the map was trained.
     pub training: TrainingReport,
     /// What the user should know, in words.

@@ -1,14 +1,15 @@
 //! The map from an ordered start.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::order::every;
+use super::counted::every;
 use super::outline;
-use super::{Aspect, ReconstructOptions};
+use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
 use crate::point_cloud::Normalization;
 use crate::progress::Observer;
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
+use crate::topology::Chart;
 
 /// Points that distances along the surface are found for.
 const UNROLLED: usize = 1000;
@@ -31,38 +32,73 @@ pub(super) struct OrderedStart {
 }
 
 impl OrderedStart {
+    /// For points in a frame, and what is known of how the surface closes.
     pub(super) fn of(
         sample: &[DVec3],
         budget: (usize, usize),
-        options: &ReconstructOptions,
+        topology: Topology,
+        chart: Option<&Chart>,
+        frame: &Normalization,
+        options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let split = |aspect: f64| match options.aspect {
             Aspect::Data => split(budget.0 * budget.1, aspect),
             Aspect::Fixed => budget,
         };
-        if options.topology == Topology::Sheet {
+        if let Start::Given { nodes, shape: (rows, cols) } = options.init {
+            let lattice = Lattice::grid(rows, cols, som::Cells::Quad, topology)?;
+            let nodes = nodes.iter().map(|&node| frame.apply(node)).collect();
+            return Ok(Self { lattice, nodes, net: split(rows as f64 / cols as f64) });
+        }
+        if let Some(chart) = chart {
+            let net = split(chart.lengths.0 / chart.lengths.1);
+            let lattice = lattice(net, sample.len(), topology)?;
+            let nodes = chart.lattice(lattice.shape());
+            let nodes = nodes.into_iter().map(|node| frame.apply(node)).collect();
+            return Ok(Self { lattice, nodes, net });
+        }
+        if topology == Topology::Sheet && options.init != Start::Pca {
             let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
             if let Some(places) = som::unroll(&few, observer)? {
                 let (uv, aspect) = outline::unit_square(&places);
                 let net = split(aspect);
-                let lattice = lattice(net, sample.len(), options.topology)?;
+                let lattice = lattice(net, sample.len(), topology)?;
                 let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
                 return Ok(Self { lattice, nodes, net });
             }
         }
         let net = split(1.0);
-        let lattice = lattice(net, sample.len(), options.topology)?;
+        let lattice = lattice(net, sample.len(), topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
         Ok(Self { lattice, nodes, net })
     }
+
+    /// In order over a rectangle in the plane across the heights, where the points have these
+    /// parameters.
+    pub(super) fn over(
+        sample: &[DVec3],
+        uv: &[DVec2],
+        net: (usize, usize),
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let lattice = lattice(net, sample.len(), Topology::Sheet)?;
+        let nodes = som::spread_out(sample, uv, &lattice, observer)?;
+        Ok(Self { lattice, nodes, net })
+    }
+}
+
+/// The whole number of a size that is not negative.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+pub(super) fn whole(size: f64) -> usize {
+    size as usize
 }
 
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.
-fn split(budget: usize, aspect: f64) -> (usize, usize) {
+pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
     let most = (budget / LEAST_SIDE).max(LEAST_SIDE);
-    let rows = ((budget as f64 * aspect).sqrt().round() as usize).clamp(LEAST_SIDE, most);
+    let rows = whole((budget as f64 * aspect).sqrt().round()).clamp(LEAST_SIDE, most);
     let cols = (budget / rows).max(LEAST_SIDE);
     // What is left over may be enough for another row.
     ((budget / cols).max(LEAST_SIDE), cols)
@@ -72,7 +108,7 @@ fn split(budget: usize, aspect: f64) -> (usize, usize) {
 fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let most = (points / POINTS_PER_NODE).max(9) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
-    let side = |count: usize| ((count as f64 * shrink) as usize).max(3);
+    let side = |count: usize| whole(count as f64 * shrink).max(3);
     Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)
 }
 

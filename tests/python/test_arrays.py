@@ -98,7 +98,7 @@ def test_the_input_is_left_alone(terrain_points: Points) -> None:
 )
 def test_what_stands_for_no_points_is_refused(given: object, got: str) -> None:
     with pytest.raises(NeurbsError, match="points must be real numbers of shape") as error:
-        neurbs.reconstruct(given)  # type: ignore[arg-type]
+        neurbs.reconstruct(given)  # type: ignore[call-overload]
     assert got in str(error.value)
 
 

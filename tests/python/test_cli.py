@@ -97,9 +97,14 @@ def entities(path: Path) -> str:
 
 def test_options_are_those_of_python() -> None:
     rows: list[tuple[Any, Any, set[str], set[str]]] = [
-        (cli.reconstruct, neurbs.reconstruct, {"points", "suffix", "unit"}, {"points", "progress"}),
+        (
+            cli.reconstruct,
+            neurbs.reconstruct,
+            {"points", "suffix", "unit"},
+            {"points", "progress", "weights"},
+        ),
         (cli.train, neurbs.SelfOrganizingMap, {"points", "paper"}, set()),
-        (cli.tessellate, neurbs.NurbsSurface.tessellate, {"surface", "unit"}, {"self"}),
+        (cli.tessellate, neurbs.NurbsSurface.tessellate, {"surface", "unit"}, {"self", "progress"}),
     ]
     for command, function, own, left_out in rows:
         python = inspect.signature(function).parameters.keys()
@@ -194,7 +199,8 @@ def test_help_has_an_example_and_the_defaults(
         ("rebuild", "No such command 'rebuild'"),
         ("reconstruct", "Missing argument 'POINTS'"),
         ("reconstruct P", "Missing option '--output' / '-o'"),
-        ("reconstruct P -o a.step --tolerance 1", "No such option: --tolerance"),
+        ("reconstruct P -o a.step --speed 1", "No such option: --speed"),
+        ("reconstruct P -o a.step --tolerance 0", "'--tolerance': must be .*, got 0"),
         ("reconstruct P -o a.step --grid 3", "Option '--grid' requires 2 arguments"),
         ("reconstruct P -o a.step --degree three", "'--degree': must be .*, got 'three'"),
         ("reconstruct P -o a.step --degree 2.5", "'--degree': must be .*, got 2.5"),
@@ -203,10 +209,10 @@ def test_help_has_an_example_and_the_defaults(
         ("reconstruct P -o a.step --degree 0", "'--degree': must be .*, got 0"),
         ("reconstruct P -o a.step --grid 1 8", r"'--grid': must be .*, got \(1, 8\)"),
         ("reconstruct P -o a.step --seed -1", "'--seed': must be .*, got -1"),
-        ("reconstruct P -o a.step --max-steps 0", "'--max-steps': must be .*, got 0"),
-        ("reconstruct P -o a.step --reach -2", "'--reach': must be .*, got -2"),
-        ("reconstruct P -o a.step --min-change nan", "'--min-change': must be .*, got NaN"),
-        ("reconstruct P -o a.step --method magic", "'--method': must be 'paper', got 'magic'"),
+        ("reconstruct P -o a.obj --method paper --max-steps 0", "'--max-steps': must be .*, got 0"),
+        ("reconstruct P -o a.obj --method paper --reach -2", "'--reach': must be .*, got -2"),
+        ("reconstruct P -o a.obj --method paper --min-change nan", "'--min-change': .*, got NaN"),
+        ("reconstruct P -o a.step --method x", "'--method': must be 'fit' or 'paper', got 'x'"),
         ("reconstruct P -o a.step -o a.dxf", r"'--output': a\.dxf: .*\.step .*, got the suffix"),
         ("reconstruct P -o a", "'--output': a: .* got no suffix"),
         ("reconstruct points.dwg -o a.step", "'POINTS': points.dwg: points must be in a file with"),
@@ -286,7 +292,7 @@ def test_files_that_are_not_there(
 
 
 def test_a_wrong_command_line_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    done = Outcome(capsys, "reconstruct", "--json", "--tolerance", "1")
+    done = Outcome(capsys, "reconstruct", "--json", "--speed", "1")
     assert done.code == 2
     assert strict_json(done.out)["error"]["type"] == "UsageError"
 
@@ -487,6 +493,7 @@ def test_a_file_has_the_options(
     config = tmp_path / "settings.toml"
     config.write_text(
         f"[reconstruct]\noutput = ['{target}']\ngrid = [6, 5]\nmax-steps = 9000\n"
+        "method = 'paper'\n"
         "min_change = 9.5\njson = true\n[train]\nrows = 3\n"
     )
     done = Outcome(capsys, "reconstruct", points_file, "--config", config, "--degree", "2")

@@ -244,5 +244,5 @@ def test_progress_can_stop_it(rng: np.random.Generator) -> None:
     def stop(progress: neurbs.Progress) -> None:
         raise RuntimeError(progress.stage)
 
-    with pytest.raises(RuntimeError, match="cleaning"):
+    with pytest.raises(RuntimeError, match="checking"):
         neurbs.clean(wave(rng, 50_000), progress=stop)

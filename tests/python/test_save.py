@@ -216,7 +216,7 @@ def test_a_thing_in_the_wrong_file(tmp_path: Path, thing: Any, suffix: str, mess
 
 @pytest.mark.parametrize("check", [check_target, lambda path: neurbs.save(plane(), path)])
 def test_places_where_nothing_can_be_written(tmp_path: Path, check: Any) -> None:
-    with pytest.raises(NeurbsError, match=r"\.step \.stp .*\.png, got the suffix '\.foo'"):
+    with pytest.raises(NeurbsError, match=r"\.step \.stp .*\.png .*\.html, got the suffix '\.foo'"):
         check(tmp_path / "a.foo")
     with pytest.raises(NeurbsError, match="got no suffix"):
         check(tmp_path / "a")

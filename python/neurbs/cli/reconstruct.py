@@ -25,13 +25,6 @@ from neurbs.cli.options import (
     values,
 )
 from neurbs.cli.progress import progress_bar
-from neurbs.deviation import Deviation
-
-_WHY_STOPPED = {
-    "reached": "all points are on the lattice",
-    "settled": "the lattice has settled",
-    "max_steps": "the steps were over",
-}
 
 _WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
 
@@ -89,21 +82,22 @@ def reconstruct(
     documents: list[dict[str, Any]] = []
     for file, targets in jobs.items():
         try:
-            result = _one(context, file, targets, unit, given, quiet=quiet, batch=batch)
+            results = _one(context, file, targets, unit, given, quiet=quiet, batch=batch)
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             if not batch:
                 raise
             documents.append({"input": str(file), "error": failure(error)})
             print(f"neurbs: error: {_named(file, failure_message(error))}", file=sys.stderr)
             continue
-        written = [str(target) for target in targets]
-        report = result.report.to_dict()
-        documents.append({"input": str(file), "report": report, "files": written})
-        if not quiet and not as_json:
-            print_table(_summary(file, result, written) if batch else _summary("", result, written))
+        for result, written in results:
+            names = [str(target) for target in written]
+            report = result.report.to_dict()
+            documents.append({"input": str(file), "report": report, "files": names})
+            if not quiet and not as_json:
+                print_table(_summary(file if batch else "", result, names))
     failed = sum("error" in document for document in documents)
     if as_json:
-        print_json({"results": documents} if batch else documents[0])
+        print_json(documents[0] if len(documents) == 1 and not batch else {"results": documents})
     if failed and not quiet:
         print(f"neurbs: {failed} of {len(files)} files failed", file=sys.stderr)
     return FAILED if failed else 0
@@ -151,20 +145,28 @@ def _one(
     *,
     quiet: bool,
     batch: bool,
-) -> Reconstruction:
-    """Do the job for one file of points."""
+) -> list[tuple[Reconstruction, list[Path]]]:
+    """Do the job for one file of points; of each piece come files of its own, numbered."""
     cloud = neurbs.read_point_cloud(file)
     with (
         blamed(context, given),
         progress_bar(not quiet, file.name if batch else "") as progress,
     ):
-        result = neurbs.reconstruct(cloud, progress=progress, **given)
-    for target in targets:
-        if target.suffix.lower() in io.WRITABLE["report"]:
-            result.write_report(target, unit=unit or cloud.unit or "", source=file)
-        else:
-            neurbs.save(result, target, unit=unit)
-    return result
+        found = neurbs.reconstruct(cloud, progress=progress, **given)
+    if not isinstance(found, list):
+        results = [(found, targets)]
+    else:
+        results = [
+            (result, [target.with_stem(f"{target.stem}-{number}") for target in targets])
+            for number, result in enumerate(found, 1)
+        ]
+    for result, written in results:
+        for target in written:
+            if target.suffix.lower() in io.WRITABLE["report"]:
+                result.write_report(target, unit=unit or cloud.unit or "", source=file)
+            else:
+                neurbs.save(result, target, unit=unit)
+    return results
 
 
 def _named(file: Path, message: str) -> str:
@@ -172,19 +174,5 @@ def _named(file: Path, message: str) -> str:
 
 
 def _summary(name: Path | str, result: Reconstruction, files: list[str]) -> dict[str, str]:
-    report = result.report
-    rows, cols = result.surface.control_points.shape[:2]
-    deviation = Deviation.of_result(result)
-    share = 100 * deviation.rms / report.diagonal
-    central, most = deviation.percentiles(95.0)[95.0], deviation.max
-    lines = {
-        "file": str(name),
-        "points": f"{len(result.points):,}, diagonal {report.diagonal:.6g}",
-        "net": f"{rows} × {cols} control points, degrees {report.degree[0]} and {report.degree[1]}",
-        "ended by": _WHY_STOPPED.get(report.stopped_by, report.stopped_by),
-        "distance": f"rms {deviation.rms:.4g} ({share:.2g} % of the diagonal), "
-        f"95 % within {central:.4g}, largest {most:.4g}",
-        "time": ", ".join(f"{stage} {time:.2f} s" for stage, time in report.seconds.items()),
-        "written": ", ".join(files),
-    }
+    lines = {"file": str(name), **result.report.lines(), "written": ", ".join(files)}
     return {title: line for title, line in lines.items() if line}

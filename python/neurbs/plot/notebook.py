@@ -23,12 +23,8 @@ def reconstruction_html(result: Reconstruction) -> str:
     """Return a picture of a result and a table of how it went, as HTML."""
     report = result.report
     rows = {
-        "points": f"{report.points:,}",
-        "diagonal": number(float(f"{report.diagonal:.6g}")),
         "surface": repr(result.surface),
-        "mesh": repr(result.mesh),
-        "ended by": report.stopped_by,
-        "seconds": f"{sum(report.seconds.values()):.2f}",
+        **report.lines(),
     }
     return _card("Reconstruction", rows, lambda: plot_reconstruction(result))
 

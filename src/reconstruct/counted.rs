@@ -1,0 +1,173 @@
+//! The points that a surface is fitted to.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::ReconstructOptions;
+use crate::error::{Error, Result};
+use crate::inspection;
+use crate::point_cloud::{self, EvenSample, Fate, pieces};
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// A surface is fitted to this many points at most, chosen evenly over space: enough for as many
+/// control points as are allowed by default, and little memory beside that of many more points.
+const MOST: usize = 1 << 20;
+
+/// Points that are chosen from between two reports.
+const PORTION: usize = 1 << 17;
+
+/// The points that a surface is fitted to, in an order that depends neither on how they came nor on
+/// how they lie in space: from the farthest from the centroid to the nearest, so that equal steps
+/// in it are spread evenly over the cloud.
+pub(super) struct Counted {
+    pub(super) points: Vec<DVec3>,
+    /// What each one's squared distance counts; `None`: 1.
+    pub(super) weights: Option<Vec<f64>>,
+    /// Their places in the cloud.
+    pub(super) indices: Vec<u32>,
+    /// How many points were merged with others, and how many left out as gross outliers, of those
+    /// that were looked at.
+    pub(super) duplicates: usize,
+    pub(super) outliers: usize,
+    /// Whether there are more points than were looked at.
+    pub(super) thinned: bool,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Counted {
+    pub(super) fn of(
+        cloud: &[DVec3],
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let mut warnings = Vec::new();
+        warnings.extend(inspection::uneven_extents(cloud).map(|found| found.to_string()));
+        let mut indices = looked_at(cloud, observer)?;
+        let mut weights = options.weights.map(|weights| of(weights, &indices));
+        if let Some(given) = &mut weights {
+            let counts: Vec<bool> = given.iter().map(|weight| *weight > 0.0).collect();
+            keep(&mut indices, &counts);
+            keep(given, &counts);
+            point_cloud::check(&of(cloud, &indices))?;
+        }
+        let (mut duplicates, mut outliers) = (0, 0);
+        if options.clean {
+            let found = point_cloud::clean(&of(cloud, &indices), observer)?;
+            (duplicates, outliers) = (found.count(Fate::Duplicate), found.count(Fate::Outlier));
+            if !found.multiplicity.is_empty() {
+                let given = weights.take().map(|weights| of(&weights, &found.kept));
+                let counted = found.multiplicity.iter().enumerate();
+                let weight = |i: usize| given.as_ref().map_or(1.0, |given| given[i]);
+                weights = Some(counted.map(|(i, &n)| f64::from(n) * weight(i)).collect());
+            } else if let Some(given) = weights {
+                weights = Some(of(&given, &found.kept));
+            }
+            indices = of(&indices, &found.kept);
+        }
+        let points = of(cloud, &indices);
+        let found = pieces(&points, observer)?;
+        match options.piece {
+            None => warnings.extend(found.warning()),
+            Some(piece) if piece < found.sizes.len() => {
+                let chosen: Vec<bool> =
+                    found.labels.iter().map(|&label| label as usize == piece).collect();
+                keep(&mut indices, &chosen);
+                if let Some(weights) = &mut weights {
+                    keep(weights, &chosen);
+                }
+            }
+            Some(piece) => {
+                let must = format!("less than the number of pieces, {}", found.sizes.len());
+                return Err(Error::parameter("piece", must, piece));
+            }
+        }
+        let points = of(cloud, &indices);
+        // What is left must still be a surface.
+        point_cloud::check(&points)?;
+        warnings
+            .extend(inspection::double_layer(&points, observer)?.map(|found| found.to_string()));
+        let order = outwards(&points);
+        Ok(Self {
+            points: of(&points, &order),
+            weights: weights.map(|weights| of(&weights, &order)),
+            indices: of(&indices, &order),
+            duplicates,
+            outliers,
+            thinned: cloud.len() > MOST,
+            warnings,
+        })
+    }
+
+    /// What belongs to the points that count, in the places of the cloud; what belongs to the
+    /// others comes from `of_others`.
+    pub(super) fn restored<T: Copy>(
+        &self,
+        values: &[T],
+        cloud: usize,
+        others: &[u32],
+        of_others: &[T],
+        empty: T,
+    ) -> Vec<T> {
+        let mut restored = vec![empty; cloud];
+        let own = self.indices.iter().zip(values);
+        for (&index, value) in own.chain(others.iter().zip(of_others)) {
+            restored[index as usize] = *value;
+        }
+        restored
+    }
+
+    /// The places in the cloud of points that do not count, ascending.
+    pub(super) fn others(&self, cloud: usize) -> Vec<u32> {
+        let mut counts = vec![false; cloud];
+        self.indices.iter().for_each(|&index| counts[index as usize] = true);
+        (0..).zip(counts).filter(|(_, counts)| !counts).map(|(index, _)| index).collect()
+    }
+}
+
+/// All points, or as many as a surface is fitted to.
+fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
+    if cloud.len() <= MOST {
+        return Ok((0..).take(cloud.len()).collect());
+    }
+    let mut sample = EvenSample::new(MOST);
+    for portion in cloud.chunks(PORTION) {
+        let (step, total) = (sample.seen(), cloud.len());
+        let progress = Progress::of_stage(Stage::Cleaning, step, total as u64, total);
+        progress::report(observer, &progress)?;
+        sample.extend(portion);
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "no more points fit into memory")]
+    Ok(sample.indices().into_iter().map(|index| index as u32).collect())
+}
+
+/// The items at these places.
+pub(super) fn of<T: Copy>(items: &[T], indices: &[u32]) -> Vec<T> {
+    indices.iter().map(|&index| items[index as usize]).collect()
+}
+
+fn keep<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    items.retain(|_| kept.next().copied().unwrap_or(false));
+}
+
+/// At most `count` items at equal steps.
+pub(super) fn every<T>(items: &[T], count: usize) -> impl Iterator<Item = &T> {
+    let taken = items.len().min(count);
+    (0..taken).map(move |i| &items[i * items.len() / taken])
+}
+
+fn outwards(points: &[DVec3]) -> Vec<u32> {
+    let centre = point_cloud::centroid(points);
+    let mut keyed: Vec<(f64, u32)> =
+        (0..).zip(points).map(|(index, point)| (point.distance_squared(centre), index)).collect();
+    let coordinates = |index: u32| points[index as usize].to_array();
+    keyed.par_sort_unstable_by(|a, b| {
+        let [x, y] = [a, b].map(|key| coordinates(key.1));
+        let places = x.iter().zip(&y).map(|(x, y)| x.total_cmp(y));
+        let equal = b.0.total_cmp(&a.0);
+        places.fold(equal, Ordering::then).then(a.1.cmp(&b.1))
+    });
+    keyed.into_iter().map(|(_, index)| index).collect()
+}

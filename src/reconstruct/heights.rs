@@ -1,0 +1,107 @@
+//! Heights over a plane: the parameters are known, and the net grows evenly.
+
+use glam::{DVec2, DVec3};
+
+use super::job::{Fit, Job};
+use super::start::whole;
+use crate::error::Result;
+use crate::fit::{EndedBy, Growth, HeightFit, HeightOptions, fit_heights, height_axes, project};
+use crate::point_cloud::Bounds;
+use crate::progress::{self, Observer, Progress, Stage};
+use crate::som;
+
+/// How much longer the sides of the net become at a time.
+const LONGER: f64 = 1.5;
+
+/// Share of the error expected of unseen points that may be left after growing, for the growth to
+/// go on.
+const LEAST_GAIN: f64 = 0.95;
+
+/// Least number of points for each control point of a net that grows.
+const POINTS_PER_CONTROL_POINT: usize = 4;
+
+/// Share of the diagonal below which an error cannot be seen.
+const EXACT: f64 = 1e-5;
+
+/// Share of the rectangle around the points that their convex hull fills at least, where the
+/// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
+const FILLED: f64 = 0.93;
+
+/// Places in the plane across the heights, in the unit square, and the lengths of its sides.
+pub(super) fn places(points: &[DVec3], up: DVec3) -> (Vec<DVec2>, DVec2) {
+    let [along, across] = height_axes(points, up);
+    let places: Vec<DVec2> =
+        points.iter().map(|p| DVec2::new(along.dot(*p), across.dot(*p))).collect();
+    let low = places.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+    let size = places.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p)) - low;
+    (places.into_iter().map(|place| (place - low) / size).collect(), size)
+}
+
+/// Whether the convex hull of the points' places in the plane across the heights fills most of the
+/// rectangle around them.
+pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
+    let (uv, _) = places(points, up);
+    let hull = som::hull(&uv);
+    let count = hull.len();
+    let area = 0.5 * (0..count).map(|i| hull[i].perp_dot(hull[(i + 1) % count])).sum::<f64>();
+    area >= FILLED
+}
+
+/// The surface of heights, growing until nothing is gained.
+pub(super) fn fit(
+    job: &Job<'_>,
+    up: DVec3,
+    net: (usize, usize),
+    growth: Option<Growth>,
+    observer: &mut dyn Observer,
+) -> Result<Fit> {
+    let mut iterations = 0;
+    let mut solve = |net: (usize, usize)| {
+        let most = growth.map_or(0, |growth| growth.most) as u64;
+        let step = ((net.0 * net.1) as u64).min(most);
+        let progress = Progress::of_stage(Stage::Fitting, step, most, job.points.len());
+        progress::report(observer, &progress)?;
+        iterations += 1;
+        let degree = (job.degree(net.0), job.degree(net.1));
+        let options = HeightOptions { net, degree, fairness: job.options.fairness };
+        let fit = fit_heights(job.points, job.weights.as_deref(), up, &options)?;
+        // Noise has no direction, so what counts is the distance from the slope, not the height.
+        let weight = |(i, uv): (usize, &DVec2)| {
+            let rise = fit.surface.normal(uv.x, uv.y).dot(up);
+            job.weight(i) * rise * rise
+        };
+        let weights: Vec<f64> = fit.uv.iter().enumerate().map(weight).collect();
+        let options = HeightOptions { fairness: Some(fit.fairness), ..options };
+        fit_heights(job.points, Some(&weights), up, &options)
+    };
+    let mut net = net;
+    let mut fit = solve(net)?;
+    let counted = (0..job.points.len()).filter(|&i| job.weight(i) > 0.0).count();
+    let ended_by = loop {
+        let Some(growth) = growth else { break EndedBy::Grid };
+        match growth.tolerance {
+            Some(tolerance) if job.largest(&fit.residuals) <= tolerance => {
+                break EndedBy::Tolerance;
+            }
+            None if fit.expected.sqrt() <= EXACT * Bounds::of(job.points).diagonal() => {
+                break EndedBy::Exact;
+            }
+            _ => {}
+        }
+        let longer = |side: usize| whole((side as f64 * LONGER).ceil());
+        let next = (longer(net.0), longer(net.1));
+        let held = counted / POINTS_PER_CONTROL_POINT;
+        if next.0 * next.1 > growth.most.min(held) {
+            break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
+        }
+        let finer = solve(next)?;
+        if finer.expected > LEAST_GAIN * LEAST_GAIN * fit.expected {
+            break EndedBy::Noise;
+        }
+        (net, fit) = (next, finer);
+    };
+    let HeightFit { surface, uv, fairness, .. } = fit;
+    // The nearest place is not the one straight below.
+    let (uv, distances) = project(&surface, (false, false), job.points, &uv);
+    Ok(Fit { surface, uv, distances, fairness, iterations, ended_by })
+}

@@ -1,0 +1,188 @@
+//! What is fitted to which points, and the fit.
+
+use glam::{DVec2, DVec3};
+
+use super::feet::feet;
+use super::{ReconstructOptions, heights, robust};
+use crate::error::Result;
+use crate::fit::{self, ApproximateOptions, EndedBy, Growth, approximate};
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+use crate::som;
+use crate::topology::{Kind, Topology};
+
+/// How far the surface goes on beyond the points by default, in their mean spacings.
+const BORDER: f64 = 0.5;
+
+/// Fits without the outliers that the last one showed, at most.
+const ROBUST_FITS: usize = 2;
+
+/// The kind of surface that is fitted.
+#[derive(Clone, Copy)]
+pub(super) struct Shape {
+    pub(super) kind: Kind,
+    /// The direction of the heights of [`Kind::Height`].
+    pub(super) up: Option<DVec3>,
+}
+
+impl Shape {
+    pub(super) fn of(found: &Topology, options: &ReconstructOptions<'_>, points: &[DVec3]) -> Self {
+        let known = found.height.map(|height| height.up);
+        match options.topology {
+            Some(Kind::Height) => Self { kind: Kind::Height, up: Some(known.unwrap_or(DVec3::Z)) },
+            Some(Kind::Sheet) | None if found.kind == Kind::Height => {
+                // Free weights are for what is round, and heights cannot go round.
+                let wanted =
+                    |up: &DVec3| !options.rational && heights::fill_a_rectangle(points, *up);
+                let up = known.filter(wanted);
+                Self { kind: if up.is_some() { Kind::Height } else { Kind::Sheet }, up }
+            }
+            kind => Self { kind: kind.unwrap_or(found.kind), up: None },
+        }
+    }
+
+    pub(super) fn closed(self) -> som::Topology {
+        match self.kind {
+            Kind::Sheet | Kind::Height => som::Topology::Sheet,
+            Kind::Tube => som::Topology::Tube,
+            Kind::Torus => som::Topology::Torus,
+        }
+    }
+}
+
+/// Points in a frame, to which a surface is fitted.
+pub(super) struct Job<'a> {
+    pub(super) points: &'a [DVec3],
+    pub(super) weights: Option<Vec<f64>>,
+    /// Where the map has them; nothing for heights.
+    pub(super) uv: Vec<DVec2>,
+    pub(super) shape: Shape,
+    pub(super) options: &'a ReconstructOptions<'a>,
+}
+
+/// A surface near them.
+pub(super) struct Fit {
+    pub(super) surface: NurbsSurface,
+    pub(super) uv: Vec<DVec2>,
+    pub(super) distances: Vec<f64>,
+    pub(super) fairness: f64,
+    pub(super) iterations: usize,
+    pub(super) ended_by: EndedBy,
+}
+
+impl Job<'_> {
+    pub(super) fn weight(&self, index: usize) -> f64 {
+        self.weights.as_ref().map_or(1.0, |weights| weights[index])
+    }
+
+    /// The degree that a side of the net has room for.
+    pub(super) fn degree(&self, side: usize) -> usize {
+        self.options.degree.min(side - 1)
+    }
+
+    /// The fit, without outliers and with free weights as far as the options say.
+    pub(super) fn done(
+        &mut self,
+        net: (usize, usize),
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
+        let mut fit = self.fit(net, growth, observer)?;
+        let given = self.weights.clone();
+        for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
+            let Some(robust) = robust::weights(self.points, &fit.distances, observer)? else {
+                break;
+            };
+            self.weights = Some(product(given.as_deref(), robust));
+            fit = self.fit(net, growth, observer)?;
+        }
+        if self.options.rational {
+            fit = self.with_free_weights(fit, net, growth, observer)?;
+        }
+        Ok(fit)
+    }
+
+    fn fit(
+        &self,
+        net: (usize, usize),
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
+        if let Some(up) = self.shape.up {
+            return heights::fit(self, up, net, growth, observer);
+        }
+        let options = ApproximateOptions {
+            net,
+            degree: (self.degree(net.0), self.degree(net.1)),
+            closed: self.shape.closed().closed(),
+            fairness: self.options.fairness,
+            border: self.options.border.unwrap_or(BORDER),
+            growth,
+            ..ApproximateOptions::default()
+        };
+        let found =
+            approximate(self.points, &self.uv, self.weights.as_deref(), &options, observer)?;
+        Ok(Fit {
+            surface: found.surface,
+            uv: found.uv,
+            distances: found.distances,
+            fairness: found.fairness,
+            iterations: found.iterations,
+            ended_by: found.ended_by,
+        })
+    }
+
+    /// The fit with weights of the control points, where that is better; and of a net that may grow
+    /// the one it began with, where weights make that as good.
+    fn with_free_weights(
+        &self,
+        grown: Fit,
+        first: (usize, usize),
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
+        if let Some(growth) = growth
+            && grown.surface.shape() != first
+        {
+            let small = self.fit(first, None, observer)?;
+            let small = self.freed(small, observer)?;
+            let good = match growth.tolerance {
+                Some(tolerance) => self.largest(&small.distances) <= tolerance,
+                None => self.rms(&small.distances) <= self.rms(&grown.distances),
+            };
+            if good {
+                let ended_by = growth.tolerance.map_or(EndedBy::Exact, |_| EndedBy::Tolerance);
+                return Ok(Fit { ended_by, ..small });
+            }
+        }
+        self.freed(grown, observer)
+    }
+
+    fn freed(&self, fit: Fit, observer: &mut dyn Observer) -> Result<Fit> {
+        let surface = fit::rational(&fit.surface, self.points, self.weights.as_deref(), observer)?;
+        if surface == fit.surface {
+            return Ok(fit);
+        }
+        let (uv, distances) = feet(&surface, self.points, observer)?;
+        Ok(Fit { surface, uv, distances, ..fit })
+    }
+
+    /// The largest of distances that count.
+    pub(super) fn largest(&self, distances: &[f64]) -> f64 {
+        let counts = |i: &usize| self.weight(*i) > 0.0;
+        (0..distances.len()).filter(counts).map(|i| distances[i].abs()).fold(0.0, f64::max)
+    }
+
+    fn rms(&self, distances: &[f64]) -> f64 {
+        let squares = distances.iter().enumerate().map(|(i, d)| self.weight(i) * d * d);
+        let weights: f64 = (0..distances.len()).map(|i| self.weight(i)).sum();
+        (squares.sum::<f64>() / weights).sqrt()
+    }
+}
+
+fn product(weights: Option<&[f64]>, others: Vec<f64>) -> Vec<f64> {
+    match weights {
+        Some(weights) => weights.iter().zip(&others).map(|(a, b)| a * b).collect(),
+        None => others,
+    }
+}

@@ -1,0 +1,51 @@
+//! Outliers that only the surface shows.
+
+use glam::DVec3;
+
+use crate::error::Result;
+use crate::point_cloud::KdTree;
+use crate::progress::Observer;
+
+/// Points around each whose distances from the surface say what is usual there: where a surface
+/// cannot follow a feature, all of them are far from it, and none is an outlier.
+const AROUND: usize = 16;
+
+/// A distance is an outlier's beyond this many standard deviations of what is usual.
+const CUTOFF: f64 = 4.7;
+
+/// Standard deviations of normal noise for each median absolute deviation.
+const NORMAL: f64 = 1.4826;
+
+/// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
+/// the median of the distances around a point, or of all if that is more; `None` if no point is an
+/// outlier.
+pub(super) fn weights(
+    points: &[DVec3],
+    distances: &[f64],
+    observer: &mut dyn Observer,
+) -> Result<Option<Vec<f64>>> {
+    let usual = median(&mut distances.to_vec());
+    let reach = CUTOFF * NORMAL * usual;
+    if distances.iter().all(|distance| *distance <= reach) {
+        return Ok(None);
+    }
+    let tree = KdTree::new(points);
+    let weights = tree.map(observer, |index, found| {
+        let distance = distances[index as usize];
+        tree.nearest_to(index, AROUND, found);
+        let mut around: Vec<f64> = found.iter().map(|n| distances[n.index as usize]).collect();
+        let reach = CUTOFF * NORMAL * median(&mut around).max(usual);
+        let share = if reach > 0.0 { distance / reach } else { 0.0 };
+        if share < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
+    })?;
+    Ok(weights.contains(&0.0).then_some(weights))
+}
+
+/// The upper median; 0 of nothing.
+fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}

@@ -1,0 +1,185 @@
+"""Clouds as they come: outliers, duplicates, pieces, weights, closed bodies, heights."""
+
+import warnings
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import neurbs
+from neurbs import ConvergenceWarning
+
+Points = NDArray[np.float64]
+
+
+def fold(rng: np.random.Generator, count: int, noise: float = 0.0) -> Points:
+    """Scatter points over an S-shaped fold, which no direction is up for."""
+    t, y = 3 * np.pi * (rng.random(count) - 0.5), 2 * rng.random(count)
+    points = np.column_stack([np.sin(t), y, np.sign(t) * (np.cos(t) - 1)])
+    return points + noise * rng.standard_normal(points.shape)
+
+
+def off_fold(points: Points) -> Points:
+    """Return the distances from two half cylinders, which the fold is made of."""
+    x, _, z = points.T
+    distances: Points = np.abs(np.hypot(x, z - np.copysign(1, z)) - 1)
+    return distances
+
+
+def wave(rng: np.random.Generator, count: int) -> Points:
+    x, y = rng.random((2, count))
+    return np.column_stack([x, y, 0.3 * np.sin(4 * x) * np.cos(3 * y)])
+
+
+def test_gross_outliers_cost_next_to_nothing(rng: np.random.Generator) -> None:
+    points = wave(rng, 3000)
+    strays = rng.uniform([0, 0, -1], [1, 1, 1], (600, 3))
+    spoiled = np.vstack([points, strays])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        clean = neurbs.reconstruct(points, grid=(12, 12))
+        result = neurbs.reconstruct(spoiled, grid=(12, 12))
+    far = result.surface.closest_points(points).distances
+    assert np.sqrt(np.mean(far**2)) < 1.5 * clean.report.rms + 2e-4
+    assert result.inliers[:3000].mean() > 0.98
+    assert not result.inliers[3000:][np.abs(result.distances[3000:]) > 0.05].any()
+    assert result.report.outliers == (~result.inliers).sum()
+    assert result.report.max == result.distances[result.inliers].max()
+
+
+def test_without_robustness_outliers_count(rng: np.random.Generator) -> None:
+    points = np.vstack([wave(rng, 800), [[0.5, 0.5, 2.0]]])
+    result = neurbs.reconstruct(points, grid=(8, 8), clean=False, robust=False)
+    assert result.inliers.all()
+    assert result.report.max > 1
+
+
+def test_duplicates_count_together(rng: np.random.Generator) -> None:
+    points = wave(rng, 600)
+    repeated = rng.permutation(np.repeat(points, 3, axis=0))
+    result = neurbs.reconstruct(repeated, grid=(8, 8))
+    assert result.report.duplicates == 1200
+    assert len(result.distances) == 1800
+    once = neurbs.reconstruct(points, grid=(8, 8))
+    difference = result.surface.control_points - once.surface.control_points
+    assert np.abs(difference).max() < 1e-6
+
+
+def test_points_without_weight_are_left_out_but_measured(rng: np.random.Generator) -> None:
+    points = wave(rng, 1000)
+    shifted = points.copy()
+    shifted[:100, 2] += 0.2
+    weights = np.ones(1000)
+    weights[:100] = 0
+    result = neurbs.reconstruct(shifted, grid=(10, 10), weights=weights)
+    assert not result.inliers[:100].any()
+    assert result.inliers[100:].all()
+    assert result.distances[:100].min() > 0.05
+    assert result.report.max < 0.01
+    for wrong in (weights[:-1], -weights, np.full(1000, np.nan), np.zeros(1000)):
+        with pytest.raises(neurbs.NeurbsError):
+            neurbs.reconstruct(points, weights=wrong)
+
+
+def test_pieces_are_chosen_or_fitted_each(rng: np.random.Generator) -> None:
+    large, small = wave(rng, 900), wave(rng, 300) + np.array([0, 3, 0])
+    points = np.vstack([small, large])
+    with pytest.warns(ConvergenceWarning, match="2 pieces"):
+        together = neurbs.reconstruct(points, grid=(8, 8))
+    assert together.inliers.sum() > 1000
+    first = neurbs.reconstruct(points, grid=(8, 8), pieces=0)
+    np.testing.assert_array_equal(np.flatnonzero(first.inliers), np.arange(300, 1200))
+    assert first.report.max < 0.01
+    each = neurbs.reconstruct(points, grid=(8, 8), pieces="each")
+    assert [result.inliers.sum() for result in each] == [900, 300]
+    wrong: int | str
+    for wrong in (2, -1, "all"):
+        with pytest.raises(neurbs.NeurbsError, match="pieces"):
+            neurbs.reconstruct(points, pieces=wrong)
+
+
+def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
+    u, v = rng.random((2, 2000))
+    a, b = 2 * np.pi * u, 2 * np.pi * v
+    r = 1 + 0.3 * np.cos(b)
+    clouds = {
+        "height": wave(rng, 2000),
+        "sheet": fold(rng, 2000),
+        "tube": np.column_stack([np.cos(a), np.sin(a), 3 * v]),
+        "torus": np.column_stack([r * np.cos(a), r * np.sin(a), 0.3 * np.sin(b)]),
+    }
+    for kind, points in clouds.items():
+        result = neurbs.reconstruct(points, grid=(12, 12))
+        assert result.report.topology == kind
+        assert result.report.topology_reason
+        assert result.surface.closed == (kind in ("tube", "torus"), kind == "torus")
+        assert result.report.rms < 2e-3 * result.report.diagonal
+
+
+def test_a_closed_body_is_fitted_as_asked_with_a_warning(rng: np.random.Generator) -> None:
+    points = rng.standard_normal((2000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    with pytest.warns(ConvergenceWarning, match="closed"):
+        result = neurbs.reconstruct(points, grid=(12, 12), topology="sheet")
+    assert result.surface.closed == (False, False)
+
+
+def test_heights_are_as_accurate_as_least_squares_of_a_function(rng: np.random.Generator) -> None:
+    interpolate = pytest.importorskip("scipy.interpolate")
+    points = wave(rng, 2000)
+    result = neurbs.reconstruct(points, grid=(12, 12), topology="height")
+    inner = np.linspace(0, 1, 10)[1:-1]
+    spline = interpolate.LSQBivariateSpline(*points.T, inner, inner)
+    truth = wave(np.random.default_rng(5), 4000)
+    truth = truth[np.abs(truth[:, :2] - 0.5).max(axis=1) < 0.49]
+    theirs = np.abs(spline.ev(truth[:, 0], truth[:, 1]) - truth[:, 2])
+    ours = result.surface.closest_points(truth).distances
+    assert np.sqrt(np.mean(ours**2)) < 1.2 * np.sqrt(np.mean(theirs**2))
+
+
+def test_heights_span_missing_areas(rng: np.random.Generator) -> None:
+    points = wave(rng, 3000)
+    points = points[np.hypot(points[:, 0] - 0.5, points[:, 1] - 0.5) > 0.2]
+    result = neurbs.reconstruct(points, grid=(14, 14), topology="height")
+    middle = result.surface.closest_points([[0.5, 0.5, 0.3 * np.sin(2) * np.cos(1.5)]])
+    assert middle.distances[0] < 0.02
+
+
+def test_free_weights_meet_a_cylinder_with_few_control_points(rng: np.random.Generator) -> None:
+    angle, z = 2.5 * rng.random(1500), 2 * rng.random(1500)
+    points = np.column_stack([np.cos(angle), np.sin(angle), z])
+    plain = neurbs.reconstruct(points, grid=(4, 4), aspect="fixed")
+    freed = neurbs.reconstruct(points, grid=(4, 4), aspect="fixed", rational=True)
+    assert freed.surface.weights is not None
+    assert freed.report.rms < 0.2 * plain.report.rms
+    assert plain.surface.weights is None
+
+
+def test_the_order_of_points_changes_nothing(rng: np.random.Generator) -> None:
+    points = fold(rng, 1500, 0.01)
+    order = rng.permutation(len(points))
+    first = neurbs.reconstruct(points, grid=(16, 6))
+    second = neurbs.reconstruct(points[order], grid=(16, 6))
+    size = first.report.diagonal
+    difference = first.surface.control_points - second.surface.control_points
+    assert np.abs(difference).max() < 1e-9 * size
+    np.testing.assert_allclose(second.distances, first.distances[order], atol=1e-9 * size)
+
+
+@pytest.mark.parametrize("init", ["auto", "geodesic"])
+def test_starts_along_the_surface_unfold_it(init: str, rng: np.random.Generator) -> None:
+    points = fold(rng, 2000)
+    result = neurbs.reconstruct(points, grid=(24, 6), init=init)
+    assert result.report.rms < 1e-3 * result.report.diagonal
+    assert off_fold(result.surface.evaluate(rng.random((500, 2)))).max() < 0.05
+
+
+def test_a_given_start_is_used(rng: np.random.Generator) -> None:
+    points = wave(rng, 800)
+    x, y = np.meshgrid(np.linspace(0, 1, 8), np.linspace(0, 1, 7), indexing="ij")
+    nodes = np.dstack([x, y, np.zeros_like(x)])
+    result = neurbs.reconstruct(points, grid=(8, 7), init=nodes, topology="tube")
+    assert result.som.codebook_.shape == (8, 7, 3)
+    for wrong in (nodes[0], "random"):
+        with pytest.raises(neurbs.NeurbsError, match="init"):
+            neurbs.reconstruct(points, init=wrong)
