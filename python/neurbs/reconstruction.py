@@ -7,13 +7,15 @@ import functools
 import os
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, io
+from neurbs import reconstruction_chunks as chunks
+from neurbs.reconstruction_chunks import in_chunks
 from neurbs.reconstruction_report import Report
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
@@ -114,7 +116,7 @@ class Reconstruction:
 
 @overload
 def reconstruct(
-    points: ArrayLike,
+    points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
     method: str = "fit",
@@ -142,7 +144,7 @@ def reconstruct(
 
 @overload
 def reconstruct(
-    points: ArrayLike,
+    points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
     method: str = "fit",
@@ -169,7 +171,7 @@ def reconstruct(
 
 
 def reconstruct(
-    points: ArrayLike,
+    points: ArrayLike | Iterator[ArrayLike],
     tolerance: float | None = None,
     *,
     method: str = "fit",
@@ -208,7 +210,8 @@ def reconstruct(
         C-contiguous float64 array is used as it is, anything else is converted once. Of shape
         (r, c, 3) they are the rows of an ordered grid, and the lattice themselves: only `surface`,
         `degree` and `progress` have a meaning then. To more than 2^20 points, as many are fitted,
-        evenly over space; all are measured.
+        evenly over space; all are measured. An iterator of chunks, or a larger memory map, is read
+        chunk by chunk, in bounded memory, to the same result.
     tolerance : float, optional
         Distance from the surface within which all points shall lie, in their unit: the net grows
         until they do, or says why it did not. By default it grows until cross-validation says that
@@ -314,7 +317,7 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
-    if _is_ordered(points):
+    if not in_chunks(points) and _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     options: dict[str, Any] = {
         "tolerance": tolerance,
@@ -338,6 +341,8 @@ def reconstruct(
         "reach": reach,
         "min_change": min_change,
     }
+    if in_chunks(points):
+        return _of_chunks(points, options, progress)
     converted = _core.as_points(points)
     if not isinstance(pieces, str):
         return _of_scattered(converted, options, progress)
@@ -369,6 +374,39 @@ def _of_scattered(
     for text in report.shortcomings():
         warnings.warn(text, ConvergenceWarning, stacklevel=3)
     return result
+
+
+def _of_chunks(
+    points: object,
+    options: dict[str, Any],
+    progress: Callable[[_core.Progress], object] | None,
+) -> Reconstruction:
+    """Fit some of the points, and measure all chunk by chunk."""
+    for name in ("weights", "pieces"):
+        if options[name] is not None:
+            raise _core.NeurbsError(f"{name} must be left out where points come in chunks")
+    cloud = chunks.mapped(points)
+    sample, places, diagonal = chunks.sampled(cloud)
+    fitted = _of_scattered(sample, options, progress)
+    start = time.perf_counter()
+    known = (fitted.uv, fitted.distances, fitted.inliers)
+    uv, distances, inliers = chunks.measured(fitted.surface, cloud, places, known)
+    near = chunks.Summary(distances, inliers)
+    tolerance = options["tolerance"]
+    seconds = fitted.report.seconds
+    report = dataclasses.replace(
+        fitted.report,
+        points=len(cloud),
+        diagonal=diagonal,
+        rms=near.rms,
+        max=near.max,
+        percentiles={percent: near.quantile(percent / 100) for percent in (50, 90, 95, 99)},
+        within=None if tolerance is None else near.share_within(tolerance),
+        seconds=seconds | {"measuring": seconds["measuring"] + time.perf_counter() - start},
+    )
+    return dataclasses.replace(
+        fitted, points=cloud, uv=uv, distances=distances, inliers=inliers, report=report
+    )
 
 
 def _is_ordered(points: ArrayLike) -> bool:

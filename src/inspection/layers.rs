@@ -3,13 +3,17 @@
 use std::fmt;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::point_cloud::{EvenSample, KdTree, Plane};
-use crate::progress::Observer;
+use crate::point_cloud::{EvenSample, KdTree, Neighbor, Plane};
+use crate::progress::{self, Observer, Progress, Stage};
 
-/// Points that are looked at, evenly over space.
+/// Points among which the layers are looked for, evenly over space.
 const MOST: usize = 20_000;
+
+/// Places that are looked at, evenly over space.
+const PLACES: usize = 2000;
 
 /// Points around each that show the layers there.
 const AROUND: usize = 16;
@@ -69,19 +73,24 @@ pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opt
     sample.extend(points);
     let points = sample.points();
     let tree = KdTree::new(&points);
-    let gaps = tree.map(observer, |index, found| {
-        tree.nearest_to(index, AROUND, found);
+    let mut places = EvenSample::new(PLACES);
+    places.extend(&points);
+    let places = places.points();
+    progress::report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
+    let gap = |found: &mut Vec<Neighbor>, place: &DVec3| {
+        tree.nearest_where(*place, AROUND, f64::INFINITY, found, |_| true);
         let plane = Plane::of(found.iter().map(|n| points[n.index as usize]));
         let mut heights: Vec<f64> =
             found.iter().map(|n| plane.height(points[n.index as usize])).collect();
         heights.sort_by(f64::total_cmp);
         separation(&heights)
-    })?;
+    };
+    let gaps: Vec<Option<f64>> = places.par_iter().map_init(Vec::new, gap).collect();
     let double: Vec<usize> = (0..gaps.len()).filter(|&i| gaps[i].is_some()).collect();
-    let share = double.len() as f64 / points.len() as f64;
+    let share = double.len() as f64 / places.len() as f64;
     let mut separations: Vec<f64> = gaps.iter().copied().flatten().collect();
     separations.sort_by(f64::total_cmp);
-    let place = double.get(double.len() / 2).map(|&index| points[index]);
+    let place = double.get(double.len() / 2).map(|&index| places[index]);
     let found = place.map(|place| DoubleLayer {
         share,
         separation: separations[separations.len() / 2],

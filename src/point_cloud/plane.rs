@@ -70,25 +70,33 @@ impl Plane {
 /// Eigenvalues of a symmetric matrix, largest first, and their vectors, by Jacobi's rotations
 /// (Golub and Van Loan, Matrix Computations, section 8.5).
 fn symmetric(matrix: DMat3) -> ([f64; 3], [DVec3; 3]) {
-    let (mut matrix, mut axes) = (matrix, DMat3::IDENTITY);
+    let (mut matrix, mut axes) = (matrix.to_cols_array_2d(), DMat3::IDENTITY.to_cols_array_2d());
+    let negligible = f64::EPSILON * (matrix[0][0] + matrix[1][1] + matrix[2][2]).abs();
     for _ in 0..SWEEPS {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let mixed = matrix.col(q)[p];
-            if mixed == 0.0 {
+        // Each pair with the index that is left over.
+        for (p, q, other) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
+            let mixed = matrix[q][p];
+            if mixed.abs() <= negligible {
                 continue;
             }
-            let theta = (matrix.col(q)[q] - matrix.col(p)[p]) / (2.0 * mixed);
-            let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
-            let cosine = 1.0 / tangent.hypot(1.0);
-            let mut turn = DMat3::IDENTITY;
-            turn.col_mut(p)[p] = cosine;
-            turn.col_mut(q)[q] = cosine;
-            turn.col_mut(q)[p] = tangent * cosine;
-            turn.col_mut(p)[q] = -tangent * cosine;
-            matrix = turn.transpose() * matrix * turn;
-            axes *= turn;
+            let theta = (matrix[q][q] - matrix[p][p]) / (2.0 * mixed);
+            let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+            let sine = tangent * cosine;
+            matrix[p][p] -= tangent * mixed;
+            matrix[q][q] += tangent * mixed;
+            (matrix[q][p], matrix[p][q]) = (0.0, 0.0);
+            let (a, b) = (matrix[other][p], matrix[other][q]);
+            let (a, b) = (cosine * a - sine * b, sine * a + cosine * b);
+            (matrix[other][p], matrix[p][other]) = (a, a);
+            (matrix[other][q], matrix[q][other]) = (b, b);
+            for row in 0..3 {
+                let (a, b) = (axes[p][row], axes[q][row]);
+                (axes[p][row], axes[q][row]) = (cosine * a - sine * b, sine * a + cosine * b);
+            }
         }
     }
+    let (matrix, axes) = (DMat3::from_cols_array_2d(&matrix), DMat3::from_cols_array_2d(&axes));
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| matrix.col(b)[b].total_cmp(&matrix.col(a)[a]));
     let [first, second, third] = order.map(|i| axes.col(i).normalize_or(DVec3::AXES[i]));

@@ -15,6 +15,9 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// control points as are allowed by default, and little memory beside that of many more points.
 const MOST: usize = 1 << 20;
 
+/// Points, evenly over space, that tell whether the cloud falls into pieces.
+const TOLD: usize = 4000;
+
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
 
@@ -67,10 +70,14 @@ impl Counted {
             indices = of(&indices, &found.kept);
         }
         let points = of(cloud, &indices);
-        let found = pieces(&points, observer)?;
-        match options.piece {
-            None => warnings.extend(found.warning()),
-            Some(piece) if piece < found.sizes.len() => {
+        let found = match options.piece {
+            // Some of the points are enough to see that there is one piece.
+            None if pieces(&thinned_out(&points), observer)?.sizes.len() == 1 => None,
+            _ => Some(pieces(&points, observer)?),
+        };
+        match (options.piece, found) {
+            (None, found) => warnings.extend(found.and_then(|found| found.warning())),
+            (Some(piece), Some(found)) if piece < found.sizes.len() => {
                 let chosen: Vec<bool> =
                     found.labels.iter().map(|&label| label as usize == piece).collect();
                 keep(&mut indices, &chosen);
@@ -78,9 +85,10 @@ impl Counted {
                     keep(weights, &chosen);
                 }
             }
-            Some(piece) => {
-                let must = format!("less than the number of pieces, {}", found.sizes.len());
-                return Err(Error::parameter("piece", must, piece));
+            (Some(piece), found) => {
+                let count = found.map_or(1, |found| found.sizes.len());
+                let must = format!("less than the number of pieces, {count}");
+                return Err(Error::parameter("pieces", must, piece));
             }
         }
         let points = of(cloud, &indices);
@@ -140,6 +148,12 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     }
     #[expect(clippy::cast_possible_truncation, reason = "no more points fit into memory")]
     Ok(sample.indices().into_iter().map(|index| index as u32).collect())
+}
+
+fn thinned_out(points: &[DVec3]) -> Vec<DVec3> {
+    let mut sample = EvenSample::new(TOLD);
+    sample.extend(points);
+    sample.points()
 }
 
 /// The items at these places.

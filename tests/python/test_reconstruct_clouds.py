@@ -1,6 +1,7 @@
 """Clouds as they come: outliers, duplicates, pieces, weights, closed bodies, heights."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -183,3 +184,43 @@ def test_a_given_start_is_used(rng: np.random.Generator) -> None:
     for wrong in (nodes[0], "random"):
         with pytest.raises(neurbs.NeurbsError, match="init"):
             neurbs.reconstruct(points, init=wrong)
+
+
+def test_chunks_give_the_same_as_one_piece(rng: np.random.Generator) -> None:
+    points = wave(rng, 5000) + np.array([5e6, 7e6, 0])
+    whole = neurbs.reconstruct(points, 0.01)
+    chunked = neurbs.reconstruct(iter(np.array_split(points, 7)), 0.01)
+    np.testing.assert_array_equal(chunked.points, points)
+    difference = chunked.surface.control_points - whole.surface.control_points
+    assert np.abs(difference).max() < 1e-9 * whole.report.diagonal
+    np.testing.assert_allclose(chunked.distances, whole.distances, atol=1e-9)
+    np.testing.assert_array_equal(chunked.inliers, whole.inliers)
+    ours, theirs = chunked.report, whole.report
+    assert (ours.points, ours.within) == (theirs.points, theirs.within)
+    for name in ("rms", "max", "diagonal"):
+        np.testing.assert_allclose(getattr(ours, name), getattr(theirs, name), rtol=1e-9)
+    assert ours.percentiles.keys() == theirs.percentiles.keys()
+    np.testing.assert_allclose([*ours.percentiles.values()], [*theirs.percentiles.values()])
+
+
+def test_more_points_than_are_fitted_are_measured(tmp_path: Path, rng: np.random.Generator) -> None:
+    count = (1 << 20) + 50_000
+    path = tmp_path / "points.npy"
+    np.save(path, wave(rng, count))
+    mapped = np.load(path, mmap_mode="r")
+    chunked = neurbs.reconstruct(mapped, grid=(8, 8))
+    assert isinstance(chunked.distances, np.memmap)
+    whole = neurbs.reconstruct(np.load(path), grid=(8, 8))
+    np.testing.assert_allclose(chunked.distances, whole.distances, atol=1e-9)
+    assert chunked.report.points == count
+    assert whole.inliers.mean() > 0.999
+    np.testing.assert_allclose(chunked.report.rms, whole.report.rms, rtol=1e-9)
+
+
+def test_bad_chunks_are_refused() -> None:
+    with pytest.raises(neurbs.NeurbsError, match="at least"):
+        neurbs.reconstruct(iter([]))
+    with pytest.raises(neurbs.NeurbsError, match="finite"):
+        neurbs.reconstruct(iter([[[0.0, 0, 0], [1, np.nan, 0]]]))
+    with pytest.raises(neurbs.NeurbsError, match="weights must be left out"):
+        neurbs.reconstruct(iter([[[0.0, 0, 0]]]), weights=[1.0])
