@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, io
 from neurbs import reconstruction_chunks as chunks
-from neurbs.reconstruction_chunks import in_chunks
 from neurbs.reconstruction_report import Report
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
 
@@ -317,7 +316,7 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
-    if not in_chunks(points) and _is_ordered(points):
+    if not isinstance(points, Iterator) and _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     options: dict[str, Any] = {
         "tolerance": tolerance,
@@ -341,7 +340,7 @@ def reconstruct(
         "reach": reach,
         "min_change": min_change,
     }
-    if in_chunks(points):
+    if isinstance(points, Iterator) or chunks.is_large_map(points):
         return _of_chunks(points, options, progress)
     converted = _core.as_points(points)
     if not isinstance(pieces, str):

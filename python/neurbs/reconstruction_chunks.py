@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Iterator
-from typing import Any, TypeAlias, TypeGuard
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,11 +23,9 @@ _BINS = 1 << 12
 """Bins of a histogram that quantiles are found in."""
 
 
-def in_chunks(points: object) -> TypeGuard[Iterator[ArrayLike]]:
-    """Say whether points come chunk by chunk: from an iterator, or a memory map that is large."""
-    if isinstance(points, np.memmap):
-        return points.ndim == 2 and len(points) > MOST
-    return isinstance(points, Iterator)
+def is_large_map(points: object) -> bool:
+    """Say whether points are a memory map of more than a surface is fitted to."""
+    return isinstance(points, np.memmap) and points.ndim == 2 and len(points) > MOST
 
 
 def spooled(chunks: Iterable[ArrayLike]) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,15 @@ from neurbs import _core
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+
+def not_fitted(message: str) -> AttributeError:
+    """Return the error of what has not learned yet: scikit-learn's own where that is in use."""
+    if "sklearn" in sys.modules:
+        from sklearn.exceptions import NotFittedError
+
+        return NotFittedError(message)  # type: ignore[no-any-return]
+    return AttributeError(message)
 
 
 class Estimator:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.som_estimator import not_fitted
 
 
 class LearnedMap:
@@ -147,5 +148,5 @@ class LearnedMap:
 
     def _learned(self) -> _core.Map:
         if not hasattr(self, "_map"):
-            raise AttributeError("this SelfOrganizingMap has not learned yet: call fit first")
+            raise not_fitted("this SelfOrganizingMap has not learned yet: call fit first")
         return self._map

@@ -20,6 +20,10 @@ class Draws:
     def __init__(self, source: Source, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
         self._sampler = source if callable(source) else None
+        if not callable(source) and not isinstance(source, Iterable):
+            raise _core.NeurbsError(
+                f"source must be a callable or an iterable of arrays, got {source!r}"
+            )
         self._chunks = iter(()) if callable(source) else iter(source)
         self._left = np.empty((0, 3))
         self._given = 0

@@ -37,6 +37,9 @@ impl<'py> Numbers<'py> {
         if masked {
             return Err(fail("a masked array: fill or remove what is masked".into()));
         }
+        if value.hasattr("nnz")? {
+            return Err(fail("a sparse array: pass what its toarray() returns".into()));
+        }
         let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
             if is_about_input(value.py(), &error) {
                 fail(error.value(value.py()).to_string())

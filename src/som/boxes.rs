@@ -8,10 +8,6 @@ use crate::point_cloud::Bounds;
 /// parts then have some points each to share what the division costs.
 const POINTS_PER_BOX: usize = 32;
 
-/// Boxes are divided until there are this many of them for each node, if both lie on a surface.
-/// Smaller ones would have hardly shorter lists, and take memory.
-const BOXES_PER_NODE: usize = 4;
-
 /// Coordinates are cut into at most 2^20 boxes along each axis.
 pub(super) const MOST_LEVELS: usize = 20;
 
@@ -32,13 +28,15 @@ pub(super) struct Boxes {
 }
 
 impl Boxes {
-    /// Boxes for looking up the nearest of `nodes` nodes for `points` points within `bounds`.
+    /// Boxes for looking up the nearest of `nodes` nodes for `points` points within `bounds`: as
+    /// many as nodes, if both lie on a surface. Smaller ones have shorter lists, but cost more to
+    /// make than they save.
     pub(super) fn new(bounds: &Bounds, points: usize, nodes: usize) -> Self {
         let mut levels = 0;
         // A surface passes through four of the eight parts of a box.
         let worth = |levels: usize| {
             let boxes = 1 << (2 * levels);
-            points / boxes > POINTS_PER_BOX && boxes < BOXES_PER_NODE * nodes
+            points / boxes > POINTS_PER_BOX && boxes < nodes
         };
         while levels < MOST_LEVELS && worth(levels) {
             levels += 1;
@@ -65,7 +63,10 @@ impl Boxes {
 
     /// The numbers of the points in an order in which those of the same box follow one another, on
     /// every level: sorted by the interleaved bits of their places.
-    pub(super) fn order(&self, points: impl ExactSizeIterator<Item = DVec3>, order: &mut [u32]) {
+    pub(super) fn order(
+        &self,
+        points: impl ExactSizeIterator<Item = DVec3>,
+    ) -> impl ExactSizeIterator<Item = usize> {
         let levels = self.levels.min(SORTED_LEVELS);
         let shift = self.levels - levels;
         let key = |point: DVec3| {
@@ -91,8 +92,13 @@ impl Boxes {
             }
             std::mem::swap(&mut entries, &mut sorted);
         }
-        for (place, (_, point)) in order.iter_mut().zip(entries) {
-            *place = point;
+        entries.into_iter().map(|(_, point)| point as usize)
+    }
+
+    /// Each point's place in that order.
+    pub(super) fn rank(&self, points: impl ExactSizeIterator<Item = DVec3>, ranks: &mut [u32]) {
+        for (rank, point) in (0..).zip(self.order(points)) {
+            ranks[point] = rank;
         }
     }
 }
@@ -123,14 +129,13 @@ mod tests {
         let mut unit = || random.unit();
         let points: Vec<DVec3> = (0..5000).map(|_| DVec3::new(unit(), unit(), unit())).collect();
         let boxes = Boxes::new(&Bounds::of(&points), 1 << 30, 1 << 20);
-        let mut order = vec![0; points.len()];
-        boxes.order(points.iter().copied(), &mut order);
+        let order: Vec<usize> = boxes.order(points.iter().copied()).collect();
         let mut sorted = order.clone();
         sorted.sort_unstable();
         assert!(sorted.into_iter().eq(0..5000));
         for level in [1, 3, 8] {
-            let of = |&point: &u32| {
-                boxes.place(points[point as usize]).map(|along| along >> (boxes.levels - level))
+            let of = |&point: &usize| {
+                boxes.place(points[point]).map(|along| along >> (boxes.levels - level))
             };
             let mut met: Vec<[u32; 3]> = order.iter().map(of).collect();
             met.dedup();

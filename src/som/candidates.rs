@@ -13,8 +13,9 @@ use crate::progress::Listen;
 /// Each level cuts a box in two along each axis.
 const CHILDREN: usize = 8;
 
-/// A list as short as this is looked through rather than divided.
-const SHORT: usize = 4;
+/// A list as short as this is looked through rather than divided: that costs less than to make and
+/// find shorter ones.
+const SHORT: usize = 8;
 
 /// A list as long as this takes a millisecond to divide.
 const LONG: usize = 1 << 17;

@@ -28,6 +28,21 @@ impl SelfOrganizingMap {
     /// A map for points that come in chunks, of which the first is given: it decides the start and
     /// the unit of `reach` and `min_change`. Its points are not learned yet.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// let mut som = SelfOrganizingMap::for_chunks(&points[..100], lattice, &options, &mut Silent)?;
+    /// for chunk in points.chunks(100) {
+    ///     let sums = som.sums(chunk, &mut Silent)?;
+    ///     som.learn(&sums, &mut Silent)?;
+    /// }
+    /// assert_eq!(som.steps, 4);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// As [`Self::new`] has them.
@@ -76,6 +91,20 @@ impl SelfOrganizingMap {
     /// Ends an epoch of batch training: moves the lattice to where the sums want it. Its radius is
     /// that of the epoch which follows those already learned.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// let mut som = SelfOrganizingMap::new(&points, lattice, &options, &mut Silent)?;
+    /// let sums = som.sums(&points, &mut Silent)?;
+    /// som.learn(&sums, &mut Silent)?;
+    /// // They were sums of the lattice before.
+    /// assert!(som.learn(&sums, &mut Silent).is_err());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if the sums are of another map, of another state of it, or empty;
@@ -90,6 +119,18 @@ impl SelfOrganizingMap {
 
     /// Presents points of online training, each once, in their order. Gain and radius are those of
     /// the steps which follow those already made.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions, Training};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// let options = SomOptions { training: Training::Online, ..SomOptions::default() };
+    /// let mut som = SelfOrganizingMap::new(&points, Lattice::quad(5, 6)?, &options, &mut Silent)?;
+    /// som.present(&points[..100], &mut Silent)?;
+    /// assert_eq!(som.steps, 100);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

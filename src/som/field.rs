@@ -1,119 +1,136 @@
-//! The nodes in online training: one array for each coordinate, so that search and update run in
-//! vector registers.
+//! The nodes in online training: side by side in the lanes of vector registers, so that search and
+//! update run there.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::lattice::Lattice;
-use super::smoothing::gaussian;
+use super::bell::{Bell, LANES, gaussian};
+use super::lattice::{Distances, Lattice};
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Nodes compared side by side. A multiple of the widest vector registers' eight `f64`.
-const LANES: usize = 16;
+/// A node that moves by a smaller share of its way than this stays where rounding has it.
+const UNFELT: f64 = 1e-18;
 
-/// Nodes of which only the least distance is kept; the node itself is looked up in the best block.
-const BLOCK: usize = 64;
+/// Positions of neighbouring nodes of a row.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+struct Block {
+    x: [f64; LANES],
+    y: [f64; LANES],
+    z: [f64; LANES],
+}
 
 /// Positions of nodes. The widest vector instructions of the processor are chosen at run time; they
 /// compute the same bits, since none of them fuses a product with a sum.
 pub(super) struct Field {
-    count: usize,
-    /// Padded to a multiple of [`BLOCK`] with places infinitely far away.
-    x: Vec<f64>,
-    y: Vec<f64>,
-    z: Vec<f64>,
+    rows: usize,
+    cols: usize,
+    /// Row by row, each filled up to whole blocks with NaN, which is nearest to nothing.
+    blocks: Vec<Block>,
     arch: Arch,
-    /// Weights by distance along rows or columns, those of the rows and columns around the winner,
-    /// and the share of its way that each node moves.
-    profile: Vec<f64>,
-    along: Vec<f64>,
-    across: Vec<f64>,
-    shares: Vec<f64>,
+    /// Weights by distance, and those along rows and columns.
+    weights: Vec<f64>,
+    along: Bell,
+    across: Bell,
 }
 
 impl Field {
     pub(super) fn new(nodes: &[DVec3], lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
-        let mut padded = |coordinate: fn(&DVec3) -> f64| -> Result<Vec<f64>> {
-            listen()?;
-            let size = nodes.len().next_multiple_of(BLOCK);
-            let mut values = Vec::with_capacity(size);
-            values.extend(nodes.iter().map(coordinate));
-            values.resize(size, f64::INFINITY);
-            Ok(values)
+        // Nodes of a graph are one row.
+        let (rows, cols) = match lattice.distances() {
+            Distances::Grid(grid) => (grid.rows, grid.cols),
+            Distances::Graph(graph) => (1, graph.len()),
         };
-        let (rows, cols) = lattice.shape();
-        Ok(Self {
-            count: nodes.len(),
-            x: padded(|p| p.x)?,
-            y: padded(|p| p.y)?,
-            z: padded(|p| p.z)?,
-            arch: Arch::new(),
-            profile: vec![0.0; rows.max(cols)],
-            along: vec![0.0; rows],
-            across: vec![0.0; cols],
-            shares: vec![0.0; nodes.len()],
-        })
+        let mut blocks = Vec::with_capacity(rows * cols.div_ceil(LANES));
+        for row in nodes.chunks(cols) {
+            listen()?;
+            blocks.extend(row.chunks(LANES).map(Block::of));
+        }
+        let (closed_u, closed_v) = lattice.topology().closed();
+        let (along, across) = (Bell::new(rows, closed_u), Bell::new(cols, closed_v));
+        let weights = vec![0.0; rows.max(cols)];
+        Ok(Self { rows, cols, blocks, arch: Arch::new(), weights, along, across })
     }
 
     /// The node nearest to `point`, the one with the lowest number among equals, and the square of
     /// its distance.
     pub(super) fn nearest(&self, point: DVec3) -> (usize, f64) {
-        self.arch.dispatch(Nearest { x: &self.x, y: &self.y, z: &self.z, point })
+        let (place, squared) = self.arch.dispatch(Nearest { blocks: &self.blocks, point });
+        let width = self.width();
+        (place / width * self.cols + place % width, squared)
     }
 
-    /// Moves a range of nodes by the share `gain` of their way to `point`.
+    /// Moves a range of nodes of a row by the share `gain` of their way to `point`.
     pub(super) fn attract(&mut self, nodes: Range<usize>, point: DVec3, gain: f64) {
-        let coordinates = [(&mut self.x, point.x), (&mut self.y, point.y), (&mut self.z, point.z)];
-        for (values, target) in coordinates {
-            for value in &mut values[nodes.clone()] {
-                *value += gain * (target - *value);
-            }
-        }
+        let filled = nodes.start / self.cols * (self.width() - self.cols);
+        let places = nodes.start + filled..nodes.end + filled;
+        self.arch.dispatch(Attract { blocks: &mut self.blocks, places, point, gain });
+    }
+
+    /// Sets the radius of [`Self::attract_gaussian`].
+    pub(super) fn set_radius(&mut self, radius: f64) {
+        gaussian(radius, &mut self.weights);
+        self.along.set(&self.weights);
+        self.across.set(&self.weights);
     }
 
     /// Moves all nodes of a quadrilateral grid by a Gaussian share of their way to `point`: `gain`
     /// times a weight for the row and one for the column.
-    pub(super) fn attract_gaussian(
-        &mut self,
-        lattice: &Lattice,
-        winner: usize,
-        point: DVec3,
-        gain: f64,
-        radius: f64,
-    ) {
-        let (_, cols) = lattice.shape();
-        let (winner_row, winner_col) = (winner / cols, winner % cols);
-        gaussian(radius, &mut self.profile);
-        for (row, weight) in self.along.iter_mut().enumerate() {
-            *weight = gain * self.profile[lattice.row_distance(row, winner_row)];
-        }
-        for (col, weight) in self.across.iter_mut().enumerate() {
-            *weight = self.profile[lattice.col_distance(col, winner_col)];
-        }
-        let pull = Pull {
-            coordinates: [&mut self.x, &mut self.y, &mut self.z],
-            shares: &mut self.shares,
-            along: &self.along,
-            across: &self.across,
-            point,
-        };
-        self.arch.dispatch(pull);
+    pub(super) fn attract_gaussian(&mut self, winner: usize, point: DVec3, gain: f64) {
+        let along = self.along.around(winner / self.cols);
+        let across = self.across.around(winner % self.cols);
+        let blocks = &mut self.blocks;
+        self.arch.dispatch(Pull { blocks, along, across, point, gain });
     }
 
     /// Where the nodes are now.
     pub(super) fn positions(&self) -> impl Iterator<Item = DVec3> {
-        (0..self.count).map(|i| DVec3::new(self.x[i], self.y[i], self.z[i]))
+        let width = self.width();
+        (0..self.rows * self.cols).map(move |node| {
+            let place = node / self.cols * width + node % self.cols;
+            self.blocks[place / LANES].node(place % LANES)
+        })
+    }
+
+    /// Places of a row.
+    fn width(&self) -> usize {
+        self.cols.next_multiple_of(LANES)
+    }
+}
+
+impl Block {
+    fn of(nodes: &[DVec3]) -> Self {
+        let lanes = |coordinate: fn(&DVec3) -> f64| {
+            let mut values = [f64::NAN; LANES];
+            values.iter_mut().zip(nodes).for_each(|(value, node)| *value = coordinate(node));
+            values
+        };
+        Self { x: lanes(|p| p.x), y: lanes(|p| p.y), z: lanes(|p| p.z) }
+    }
+
+    fn node(&self, lane: usize) -> DVec3 {
+        DVec3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+
+    /// Moves each node by a share of its way to `point`.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    fn pull(&mut self, point: DVec3, share: impl Fn(usize) -> f64) {
+        for lane in 0..LANES {
+            let share = share(lane);
+            self.x[lane] += share * (point.x - self.x[lane]);
+            self.y[lane] += share * (point.y - self.y[lane]);
+            self.z[lane] += share * (point.z - self.z[lane]);
+        }
     }
 }
 
 /// The search for the nearest node, in registers of any width.
 struct Nearest<'a> {
-    x: &'a [f64],
-    y: &'a [f64],
-    z: &'a [f64],
+    blocks: &'a [Block],
     point: DVec3,
 }
 
@@ -123,39 +140,69 @@ impl WithSimd for Nearest<'_> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let Self { x, y, z, point } = self;
-        let squared = |x: f64, y: f64, z: f64| {
-            let (dx, dy, dz) = (x - point.x, y - point.y, z - point.z);
-            dx * dx + dy * dy + dz * dz
-        };
-        let (mut best, mut first) = (f64::INFINITY, 0);
-        let blocks = x.chunks_exact(BLOCK).zip(y.chunks_exact(BLOCK)).zip(z.chunks_exact(BLOCK));
-        for (number, ((xs, ys), zs)) in blocks.enumerate() {
-            let mut least = [f64::INFINITY; LANES];
-            let lanes = xs.chunks_exact(LANES).zip(ys.chunks_exact(LANES));
-            for ((xs, ys), zs) in lanes.zip(zs.chunks_exact(LANES)) {
-                for lane in 0..LANES {
-                    let distance = squared(xs[lane], ys[lane], zs[lane]);
-                    least[lane] = if distance < least[lane] { distance } else { least[lane] };
-                }
+        let Self { blocks, point } = self;
+        // Numbers of blocks are kept in the same kind of registers as distances.
+        let (mut least, mut found) = ([f64::INFINITY; LANES], [0.0; LANES]);
+        let mut number = 0.0;
+        for block in blocks {
+            for lane in 0..LANES {
+                let (dx, dy) = (block.x[lane] - point.x, block.y[lane] - point.y);
+                let dz = block.z[lane] - point.z;
+                let squared = dx * dx + dy * dy + dz * dz;
+                let nearer = squared < least[lane];
+                least[lane] = if nearer { squared } else { least[lane] };
+                found[lane] = if nearer { number } else { found[lane] };
             }
-            let least = least.iter().fold(f64::INFINITY, |a, &b| if b < a { b } else { a });
-            if least < best {
-                (best, first) = (least, number * BLOCK);
+            number += 1.0;
+        }
+        let mut best = (0, f64::INFINITY);
+        for lane in 0..LANES {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "the number of a block"
+            )]
+            let (place, squared) = (found[lane] as usize * LANES + lane, least[lane]);
+            if squared < best.1 || (squared == best.1 && place < best.0) {
+                best = (place, squared);
             }
         }
-        let winner = (first..first + BLOCK).find(|&i| squared(x[i], y[i], z[i]) == best);
-        (winner.unwrap_or(first), best)
+        best
+    }
+}
+
+/// The move of some nodes of a row towards a point.
+struct Attract<'a> {
+    blocks: &'a mut [Block],
+    places: Range<usize>,
+    point: DVec3,
+    gain: f64,
+}
+
+impl WithSimd for Attract<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { blocks, places, point, gain } = self;
+        let numbers = places.start / LANES..places.end.div_ceil(LANES);
+        for (block, number) in blocks[numbers.clone()].iter_mut().zip(numbers) {
+            let first = number * LANES;
+            block.pull(point, |lane| {
+                if (places.start..places.end).contains(&(first + lane)) { gain } else { 0.0 }
+            });
+        }
     }
 }
 
 /// The move of all nodes of a grid towards a point.
 struct Pull<'a> {
-    coordinates: [&'a mut [f64]; 3],
-    shares: &'a mut [f64],
+    blocks: &'a mut [Block],
     along: &'a [f64],
     across: &'a [f64],
     point: DVec3,
+    gain: f64,
 }
 
 impl WithSimd for Pull<'_> {
@@ -164,14 +211,15 @@ impl WithSimd for Pull<'_> {
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
     fn with_simd<S: Simd>(self, _: S) {
-        for (shares, &weight) in self.shares.chunks_exact_mut(self.across.len()).zip(self.along) {
-            for (share, across) in shares.iter_mut().zip(self.across) {
-                *share = weight * across;
+        let Self { blocks, along, across, point, gain } = self;
+        let across = across.as_chunks::<LANES>().0;
+        for (row, weight) in blocks.chunks_exact_mut(across.len()).zip(along) {
+            let weight = gain * weight;
+            if weight < UNFELT {
+                continue;
             }
-        }
-        for (values, target) in self.coordinates.into_iter().zip(self.point.to_array()) {
-            for (value, &share) in values.iter_mut().zip(&*self.shares) {
-                *value += share * (target - *value);
+            for (block, across) in row.iter_mut().zip(across) {
+                block.pull(point, |lane| weight * across[lane]);
             }
         }
     }
@@ -208,7 +256,8 @@ mod tests {
     fn a_gaussian_pulls_by_distance() {
         let lattice = Lattice::quad(3, 4).unwrap();
         let mut field = Field::new(&[DVec3::ZERO; 12], &lattice, &mut || Ok(())).unwrap();
-        field.attract_gaussian(&lattice, 6, DVec3::X, 0.5, 1.5);
+        field.set_radius(1.5);
+        field.attract_gaussian(6, DVec3::X, 0.5);
         for (node, place) in field.positions().enumerate() {
             let (row, col) = (node as f64 / 4.0, (node % 4) as f64);
             let squared = (row.floor() - 1.0).powi(2) + (col - 2.0).powi(2);

@@ -1,8 +1,7 @@
 //! The graph of the output nodes.
 
-use std::ops::Range;
-
 use super::graph::{Graph, Visits};
+use super::grid::Grid;
 use super::topology::{Cells, Topology};
 use crate::error::{Error, Result};
 
@@ -30,25 +29,38 @@ const MOST_CHOSEN: usize = 2500;
 /// be desired, the nodes can be connected accordingly" (section 4).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lattice {
-    rows: usize,
-    cols: usize,
-    topology: Topology,
+    /// Of a graph a single column.
+    grid: Grid,
     links: Links,
 }
 
-/// How distances between nodes are found.
+/// What joins the nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Links {
-    /// By arithmetic on rows and columns.
     Quad,
-    /// By search in the grid's graph.
     Triangular(Graph),
-    /// By search; there are no rows and columns.
+    /// There are no rows and columns.
     Graph(Graph),
+}
+
+/// How distances between nodes are found.
+#[derive(Clone, Copy)]
+pub(super) enum Distances<'a> {
+    /// By arithmetic on rows and columns.
+    Grid(&'a Grid),
+    /// By search.
+    Graph(&'a Graph),
 }
 
 impl Lattice {
     /// A quadrilateral sheet of `rows` × `cols` nodes; see [`Lattice::grid`].
+    ///
+    /// ```
+    /// use neurbs::som::Lattice;
+    /// assert_eq!(Lattice::quad(3, 5)?.len(), 15);
+    /// assert!(Lattice::quad(1, 5).is_err());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -89,9 +101,9 @@ impl Lattice {
                 if fits { String::new() } else { format!(", about {gigabytes:.0} GB of memory") };
             return Err(Error::parameter("grid", must, format!("({rows}, {cols}){size}")));
         }
-        let mut lattice = Self { rows, cols, topology, links: Links::Quad };
+        let mut lattice = Self { grid: Grid { rows, cols, topology }, links: Links::Quad };
         if cells == Cells::Triangular {
-            let graph = Graph::new(rows * cols, &lattice.grid_edges(true))?;
+            let graph = Graph::new(rows * cols, &lattice.grid.edges(true))?;
             lattice.links = Links::Triangular(graph);
         }
         Ok(lattice)
@@ -118,7 +130,8 @@ impl Lattice {
             return Err(Error::parameter("nodes", must, nodes));
         }
         let links = Links::Graph(Graph::new(nodes, edges)?);
-        Ok(Self { rows: nodes, cols: 1, topology: Topology::Sheet, links })
+        let grid = Grid { rows: nodes, cols: 1, topology: Topology::Sheet };
+        Ok(Self { grid, links })
     }
 
     /// The quadrilateral sheet for this many points: the paper's four nodes for each of few
@@ -137,22 +150,41 @@ impl Lattice {
         let nodes = points.saturating_mul(4).min(many);
         let rows = nodes.isqrt().max(2);
         let cols = nodes.div_ceil(rows).max(2);
-        Self { rows, cols, topology: Topology::Sheet, links: Links::Quad }
+        Self { grid: Grid { rows, cols, topology: Topology::Sheet }, links: Links::Quad }
     }
 
     /// Number of nodes along both sides: (rows, cols); of a graph: (nodes, 1).
+    ///
+    /// ```
+    /// use neurbs::som::Lattice;
+    /// assert_eq!(Lattice::quad(3, 5)?.shape(), (3, 5));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn shape(&self) -> (usize, usize) {
-        (self.rows, self.cols)
+        (self.grid.rows, self.grid.cols)
     }
 
     /// Whether it has rows and columns.
+    ///
+    /// ```
+    /// use neurbs::som::Lattice;
+    /// assert!(Lattice::quad(3, 5)?.is_grid());
+    /// assert!(!Lattice::graph(3, &[(0, 1), (1, 2)])?.is_grid());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn is_grid(&self) -> bool {
         !matches!(self.links, Links::Graph(_))
     }
 
     /// How the nodes of a grid are joined; `None` for a graph.
+    ///
+    /// ```
+    /// use neurbs::som::{Cells, Lattice};
+    /// assert_eq!(Lattice::quad(3, 5)?.cells(), Some(Cells::Quad));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn cells(&self) -> Option<Cells> {
         match self.links {
@@ -163,16 +195,28 @@ impl Lattice {
     }
 
     /// Which directions are closed.
+    ///
+    /// ```
+    /// use neurbs::som::{Lattice, Topology};
+    /// assert_eq!(Lattice::quad(3, 5)?.topology(), Topology::Sheet);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn topology(&self) -> Topology {
-        self.topology
+        self.grid.topology
     }
 
     /// Number of nodes.
+    ///
+    /// ```
+    /// use neurbs::som::Lattice;
+    /// assert_eq!(Lattice::quad(3, 5)?.len(), 15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a lattice has at least two nodes")]
     pub fn len(&self) -> usize {
-        self.rows * self.cols
+        self.grid.rows * self.grid.cols
     }
 
     /// Makes sure that there is memory for training.
@@ -187,13 +231,18 @@ impl Lattice {
 
     /// Largest number of edges between two nodes. Of graphs with loops it is a close lower bound,
     /// found by two sweeps.
+    ///
+    /// ```
+    /// use neurbs::som::{Cells, Lattice, Topology};
+    /// let torus = Lattice::grid(6, 8, Cells::Quad, Topology::Torus)?;
+    /// assert_eq!((Lattice::quad(6, 8)?.diameter(), torus.diameter()), (12, 7));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn diameter(&self) -> usize {
-        let across = |count: usize, closed| if closed { count / 2 } else { count - 1 };
-        let (closed_u, closed_v) = self.topology.closed();
-        match &self.links {
-            Links::Quad => across(self.rows, closed_u) + across(self.cols, closed_v),
-            Links::Triangular(graph) | Links::Graph(graph) => graph.diameter(),
+        match self.distances() {
+            Distances::Grid(grid) => grid.diameter(),
+            Distances::Graph(graph) => graph.diameter(),
         }
     }
 
@@ -207,9 +256,9 @@ impl Lattice {
     #[must_use]
     pub fn neighborhood(&self, node: usize, radius: usize) -> Vec<usize> {
         let mut nodes = Vec::new();
-        match self.as_graph() {
-            None => self.visit_ball(node, radius, |range| nodes.extend(range)),
-            Some(graph) => {
+        match self.distances() {
+            Distances::Grid(grid) => grid.visit_ball(node, radius, |range| nodes.extend(range)),
+            Distances::Graph(graph) => {
                 graph.visit(node, radius, &mut Visits::default(), |node, _| nodes.push(node));
             }
         }
@@ -218,115 +267,47 @@ impl Lattice {
     }
 
     /// Each edge once, the lower node first.
+    ///
+    /// ```
+    /// use neurbs::som::Lattice;
+    /// assert_eq!(Lattice::quad(2, 2)?.edges(), [(0, 1), (0, 2), (1, 3), (2, 3)]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn edges(&self) -> Vec<(usize, usize)> {
-        match self.as_graph() {
-            None => self.grid_edges(false),
-            Some(graph) => graph.edges().collect(),
+        match self.distances() {
+            Distances::Grid(grid) => grid.edges(false),
+            Distances::Graph(graph) => graph.edges().collect(),
         }
     }
 
-    /// The graph that distances are searched in; `None` where arithmetic does.
-    pub(super) fn as_graph(&self) -> Option<&Graph> {
+    /// How distances are found.
+    pub(super) fn distances(&self) -> Distances<'_> {
         match &self.links {
-            Links::Quad => None,
-            Links::Triangular(graph) | Links::Graph(graph) => Some(graph),
+            Links::Quad => Distances::Grid(&self.grid),
+            Links::Triangular(graph) | Links::Graph(graph) => Distances::Graph(graph),
         }
-    }
-
-    /// How many rows apart two rows are, and the same for columns, on the shorter way round.
-    pub(super) fn row_distance(&self, a: usize, b: usize) -> usize {
-        around(a.abs_diff(b), self.rows, self.topology.closed().0)
-    }
-
-    pub(super) fn col_distance(&self, a: usize, b: usize) -> usize {
-        around(a.abs_diff(b), self.cols, self.topology.closed().1)
     }
 
     /// Whether two nodes of the lattice share an edge or a cell.
     pub(super) fn adjacent(&self, a: usize, b: usize) -> bool {
         match &self.links {
             Links::Graph(graph) => u32::try_from(b).is_ok_and(|b| graph.neighbors(a).contains(&b)),
-            Links::Quad | Links::Triangular(_) => {
-                self.row_distance(a / self.cols, b / self.cols) <= 1
-                    && self.col_distance(a % self.cols, b % self.cols) <= 1
-            }
+            Links::Quad | Links::Triangular(_) => self.grid.share_a_cell(a, b),
         }
     }
 
     /// Calls `visit` with the nodes that an edge joins to `node`.
     pub(super) fn visit_neighbors(&self, node: usize, mut visit: impl FnMut(usize)) {
-        if let Some(graph) = self.as_graph() {
-            graph.neighbors(node).iter().for_each(|&other| visit(other as usize));
-            return;
-        }
-        self.visit_ball(node, 1, |range| {
-            range.filter(|&other| other != node).for_each(&mut visit);
-        });
-    }
-
-    /// Calls `visit` with the nodes at most `radius` edges from `node` of a quadrilateral grid, as
-    /// ranges of node numbers: one or two for each row.
-    pub(super) fn visit_ball(
-        &self,
-        node: usize,
-        radius: usize,
-        mut visit: impl FnMut(Range<usize>),
-    ) {
-        let (row, col) = (node / self.cols, node % self.cols);
-        let (closed_u, closed_v) = self.topology.closed();
-        let (from, to) = if closed_u {
-            (0, self.rows)
-        } else {
-            (row.saturating_sub(radius), self.rows.min(row.saturating_add(radius + 1)))
-        };
-        for r in from..to {
-            let Some(left) = radius.checked_sub(self.row_distance(r, row)) else { continue };
-            let first = r * self.cols;
-            if closed_v && left >= self.cols / 2 {
-                visit(first..first + self.cols);
-            } else if closed_v {
-                let start = (col + self.cols - left) % self.cols;
-                let end = start + 2 * left + 1;
-                visit(first + start..first + end.min(self.cols));
-                visit(first..first + end.saturating_sub(self.cols));
-            } else {
-                visit(first + col.saturating_sub(left)..first + self.cols.min(col + left + 1));
+        match self.distances() {
+            Distances::Grid(grid) => grid.visit_ball(node, 1, |range| {
+                range.filter(|&other| other != node).for_each(&mut visit);
+            }),
+            Distances::Graph(graph) => {
+                graph.neighbors(node).iter().for_each(|&other| visit(other as usize));
             }
         }
     }
-
-    /// The edges along rows and columns, and on request along one diagonal of each cell.
-    fn grid_edges(&self, diagonals: bool) -> Vec<(usize, usize)> {
-        let (closed_u, closed_v) = self.topology.closed();
-        let mut edges = Vec::with_capacity(3 * self.len());
-        for node in 0..self.len() {
-            let (row, col) = (node / self.cols, node % self.cols);
-            let below = next(row, self.rows, closed_u).map(|r| r * self.cols);
-            let right = next(col, self.cols, closed_v);
-            let mut join = |other: usize| edges.push((node.min(other), node.max(other)));
-            if let Some(col) = right {
-                join(row * self.cols + col);
-            }
-            if let Some(first) = below {
-                join(first + col);
-                if let (true, Some(col)) = (diagonals, right) {
-                    join(first + col);
-                }
-            }
-        }
-        edges
-    }
-}
-
-/// The number after `index` on a line or ring of `count`.
-fn next(index: usize, count: usize, closed: bool) -> Option<usize> {
-    if index + 1 < count { Some(index + 1) } else { closed.then_some(0) }
-}
-
-/// A distance on a line or the shorter way round a ring of `count`.
-fn around(distance: usize, count: usize, closed: bool) -> usize {
-    if closed { distance.min(count - distance) } else { distance }
 }
 
 #[cfg(test)]

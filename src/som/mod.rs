@@ -31,6 +31,7 @@
 //! without the interruption.
 
 mod batch;
+mod bell;
 mod boxes;
 mod bytes;
 mod candidates;
@@ -40,6 +41,7 @@ mod field;
 mod frame;
 mod geodesic;
 mod graph;
+mod grid;
 mod initialize;
 mod lattice;
 mod online;
@@ -49,10 +51,12 @@ mod parametrize;
 mod presentation;
 mod quality;
 mod random;
+mod report;
 mod schedule;
 mod search;
 mod smoothing;
 mod state;
+mod stop;
 mod sums;
 mod topology;
 
@@ -70,40 +74,12 @@ pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
 pub use self::ordered_start::spread_out;
 pub use self::schedule::Schedule;
+pub use self::stop::StoppedBy;
 pub use self::sums::BatchSums;
 pub use self::topology::{Cells, Topology};
 use crate::error::{Error, Result};
 use crate::point_cloud::{self, Bounds};
-use crate::progress::{self, Epoch, Observer, Progress, Stage};
-
-/// What ended a training (step 7 of the paper's section 4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StoppedBy {
-    /// Nothing yet: it was interrupted, or is fed chunk by chunk.
-    Unfinished,
-    /// All points are on the lattice: the paper's criterion for few points.
-    Reached,
-    /// The lattice no longer moves: the paper's criterion for many points.
-    Settled,
-    /// `max_steps` are over.
-    MaxSteps,
-}
-
-impl StoppedBy {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Unfinished, Self::Reached, Self::Settled, Self::MaxSteps];
-
-    /// The criterion's name, as Python and reports spell it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unfinished => "unfinished",
-            Self::Reached => "reached",
-            Self::Settled => "settled",
-            Self::MaxSteps => "max_steps",
-        }
-    }
-}
+use crate::progress::{self, Observer, Progress, Stage};
 
 /// A lattice of nodes in space that learns points.
 ///
@@ -146,6 +122,19 @@ pub struct SelfOrganizingMap {
 
 impl SelfOrganizingMap {
     /// A map with its nodes at the start that the options ask for.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// let options = SomOptions::default();
+    /// let mut som = SelfOrganizingMap::new(&points, Lattice::quad(5, 6)?, &options, &mut Silent)?;
+    /// assert_eq!(som.steps, 0);
+    /// som.train(&points, &mut Silent)?;
+    /// assert!((1..=20).contains(&som.steps));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -205,6 +194,17 @@ impl SelfOrganizingMap {
 
     /// Trains a lattice on scattered points: [`Self::new`], then [`Self::train`].
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// let options = SomOptions { epochs: Some(10), ..SomOptions::default() };
+    /// let som = SelfOrganizingMap::fit(&points, Lattice::quad(5, 6)?, &options, &mut Silent)?;
+    /// assert_eq!((som.steps, som.codebook().len()), (10, 30));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// Those of [`Self::new`]; [`Error::Interrupted`] if the observer stops it.
@@ -238,6 +238,21 @@ impl SelfOrganizingMap {
     /// The same seed gives the same bits on any number of threads. A step of online training costs
     /// O(m), an epoch of batch training O(n log m + m (rows + cols)) on a quadrilateral grid.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let mut som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// // It has ended, and stays as it is.
+    /// let before = som.clone();
+    /// som.train(&points, &mut Silent)?;
+    /// assert_eq!(som, before);
+    /// assert!(som.train(&points[1..], &mut Silent).is_err());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Interrupted`] if the observer stops it; the map keeps what it has learned, and may
@@ -267,67 +282,54 @@ impl SelfOrganizingMap {
     }
 
     /// The nodes' positions, row by row, in the points' unit.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.codebook().len(), 5 * 6);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn codebook(&self) -> Vec<DVec3> {
         self.nodes.iter().map(|&node| self.frame.undo(node)).collect()
     }
 
     /// The radius of the neighbourhood at the next step, in cells.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// // By default it falls to 0.7.
+    /// assert!((0.7..1.5).contains(&som.radius()));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.plan.radius_at(self.steps)
     }
 
     /// How nodes learn.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions, Training};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.training(), Training::Batch);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn training(&self) -> Training {
         self.plan.training
-    }
-
-    /// Step 7's criterion for many points, at the end of an epoch.
-    fn settled(&self) -> bool {
-        let rests = |change| change <= self.plan.min_change;
-        self.plan.ordered_after(self.steps) && self.change.is_some_and(rests)
-    }
-
-    /// Step 7's criterion for all.
-    fn stop_at_last_step(&mut self) {
-        if self.stopped_by == StoppedBy::Unfinished && self.steps >= self.plan.max_steps {
-            self.stopped_by = StoppedBy::MaxSteps;
-        }
-    }
-
-    /// Takes over what the sums of an epoch say of the lattice.
-    fn note(&mut self, sums: &BatchSums) {
-        self.error = Some(sums.mean_distance());
-        self.reached = usize::try_from(sums.reached).unwrap_or(usize::MAX);
-    }
-
-    /// Reports how far the training is.
-    fn report(&self, observer: &mut dyn Observer) -> Result<()> {
-        let progress = Progress {
-            stage: Stage::Training,
-            step: self.steps,
-            total: self.plan.max_steps.max(self.steps),
-            change: self.change,
-            error: self.error,
-            radius: Some(self.radius()),
-            reached: self.reached,
-            points: usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX),
-        };
-        progress::report(observer, &progress)
-    }
-
-    /// Shows a finished epoch.
-    fn show(&self, nodes: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
-        let lattice: Vec<DVec3> = nodes.iter().map(|&node| self.frame.undo(node)).collect();
-        let epoch = Epoch {
-            step: self.steps,
-            error: self.error.unwrap_or(f64::NAN),
-            radius: self.plan.radius_at(self.steps.saturating_sub(1)),
-            change: self.change.unwrap_or(f64::NAN),
-            lattice: &lattice,
-        };
-        progress::show(observer, &epoch)
     }
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::candidates::Walk;
 use super::field::Field;
 use super::graph::Visits;
+use super::lattice::Distances;
 use super::options::Neighborhood;
 use super::presentation::Order;
 use super::smoothing::edges_within;
@@ -98,6 +99,11 @@ fn steps_per_report(map: &SelfOrganizingMap) -> u64 {
     (VISITS_PER_REPORT / map.lattice.len()).max(1) as u64
 }
 
+/// The step at which the epoch that has begun will end.
+fn next_epoch_end(map: &SelfOrganizingMap) -> u64 {
+    (map.steps / map.plan.epoch_steps + 1) * map.plan.epoch_steps
+}
+
 fn present_points(
     map: &mut SelfOrganizingMap,
     state: &mut OnlineState,
@@ -108,9 +114,11 @@ fn present_points(
     let report_every = steps_per_report(map);
     let reach_squared = map.plan.reach * map.plan.reach;
     let mut visits = Visits::default();
+    let (mut report_at, mut epoch_end) = (map.steps, next_epoch_end(map));
     while map.stopped_by == StoppedBy::Unfinished {
-        if map.steps.is_multiple_of(report_every) {
+        if map.steps >= report_at {
             map.report(observer)?;
+            report_at += report_every;
         }
         // STEP 2
         let Some(index) = state.order.next(&mut map.random) else {
@@ -129,7 +137,8 @@ fn present_points(
         }
         // STEP 7
         let mut shown = Ok(());
-        if map.steps.is_multiple_of(map.plan.epoch_steps) {
+        if map.steps == epoch_end {
+            epoch_end = next_epoch_end(map);
             shown = end_epoch(map, state, field, observer);
             if map.reached == points.len() {
                 // A step since may have drawn a node away from a point: look again at all.
@@ -158,25 +167,28 @@ fn present(
 ) -> f64 {
     map.steps += 1;
     let plan = &map.plan;
-    let (winner, squared) = field.nearest(point);
     let gain = plan.gain.at(map.steps, plan.max_steps);
     let radius = plan.radius_at(map.steps);
-    match (plan.neighborhood, map.lattice.as_graph()) {
-        (Neighborhood::Gaussian, None) => {
-            field.attract_gaussian(&map.lattice, winner, point, gain, radius);
+    if plan.neighborhood == Neighborhood::Gaussian {
+        field.set_radius(radius);
+    }
+    let (winner, squared) = field.nearest(point);
+    match (plan.neighborhood, map.lattice.distances()) {
+        (Neighborhood::Gaussian, Distances::Grid(_)) => {
+            field.attract_gaussian(winner, point, gain);
         }
-        (Neighborhood::Gaussian, Some(graph)) => {
+        (Neighborhood::Gaussian, Distances::Graph(graph)) => {
             graph.visit(winner, usize::MAX, visits, |node, hops| {
                 // The winner itself moves even when the radius is zero.
                 let distance = if hops == 0 { 0.0 } else { hops as f64 / radius };
                 field.attract(node..node + 1, point, gain * (-0.5 * distance * distance).exp());
             });
         }
-        (Neighborhood::Bubble, None) => {
+        (Neighborhood::Bubble, Distances::Grid(grid)) => {
             let attract = |nodes| field.attract(nodes, point, gain);
-            map.lattice.visit_ball(winner, edges_within(radius), attract);
+            grid.visit_ball(winner, edges_within(radius), attract);
         }
-        (Neighborhood::Bubble, Some(graph)) => {
+        (Neighborhood::Bubble, Distances::Graph(graph)) => {
             let attract = |node, _| field.attract(node..node + 1, point, gain);
             graph.visit(winner, edges_within(radius), visits, attract);
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::lattice::Lattice;
+use super::lattice::{Distances, Lattice};
 use super::schedule::{GAIN_SCALE_SHARE, Schedule, paper_gain, scale_for};
 use crate::error::{Error, Result, positive};
 
@@ -330,8 +330,8 @@ fn default_radius(lattice: &Lattice, neighborhood: Neighborhood) -> Schedule {
 }
 
 fn kernel(lattice: &Lattice, options: &SomOptions) -> Result<Kernel> {
-    let can_be_linear =
-        options.neighborhood == Neighborhood::Gaussian && lattice.as_graph().is_none();
+    let can_be_linear = options.neighborhood == Neighborhood::Gaussian
+        && matches!(lattice.distances(), Distances::Grid(_));
     match options.kernel {
         Some(Kernel::Linear) if !can_be_linear => {
             let must = "'mean' unless the neighborhood is Gaussian and the lattice quadrilateral";

@@ -14,7 +14,7 @@ use super::lattice::Lattice;
 use super::options::{Kernel, Neighborhood};
 use super::random::Random;
 use super::smoothing::{Channels, smooth};
-use super::topology::Topology;
+use super::topology::{Cells, Topology};
 use crate::error::Result;
 use crate::point_cloud::{self, Bounds};
 use crate::progress::{self, Listen, Observer, Stage};
@@ -258,7 +258,7 @@ fn settle(
     let (rows, cols) = lattice.shape();
     let side = if lattice.is_grid() { rows.max(cols) } else { lattice.diameter() };
     let mut radius = (share * side as f64).max(LEAST_RADIUS);
-    let open_grid = lattice.as_graph().is_none() && lattice.topology() == Topology::Sheet;
+    let open_grid = lattice.cells() == Some(Cells::Quad) && lattice.topology() == Topology::Sheet;
     let kernel = if open_grid { Kernel::Linear } else { Kernel::Mean };
     loop {
         let places = smooth(lattice, &sums, Neighborhood::Gaussian, kernel, radius, listen)?;

@@ -17,6 +17,18 @@ impl SelfOrganizingMap {
     ///
     /// O(n log m) on points that lie near the lattice.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// let winners = som.predict(&points, &mut Silent)?;
+    /// assert!(winners.len() == 400 && winners.iter().all(|&node| node < 30));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::NotFinite`](crate::Error::NotFinite) for such a point;
@@ -39,6 +51,20 @@ impl SelfOrganizingMap {
 
     /// Mean distance from a point to its nearest node, in the points' unit; NaN of no points.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// let nodes = som.codebook();
+    /// let nearest = |p: &DVec3| nodes.iter().map(|n| n.distance(*p)).fold(f64::INFINITY, f64::min);
+    /// let mean = points.iter().map(nearest).sum::<f64>() / 400.0;
+    /// assert!((som.quantization_error(&points, &mut Silent)? - mean).abs() < 1e-12);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// As [`Self::predict`] has them.
@@ -52,6 +78,17 @@ impl SelfOrganizingMap {
     /// Share of the points whose two nearest nodes are no neighbours: they share neither an edge
     /// nor a cell of the lattice (Kiviluoto, Topology preservation in self-organizing maps, 1996).
     /// NaN of no points.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert!((0.0..=1.0).contains(&som.topographic_error(&points, &mut Silent)?));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -69,6 +106,17 @@ impl SelfOrganizingMap {
 
     /// How many points each node is the nearest of.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.hits(&points, &mut Silent)?.iter().sum::<u64>(), 400);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// As [`Self::predict`] has them.
@@ -80,6 +128,17 @@ impl SelfOrganizingMap {
 
     /// Mean distance from each node to its neighbours on the lattice, in the points' unit: Ultsch's
     /// unified distance matrix. O(m).
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.u_matrix(&mut Silent)?.len(), 5 * 6);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -98,6 +157,17 @@ impl SelfOrganizingMap {
 
     /// How many pairs of neighbouring cells of a grid are folded over: their normals are more than
     /// a right angle apart. `None` for a graph, which has no cells. O(m).
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.fold_overs(&mut Silent)?, Some(0));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

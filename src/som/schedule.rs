@@ -54,6 +54,13 @@ impl Schedule {
     ///
     /// A Gaussian with parts left out counts as one that starts at 1 with a third of the steps as
     /// its scale.
+    ///
+    /// ```
+    /// use neurbs::som::Schedule;
+    /// let gain = Schedule::Exponential { start: 0.4, end: 0.1 };
+    /// assert!((gain.at(50, 100) - 0.2).abs() < 1e-15);
+    /// assert_eq!(gain.at(200, 100), 0.1);
+    /// ```
     #[must_use]
     pub fn at(&self, step: u64, last: u64) -> f64 {
         let share = || if last == 0 { 1.0 } else { (step.min(last) as f64) / last as f64 };

@@ -14,8 +14,8 @@ use crate::progress::Listen;
 /// Points between two reports, some ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
 
-/// Points to a task of a thread: enough to have many in each part of the space, few enough to stay
-/// in the core's own cache.
+/// Points to a task of a thread: enough to have many in each part of the space, few enough to be
+/// sorted in the core's own cache.
 const POINTS_PER_TASK: usize = 1 << 16;
 
 /// The same where points are asked for more than sums: they may lie far from the lattice, where
@@ -23,12 +23,12 @@ const POINTS_PER_TASK: usize = 1 << 16;
 const ASKED_PER_REPORT: usize = 1 << 16;
 const ASKED_PER_TASK: usize = 1 << 14;
 
-/// Points and the order in which each task looks at its own.
+/// Points and each one's rank in the order in which its task looks at them.
 pub(super) struct Ordered<'a> {
     frame: Frame,
     points: &'a [DVec3],
     boxes: Boxes,
-    order: Vec<u32>,
+    ranks: Vec<u32>,
     /// Farthest coordinate from the frame's centre.
     farthest: f64,
 }
@@ -44,17 +44,17 @@ impl<'a> Ordered<'a> {
     ) -> Result<Self> {
         let local = local(&frame, bounds);
         let boxes = Boxes::new(&local, points.len(), nodes);
-        let mut order = vec![0; points.len()];
-        let slabs = points.chunks(POINTS_PER_REPORT).zip(order.chunks_mut(POINTS_PER_REPORT));
-        for (points, order) in slabs {
+        let mut ranks = vec![0; points.len()];
+        let slabs = points.chunks(POINTS_PER_REPORT).zip(ranks.chunks_mut(POINTS_PER_REPORT));
+        for (points, ranks) in slabs {
             listen()?;
-            let tasks = order.par_chunks_mut(POINTS_PER_TASK);
-            tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(order, points)| {
-                boxes.order(points.iter().map(|&point| frame.apply(point)), order);
+            let tasks = ranks.par_chunks_mut(POINTS_PER_TASK);
+            tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(ranks, points)| {
+                boxes.rank(points.iter().map(|&point| frame.apply(point)), ranks);
             });
         }
         let farthest = local.min.abs().max(local.max.abs()).max_element();
-        Ok(Self { frame, points, boxes, order, farthest })
+        Ok(Self { frame, points, boxes, ranks, farthest })
     }
 
     /// Adds the points to the sums of their winners.
@@ -67,11 +67,15 @@ impl<'a> Ordered<'a> {
     ) -> Result<()> {
         let reach_squared = reach * reach;
         let tree = Candidates::new(nodes, self.boxes, 1, listen)?;
-        let task = |mut part: PartSums, pieces: &[(&[DVec3], &[u32])]| {
-            let mut walk = tree.walk();
-            for (points, order) in pieces {
-                for &index in *order {
-                    let point = self.frame.apply(points[index as usize]);
+        let scratch = || (tree.walk(), vec![DVec3::ZERO; POINTS_PER_TASK.min(self.points.len())]);
+        let task = |(walk, sorted): &mut (Walk<'_>, Vec<DVec3>), pieces: &[(&[DVec3], &[u32])]| {
+            let mut part = PartSums::new(&self.frame, nodes.len());
+            for (points, ranks) in pieces {
+                // Memory is read from one end to the other, and only this copy here and there.
+                for (&point, &rank) in points.iter().zip(*ranks) {
+                    sorted[rank as usize] = self.frame.apply(point);
+                }
+                for &point in &sorted[..points.len()] {
                     let (winner, squared) = walk.nearest(point);
                     part.add(winner, point, squared.sqrt(), squared <= reach_squared);
                 }
@@ -79,15 +83,14 @@ impl<'a> Ordered<'a> {
             part
         };
         let pieces: Vec<(&[DVec3], &[u32])> =
-            self.points.chunks(POINTS_PER_TASK).zip(self.order.chunks(POINTS_PER_TASK)).collect();
+            self.points.chunks(POINTS_PER_TASK).zip(self.ranks.chunks(POINTS_PER_TASK)).collect();
         // Each part has sums for all nodes: there should be many more points to a part than nodes.
         let most = PartSums::capacity(&self.frame, self.farthest) / POINTS_PER_TASK;
         let per_part = (4 * nodes.len() / POINTS_PER_TASK).clamp(1, most);
         let per_report = (POINTS_PER_REPORT / POINTS_PER_TASK).max(2 * per_part);
         for pieces in pieces.chunks(per_report) {
             listen()?;
-            let empty = || PartSums::new(&self.frame, nodes.len());
-            let tasks = pieces.par_chunks(per_part).map(|pieces| task(empty(), pieces));
+            let tasks = pieces.par_chunks(per_part).map_init(scratch, task);
             for part in tasks.collect::<Vec<PartSums>>() {
                 sums.absorb(&part);
             }
@@ -115,10 +118,8 @@ pub(super) fn ask<T: Send + Clone + Default>(
         let answers = &mut answers[..points.len()];
         let tasks = answers.par_chunks_mut(ASKED_PER_TASK);
         tasks.zip(points.par_chunks(ASKED_PER_TASK)).for_each(|(answers, points)| {
-            let (mut order, mut walk) = (vec![0; points.len()], tree.walk());
-            boxes.order(points.iter().map(|&point| frame.apply(point)), &mut order);
-            for index in order {
-                let index = index as usize;
+            let mut walk = tree.walk();
+            for index in boxes.order(points.iter().map(|&point| frame.apply(point))) {
                 answers[index] = ask(&mut walk, frame.apply(points[index]));
             }
         });

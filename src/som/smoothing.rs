@@ -6,8 +6,10 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::graph::Visits;
-use super::lattice::Lattice;
+use super::bell::{Bell, gaussian};
+use super::graph::{Graph, Visits};
+use super::grid::Grid;
+use super::lattice::{Distances, Lattice};
 use super::options::{Kernel, Neighborhood};
 use crate::error::Result;
 use crate::progress::Listen;
@@ -43,25 +45,29 @@ pub(super) fn smooth(
     radius: f64,
     listen: &mut Listen<'_>,
 ) -> Result<Vec<Option<DVec3>>> {
-    let grid = lattice.as_graph().is_none();
-    let totals = match (neighborhood, kernel) {
-        (Neighborhood::Gaussian, Kernel::Linear) => {
+    let totals = match (neighborhood, lattice.distances()) {
+        (Neighborhood::Gaussian, Distances::Grid(_)) if kernel == Kernel::Linear => {
             return local_lines(lattice, sums, radius, listen);
         }
-        (Neighborhood::Gaussian, Kernel::Mean) if grid => {
+        (Neighborhood::Gaussian, Distances::Grid(_)) => {
             let around = Separable::new(lattice, radius);
             let along_rows = around.over_rows(0, sums, listen)?;
             around.over_cols(0, &along_rows, listen)?
         }
-        (Neighborhood::Bubble, _) if grid => bubble(lattice, sums, edges_within(radius), listen)?,
-        (Neighborhood::Gaussian, _) => {
+        (Neighborhood::Gaussian, Distances::Graph(graph)) => {
             // The winner itself counts even when the radius is zero.
             let weight =
                 |hops| if hops == 0 { 1.0 } else { (-0.5 * (hops as f64 / radius).powi(2)).exp() };
             let reach = (0..lattice.len()).take_while(|&hops| weight(hops) > NEGLIGIBLE).last();
-            spread(lattice, sums, reach.unwrap_or(0), weight, listen)?
+            spread(graph, sums, reach.unwrap_or(0), weight, listen)?
         }
-        (Neighborhood::Bubble, _) => spread(lattice, sums, edges_within(radius), |_| 1.0, listen)?,
+        (Neighborhood::Bubble, Distances::Grid(grid)) => {
+            let around = bubble(grid, sums, edges_within(radius));
+            by_nodes(lattice, grid.rows, listen, around)?
+        }
+        (Neighborhood::Bubble, Distances::Graph(graph)) => {
+            spread(graph, sums, edges_within(radius), |_| 1.0, listen)?
+        }
     };
     by_nodes(lattice, 1, listen, |node| {
         let [count, x, y, z] = totals[node];
@@ -79,18 +85,6 @@ pub(super) fn edges_within(radius: f64) -> usize {
     radius as usize
 }
 
-/// `exp(-(d / radius)² / 2)` for d = 0, 1, … Each follows from the one before by the next power of
-/// the same ratio, so that one exponential is enough.
-pub(super) fn gaussian(radius: f64, weights: &mut [f64]) {
-    let ratio = (-0.5 / (radius * radius)).exp();
-    let (mut weight, mut factor) = (1.0, ratio);
-    for value in weights {
-        *value = weight;
-        weight *= factor;
-        factor *= ratio * ratio;
-    }
-}
-
 /// The weights along a side of the lattice, times the signed distance to the power of 0, 1 and 2.
 struct Side {
     count: usize,
@@ -102,19 +96,19 @@ struct Side {
 
 impl Side {
     fn new(count: usize, closed: bool, radius: f64) -> Self {
-        let mut profile = vec![0.0; count];
-        gaussian(radius, &mut profile);
+        let (mut weights, mut bell) = (vec![0.0; count], Bell::new(count, closed));
+        gaussian(radius, &mut weights);
+        bell.set(&weights);
         let weight = |place: usize, power: i32| {
             let mut apart = place as f64 - (count - 1) as f64;
-            let mut distance = place.abs_diff(count - 1);
+            let distance = place.abs_diff(count - 1);
             if closed && 2 * distance > count {
-                distance = count - distance;
                 apart -= (count as f64).copysign(apart);
             } else if closed && 2 * distance == count && power == 1 {
                 // Opposite on the ring: as far one way as the other.
                 return 0.0;
             }
-            profile[distance] * apart.powi(power)
+            bell.values()[place] * apart.powi(power)
         };
         let powers: [Vec<f64>; 3] =
             [0, 1, 2].map(|power| (0..2 * count - 1).map(|at| weight(at, power)).collect());
@@ -267,14 +261,9 @@ fn by_nodes<T: Clone + Default + Send>(
     })
 }
 
-/// Sums over all nodes at most `radius` edges away, from running sums along the rows.
-fn bubble(
-    lattice: &Lattice,
-    sums: &[Channels],
-    radius: usize,
-    listen: &mut Listen<'_>,
-) -> Result<Vec<Channels>> {
-    let (_, cols) = lattice.shape();
+/// The sums over all nodes at most `radius` edges from a node, from running sums along the rows.
+fn bubble(grid: &Grid, sums: &[Channels], radius: usize) -> impl Fn(usize) -> Channels {
+    let cols = grid.cols;
     let mut running = Vec::with_capacity(sums.len() + sums.len() / cols);
     for row in sums.chunks(cols) {
         let mut sum = Channels::default();
@@ -284,9 +273,9 @@ fn bubble(
             running.push(sum);
         }
     }
-    let around = |node: usize| {
+    move |node| {
         let mut total = Channels::default();
-        lattice.visit_ball(node, radius, |range| {
+        grid.visit_ball(node, radius, |range| {
             if let Some(last) = range.end.checked_sub(1).filter(|_| !range.is_empty()) {
                 let row = last / cols;
                 // Each row has one running sum more than it has nodes.
@@ -295,21 +284,19 @@ fn bubble(
             }
         });
         total
-    };
-    by_nodes(lattice, lattice.shape().0, listen, around)
+    }
 }
 
 /// Each node gives its sums to those at most `reach` edges away, times a weight.
 fn spread(
-    lattice: &Lattice,
+    graph: &Graph,
     sums: &[Channels],
     reach: usize,
     weight: impl Fn(usize) -> f64,
     listen: &mut Listen<'_>,
 ) -> Result<Vec<Channels>> {
     let mut result = vec![Channels::default(); sums.len()];
-    let Some(graph) = lattice.as_graph() else { return Ok(result) };
-    let weights: Vec<f64> = (0..=reach.min(lattice.len())).map(weight).collect();
+    let weights: Vec<f64> = (0..=reach.min(graph.len())).map(weight).collect();
     let mut visits = Visits::default();
     let mut visited = 0;
     for (node, sum) in sums.iter().enumerate().filter(|(_, sum)| sum[0] > 0.0) {

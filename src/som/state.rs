@@ -50,6 +50,17 @@ impl SelfOrganizingMap {
 
     /// The map that [`Self::to_bytes`] has written.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(SelfOrganizingMap::from_bytes(&som.to_bytes())?, som);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if the bytes are not those of a map, or cut off.

@@ -55,6 +55,19 @@ impl BatchSums {
 
     /// Adds the sums over other points.
     ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// let mut sums = som.sums(&points[..150], &mut Silent)?;
+    /// sums.merge(&som.sums(&points[150..], &mut Silent)?)?;
+    /// assert_eq!(sums, som.sums(&points, &mut Silent)?);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if they belong to another map, or to another state of it.
@@ -82,18 +95,52 @@ impl BatchSums {
     }
 
     /// How many points each node has won.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.sums(&points, &mut Silent)?.hits(), som.hits(&points, &mut Silent)?);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn hits(&self) -> Vec<u64> {
         self.nodes.iter().map(|node| node.count).collect()
     }
 
     /// Number of points.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// assert_eq!(som.sums(&points[..150], &mut Silent)?.points(), 150);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn points(&self) -> u64 {
         self.nodes.iter().map(|node| node.count).sum()
     }
 
     /// Mean distance from a point to its winner, in the points' unit; NaN of no points.
+    ///
+    /// ```
+    /// # use neurbs::{DVec3, progress::Silent};
+    /// # use neurbs::som::{Lattice, SelfOrganizingMap, SomOptions};
+    /// # let point = |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), f64::from(i % 7));
+    /// # let points: Vec<DVec3> = (0..400).map(point).collect();
+    /// # let (lattice, options) = (Lattice::quad(5, 6)?, SomOptions::default());
+    /// # let som = SelfOrganizingMap::fit(&points, lattice, &options, &mut Silent)?;
+    /// let error = som.quantization_error(&points, &mut Silent)?;
+    /// assert!((som.sums(&points, &mut Silent)?.mean_distance() - error).abs() < 1e-12);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn mean_distance(&self) -> f64 {
         self.frame.length(self.distance) / self.points() as f64
@@ -139,6 +186,12 @@ impl BatchSums {
     }
 
     /// The sums that [`Self::to_bytes`] has written.
+    ///
+    /// ```
+    /// use neurbs::som::BatchSums;
+    /// let message = BatchSums::from_bytes(b"others").unwrap_err().to_string();
+    /// assert_eq!(message, "sums must be the bytes of saved sums, all of them, got 6 other bytes");
+    /// ```
     ///
     /// # Errors
     ///

@@ -27,6 +27,11 @@ impl Topology {
     }
 
     /// Whether u (rows) and v (columns) are closed.
+    ///
+    /// ```
+    /// use neurbs::som::Topology;
+    /// assert_eq!(Topology::Tube.closed(), (true, false));
+    /// ```
     #[must_use]
     pub fn closed(self) -> (bool, bool) {
         (self != Self::Sheet, self == Self::Torus)

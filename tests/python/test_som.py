@@ -6,6 +6,7 @@ import pickle
 import signal
 import threading
 import time
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -306,6 +307,32 @@ def test_it_is_a_step_of_a_pipeline() -> None:
     assert steps.fit(points)[-1].codebook_.shape == (4, 6, 3)
 
 
+def test_check_estimator_fails_only_for_tables_that_are_no_points() -> None:
+    checks = pytest.importorskip("sklearn.utils.estimator_checks")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        results = checks.check_estimator(SelfOrganizingMap(4, 4, epochs=3), on_fail=None)
+    failed = {r["check_name"]: str(r["exception"]) for r in results if r["status"] == "failed"}
+    assert sum(r["status"] == "passed" for r in results) >= 30
+    # Two or three columns only, a plane's and a space's points alike; messages in our own words.
+    width = {
+        "check_n_features_in",
+        "check_n_features_in_after_fitting",
+        "check_transformer_general",
+        "check_positive_only_tag_during_fit",
+        "check_estimators_dtypes",
+        "check_dtype_object",
+    }
+    words = {
+        "check_complex_data",
+        "check_estimators_empty_data_messages",
+        "check_fit2d_1sample",
+        "check_fit2d_1feature",
+        "check_fit2d_predict1d",
+    }
+    assert set(failed) <= width | words, failed
+
+
 def test_distributions_from_samplers_and_chunks() -> None:
     def sampler(count: int, rng: np.random.Generator) -> Points:
         return sheet(count, int(rng.integers(1 << 30)))
@@ -329,6 +356,7 @@ def test_distributions_from_samplers_and_chunks() -> None:
         (lambda count, rng: sheet(count) * np.nan, "points must be finite"),
         (lambda count, rng: "rubbish", "points must be real numbers"),
         (lambda count, rng: np.zeros((count, 3)), "points must differ"),
+        (5, "source must be a callable or an iterable of arrays, got 5"),
     ],
 )
 def test_samplers_that_return_rubbish(source: Any, message: str) -> None:
@@ -359,7 +387,7 @@ def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
         ({"rows": 10**9, "cols": 10**9}, "at most 16777216 nodes in all, got .*GB of memory"),
         ({"rows": 2.5}, "rows must be an integer"),
         ({"topology": "ring"}, "topology must be 'sheet' or 'tube' or 'torus', got 'ring'"),
-        ({"lattice": "hex"}, "cells must be 'quad' or 'triangular', got 'hex'"),
+        ({"lattice": "hex"}, "lattice must be 'quad', 'triangular' or a Lattice, got 'hex'"),
         ({"training": "fast"}, "training must be 'batch' or 'online', got 'fast'"),
         ({"init": "best"}, "init must be 'pca', 'geodesic', .* or an array"),
         ({"init": np.zeros((3, 3, 3))}, "init must be 400 positions"),

@@ -1,0 +1,44 @@
+//! What a training says of itself while it goes on.
+
+use glam::DVec3;
+
+use super::SelfOrganizingMap;
+use super::sums::BatchSums;
+use crate::error::Result;
+use crate::progress::{self, Epoch, Observer, Progress, Stage};
+
+impl SelfOrganizingMap {
+    /// Takes over what the sums of an epoch say of the lattice.
+    pub(super) fn note(&mut self, sums: &BatchSums) {
+        self.error = Some(sums.mean_distance());
+        self.reached = usize::try_from(sums.reached).unwrap_or(usize::MAX);
+    }
+
+    /// Reports how far the training is.
+    pub(super) fn report(&self, observer: &mut dyn Observer) -> Result<()> {
+        let progress = Progress {
+            stage: Stage::Training,
+            step: self.steps,
+            total: self.plan.max_steps.max(self.steps),
+            change: self.change,
+            error: self.error,
+            radius: Some(self.radius()),
+            reached: self.reached,
+            points: usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX),
+        };
+        progress::report(observer, &progress)
+    }
+
+    /// Shows a finished epoch.
+    pub(super) fn show(&self, nodes: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
+        let lattice: Vec<DVec3> = nodes.iter().map(|&node| self.frame.undo(node)).collect();
+        let epoch = Epoch {
+            step: self.steps,
+            error: self.error.unwrap_or(f64::NAN),
+            radius: self.plan.radius_at(self.steps.saturating_sub(1)),
+            change: self.change.unwrap_or(f64::NAN),
+            lattice: &lattice,
+        };
+        progress::show(observer, &epoch)
+    }
+}
