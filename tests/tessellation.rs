@@ -113,7 +113,7 @@ fn shapes() -> [(NurbsSurface, i64, usize); 5] {
         (NurbsSurface::clamped(flat, (5, 5), 3).unwrap(), 1, 1),
         (tube, 0, 2),
         (torus.clone(), 0, 0),
-        (torus.elevate_degree(1, 0).unwrap(), 0, 0),
+        (torus.elevate_degree(1, 0, &mut Silent).unwrap(), 0, 0),
         (NurbsSurface::sphere(DVec3::ONE, 2.0).unwrap(), 2, 0),
     ]
 }

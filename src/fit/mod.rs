@@ -192,6 +192,11 @@ fn check(
         return Err(Error::parameter("points", "at least one", 0));
     }
     same("uv", uv.len())?;
+    let net = (options.knots_u.control_points(), options.knots_v.control_points());
+    if net.0.saturating_mul(net.1) > MOST_CONTROL_POINTS {
+        let must = format!("for a net of at most {MOST_CONTROL_POINTS} control points");
+        return Err(Error::parameter("knots", must, format!("{} × {}", net.0, net.1)));
+    }
     if let Some(index) = points.iter().position(|point| !point.is_finite()) {
         return Err(Error::NotFinite { index, point: points[index] });
     }

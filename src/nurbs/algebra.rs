@@ -1,15 +1,14 @@
-//! What can be done to a surface without moving it: knots, degree, parts, directions.
+//! What can be done to a surface without moving it: knots, degree, directions, domains.
 
 use glam::{DAffine3, DVec4};
 
-use super::bezier::Patch;
-use super::curve::NurbsCurve;
+use super::batch::listening;
 use super::knot_vector::KnotVector;
 use super::net::same_place;
-use super::remove::deviation;
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
+use crate::progress::Observer;
 
 /// A direction of a surface's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +20,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    fn other(self) -> Self {
+    pub(super) fn other(self) -> Self {
         match self {
             Self::U => Self::V,
             Self::V => Self::U,
@@ -31,6 +30,13 @@ impl Direction {
 
 impl NurbsSurface {
     /// The knots in a direction.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert_eq!(sphere.knots(Direction::V).degree(), 2);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn knots(&self, direction: Direction) -> &KnotVector {
         match direction {
@@ -42,10 +48,10 @@ impl NurbsSurface {
     /// The same surface with more knots, each strictly inside the domain (The NURBS Book, A5.4).
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
     /// let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE];
     /// let surface = NurbsSurface::clamped(net, (2, 2), 1)?;
-    /// let refined = surface.insert_knots(Direction::U, &[0.25, 0.5])?;
+    /// let refined = surface.insert_knots(Direction::U, &[0.25, 0.5], &mut Silent)?;
     /// assert_eq!(refined.shape(), (4, 2));
     /// assert!(refined.point(0.3, 0.7).distance(surface.point(0.3, 0.7)) < 1e-15);
     /// # Ok::<(), neurbs::Error>(())
@@ -54,81 +60,111 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if a knot lies outside the open domain; [`Error::Knots`] if one would
-    /// stand more often than the degree.
-    pub fn insert_knots(&self, direction: Direction, knots: &[f64]) -> Result<Self> {
-        self.along(direction, |strip| strip.refined(knots))
+    /// stand more often than the degree; [`Error::Interrupted`] if the observer stops it.
+    pub fn insert_knots(
+        &self,
+        direction: Direction,
+        knots: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        self.along(direction, |strip| strip.refined_listening(knots, &mut listening(observer)))
     }
 
     /// The surface with as few of these inner knots (`None`: of all) as `tolerance` allows. No
     /// point moves further than `tolerance`, in the points' unit: the distance of the control
     /// points over the original knots bounds it (The NURBS Book, A5.8).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let refined = sphere.insert_knots(Direction::V, &[0.2, 0.7], &mut Silent)?;
+    /// let back = refined.remove_knots(Direction::V, None, 1e-12, &mut Silent)?;
+    /// assert_eq!(back.shape(), sphere.shape());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the tolerance is negative or not finite.
+    /// [`Error::Parameter`] if the tolerance is negative or not finite, [`Error::Interrupted`] if
+    /// the observer stops it.
     pub fn remove_knots(
         &self,
         direction: Direction,
         knots: Option<&[f64]>,
         tolerance: f64,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.along(direction, |strip| strip.simplified(knots, tolerance))
+        let mut listen = listening(observer);
+        self.along(direction, |strip| strip.simplified(knots, tolerance, &mut listen))
     }
 
     /// The same surface with higher degrees, by `u` and `v`, clamped in each direction that is
     /// raised (H. Prautzsch, *Degree elevation of B-spline curves*, 1984).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+    /// assert_eq!(plane.elevate_degree(2, 1, &mut Silent)?.shape(), (4, 3));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a degree would pass [`MAX_DEGREE`](super::MAX_DEGREE).
-    pub fn elevate_degree(&self, u: usize, v: usize) -> Result<Self> {
-        let raise = |times| {
-            move |strip: &Strip| if times == 0 { Ok(strip.clone()) } else { strip.elevated(times) }
+    /// [`Error::Parameter`] if a degree would pass [`MAX_DEGREE`](super::MAX_DEGREE),
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn elevate_degree(&self, u: usize, v: usize, observer: &mut dyn Observer) -> Result<Self> {
+        let mut listen = listening(observer);
+        let mut raised = |surface: &Self, direction, times| match times {
+            0 => Ok(surface.clone()),
+            times => surface.along(direction, |strip| strip.elevated(times, &mut listen)),
         };
-        self.along(Direction::U, raise(u))?.along(Direction::V, raise(v))
+        let along_u = raised(self, Direction::U, u)?;
+        raised(&along_u, Direction::V, v)
     }
 
     /// A surface of lower degrees, by `u` and `v`, no point of which lies further from where it
     /// was than `tolerance`, in the points' unit; its boundary corners stay.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+    /// let raised = plane.elevate_degree(2, 1, &mut Silent)?;
+    /// assert_eq!(raised.reduce_degree(2, 1, 1e-12, &mut Silent)?.shape(), (2, 2));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if a degree would be 0, or the tolerance cannot be held: the message
-    /// says what can.
-    pub fn reduce_degree(&self, u: usize, v: usize, tolerance: f64) -> Result<Self> {
+    /// says what can; [`Error::Interrupted`] if the observer stops it.
+    pub fn reduce_degree(
+        &self,
+        u: usize,
+        v: usize,
+        tolerance: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         check_tolerance(tolerance)?;
         // Both steps may move a point: each gets its share.
         let share = if u > 0 && v > 0 { tolerance / 2.0 } else { tolerance };
-        let lower = |times: usize| {
-            move |strip: &Strip| {
-                if times == 0 { Ok(strip.clone()) } else { strip.reduced(times, share) }
-            }
+        let mut listen = listening(observer);
+        let mut lowered = |surface: &Self, direction, times| match times {
+            0 => Ok(surface.clone()),
+            times => surface.along(direction, |strip| strip.reduced(times, share, &mut listen)),
         };
-        self.along(Direction::U, lower(u))?.along(Direction::V, lower(v))
-    }
-
-    /// The parts before and after a parameter, which keep their parameters.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if it does not lie strictly inside the domain.
-    pub fn split(&self, direction: Direction, at: f64) -> Result<(Self, Self)> {
-        let (before, after) = self.strip(direction).split(at)?;
-        Ok((self.rebuilt(direction, &before)?, self.rebuilt(direction, &after)?))
-    }
-
-    /// The part over a rectangle of the domain, which keeps its parameters.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if a range is empty or leaves the domain.
-    pub fn sub_surface(&self, u: (f64, f64), v: (f64, f64)) -> Result<Self> {
-        self.along(Direction::U, |strip| strip.between(u.0, u.1))?
-            .along(Direction::V, |strip| strip.between(v.0, v.1))
+        let along_u = lowered(self, Direction::U, u)?;
+        lowered(&along_u, Direction::V, v)
     }
 
     /// The same surface with clamped knots in both directions.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)?;
+    /// assert!(torus.clamp()?.knots_u().is_clamped());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -137,39 +173,21 @@ impl NurbsSurface {
         self.along(Direction::U, Strip::clamped)?.along(Direction::V, Strip::clamped)
     }
 
-    /// The surface as Bézier patches, one for each pair of spans, row by row; each keeps its
-    /// parameters, so that a point has the same u and v on its patch.
-    ///
-    /// # Errors
-    ///
-    /// None; every surface has Bézier patches.
-    pub fn bezier_patches(&self) -> Result<Vec<Vec<Self>>> {
-        let (patches, (_, cols)) = Patch::of(self)?;
-        let rational = self.weights().is_some();
-        patches
-            .chunks(cols)
-            .map(|row| row.iter().map(|patch| patch.surface(rational)).collect())
-            .collect()
-    }
-
     /// The same surface with every inner knot as often as its degree.
     pub(super) fn in_bezier_form(&self) -> Result<Self> {
         self.along(Direction::U, Strip::bezier)?.along(Direction::V, Strip::bezier)
     }
 
-    /// The curve of points with this parameter in this direction; it runs in the other one.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the parameter lies outside the domain.
-    pub fn isocurve(&self, direction: Direction, at: f64) -> Result<NurbsCurve> {
-        let points = self.strip(direction).at(at)?;
-        let knots = self.knots(direction.other()).clone();
-        NurbsCurve::from_homogeneous(&points, self.weights().is_some(), knots)
-    }
-
     /// The same surface run through backwards in a direction: on the same domain, the point at
     /// `start + t` is where the one at `end - t` was. Its normals turn over.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let turned = sphere.reversed(Direction::U)?;
+    /// assert!(turned.point(0.2, 0.5).distance(sphere.point(0.8, 0.5)) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -179,6 +197,14 @@ impl NurbsSurface {
     }
 
     /// The same surface with u and v exchanged. Its normals turn over.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let turned = sphere.transposed()?;
+    /// assert!(turned.point(0.2, 0.7).distance(sphere.point(0.7, 0.2)) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -190,6 +216,14 @@ impl NurbsSurface {
 
     /// The surface moved by an affine map.
     ///
+    /// ```
+    /// use neurbs::{DAffine3, DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let moved = sphere.transformed(&DAffine3::from_translation(DVec3::Z))?;
+    /// assert!(moved.point(0.2, 0.5).distance(sphere.point(0.2, 0.5) + DVec3::Z) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Net`] if a point leaves the range of numbers.
@@ -199,6 +233,14 @@ impl NurbsSurface {
 
     /// The same surface with other ranges of its parameters.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let degrees = sphere.with_domain((0.0, 360.0), (-90.0, 90.0))?;
+    /// assert!(degrees.point(90.0, 0.0).distance(sphere.point(0.25, 0.5)) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Knots`] if a range is empty or not finite.
@@ -207,24 +249,14 @@ impl NurbsSurface {
             .along(Direction::V, |strip| strip.with_domain(v))
     }
 
-    /// This surface and `next`, which begins where this one ends in a direction, as one. Degrees
-    /// and knots are made equal first; the parameters of `next` in this direction are moved behind
-    /// the domain of this one.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the edges, point by point over their knots, lie further apart than
-    /// `tolerance`, in the points' unit, or the other direction's domains differ.
-    pub fn joined(&self, direction: Direction, next: &Self, tolerance: f64) -> Result<Self> {
-        check_tolerance(tolerance)?;
-        let [along, next_along] = compatible(direction, self, next, false)?;
-        let [first, second] = compatible(direction.other(), &along, &next_along, true)?;
-        let joined = joined(&first.strip(direction), &second.strip(direction), tolerance)?;
-        let rational = self.weights().is_some() || next.weights().is_some();
-        first.rebuilt_as(direction, &joined, rational)
-    }
-
     /// Whether the surface ends where it begins, in u and in v: a tube, a torus.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert_eq!(sphere.closed(), (true, false));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn closed(&self) -> (bool, bool) {
         let tolerance = same_place(self.control_points());
@@ -246,16 +278,25 @@ impl NurbsSurface {
         }
     }
 
-    fn along(&self, direction: Direction, f: impl Fn(&Strip) -> Result<Strip>) -> Result<Self> {
+    pub(super) fn along(
+        &self,
+        direction: Direction,
+        f: impl FnOnce(&Strip) -> Result<Strip>,
+    ) -> Result<Self> {
         self.rebuilt(direction, &f(&self.strip(direction))?)
     }
 
-    fn rebuilt(&self, direction: Direction, strip: &Strip) -> Result<Self> {
+    pub(super) fn rebuilt(&self, direction: Direction, strip: &Strip) -> Result<Self> {
         self.rebuilt_as(direction, strip, self.weights().is_some())
     }
 
     /// The surface with this strip in place of its own in that direction.
-    fn rebuilt_as(&self, direction: Direction, strip: &Strip, rational: bool) -> Result<Self> {
+    pub(super) fn rebuilt_as(
+        &self,
+        direction: Direction,
+        strip: &Strip,
+        rational: bool,
+    ) -> Result<Self> {
         let knots = strip.knots.clone();
         match direction {
             Direction::U => {
@@ -274,42 +315,9 @@ pub(super) fn transpose(net: &[DVec4], cols: usize) -> Vec<DVec4> {
     (0..cols).flat_map(|j| net.iter().skip(j).step_by(cols).copied()).collect()
 }
 
-/// A strip and one of the same degree that begins where it ends, within a tolerance.
-pub(super) fn joined(first: &Strip, next: &Strip, tolerance: f64) -> Result<Strip> {
-    let (first, mut next) = (first.clamped()?, next.clamped()?);
-    // Weights count only up to a factor.
-    let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
-    next.points.iter_mut().for_each(|point| *point *= factor);
-    let gap = deviation(first.row(first.rows() - 1), next.row(0));
-    // `gap > tolerance` would let NaN pass.
-    let held = gap <= tolerance;
-    if !held {
-        let must = format!("at least {gap:e}, which is how far the edges are apart");
-        return Err(Error::parameter("tolerance", must, tolerance));
-    }
-    first.joined(&next)
-}
-
 pub(super) fn check_tolerance(tolerance: f64) -> Result<()> {
     if tolerance >= 0.0 && tolerance.is_finite() {
         return Ok(());
     }
     Err(Error::parameter("tolerance", "a finite distance, at least 0", tolerance))
-}
-
-/// Two surfaces with the higher of their degrees in a direction, and with the same knots there if
-/// that is asked for.
-fn compatible(
-    direction: Direction,
-    a: &NurbsSurface,
-    b: &NurbsSurface,
-    knots: bool,
-) -> Result<[NurbsSurface; 2]> {
-    let mut strips = [a.strip(direction), b.strip(direction)];
-    if knots {
-        super::strip::unify(&mut strips)?;
-    } else {
-        super::strip::unify_degrees(&mut strips)?;
-    }
-    Ok([a.rebuilt(direction, &strips[0])?, b.rebuilt(direction, &strips[1])?])
 }

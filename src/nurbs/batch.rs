@@ -70,6 +70,11 @@ pub(super) fn in_rows(
     report(observer, total, total)
 }
 
+/// What work in small steps calls between them, to hear from the observer whether to go on.
+pub(super) fn listening(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
+    move || report(observer, 0, 1)
+}
+
 fn report(observer: &mut dyn Observer, done: usize, total: usize) -> Result<()> {
     let (step, total) = (done as u64, total as u64);
     let stage = Stage::Tessellation;

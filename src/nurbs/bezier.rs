@@ -176,11 +176,14 @@ fn bernstein(degree: usize, t: f64) -> [[f64; MAX_ORDER]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
 
     #[test]
     fn halves_and_frames_agree_with_the_surface() {
-        let torus =
-            NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap().elevate_degree(0, 2).unwrap();
+        let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)
+            .unwrap()
+            .elevate_degree(0, 2, &mut Silent)
+            .unwrap();
         let (patches, shape) = Patch::of(&torus).unwrap();
         assert_eq!((shape, patches.len()), ((4, 4), 16));
         for patch in &patches {

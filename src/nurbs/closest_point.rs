@@ -6,21 +6,17 @@
 //! smooth and has one valley: edges, borders and seams need no rule of their own, because the piece
 //! on the other side has its own turn.
 
+use std::sync::OnceLock;
+
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_blocks};
+use super::batch::{check_length, in_rows};
 use super::bezier::Patch;
+use super::piece_tree::{Inside, Node, Piece};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-
-/// A piece is flat when its control points lie this near to a parallelogram, as a share of its
-/// diagonal. Smaller means more pieces; larger means more of them tried for each point.
-const FLATNESS: f64 = 0.05;
-
-/// Halvings of a patch at most: a piece that is not flat by then is small.
-const MOST_HALVINGS: usize = 14;
 
 /// Share of the radius of curvature beyond which a piece may have several feet: small, as parts of
 /// a piece may bend more than the whole.
@@ -47,6 +43,9 @@ const ROUNDING: f64 = 1e-15;
 /// Points that a thread takes at a time.
 const POINTS_PER_TASK: usize = 64;
 
+/// Points whose evaluation takes as long as the worst search; what reports count with.
+const POINTS_PER_SEARCH: usize = 1 << 10;
+
 /// The foot of a point on a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClosestPoint {
@@ -72,7 +71,8 @@ pub struct ClosestPointSlices<'a> {
     pub converged: &'a mut [bool],
 }
 
-/// A surface prepared for many searches; preparing costs about as much as a thousand of them.
+/// A surface prepared for many searches. What a search finds out about the pieces of the patches
+/// that it comes to is kept for the next ones.
 ///
 /// ```
 /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
@@ -86,38 +86,11 @@ pub struct ClosestPointSlices<'a> {
 #[derive(Debug)]
 pub struct ClosestPointSearch {
     patches: Vec<Patch>,
+    /// Over the boxes of the patches.
     root: Node,
+    /// Over the pieces of each patch, made when a search first comes there.
+    trees: Vec<OnceLock<Node>>,
     size: f64,
-}
-
-/// A box around pieces of the surface.
-#[derive(Debug)]
-struct Node {
-    low: DVec3,
-    high: DVec3,
-    inside: Inside,
-}
-
-#[derive(Debug)]
-enum Inside {
-    Nodes(Box<[Node; 2]>),
-    Piece(Box<Piece>),
-}
-
-/// A nearly flat piece of a patch: no point of it lies further than `slack` from the
-/// parallelogram `centre + α a + β b`, α and β from -1 to 1.
-#[derive(Debug)]
-struct Piece {
-    patch: usize,
-    /// Its middle and half its extent in shares of the patch's sides.
-    middle: DVec2,
-    half: DVec2,
-    centre: DVec3,
-    a: DVec3,
-    b: DVec3,
-    slack: f64,
-    /// An estimate of the radius of curvature.
-    radius: f64,
 }
 
 impl ClosestPointSearch {
@@ -128,14 +101,15 @@ impl ClosestPointSearch {
     /// None; every surface can be searched.
     pub fn new(surface: &NurbsSurface) -> Result<Self> {
         let (patches, (rows, cols)) = Patch::of(surface)?;
-        let trees: Vec<Node> = patches
-            .par_iter()
-            .enumerate()
-            .map(|(index, patch)| Node::of_patch(patch, patch, index, MOST_HALVINGS))
-            .collect();
-        let mut trees: Vec<Option<Node>> = trees.into_iter().map(Some).collect();
-        let root = Node::of_patches(&mut trees, cols, (0, rows), (0, cols));
-        Ok(Self { patches, root, size: surface.size() })
+        let boxes = patches.iter().enumerate().map(|(index, patch)| Node::of_box(patch, index));
+        let root = Node::of_rectangle(
+            &mut boxes.map(Some).collect::<Vec<_>>(),
+            cols,
+            (0, rows),
+            (0, cols),
+        );
+        let trees = patches.iter().map(|_| OnceLock::new()).collect();
+        Ok(Self { patches, root, trees, size: surface.size() })
     }
 
     /// The closest point of the surface; among several equally close ones any of them.
@@ -166,7 +140,7 @@ impl ClosestPointSearch {
         if let Some(index) = points.iter().position(|point| !point.is_finite()) {
             return Err(Error::NotFinite { index, point: points[index] });
         }
-        in_blocks(points.len(), observer, |from, to| {
+        in_rows(points.len(), POINTS_PER_SEARCH, observer, |from, to| {
             let feet = uv[from..to].par_iter_mut().zip(&mut feet[from..to]);
             let rest = distances[from..to].par_iter_mut().zip(&mut converged[from..to]);
             let tasks = points[from..to].par_iter().zip(feet.zip(rest));
@@ -198,6 +172,11 @@ impl ClosestPointSearch {
                     let [a, b] = [&nodes[0], &nodes[1]].map(|node| (node.bound(point), node));
                     let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
                     stack.extend([far, near]);
+                }
+                Inside::Patch(index) => {
+                    let patch = &self.patches[*index];
+                    let tree = self.trees[*index].get_or_init(|| Node::of_pieces(patch, *index));
+                    stack.push((tree.bound(point), tree));
                 }
                 Inside::Piece(piece) => self.try_piece(piece, point, &mut best),
             }
@@ -309,106 +288,6 @@ fn descent(gradient: DVec2, gauss: [f64; 3], bends: [f64; 3], free: [bool; 2]) -
     };
     let full = [gauss[0] + bends[0], gauss[1] + bends[1], gauss[2] + bends[2]];
     solve(full).or_else(|| solve(gauss)).unwrap_or(single)
-}
-
-impl Node {
-    /// Square of a lower bound of the distance from a point to what is inside.
-    fn bound(&self, point: DVec3) -> f64 {
-        let outside = (self.low - point).max(point - self.high).max(DVec3::ZERO);
-        outside.length_squared()
-    }
-
-    fn around(nodes: [Self; 2]) -> Self {
-        let [a, b] = &nodes;
-        let (low, high) = (a.low.min(b.low), a.high.max(b.high));
-        Self { low, high, inside: Inside::Nodes(Box::new(nodes)) }
-    }
-
-    /// The tree over a rectangle of patches in rows of `cols`.
-    fn of_patches(
-        trees: &mut [Option<Self>],
-        cols: usize,
-        rows: (usize, usize),
-        columns: (usize, usize),
-    ) -> Self {
-        let half = |(from, to): (usize, usize)| {
-            let middle = usize::midpoint(from, to);
-            [(from, middle), (middle, to)]
-        };
-        let (height, width) = (rows.1 - rows.0, columns.1 - columns.0);
-        if height * width == 1 {
-            let tree = trees[rows.0 * cols + columns.0].take();
-            return tree.expect("rectangles do not overlap");
-        }
-        let halves = if height >= width {
-            half(rows).map(|rows| Self::of_patches(trees, cols, rows, columns))
-        } else {
-            half(columns).map(|columns| Self::of_patches(trees, cols, rows, columns))
-        };
-        Self::around(halves)
-    }
-
-    /// The tree over a piece of a patch, halved until flat.
-    fn of_patch(whole: &Patch, part: &Patch, index: usize, halvings: usize) -> Self {
-        let (p, q) = part.degrees();
-        let corners = [(0, 0), (0, q), (p, 0), (p, q)].map(|(i, j)| part.control(i, j));
-        let [c00, c01, c10, c11] = corners;
-        let (a, b) = ((c10 + c11 - c00 - c01) / 4.0, (c01 + c11 - c00 - c10) / 4.0);
-        let centre = (c00 + c01 + c10 + c11) / 4.0;
-        let share = |t: f64, (from, to): (f64, f64)| (t - from) / (to - from);
-        let from = DVec2::new(share(part.u.0, whole.u), share(part.v.0, whole.v));
-        let to = DVec2::new(share(part.u.1, whole.u), share(part.v.1, whole.v));
-        let (middle, half) = (from.midpoint(to), (to - from) / 2.0);
-        let (slack, radius) = (0.0, 0.0);
-        let mut piece = Piece { patch: index, middle, half, centre, a, b, slack, radius };
-        let distances = part.points().map(|point| piece.nearest(point).0);
-        piece.slack = distances.fold(0.0, f64::max);
-        let diagonal = (a + b).length().max((a - b).length());
-        piece.radius = diagonal * diagonal / (2.0 * piece.slack).max(f64::MIN_POSITIVE);
-        if piece.slack <= FLATNESS * diagonal || halvings == 0 {
-            let first = corners[0];
-            let grow = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
-            let (low, high) = part.points().fold((first, first), grow);
-            return Self { low, high, inside: Inside::Piece(Box::new(piece)) };
-        }
-        // The net's length along u against that along v: the longer way is halved.
-        let along = |di: usize, dj: usize| {
-            let steps = (0..=p - di).flat_map(|i| (0..=q - dj).map(move |j| (i, j)));
-            let lengths =
-                steps.map(|(i, j)| part.control(i + di, j + dj).distance(part.control(i, j)));
-            lengths.sum::<f64>() / ((p + 1 - di) * (q + 1 - dj)) as f64
-        };
-        let (along_u, along_v) = (along(1, 0) * p as f64, along(0, 1) * q as f64);
-        let (first, second) = if along_u >= along_v { part.halves_u() } else { part.halves_v() };
-        Self::around([first, second].map(|part| Self::of_patch(whole, &part, index, halvings - 1)))
-    }
-}
-
-impl Piece {
-    /// The distance from a point to the parallelogram, and where on it the nearest place is.
-    fn nearest(&self, point: DVec3) -> (f64, DVec2) {
-        let (to, a, b) = (point - self.centre, self.a, self.b);
-        let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
-        let (ta, tb) = (to.dot(a), to.dot(b));
-        let det = aa * bb - ab * ab;
-        let measure = |at: DVec2| ((to - at.x * a - at.y * b).length(), at);
-        if det > f64::EPSILON * aa * bb {
-            let at = DVec2::new(bb * ta - ab * tb, aa * tb - ab * ta) / det;
-            if at.abs().max_element() <= 1.0 {
-                return measure(at);
-            }
-        }
-        let place = |along: f64, square: f64| {
-            if square > 0.0 { (along / square).clamp(-1.0, 1.0) } else { 0.0 }
-        };
-        let sides = [-1.0, 1.0].map(|side| {
-            let on_a = DVec2::new(side, place(tb - side * ab, bb));
-            let on_b = DVec2::new(place(ta - side * ab, aa), side);
-            [measure(on_a), measure(on_b)]
-        });
-        let [[first, second], [third, fourth]] = sides;
-        [second, third, fourth].into_iter().fold(first, |a, b| if b.0 < a.0 { b } else { a })
-    }
 }
 
 #[cfg(test)]

@@ -144,6 +144,13 @@ impl NurbsSurface {
 
     /// The parallelogram `origin + s u + t v` with s and t from 0 to 1.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+    /// assert_eq!(plane.point(0.25, 1.0), DVec3::new(0.25, 1.0, 0.0));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if `u` and `v` span no plane.
@@ -155,6 +162,13 @@ impl NurbsSurface {
     /// The side of a cylinder about the axis from `base` along `axis`, whose length is the height;
     /// u runs round, v along the axis, and the normals point outwards.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let cylinder = NurbsSurface::cylinder(DVec3::ZERO, DVec3::Z, 2.0)?;
+    /// assert!((cylinder.point(0.3, 0.5).truncate().length() - 2.0).abs() < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if the radius is not positive or the axis has no length.
@@ -164,6 +178,13 @@ impl NurbsSurface {
 
     /// The side of a cone, cut off or, with a `top_radius` of 0, whole; else as
     /// [`NurbsSurface::cylinder`].
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let cone = NurbsSurface::cone(DVec3::ZERO, DVec3::Z, 2.0, 0.0)?;
+    /// assert!(cone.point(0.3, 1.0).distance(DVec3::Z) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -199,6 +220,13 @@ impl NurbsSurface {
     /// The torus about the z axis through its centre: `major` is the radius of the circle that the
     /// tube follows, `minor` that of the tube. Both directions are closed, the normals point
     /// outwards.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)?;
+    /// assert_eq!(torus.closed(), (true, true));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

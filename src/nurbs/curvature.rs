@@ -4,10 +4,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::basis::BasisDerivatives;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_blocks, in_rows};
+use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
 use super::evaluate::DETOURS;
 use super::frame::Frame;
-use super::grid::{self, Isocurve};
+use super::isocurve::{self, Isocurve};
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::progress::Observer;
@@ -15,6 +15,9 @@ use crate::progress::Observer;
 /// Principal curvatures that differ by less than this share of their size are equal: an umbilic
 /// point, where every direction is a principal one.
 const UMBILIC: f64 = 1e-7;
+
+/// Points whose evaluation costs as much as a curvature; what reports count with.
+const POINTS_PER_CURVATURE: usize = 8;
 
 /// How a surface bends at a point.
 ///
@@ -201,7 +204,7 @@ impl NurbsSurface {
     ) -> Result<()> {
         check_length(first.len(), uv.len())?;
         self.check_scattered(uv, second.len(), outside)?;
-        in_blocks(uv.len(), observer, |from, to| {
+        in_rows(uv.len(), POINTS_PER_CURVATURE, observer, |from, to| {
             let out = first[from..to].par_iter_mut().zip(&mut second[from..to]);
             let tasks = uv[from..to].par_iter().zip(out).with_min_len(POINTS_PER_TASK);
             tasks.for_each(|(at, (first, second))| {
@@ -225,7 +228,7 @@ impl NurbsSurface {
     ) -> Result<()> {
         out.check(uv.len())?;
         self.check_scattered(uv, uv.len(), outside)?;
-        in_blocks(uv.len(), observer, |from, to| {
+        in_rows(uv.len(), POINTS_PER_CURVATURE, observer, |from, to| {
             let tasks = uv[from..to].par_iter().zip(out.places(from, to));
             let tasks = tasks.with_min_len(POINTS_PER_TASK);
             tasks.for_each(|(at, places)| self.curvature(at.x, at.y).write(places));
@@ -253,12 +256,12 @@ impl NurbsSurface {
         }
         let columns: Vec<BasisDerivatives<3>> =
             v.iter().map(|&v| BasisDerivatives::at(self.knots_v(), v)).collect();
-        in_rows(u.len(), v.len(), observer, |from, to| {
+        in_rows(u.len(), POINTS_PER_CURVATURE * v.len(), observer, |from, to| {
             let places = out.places(from * v.len(), to * v.len());
             let rows = places.chunks(v.len()).zip(&u[from..to]);
             rows.for_each_init(Isocurve::default, |net, (places, &u)| {
                 let mut places = places.into_iter();
-                grid::frames(self, u, &columns, net, |column, frame| {
+                isocurve::frames(self, u, &columns, net, |column, frame| {
                     if let Some(places) = places.next() {
                         self.curvature_of(frame, u, v[column]).write(places);
                     }

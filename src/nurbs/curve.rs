@@ -6,12 +6,13 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, derivatives};
-use super::batch::{Outside, check_inside, check_length};
+use super::batch::{Outside, check_inside, check_length, in_rows};
 use super::derivatives::{check_order, project as project_derivatives};
 use super::knot_vector::KnotVector;
 use super::net::{lift, project, same_place};
 use super::strip::Strip;
 use crate::error::{Error, Result};
+use crate::progress::Observer;
 
 /// A NURBS curve in space.
 ///
@@ -148,20 +149,24 @@ impl NurbsCurve {
     /// # Errors
     ///
     /// [`Error::Parameter`] for the order, a parameter outside the domain (if that is refused),
-    /// or an `out` of the wrong length.
+    /// or an `out` of the wrong length; [`Error::Interrupted`] if the observer stops it.
     pub fn derivatives(
         &self,
         u: &[f64],
         order: usize,
         out: &mut [DVec3],
         outside: Outside,
+        observer: &mut dyn Observer,
     ) -> Result<()> {
         check_order(order)?;
         check_length(out.len(), u.len() * (order + 1))?;
         check_inside("u", self.knots(), outside, 0, u.iter().copied())?;
-        let tasks = u.par_iter().zip(out.par_chunks_mut(order + 1)).with_min_len(256);
-        tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
-        Ok(())
+        let side = order + 1;
+        in_rows(u.len(), side * side, observer, |from, to| {
+            let out = out[from * side..to * side].par_chunks_mut(side);
+            let tasks = u[from..to].par_iter().zip(out).with_min_len(256);
+            tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
+        })
     }
 
     fn derivatives_at(&self, u: f64, out: &mut [DVec3]) {

@@ -2,19 +2,22 @@
 
 use glam::DAffine3;
 
-use super::algebra::{check_tolerance, joined};
+use super::algebra::check_tolerance;
+use super::batch::listening;
 use super::curve::NurbsCurve;
+use super::parts::joined;
 use super::strip::{Strip, unify_degrees};
 use crate::error::Result;
+use crate::progress::Observer;
 
 impl NurbsCurve {
     /// The same curve with more knots; see
     /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let curve = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// let refined = curve.insert_knots(&[0.25, 0.5])?;
+    /// let refined = curve.insert_knots(&[0.25, 0.5], &mut Silent)?;
     /// assert_eq!(refined.control_points().len(), 5);
     /// assert!(refined.point(0.3).distance(curve.point(0.3)) < 1e-15);
     /// # Ok::<(), neurbs::Error>(())
@@ -26,44 +29,86 @@ impl NurbsCurve {
     ///
     /// [`Error::Parameter`]: crate::Error::Parameter
     /// [`Error::Knots`]: crate::Error::Knots
-    pub fn insert_knots(&self, knots: &[f64]) -> Result<Self> {
-        self.rebuilt(&self.strip().refined(knots)?)
+    pub fn insert_knots(&self, knots: &[f64], observer: &mut dyn Observer) -> Result<Self> {
+        self.rebuilt(&self.strip().refined_listening(knots, &mut listening(observer))?)
     }
 
     /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
     /// [`NurbsSurface::remove_knots`](super::NurbsSurface::remove_knots).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
+    /// let curve = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// let refined = curve.insert_knots(&[0.25, 0.5], &mut Silent)?;
+    /// let back = refined.remove_knots(None, 1e-12, &mut Silent)?;
+    /// assert_eq!(back.control_points().len(), 3);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the tolerance is negative or not finite.
-    pub fn remove_knots(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
+    pub fn remove_knots(
+        &self,
+        knots: Option<&[f64]>,
+        tolerance: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(&self.strip().simplified(knots, tolerance)?)
+        self.rebuilt(&self.strip().simplified(knots, tolerance, &mut listening(observer))?)
     }
 
     /// The same curve with a degree higher by `times`, clamped.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
+    /// let line = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE], 1)?;
+    /// let cubic = line.elevate_degree(2, &mut Silent)?;
+    /// assert_eq!((cubic.knots().degree(), cubic.control_points().len()), (3, 4));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the degree would pass
     /// [`MAX_DEGREE`](super::MAX_DEGREE).
-    pub fn elevate_degree(&self, times: usize) -> Result<Self> {
-        self.rebuilt(&self.strip().elevated(times)?)
+    pub fn elevate_degree(&self, times: usize, observer: &mut dyn Observer) -> Result<Self> {
+        self.rebuilt(&self.strip().elevated(times, &mut listening(observer))?)
     }
 
     /// A curve with a degree lower by `times`, clamped, no point of which lies further from where
     /// it was than `tolerance`; its ends stay.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
+    /// let line = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE], 1)?;
+    /// let cubic = line.elevate_degree(2, &mut Silent)?;
+    /// assert_eq!(cubic.reduce_degree(2, 1e-12, &mut Silent)?.knots().degree(), 1);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the degree would be 0, or the tolerance
     /// cannot be held: the message says what can.
-    pub fn reduce_degree(&self, times: usize, tolerance: f64) -> Result<Self> {
+    pub fn reduce_degree(
+        &self,
+        times: usize,
+        tolerance: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(&self.strip().reduced(times, tolerance)?)
+        self.rebuilt(&self.strip().reduced(times, tolerance, &mut listening(observer))?)
     }
 
     /// The same curve with clamped knots: it begins and ends at its outermost control points.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// assert_eq!(arch.clamp()?, arch);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -73,6 +118,14 @@ impl NurbsCurve {
     }
 
     /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// let (before, after) = arch.split(0.5)?;
+    /// assert_eq!(before.point(0.5), after.point(0.5));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -84,6 +137,13 @@ impl NurbsCurve {
 
     /// The part between two parameters, which keeps its parameters, clamped.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// assert_eq!(arch.sub_curve(0.25, 0.75)?.knots().domain(), (0.25, 0.75));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or leaves the domain.
@@ -92,6 +152,13 @@ impl NurbsCurve {
     }
 
     /// The same curve with another range of its parameter.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// assert_eq!(arch.with_domain(0.0, 2.0)?.point(1.0), arch.point(0.5));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -102,6 +169,13 @@ impl NurbsCurve {
 
     /// The same curve run through backwards, on the same domain.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// assert_eq!(arch.reversed()?.point(0.25), arch.point(0.75));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// None; every curve can be reversed.
@@ -111,6 +185,15 @@ impl NurbsCurve {
 
     /// This curve and `next`, which begins where this one ends, as one; see
     /// [`NurbsSurface::joined`](super::NurbsSurface::joined).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// let (before, after) = arch.split(0.5)?;
+    /// let whole = before.joined(&after, 0.0)?;
+    /// assert!(whole.point(0.7).distance(arch.point(0.7)) < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -126,6 +209,14 @@ impl NurbsCurve {
     }
 
     /// The curve moved by an affine map.
+    ///
+    /// ```
+    /// use neurbs::{DAffine3, DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
+    /// let moved = arch.transformed(&DAffine3::from_translation(DVec3::Z))?;
+    /// assert_eq!(moved.point(0.0), DVec3::Z);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, Row, derivatives};
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_blocks};
+use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
@@ -46,7 +46,7 @@ impl NurbsSurface {
         let side = order + 1;
         check_length(out.len(), uv.len() * side * side)?;
         self.check_scattered(uv, uv.len(), outside)?;
-        in_blocks(uv.len(), observer, |from, to| {
+        in_rows(uv.len(), side * side, observer, |from, to| {
             let tasks = uv[from..to].par_iter();
             let tasks = tasks.zip(out[from * side * side..].par_chunks_mut(side * side));
             let tasks = tasks.with_min_len(POINTS_PER_TASK / (side * side));

@@ -7,23 +7,24 @@ use super::knot_vector::{KnotVector, MAX_DEGREE};
 use super::remove::deviation;
 use super::strip::Strip;
 use crate::error::{Error, Result};
+use crate::progress::Listen;
 
 impl Strip {
     /// The same curves with a degree higher by `times`, clamped; O(degree) refinements each.
-    pub(super) fn elevated(&self, times: usize) -> Result<Self> {
+    pub(super) fn elevated(&self, times: usize, listen: &mut Listen<'_>) -> Result<Self> {
         let degree = self.knots.degree().saturating_add(times);
         if degree > MAX_DEGREE {
             let must = format!("at most {MAX_DEGREE} after elevation");
             return Err(Error::parameter("degree", must, degree));
         }
-        (0..times).try_fold(self.clamped()?, |strip, _| strip.elevated_once())
+        (0..times).try_fold(self.clamped()?, |strip, _| strip.elevated_once(listen))
     }
 
     /// Every distinct knot stands once more. A control point of degree p + 1 is the mean of p + 1
     /// control points of degree p, each over the new knots without every (p + 1)-th of them, which
     /// are refinements of the old ones (H. Prautzsch, *Degree elevation of B-spline curves*, 1984).
     /// So all is done by knot insertion, whose mixtures are convex: rounding does not grow.
-    fn elevated_once(&self) -> Result<Self> {
+    fn elevated_once(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let (p, (start, end)) = (self.knots.degree(), self.knots.domain());
         let breaks = self.knots.breaks();
         let inner = breaks[1..breaks.len() - 1].iter();
@@ -36,7 +37,7 @@ impl Strip {
             let kept = |i: &usize| i % (p + 1) != left_out;
             let inside = p + 2..new.len() - p - 2;
             let wanted: Vec<f64> = inside.filter(kept).map(|i| new[i]).collect();
-            let part = self.refined(&difference(&wanted, self.knots.inner()))?;
+            let part = self.refined_listening(&difference(&wanted, self.knots.inner()), listen)?;
             // Of the knots i + 1 to i + p + 1 one is left out; the last of the others names the
             // control point, by its number behind the clamped start.
             let mut source = 0;
@@ -62,16 +63,23 @@ impl Strip {
     /// # Errors
     ///
     /// [`Error::Parameter`] if the degree would be 0, or the tolerance cannot be held.
-    pub(super) fn reduced(&self, times: usize, tolerance: f64) -> Result<Self> {
+    pub(super) fn reduced(
+        &self,
+        times: usize,
+        tolerance: f64,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let degree = self.knots.degree();
         if times >= degree {
             let must = format!("less than the degree, {degree}");
             return Err(Error::parameter("degrees to take away", must, times));
         }
         let original = self.clamped()?;
-        let reduced = (0..times).try_fold(original.clone(), |strip, _| strip.reduced_once())?;
-        let back = reduced.elevated(times)?;
-        let original = original.refined(&difference(back.knots.inner(), original.knots.inner()))?;
+        let reduced =
+            (0..times).try_fold(original.clone(), |strip, _| strip.reduced_once(listen))?;
+        let back = reduced.elevated(times, listen)?;
+        let new = difference(back.knots.inner(), original.knots.inner());
+        let original = original.refined_listening(&new, listen)?;
         let moved = deviation(&original.points, &back.points);
         // Not `>`: NaN holds no tolerance.
         if moved <= tolerance {
@@ -81,7 +89,7 @@ impl Strip {
         Err(Error::parameter("tolerance", must, tolerance))
     }
 
-    fn reduced_once(&self) -> Result<Self> {
+    fn reduced_once(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let degree = self.knots.degree() - 1;
         let breaks = self.knots.breaks();
         let inner = breaks[1..breaks.len() - 1].iter();
@@ -97,8 +105,9 @@ impl Strip {
         for i in 0..count {
             units[i * width + i / 4][i % 4] = 1.0;
         }
-        let units = Self { knots: knots.clone(), points: units, width }.elevated_once()?;
-        let target = self.refined(&difference(units.knots.inner(), self.knots.inner()))?;
+        let units = Self { knots: knots.clone(), points: units, width }.elevated_once(listen)?;
+        let new = difference(units.knots.inner(), self.knots.inner());
+        let target = self.refined_listening(&new, listen)?;
         let share = |row: usize, i: usize| units.row(row)[i / 4][i % 4];
 
         let reach = (degree + 1).min(count - 1);
@@ -109,6 +118,7 @@ impl Strip {
             points[end * self.width..][..self.width].copy_from_slice(target.row(row));
         }
         for row in 0..target.rows() {
+            listen()?;
             for i in (1..count - 1).filter(|&i| share(row, i) != 0.0) {
                 for j in i.saturating_sub(reach)..count.min(i + reach + 1) {
                     matrix.add(i, j, share(row, i) * share(row, j));
@@ -144,11 +154,12 @@ mod tests {
     fn a_parabola_is_a_cubic_with_known_control_points() {
         let knots = KnotVector::clamped(2, (0.0, 1.0), []).unwrap();
         let points = [0.0, 3.0, 0.0].map(|y| DVec4::new(0.0, y, 0.0, 1.0)).to_vec();
-        let cubic = Strip { knots, points, width: 1 }.elevated(1).unwrap();
+        let cubic = Strip { knots, points, width: 1 }.elevated(1, &mut || Ok(())).unwrap();
         let heights: Vec<f64> = cubic.points.iter().map(|point| point.y).collect();
         assert_eq!(heights, [0.0, 2.0, 2.0, 0.0]);
-        let parabola = cubic.reduced(1, 1e-12).unwrap();
+        let parabola = cubic.reduced(1, 1e-12, &mut || Ok(())).unwrap();
         assert!((parabola.points[1].y - 3.0).abs() < 1e-14);
-        assert!(parabola.reduced(1, 0.1).unwrap_err().to_string().starts_with("tolerance must"));
+        let refused = parabola.reduced(1, 0.1, &mut || Ok(())).unwrap_err();
+        assert!(refused.to_string().starts_with("tolerance must"));
     }
 }

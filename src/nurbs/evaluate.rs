@@ -19,6 +19,13 @@ pub(super) const DETOURS: [f64; 3] = [1e-5, 1e-4, 1e-2];
 
 impl NurbsSurface {
     /// The point at (u, v); outside the domain the outermost patch is continued.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert!((sphere.point(0.3, 0.4).length() - 1.0).abs() < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         let (rows, columns) = (padded(self.knots_u(), u), padded(self.knots_v(), v));
@@ -30,6 +37,14 @@ impl NurbsSurface {
     ///
     /// Where the tangents are parallel or one of them vanishes (a pole, a collapsed edge), it is
     /// the limit for a point that comes from the middle of the domain; zero if there is none.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// // At the pole it is a limit.
+    /// assert!(sphere.normal(0.3, 1.0).distance(sphere.point(0.3, 1.0)) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn normal(&self, u: f64, v: f64) -> DVec3 {
         let frame = self.frame(u, v);

@@ -1,44 +1,38 @@
-//! Evaluation on a grid, one row at a time.
+//! Evaluation on a grid, a few rows at a time.
 //!
 //! A row of equal u contracts the net once to the control points of its isocurve; a point then
-//! costs O(degree) instead of O(degree²). Columns that lie in one span share their control points:
-//! groups of them are computed side by side, by plain loops that the compiler turns into the widest
-//! instructions that [`pulp`] finds at run time. No loop fuses multiplication and addition: results
-//! are the same on every machine.
+//! costs O(degree) instead of O(degree²). No loop fuses multiplication and addition: results are the
+//! same on every machine.
 
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::basis::{Basis, BasisDerivatives, window, with_order};
+use super::basis::with_order;
 use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
-use super::frame::{Flats, Frame};
-use super::knot_vector::KnotVector;
+use super::columns::{BLOCK, Columns, Numbers, ROWS};
+use super::frame::Flats;
+use super::isocurve::Isocurve;
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::progress::Observer;
-
-/// A homogeneous point.
-type Point = [f64; 4];
-
-/// Columns that are computed side by side: as many numbers as registers commonly hold.
-const LANES: usize = 4;
-
-/// One number for each column of a group.
-type Lanes = [f64; LANES];
-
-/// Columns that take each step together: few enough for all their numbers to stay in the first
-/// level of the cache, enough to make the ends of loops rare.
-const BLOCK: usize = 64;
-
-/// One number for each column of a block, and room for the last group's missing columns.
-type Numbers = [f64; BLOCK + LANES];
 
 impl NurbsSurface {
     /// The points on the grid of all pairs of `u` and `v`, and the unit normals if asked for,
     /// written row by row, `v` fastest.
     ///
     /// Each row contracts the net once, so that a point costs O(degree) instead of O(degree²).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+    /// let (u, v) = ([0.0, 1.0], [0.0, 0.5, 1.0]);
+    /// let (mut points, mut normals) = ([DVec3::ZERO; 6], [DVec3::ZERO; 6]);
+    /// let out = Some(&mut normals[..]);
+    /// plane.evaluate_grid(&u, &v, &mut points, out, Outside::Refuse, &mut Silent)?;
+    /// assert_eq!((points[4], normals[4]), (DVec3::new(1.0, 0.5, 0.0), DVec3::Z));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -69,213 +63,145 @@ impl NurbsSurface {
         &self,
         u: &[f64],
         v: &[f64],
-        (points, normals): (&mut [DVec3], Option<&mut [DVec3]>),
+        (points, mut normals): (&mut [DVec3], Option<&mut [DVec3]>),
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let (arch, columns) = (Arch::new(), Columns::<ORDER>::blocks(self.knots_v(), v));
-        let least = POINTS_PER_TASK / v.len();
-        let (surface, columns) = (self, &columns);
-        let Some(normals) = normals else {
-            return in_rows(u.len(), v.len(), observer, |from, to| {
-                let points = points[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-                let rows = points.zip(&u[from..to]).with_min_len(least);
-                rows.for_each_init(Isocurve::default, |net, (points, &u)| {
-                    arch.dispatch(PointRow(Row { surface, u, columns, net, points }));
+        let (surface, columns, width) = (self, &columns, v.len());
+        in_rows(u.len(), width, observer, |from, to| {
+            // Few but long rows go to all threads, too.
+            let rows = ROWS.min((to - from).div_ceil(rayon::current_num_threads()));
+            let least = POINTS_PER_TASK / (rows * width);
+            let tiles = points[from * width..to * width]
+                .par_chunks_mut(rows * width)
+                .zip(u[from..to].par_chunks(rows))
+                .with_min_len(least);
+            let Some(normals) = normals.as_deref_mut() else {
+                return tiles.for_each_init(Default::default, |nets, (points, u)| {
+                    arch.dispatch(PointTile(Tile { surface, u, width, columns, nets, points }));
                 });
-            });
-        };
-        in_rows(u.len(), v.len(), observer, |from, to| {
-            let points = points[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-            let normals = normals[from * v.len()..to * v.len()].par_chunks_mut(v.len());
-            let rows = points.zip(normals).zip(&u[from..to]).with_min_len(least);
-            rows.for_each_init(Isocurve::default, |net, ((points, normals), &u)| {
-                let repair = |column: usize| self.normal(u, v[column]);
-                let row = Row { surface, u, columns, net, points };
-                arch.dispatch(NormalRow { row, normals, repair });
+            };
+            let normals = normals[from * width..to * width].par_chunks_mut(rows * width);
+            tiles.zip(normals).for_each_init(Default::default, |nets, tile| {
+                let ((points, u), normals) = tile;
+                let repair = |row: usize, column: usize| self.normal(u[row], v[column]);
+                let tile = Tile { surface, u, width, columns, nets, points };
+                arch.dispatch(NormalTile { tile, normals, repair });
             });
         })
     }
 }
 
-/// The control points of an isocurve, and their derivatives by the other parameter.
-#[derive(Default)]
-pub(super) struct Isocurve {
-    values: Vec<Point>,
-    slopes: Vec<Point>,
-    bends: Vec<Point>,
-}
-
-impl Isocurve {
-    /// That of `u`, with `ROWS - 1` derivatives.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn contract<const ROWS: usize>(&mut self, surface: &NurbsSurface, u: f64) {
-        let basis = BasisDerivatives::<ROWS>::at(surface.knots_u(), u);
-        let cols = surface.shape().1;
-        let order = surface.knots_u().degree() + 1;
-        let net: &[Point] = bytemuck::cast_slice(surface.homogeneous());
-        let net = &net[basis.first * cols..][..order * cols];
-        let targets = [&mut self.values, &mut self.slopes, &mut self.bends];
-        for (target, factors) in targets.into_iter().zip(&basis.rows) {
-            target.clear();
-            target.resize(cols, [0.0; 4]);
-            for (row, factor) in net.chunks_exact(cols).zip(factors) {
-                let (target, row) = (target.as_flattened_mut(), row.as_flattened());
-                for (sum, control) in target.iter_mut().zip(row) {
-                    *sum += factor * control;
-                }
-            }
-        }
-    }
-}
-
-/// The basis functions at up to `BLOCK` columns of a grid.
-struct Columns<const ORDER: usize> {
-    groups: Vec<Group>,
-    /// For each group the values of its functions.
-    values: Vec<[Lanes; ORDER]>,
-    /// And their derivatives.
-    slopes: Vec<[Lanes; ORDER]>,
-}
-
-/// Up to `LANES` neighbouring columns in one span. Missing ones are computed like the last, and
-/// overwritten by the next group.
-struct Group {
-    /// The first control point that the functions belong to.
-    first: usize,
-    /// The first column.
-    start: usize,
-}
-
-impl<const ORDER: usize> Columns<ORDER> {
-    /// Those of a grid, block by block.
-    fn blocks(knots: &KnotVector, v: &[f64]) -> Vec<Self> {
-        v.chunks(BLOCK).map(|v| Self::new(knots, v)).collect()
-    }
-
-    fn new(knots: &KnotVector, v: &[f64]) -> Self {
-        let bases: Vec<Basis<ORDER>> = v.iter().map(|&v| Basis::at(knots, v)).collect();
-        let spans = bases.chunk_by(|a, b| a.first == b.first);
-        let (mut groups, mut values, mut slopes) = (vec![], vec![], vec![]);
-        let mut start = 0;
-        for group in spans.flat_map(|span| span.chunks(LANES)) {
-            let lanes = |functions: fn(&Basis<ORDER>) -> &[f64; ORDER]| {
-                let lane = |lane: usize| functions(&group[lane.min(group.len() - 1)]);
-                std::array::from_fn(|k| std::array::from_fn(|i| lane(i)[k]))
-            };
-            values.push(lanes(|basis| &basis.values));
-            slopes.push(lanes(|basis| &basis.slopes));
-            groups.push(Group { first: group[0].first, start });
-            start += group.len();
-        }
-        Self { groups, values, slopes }
-    }
-}
-
-/// Homogeneous points of a block of columns: sums of control points, weighted by basis functions.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-#[inline(always)]
-fn combine<const ORDER: usize>(
-    points: &[Point],
-    groups: &[Group],
-    functions: &[[Lanes; ORDER]],
-    out: &mut [Numbers; 4],
-) {
-    for (group, functions) in groups.iter().zip(functions) {
-        let net: &[Point; ORDER] = window(points, group.first);
-        for (c, out) in out.iter_mut().enumerate() {
-            let mut sums = functions[0].map(|value| net[0][c] * value);
-            for k in 1..ORDER {
-                for lane in 0..LANES {
-                    sums[lane] += net[k][c] * functions[k][lane];
-                }
-            }
-            out[group.start..][..LANES].copy_from_slice(&sums);
-        }
-    }
-}
-
-/// A row of a grid.
-struct Row<'a, const ORDER: usize> {
+/// Up to `ROWS` neighbouring rows of a grid.
+struct Tile<'a, const ORDER: usize> {
     surface: &'a NurbsSurface,
-    u: f64,
+    /// The parameters of the rows.
+    u: &'a [f64],
+    /// Points in a row.
+    width: usize,
     columns: &'a [Columns<ORDER>],
-    /// Room for the control points of the row.
-    net: &'a mut Isocurve,
+    /// Room for the control points of the rows.
+    nets: &'a mut [Isocurve; ROWS],
     points: &'a mut [DVec3],
 }
 
-/// The points of a row.
-struct PointRow<'a, const ORDER: usize>(Row<'a, ORDER>);
+/// The points of a tile.
+struct PointTile<'a, const ORDER: usize>(Tile<'a, ORDER>);
 
-impl<const ORDER: usize> WithSimd for PointRow<'_, ORDER> {
+impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Row { surface, u, columns, net, points } = self.0;
-        net.contract::<1>(surface, u);
-        let mut block = [[1.0; BLOCK + LANES]; 4];
-        for (points, columns) in points.chunks_mut(BLOCK).zip(columns) {
-            combine(&net.values, &columns.groups, &columns.values, &mut block);
-            let [x, y, z, w] = &mut block;
-            if surface.weights().is_some() {
-                *w = w.map(f64::recip);
-            } else {
-                // In place of sums that are 1 up to rounding.
-                *w = [1.0; BLOCK + LANES];
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Tile { surface, u, width, columns, nets, points } = self.0;
+        for (net, &u) in nets.iter_mut().zip(u) {
+            net.contract::<1>(surface, u);
+        }
+        let values = nets[..u.len()].iter().map(|net| &net.values[..]);
+        let mut sums = [[Numbers::ONES; 4]; ROWS];
+        for (block, columns) in columns.iter().enumerate() {
+            columns.values(simd, &values, &mut sums);
+            for (row, sums) in points.chunks_mut(width).zip(&sums) {
+                let [Numbers(x), Numbers(y), Numbers(z), Numbers(w)] = sums;
+                if surface.weights().is_some() {
+                    interleave(row, block, |i| {
+                        let scale = w[i].recip();
+                        DVec3::new(x[i] * scale, y[i] * scale, z[i] * scale)
+                    });
+                } else {
+                    // The sums of weights are 1 up to rounding.
+                    interleave(row, block, |i| DVec3::new(x[i], y[i], z[i]));
+                }
             }
-            interleave(points, |i| DVec3::new(x[i] * w[i], y[i] * w[i], z[i] * w[i]));
         }
     }
 }
 
-/// Fills part of a row with the points of a block's columns.
+/// Fills a block of a row with the points of its columns.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn interleave(out: &mut [DVec3], point: impl Fn(usize) -> DVec3) {
-    let fill = |out: &mut [DVec3]| out.iter_mut().enumerate().for_each(|(i, p)| *p = point(i));
-    // A loop of known length has no loose ends.
-    match out.first_chunk_mut::<BLOCK>() {
-        Some(full) => fill(full),
-        None => fill(out),
+fn interleave(row: &mut [DVec3], block: usize, point: impl Fn(usize) -> DVec3) {
+    let out = &mut row[block * BLOCK..];
+    // Loops, as closures would be compiled for the oldest processor; one of known length has no
+    // loose ends.
+    if let Some(full) = out.first_chunk_mut::<BLOCK>() {
+        for (i, out) in full.iter_mut().enumerate() {
+            *out = point(i);
+        }
+    } else {
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = point(i);
+        }
     }
 }
 
-/// The points and normals of a row.
-struct NormalRow<'a, F: Fn(usize) -> DVec3, const ORDER: usize> {
-    row: Row<'a, ORDER>,
+/// The points and normals of a tile.
+struct NormalTile<'a, F: Fn(usize, usize) -> DVec3, const ORDER: usize> {
+    tile: Tile<'a, ORDER>,
     normals: &'a mut [DVec3],
-    /// Finds the normal of a column whose tangents give none.
+    /// Finds the normal in a row and column whose tangents give none.
     repair: F,
 }
 
-impl<F: Fn(usize) -> DVec3, const ORDER: usize> WithSimd for NormalRow<'_, F, ORDER> {
+impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'_, F, ORDER> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { row: Row { surface, u, columns, net, points }, normals, repair } = self;
-        net.contract::<2>(surface, u);
-        let [mut value, mut by_u, mut by_v] = [[[1.0; BLOCK + LANES]; 4]; 3];
-        let mut clearness = [0.0; BLOCK + LANES];
-        let blocks = points.chunks_mut(BLOCK).zip(normals.chunks_mut(BLOCK)).zip(columns);
-        for (number, ((points, normals), columns)) in blocks.enumerate() {
-            let Columns { groups, values, slopes } = columns;
-            combine(&net.values, groups, values, &mut value);
-            combine(&net.slopes, groups, values, &mut by_u);
-            combine(&net.values, groups, slopes, &mut by_v);
-            normalize(&mut value, &mut by_u, &by_v, surface.flats(), &mut clearness);
-            let [[x, y, z, _], [nx, ny, nz, _]] = [&value, &by_u];
-            interleave(points, |i| DVec3::new(x[i], y[i], z[i]));
-            interleave(normals, |i| DVec3::new(nx[i], ny[i], nz[i]));
-            for (column, normal) in normals.iter_mut().enumerate() {
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { tile: Tile { surface, u, width, columns, nets, points }, normals, repair } =
+            self;
+        for (net, &u) in nets.iter_mut().zip(u) {
+            net.contract::<2>(surface, u);
+        }
+        let nets = &nets[..u.len()];
+        let values = nets.iter().map(|net| &net.values[..]);
+        let slopes = nets.iter().map(|net| &net.slopes[..]);
+        let [mut value, mut by_u, mut by_v] = [[[Numbers::ONES; 4]; ROWS]; 3];
+        let mut clearness = Numbers::ONES;
+        for (block, columns) in columns.iter().enumerate() {
+            columns.values(simd, &values, &mut value);
+            columns.values(simd, &slopes, &mut by_u);
+            columns.slopes(simd, &values, &mut by_v);
+            let rows = points.chunks_mut(width).zip(normals.chunks_mut(width)).enumerate();
+            for (row, (points, normals)) in rows {
+                let (value, by_u) = (&mut value[row], &mut by_u[row]);
+                normalize(value, by_u, &by_v[row], surface.flats(), &mut clearness);
+                let [Numbers(x), Numbers(y), Numbers(z), _] = value;
+                interleave(points, block, |i| DVec3::new(x[i], y[i], z[i]));
+                let [Numbers(x), Numbers(y), Numbers(z), _] = by_u;
+                interleave(normals, block, |i| DVec3::new(x[i], y[i], z[i]));
                 // Not `<=`: NaN is not clear.
-                let clear = clearness[column] > 0.0;
-                if !clear {
-                    *normal = repair(number * BLOCK + column);
+                let clear = |clearness: f64| clearness > 0.0;
+                let first = block * BLOCK;
+                let columns = BLOCK.min(width - first);
+                // Without branches first: nearly all normals are clear.
+                if clearness.0[..columns].iter().fold(true, |all, &one| all & clear(one)) {
+                    continue;
+                }
+                for column in (0..columns).filter(|&column| !clear(clearness.0[column])) {
+                    normals[first + column] = repair(row, first + column);
                 }
             }
         }
@@ -288,11 +214,11 @@ impl<F: Fn(usize) -> DVec3, const ORDER: usize> WithSimd for NormalRow<'_, F, OR
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn normalize(
-    [x, y, z, w]: &mut [Numbers; 4],
-    [ux, uy, uz, uw]: &mut [Numbers; 4],
-    [vx, vy, vz, vw]: &[Numbers; 4],
+    [Numbers(x), Numbers(y), Numbers(z), Numbers(w)]: &mut [Numbers; 4],
+    [Numbers(ux), Numbers(uy), Numbers(uz), Numbers(uw)]: &mut [Numbers; 4],
+    [Numbers(vx), Numbers(vy), Numbers(vz), Numbers(vw)]: &[Numbers; 4],
     flats: Flats,
-    clearness: &mut Numbers,
+    Numbers(clearness): &mut Numbers,
 ) {
     for i in 0..BLOCK {
         let scale = w[i].recip();
@@ -308,33 +234,5 @@ fn normalize(
         let length = square.sqrt().recip();
         (x[i], y[i], z[i]) = (px, py, pz);
         (ux[i], uy[i], uz[i]) = (nx * length, ny * length, nz * length);
-    }
-}
-
-/// Points with first and second derivatives of a row, one after the other, handed to `take` with
-/// the number of their column.
-pub(super) fn frames(
-    surface: &NurbsSurface,
-    u: f64,
-    columns: &[BasisDerivatives<3>],
-    net: &mut Isocurve,
-    mut take: impl FnMut(usize, &Frame),
-) {
-    net.contract::<3>(surface, u);
-    let order = surface.knots_v().degree() + 1;
-    for (column, basis) in columns.iter().enumerate() {
-        let sum = |points: &[Point], derivative: usize| {
-            let points = points[basis.first..][..order].iter().zip(&basis.rows[derivative]);
-            points.map(|(point, factor)| *factor * DVec4::from(*point)).sum::<DVec4>()
-        };
-        let frame = Frame::new([
-            sum(&net.values, 0),
-            sum(&net.slopes, 0),
-            sum(&net.values, 1),
-            sum(&net.bends, 0),
-            sum(&net.slopes, 1),
-            sum(&net.values, 2),
-        ]);
-        take(column, &frame);
     }
 }

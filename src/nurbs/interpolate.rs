@@ -1,4 +1,4 @@
-//! Surfaces and curves through ordered points, or near them.
+//! Surfaces and curves through ordered points.
 
 use glam::{DVec3, DVec4};
 
@@ -96,31 +96,6 @@ impl NurbsSurface {
         let net = transpose(&across.points, rows);
         Self::from_homogeneous(&net, false, along.knots, across.knots)
     }
-
-    /// The surface with a smaller net that comes closest to a grid of points, in the sense of least
-    /// squares in u and then in v. Knots follow the density of the points (The NURBS Book, section
-    /// 9.4.1). In closed directions `net` counts the different control points.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if a side of the net
-    /// has not more control points than the degree, or more than the grid has points.
-    pub fn approximate(
-        grid: &[DVec3],
-        shape: (usize, usize),
-        net: (usize, usize),
-        options: &GridOptions,
-    ) -> Result<Self> {
-        let Sites { u, v } = Sites::new(grid, shape, options)?;
-        let points: Vec<DVec4> = grid.iter().map(|point| point.extend(1.0)).collect();
-        let GridOptions { degree, closed, .. } = *options;
-        let along = approximate_strip(&points, shape.1, &u, net.0, degree.0, closed.0)?;
-        let across = transpose(&along.points, shape.1);
-        let rows = along.rows();
-        let across = approximate_strip(&across, rows, &v, net.1, degree.1, closed.1)?;
-        let net = transpose(&across.points, rows);
-        Self::from_homogeneous(&net, false, along.knots, across.knots)
-    }
 }
 
 impl NurbsCurve {
@@ -146,13 +121,17 @@ impl NurbsCurve {
 }
 
 /// Parameters of the rows and columns of a grid.
-struct Sites {
-    u: Vec<f64>,
-    v: Vec<f64>,
+pub(super) struct Sites {
+    pub u: Vec<f64>,
+    pub v: Vec<f64>,
 }
 
 impl Sites {
-    fn new(grid: &[DVec3], (rows, cols): (usize, usize), options: &GridOptions) -> Result<Self> {
+    pub(super) fn new(
+        grid: &[DVec3],
+        (rows, cols): (usize, usize),
+        options: &GridOptions,
+    ) -> Result<Self> {
         if grid.len() != rows * cols || rows < 2 || cols < 2 {
             let must = format!("at least 2 × 2 points, {rows} × {cols} of them");
             return Err(Error::parameter("grid", must, grid.len()));
@@ -284,72 +263,14 @@ pub(super) fn interpolate_strip(
     Ok(Strip { knots, points, width })
 }
 
-/// Splines with `count` different control points nearest to rows of points at these parameters.
-fn approximate_strip(
-    points: &[DVec4],
-    width: usize,
-    sites: &[f64],
-    count: usize,
-    degree: usize,
-    closed: bool,
-) -> Result<Strip> {
-    check_counts(degree, count, sites.len())?;
-    // The parameter at a fractional place among the sites.
-    let place = |at: f64| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to count")]
-        let (i, share) = (at as usize, at.fract());
-        let next = sites.get(i + 1).copied().unwrap_or(1.0);
-        sites[i] + share * (next - sites[i])
-    };
-    let per_span = |spans: usize| sites.len() as f64 / spans as f64;
-    let knots = if closed {
-        let inner = (1..count).map(|j| place(j as f64 * per_span(count)));
-        let breaks: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
-        KnotVector::periodic(degree, &breaks)?
-    } else {
-        let spans = count - degree;
-        let inner = (1..spans).map(|j| place(j as f64 * per_span(spans) - 1.0));
-        KnotVector::clamped(degree, (0.0, 1.0), inner)?
-    };
-    let mut sums = vec![DVec4::ZERO; count * width];
-    let mut entries = Vec::with_capacity(sites.len() * (degree + 1) * (degree + 1));
-    for (row, site) in points.chunks(width).zip(sites) {
-        let basis = padded(&knots, *site);
-        for k in 0..=degree {
-            let (i, value) = ((basis.first + k) % count, basis.values[k]);
-            for (sum, point) in sums[i * width..][..width].iter_mut().zip(row) {
-                *sum += value * *point;
-            }
-            let other = (0..=degree).map(|l| (i, basis.first + l, value * basis.values[l]));
-            entries.extend(other);
-        }
-    }
-    let solved = if closed {
-        let mut matrix = Cyclic::new(count, degree);
-        for (i, j, value) in entries {
-            matrix.add(i, j, value);
-        }
-        matrix.solve(&mut sums, width)
-    } else {
-        let mut matrix = Banded::new(count, degree.min(count - 1));
-        for (i, j, value) in entries {
-            matrix.add(i, j, value);
-        }
-        matrix.solve(&mut sums, width)
-    };
-    solved.ok_or_else(|| singular(degree))?;
-    let points = if closed { wrapped(&sums, width, degree, 0) } else { sums };
-    Ok(Strip { knots, points, width })
-}
-
 /// The rows from `start` on, once round and `degree` more.
-fn wrapped(points: &[DVec4], width: usize, degree: usize, start: usize) -> Vec<DVec4> {
+pub(super) fn wrapped(points: &[DVec4], width: usize, degree: usize, start: usize) -> Vec<DVec4> {
     let count = points.len() / width;
     let row = |i: usize| &points[(i + start) % count * width..][..width];
     (0..count + degree).flat_map(row).copied().collect()
 }
 
-fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
+pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
     if control_points <= degree {
         let must = format!("more than the degree, {degree}");
         return Err(Error::parameter("number of points along a side", must, control_points));
@@ -361,13 +282,13 @@ fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<(
     Ok(())
 }
 
-fn singular(degree: usize) -> Error {
+pub(super) fn singular(degree: usize) -> Error {
     let must = format!("spread so that each span of degree {degree} holds some");
     Error::parameter("points", must, "a system without a solution: use fewer control points")
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     fn ring(i: usize, rows: usize, j: usize, cols: usize) -> DVec3 {
@@ -378,7 +299,7 @@ mod tests {
         DVec3::new((3.0 + b.cos()) * a.cos(), (3.0 + b.cos()) * a.sin(), b.sin())
     }
 
-    fn grid(rows: usize, cols: usize) -> Vec<DVec3> {
+    pub(in crate::nurbs) fn grid(rows: usize, cols: usize) -> Vec<DVec3> {
         (0..rows * cols).map(|k| ring(k / cols, rows, k % cols, cols)).collect()
     }
 
@@ -408,32 +329,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn approximation_finds_a_surface_that_is_there() {
-        for closed in [(false, false), (true, true)] {
-            let options = GridOptions {
-                parametrization: Parametrization::Uniform,
-                closed,
-                ..GridOptions::default()
-            };
-            let near = NurbsSurface::approximate(&grid(60, 60), (60, 60), (30, 30), &options);
-            let same = NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options);
-            assert_eq!((near.unwrap().closed(), same.unwrap().closed()), (closed, closed));
-        }
-        // A bicubic polynomial is met by any net.
-        let options =
-            GridOptions { parametrization: Parametrization::Uniform, ..GridOptions::default() };
-        let height = |x: f64, y: f64| 1.0 + x * y * y - x * x * x;
-        let cubic: Vec<DVec3> = (0..900)
-            .map(|k| (f64::from(k / 30) / 29.0, f64::from(k % 30) / 29.0))
-            .map(|(x, y)| DVec3::new(x, y, height(x, y)))
-            .collect();
-        let surface = NurbsSurface::approximate(&cubic, (30, 30), (7, 5), &options).unwrap();
-        assert_eq!(surface.shape(), (7, 5));
-        let p = surface.point(0.37, 0.81);
-        assert!(p.distance(DVec3::new(0.37, 0.81, height(0.37, 0.81))) < 1e-13);
     }
 
     #[test]

@@ -5,14 +5,14 @@ use std::collections::BinaryHeap;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::batch::in_rows;
+use super::batch::{in_rows, listening};
 use super::bezier::Patch;
 use super::curve::NurbsCurve;
 use super::gauss;
 use super::net::bounds;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::progress::Observer;
+use crate::progress::{Listen, Observer};
 
 /// A box is tight when no side lies further outside than this share of the size.
 const TIGHT: f64 = 1e-10;
@@ -28,8 +28,11 @@ const NODES: usize = 8;
 /// pieces are negligible by then.
 const MOST_HALVINGS: usize = 12;
 
-/// Points that the quadrature of a patch costs where the surface is wild; what reports count with.
-const POINTS_PER_PATCH: usize = 1 << 17;
+/// Points whose evaluation costs as much as one quadrature; what reports count with.
+const POINTS_PER_QUADRATURE: usize = 1 << 9;
+
+/// And as much as those of a patch where the surface is wild.
+const POINTS_PER_PATCH: usize = 1 << 18;
 
 /// Two estimates of an area agree when they differ by this share of what it could be at most, the
 /// tangents' lengths times the patch's extent: the rest is rounding.
@@ -66,8 +69,8 @@ impl NurbsSurface {
     /// sides, up to 1e-10 of its size. [`NurbsSurface::net_box`] costs less and is larger.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface};
-    /// let (low, high) = NurbsSurface::torus(DVec3::ONE, 3.0, 1.0)?.bounding_box()?;
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
+    /// let (low, high) = NurbsSurface::torus(DVec3::ONE, 3.0, 1.0)?.bounding_box(&mut Silent)?;
     /// assert!(low.distance(DVec3::new(-3.0, -3.0, 0.0)) < 1e-8);
     /// assert!(high.distance(DVec3::new(5.0, 5.0, 2.0)) < 1e-8);
     /// # Ok::<(), neurbs::Error>(())
@@ -75,15 +78,15 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// None; every surface has a box.
-    pub fn bounding_box(&self) -> Result<(DVec3, DVec3)> {
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn bounding_box(&self, observer: &mut dyn Observer) -> Result<(DVec3, DVec3)> {
         let (patches, _) = Patch::of(self)?;
         let tolerance = TIGHT * self.size();
-        let sides = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
-        let reaches: Vec<f64> =
-            sides.par_iter().map(|side| farthest(&patches, *side, tolerance)).collect();
-        let [x, y, z, left, front, below] = reaches[..] else { unreachable!("six sides") };
-        Ok((-DVec3::new(left, front, below), DVec3::new(x, y, z)))
+        let mut listen = listening(observer);
+        let mut reach = |side: DVec3| farthest(&patches, side, tolerance, &mut listen);
+        let high = DVec3::new(reach(DVec3::X)?, reach(DVec3::Y)?, reach(DVec3::Z)?);
+        let low = DVec3::new(reach(DVec3::NEG_X)?, reach(DVec3::NEG_Y)?, reach(DVec3::NEG_Z)?);
+        Ok((-low, high))
     }
 
     /// The area, in the square of the points' unit, to a share of `accuracy` (for instance 1e-9):
@@ -108,12 +111,15 @@ impl NurbsSurface {
             let (patch, extent) = patch.centred();
             (quadrature(&patch, &rule).area, patch, extent)
         };
-        let first: Vec<(f64, Patch, f64)> = patches.par_iter().map(first).collect();
+        let mut firsts: Vec<(f64, Patch, f64)> = Vec::with_capacity(patches.len());
+        in_rows(patches.len(), POINTS_PER_QUADRATURE, observer, |from, to| {
+            firsts.par_extend(patches[from..to].par_iter().map(first));
+        })?;
         let enough =
-            accuracy * first.iter().map(|(area, ..)| area).sum::<f64>() / patches.len() as f64;
+            accuracy * firsts.iter().map(|(area, ..)| area).sum::<f64>() / patches.len() as f64;
         let mut areas = Vec::with_capacity(patches.len());
         in_rows(patches.len(), POINTS_PER_PATCH, observer, |from, to| {
-            let refined = first[from..to].par_iter().map(|(area, patch, extent)| {
+            let refined = firsts[from..to].par_iter().map(|(area, patch, extent)| {
                 let limit = Limit { enough, rounding: ROUNDING * extent, halvings: MOST_HALVINGS };
                 refine(patch, *area, &limit, &rule)
             });
@@ -127,16 +133,18 @@ impl NurbsCurve {
     /// The length, in the points' unit, to a share of `accuracy`; as [`NurbsSurface::area`].
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let circle = NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, std::f64::consts::TAU)?;
-    /// assert!((circle.length(1e-12)? / std::f64::consts::TAU - 1.0).abs() < 1e-12);
+    /// let length = circle.length(1e-12, &mut Silent)?;
+    /// assert!((length / std::f64::consts::TAU - 1.0).abs() < 1e-12);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1.
-    pub fn length(&self, accuracy: f64) -> Result<f64> {
+    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1, [`Error::Interrupted`] if
+    /// the observer stops it.
+    pub fn length(&self, accuracy: f64, observer: &mut dyn Observer) -> Result<f64> {
         check_accuracy(accuracy)?;
         let (low, high) = bounds(self.control_points().iter().copied());
         let middle = low.midpoint(high);
@@ -154,7 +162,12 @@ impl NurbsCurve {
             breaks.windows(2).map(|ends| (ends[0], ends[1], part(ends[0], ends[1]))).collect();
         let total: f64 = spans.iter().map(|(.., length)| length).sum();
         let enough = (accuracy / spans.len() as f64).max(ROUNDING) * total;
-        Ok(spans.iter().map(|span| halved(*span, enough, &part, MOST_HALVINGS)).sum())
+        let mut listen = listening(observer);
+        let whole = |span: &(f64, f64, f64)| {
+            listen()?;
+            Ok(halved(*span, enough, &part, MOST_HALVINGS))
+        };
+        spans.iter().map(whole).sum()
     }
 }
 
@@ -183,7 +196,12 @@ fn check_accuracy(accuracy: f64) -> Result<()> {
 
 /// The largest coordinate in a direction: the piece that may reach farthest is halved until no
 /// control point lies further out than the farthest point that is known.
-fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
+fn farthest(
+    patches: &[Patch],
+    side: DVec3,
+    tolerance: f64,
+    listen: &mut Listen<'_>,
+) -> Result<f64> {
     let corners = |patch: &Patch| {
         let (p, q) = patch.degrees();
         let corners = [(0, 0), (0, q), (p, 0), (p, q)];
@@ -192,12 +210,13 @@ fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
             .into_iter()
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    let mut known = patches.iter().map(corners).fold(f64::NEG_INFINITY, f64::max);
+    listen()?;
+    let mut known = patches.par_iter().map(corners).reduce(|| f64::NEG_INFINITY, f64::max);
+    let bounds: Vec<f64> = patches.par_iter().map(|patch| bound(patch, side)).collect();
     // What patches that are not looked into may reach.
     let mut settled = known;
     let mut open = BinaryHeap::new();
-    for patch in patches {
-        let bound = bound(patch, side);
+    for (patch, bound) in patches.iter().zip(bounds) {
         if bound <= known + tolerance {
             settled = settled.max(bound);
         } else {
@@ -207,8 +226,9 @@ fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
     for _ in 0..MOST_PIECES {
         let Some(Reach { bound, patch }) = open.pop() else { break };
         if bound <= known + tolerance {
-            return settled.max(known).max(bound);
+            return Ok(settled.max(known).max(bound));
         }
+        listen()?;
         let halves = if bend(&patch, side, 0) >= bend(&patch, side, 1) {
             patch.halves_u()
         } else {
@@ -219,7 +239,7 @@ fn farthest(patches: &[Patch], side: DVec3, tolerance: f64) -> f64 {
             open.push(Reach { bound: self::bound(&half, side), patch: half });
         }
     }
-    open.peek().map_or(known, |reach| reach.bound.max(known)).max(settled)
+    Ok(open.peek().map_or(known, |reach| reach.bound.max(known)).max(settled))
 }
 
 /// The farthest that a patch may reach in a direction.
@@ -296,7 +316,7 @@ mod tests {
         let weights = (0..48).map(|i| 0.5 + f64::from(i % 4)).collect();
         let knots = |n| crate::nurbs::KnotVector::clamped_uniform(3, n).unwrap();
         let surface = NurbsSurface::new(net, Some(weights), knots(6), knots(8)).unwrap();
-        let (low, high) = surface.bounding_box().unwrap();
+        let (low, high) = surface.bounding_box(&mut Silent).unwrap();
         let mut sampled = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for k in 0..=1000 * 1000 {
             let p = surface.point(f64::from(k / 1001) / 999.0, f64::from(k % 1001) / 1000.0);

@@ -4,11 +4,13 @@
 //! v fastest.
 
 mod algebra;
+mod approximate;
 mod banded;
 mod basis;
 mod batch;
 mod bezier;
 mod closest_point;
+mod columns;
 mod construct;
 mod curvature;
 mod curve;
@@ -20,11 +22,14 @@ mod frame;
 pub(crate) mod gauss;
 mod grid;
 mod interpolate;
+mod isocurve;
 mod knot_vector;
 mod measure;
 mod net;
 mod ordered;
+mod parts;
 mod patch_nets;
+mod piece_tree;
 mod remove;
 mod scattered;
 mod span_table;

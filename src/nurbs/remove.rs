@@ -6,6 +6,7 @@ use super::elevate::difference;
 use super::knot_vector::KnotVector;
 use super::strip::Strip;
 use crate::error::Result;
+use crate::progress::Listen;
 
 impl Strip {
     /// The same curves, within `tolerance`, with as few of these knots as that allows: the ones
@@ -14,13 +15,23 @@ impl Strip {
     /// Each removal is judged by the whole way from the original, not by its own step: what is
     /// left is refined to the original knots again, and the distance of the control points, a
     /// bound of the distance of the curves, must hold the tolerance. O(knots² · rows · width).
-    pub(super) fn simplified(&self, knots: Option<&[f64]>, tolerance: f64) -> Result<Self> {
+    pub(super) fn simplified(
+        &self,
+        knots: Option<&[f64]>,
+        tolerance: f64,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let original = self.clamped()?;
         let mut candidates = knots.unwrap_or(original.knots.inner()).to_vec();
         candidates.retain(|value| original.knots.inner().contains(value));
-        let moved = |strip: &Self| -> Result<f64> {
+        let mut moved = |strip: &Self| -> Result<f64> {
+            listen()?;
+            // Control points of a rational curve cannot lie at infinity, or beyond.
+            if strip.points.iter().any(|point| point.w <= 0.0) {
+                return Ok(f64::INFINITY);
+            }
             let new = difference(original.knots.inner(), strip.knots.inner());
-            Ok(deviation(&original.points, &strip.refined(&new)?.points))
+            Ok(deviation(&original.points, &strip.refined_listening(&new, listen)?.points))
         };
         let cost = |&value: &f64| Ok((moved(&original.without(value)?)?, value));
         let mut costs = candidates.iter().map(cost).collect::<Result<Vec<_>>>()?;
@@ -101,12 +112,18 @@ mod tests {
         let points = heights.map(|y| DVec4::new(y * y, y, 1.0, 1.0)).to_vec();
         let strip = Strip { knots, points, width: 1 };
         let refined = strip.refined(&[0.1, 0.3, 0.3, 0.45]).unwrap();
-        let back = refined.simplified(None, 1e-12).unwrap();
+        let back = refined.simplified(None, 1e-12, &mut || Ok(())).unwrap();
         assert_eq!(back.knots, strip.knots);
         assert!(deviation(&strip.points, &back.points) < 1e-14);
-        let only = refined.simplified(Some(&[0.1]), 1e-12).unwrap();
+        let only = refined.simplified(Some(&[0.1]), 1e-12, &mut || Ok(())).unwrap();
         assert_eq!(only.knots.inner(), [0.3, 0.3, 0.3, 0.45, 0.6]);
+        let weights = [1.0, 0.1, 5.0, 0.1, 1.0, 2.0];
+        let rational = strip.points.iter().zip(weights).map(|(point, w)| w * *point).collect();
+        let rational = Strip { points: rational, ..strip.clone() };
+        let fewer = rational.simplified(None, 1e3, &mut || Ok(())).unwrap();
+        assert!(fewer.points.iter().all(|point| point.w > 0.0));
         // With enough tolerance everything goes.
-        assert!(refined.simplified(None, 1e3).unwrap().knots.inner().is_empty());
+        let all = refined.simplified(None, 1e3, &mut || Ok(())).unwrap();
+        assert!(all.knots.inner().is_empty());
     }
 }

@@ -11,6 +11,7 @@ use super::elevate::difference;
 use super::knot_vector::KnotVector;
 use super::remove::deviation;
 use crate::error::{Error, Result};
+use crate::progress::Listen;
 
 /// Curves side by side over the same knots: row i holds their i-th control points.
 #[derive(Clone, Debug)]
@@ -72,6 +73,11 @@ impl Strip {
     /// [`Error::Parameter`] if a knot lies outside the open domain, [`Error::Knots`] if one would
     /// stand more often than the degree.
     pub(super) fn refined(&self, knots: &[f64]) -> Result<Self> {
+        self.refined_listening(knots, &mut || Ok(()))
+    }
+
+    /// The same, which may be stopped.
+    pub(super) fn refined_listening(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
         knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
         if knots.is_empty() {
             return Ok(self.clone());
@@ -82,11 +88,11 @@ impl Strip {
         let refined = KnotVector::new(self.knots.degree(), all)?;
         let mut sorted = knots.to_vec();
         sorted.sort_by(f64::total_cmp);
-        Ok(self.inserted(&sorted, refined))
+        self.inserted(&sorted, refined, listen)
     }
 
     /// Inserts sorted knots, from the last to the first, in place (The NURBS Book, A5.4).
-    fn inserted(&self, new: &[f64], knots: KnotVector) -> Self {
+    fn inserted(&self, new: &[f64], knots: KnotVector, listen: &mut Listen<'_>) -> Result<Self> {
         let (p, width) = (self.knots.degree(), self.width);
         let t = self.knots.as_slice();
         let s = knots.as_slice();
@@ -102,6 +108,7 @@ impl Strip {
         let mut i = last + p - 1;
         let mut k = last + p - 1 + new.len();
         for &value in new.iter().rev() {
+            listen()?;
             while value <= t[i] && i > first {
                 let (to, from) = ((k - p - 1) * width, (i - p - 1) * width);
                 points[to..to + width].copy_from_slice(&self.points[from..from + width]);
@@ -120,7 +127,7 @@ impl Strip {
             }
             k -= 1;
         }
-        Self { knots, points, width }
+        Ok(Self { knots, points, width })
     }
 
     fn check_inside(&self, name: &'static str, value: f64) -> Result<()> {
@@ -265,7 +272,7 @@ impl Strip {
 pub(super) fn unify_degrees(strips: &mut [Strip]) -> Result<()> {
     let degree = strips.iter().map(|strip| strip.knots.degree()).max().unwrap_or(0);
     strips.iter_mut().try_for_each(|strip| {
-        *strip = strip.elevated(degree - strip.knots.degree())?;
+        *strip = strip.elevated(degree - strip.knots.degree(), &mut || Ok(()))?;
         Ok(())
     })
 }

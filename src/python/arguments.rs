@@ -28,9 +28,14 @@ pub(super) fn truth(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
     extract(name, "True or False", value)
 }
 
+/// A real number.
+pub(super) fn real(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    extract(name, "a number", value)
+}
+
 /// A real number that may be left out.
 pub(super) fn optional_real(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<f64>> {
-    value.map(|value| extract(name, "a number", value)).transpose()
+    value.map(|value| real(name, value)).transpose()
 }
 
 /// Two counts, as in the shape of a grid: a tuple, a list, an array.

@@ -3,7 +3,7 @@
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use super::arguments::{choice, pair};
+use super::arguments::{choice, optional_real, pair};
 use super::arrays::{self, Numbers};
 use super::call;
 use super::errors::NeurbsError;
@@ -257,7 +257,7 @@ impl NurbsSurface {
     #[staticmethod]
     #[pyo3(
         signature = (
-            points, uv, *, net=None, degree=None, knots=None, weights=None, fairness=1e-6,
+            points, uv, *, net=None, degree=None, knots=None, weights=None, fairness=None,
             closed=None
         ),
         text_signature = "(points, uv, *, net=None, degree=3, knots=None, weights=None, \
@@ -271,11 +271,12 @@ impl NurbsSurface {
         degree: Option<&Bound<'_, PyAny>>,
         knots: Option<&Bound<'_, PyAny>>,
         weights: Option<&Bound<'_, PyAny>>,
-        fairness: f64,
+        fairness: Option<&Bound<'_, PyAny>>,
         closed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let py = points.py();
         let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
+        let fairness = optional_real("fairness", fairness)?.unwrap_or(1e-6);
         let net = net.map(|net| pair("net", net)).transpose()?;
         let options = match (net, knots) {
             (Some(net), None) => FitOptions { fairness, ..FitOptions::new(net, degree, closed)? },

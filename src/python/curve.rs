@@ -1,20 +1,20 @@
 //! `neurbs.NurbsCurve`.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
-use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arguments::optional_count;
-use super::arrays::{self, Numbers};
+use super::arguments::{optional_count, optional_real};
+use super::arrays::Numbers;
 use super::call;
 use super::construction::parametrization;
-use super::evaluation::outside;
 use super::knots::values;
 use super::shapes::vector;
 use super::spline::{SplineArrays, SplineItems};
-use crate::nurbs::{self, KnotVector, MAX_DERIVATIVE};
+use crate::nurbs::{self, KnotVector};
 
 /// The degree of a curve that none is given for.
 const DEGREE: usize = 3;
@@ -192,15 +192,16 @@ impl NurbsCurve {
     /// NurbsCurve(9 control points, degree 2, domain [0, 1], rational, closed)
     #[staticmethod]
     #[pyo3(
-        signature = (centre, x, y, angle=std::f64::consts::TAU),
+        signature = (centre, x, y, angle=None),
         text_signature = "(centre, x, y, angle=6.283185307179586)"
     )]
     fn arc(
         centre: &Bound<'_, PyAny>,
         x: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
-        angle: f64,
+        angle: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let angle = optional_real("angle", angle)?.unwrap_or(TAU);
         let py = centre.py();
         let (centre, x, y) = (vector(centre, "centre")?, vector(x, "x")?, vector(y, "y")?);
         Self::new(py, nurbs::NurbsCurve::arc(centre, x, y, angle)?)
@@ -279,103 +280,6 @@ impl NurbsCurve {
         self.core.closed()
     }
 
-    /// Points of the curve.
-    ///
-    /// Parameters
-    /// ----------
-    /// u : array_like of shape (n,)
-    ///     Parameters inside the domain.
-    /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost pieces.
-    /// out : ndarray of shape (n, 3), optional
-    ///     Where to write the result: float64, C-contiguous.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (n, 3)
-    ///     ``out``, or a new array.
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a parameter lies outside the domain, or an array has the wrong shape or dtype.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import neurbs
-    /// >>> curve = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2)
-    /// >>> curve.evaluate([0.5, 1])
-    /// array([[1., 1., 0.],
-    ///        [2., 0., 0.]])
-    #[pyo3(signature = (u, *, extrapolate=false, out=None))]
-    fn evaluate<'py>(
-        &self,
-        u: &Bound<'py, PyAny>,
-        extrapolate: bool,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (py, u) = (u.py(), Numbers::sequence(u, "u")?);
-        let result = arrays::output(py, out, &[u.shape()[0], 3])?;
-        self.write(py, &u, 0, extrapolate, &result)?;
-        Ok(result)
-    }
-
-    /// Derivatives of the curve.
-    ///
-    /// Parameters
-    /// ----------
-    /// u : array_like of shape (n,)
-    ///     Parameters inside the domain.
-    /// order : int, default 1
-    ///     Highest order of differentiation, at most 18.
-    /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost pieces.
-    /// out : ndarray of shape (n, order + 1, 3), optional
-    ///     Where to write the result: float64, C-contiguous.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (n, order + 1, 3)
-    ///     At ``[:, i]`` the i-th derivative; the points at ``[:, 0]``.
-    ///
-    /// Raises
-    /// ------
-    /// NeurbsError
-    ///     If a parameter lies outside the domain, the order is too high, or an array has the
-    ///     wrong shape or dtype.
-    ///
-    /// Notes
-    /// -----
-    /// Weights are taken care of by the quotient rule, *The NURBS Book*, A4.2.
-    ///
-    /// Examples
-    /// --------
-    /// >>> import neurbs
-    /// >>> curve = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2)
-    /// >>> curve.derivatives([0.5], order=2)[0]
-    /// array([[ 1.,  1.,  0.],
-    ///        [ 2.,  0.,  0.],
-    ///        [ 0., -8.,  0.]])
-    #[pyo3(
-        signature = (u, order=None, *, extrapolate=false, out=None),
-        text_signature = "($self, u, order=1, *, extrapolate=False, out=None)"
-    )]
-    fn derivatives<'py>(
-        &self,
-        u: &Bound<'py, PyAny>,
-        order: Option<&Bound<'py, PyAny>>,
-        extrapolate: bool,
-        out: Option<&Bound<'py, PyAny>>,
-    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        let (py, u) = (u.py(), Numbers::sequence(u, "u")?);
-        let order: usize = optional_count("order", order)?.unwrap_or(1);
-        // An order beyond the limit is refused by the core, before memory for it is asked for.
-        let side = order.min(MAX_DERIVATIVE) + 1;
-        let result = arrays::output(py, out, &[u.shape()[0], side, 3])?;
-        self.write(py, &u, order, extrapolate, &result)?;
-        Ok(result)
-    }
-
     /// The curve as plain lists and numbers, for JSON and the like.
     ///
     /// Returns
@@ -441,22 +345,5 @@ impl NurbsCurve {
             "NurbsCurve({count} control points, degree {degree}, domain [{a}, {b}], {kind}, \
              {closed})"
         )
-    }
-}
-
-impl NurbsCurve {
-    fn write(
-        &self,
-        py: Python<'_>,
-        u: &Numbers<'_>,
-        order: usize,
-        extrapolate: bool,
-        result: &Bound<'_, PyArrayDyn<f64>>,
-    ) -> PyResult<()> {
-        let u = u.as_slice()?;
-        let mut writable = arrays::writable(result)?;
-        let out = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        let outside = outside(extrapolate);
-        Ok(py.detach(|| self.core.derivatives(u, order, out, outside))?)
     }
 }

@@ -2,11 +2,26 @@
 
 use pyo3::prelude::*;
 
-use super::arguments::optional_count;
+use super::arguments::{optional_count, optional_real, real};
 use super::arrays::Numbers;
+use super::call::{self, Watcher};
 use super::curve::NurbsCurve;
 use super::knots::values;
-use super::moves::affine;
+use super::moves::{ACCURACY, affine};
+use crate::error::Result;
+use crate::nurbs;
+
+impl NurbsCurve {
+    /// Makes a curve of another one, without the GIL.
+    fn derived(
+        &self,
+        py: Python<'_>,
+        f: impl FnOnce(&nurbs::NurbsCurve, &mut Watcher) -> Result<nurbs::NurbsCurve> + Send,
+    ) -> PyResult<Self> {
+        let core = call::run(py, None, |watcher| f(self.core(), watcher))?;
+        Self::new(py, core)
+    }
+}
 
 #[pymethods]
 impl NurbsCurve {
@@ -37,7 +52,8 @@ impl NurbsCurve {
     /// NurbsCurve(5 control points, degree 2, domain [0, 1], polynomial, open)
     fn insert_knots(&self, knots: &Bound<'_, PyAny>) -> PyResult<Self> {
         let numbers = Numbers::sequence(knots, "knots")?;
-        Self::new(knots.py(), self.core().insert_knots(numbers.as_slice()?)?)
+        let new = numbers.as_slice()?;
+        self.derived(knots.py(), |core, watcher| core.insert_knots(new, watcher))
     }
 
     /// The curve with fewer knots, no point of which moves further than a tolerance.
@@ -74,10 +90,10 @@ impl NurbsCurve {
         &self,
         py: Python<'_>,
         knots: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
+        tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let knots = values(knots, "knots")?;
-        Self::new(py, self.core().remove_knots(knots.as_deref(), tolerance)?)
+        let (knots, tolerance) = (values(knots, "knots")?, real("tolerance", tolerance)?);
+        self.derived(py, |core, watcher| core.remove_knots(knots.as_deref(), tolerance, watcher))
     }
 
     /// The same curve with a higher degree.
@@ -109,7 +125,7 @@ impl NurbsCurve {
     #[pyo3(signature = (times=None), text_signature = "($self, times=1)")]
     fn elevate_degree(&self, py: Python<'_>, times: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let times = optional_count("times", times)?.unwrap_or(1);
-        Self::new(py, self.core().elevate_degree(times)?)
+        self.derived(py, |core, watcher| core.elevate_degree(times, watcher))
     }
 
     /// A curve of a lower degree, no point of which moves further than a tolerance.
@@ -142,10 +158,11 @@ impl NurbsCurve {
         &self,
         py: Python<'_>,
         times: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
+        tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let times = optional_count("times", times)?.unwrap_or(1);
-        Self::new(py, self.core().reduce_degree(times, tolerance)?)
+        let tolerance = real("tolerance", tolerance)?;
+        self.derived(py, |core, watcher| core.reduce_degree(times, tolerance, watcher))
     }
 
     /// The same curve with clamped knots: it begins and ends at its outermost control points.
@@ -161,7 +178,7 @@ impl NurbsCurve {
     /// >>> loose.clamped().knots
     /// array([2., 2., 2., 3., 3., 3.])
     fn clamped(&self, py: Python<'_>) -> PyResult<Self> {
-        Self::new(py, self.core().clamp()?)
+        self.derived(py, |core, _| core.clamp())
     }
 
     /// The parts before and after a parameter, which keep their parameters.
@@ -187,8 +204,8 @@ impl NurbsCurve {
     /// >>> before, after = neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2).split(0.5)
     /// >>> after.control_points[0]
     /// array([1., 1., 0.])
-    fn split(&self, py: Python<'_>, u: f64) -> PyResult<(Self, Self)> {
-        let (before, after) = self.core().split(u)?;
+    fn split(&self, u: &Bound<'_, PyAny>) -> PyResult<(Self, Self)> {
+        let (py, (before, after)) = (u.py(), self.core().split(real("u", u)?)?);
         Ok((Self::new(py, before)?, Self::new(py, after)?))
     }
 
@@ -214,8 +231,9 @@ impl NurbsCurve {
     /// >>> import neurbs
     /// >>> neurbs.NurbsCurve([[0, 0], [1, 2], [2, 0]], degree=2).sub_curve(0.25, 0.75)
     /// NurbsCurve(3 control points, degree 2, domain [0.25, 0.75], polynomial, open)
-    fn sub_curve(&self, py: Python<'_>, first: f64, last: f64) -> PyResult<Self> {
-        Self::new(py, self.core().sub_curve(first, last)?)
+    fn sub_curve(&self, first: &Bound<'_, PyAny>, last: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (from, to) = (real("first", first)?, real("last", last)?);
+        self.derived(first.py(), |core, _| core.sub_curve(from, to))
     }
 
     /// The same curve with another range of its parameter.
@@ -239,8 +257,9 @@ impl NurbsCurve {
     /// >>> import neurbs
     /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).with_domain(0, 360).evaluate([90])
     /// array([[0.25, 0.5 , 0.  ]])
-    fn with_domain(&self, py: Python<'_>, first: f64, last: f64) -> PyResult<Self> {
-        Self::new(py, self.core().with_domain(first, last)?)
+    fn with_domain(&self, first: &Bound<'_, PyAny>, last: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (from, to) = (real("first", first)?, real("last", last)?);
+        self.derived(first.py(), |core, _| core.with_domain(from, to))
     }
 
     /// This curve and the one that follows it, as one.
@@ -268,9 +287,18 @@ impl NurbsCurve {
     /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 0]], degree=1)
     /// >>> line.joined(neurbs.NurbsCurve([[1, 0], [2, 1], [3, 0]], degree=2))
     /// NurbsCurve(5 control points, degree 2, domain [0, 2], polynomial, open)
-    #[pyo3(signature = (other, *, tolerance=0.0))]
-    fn joined(&self, py: Python<'_>, other: &Self, tolerance: f64) -> PyResult<Self> {
-        Self::new(py, self.core().joined(other.core(), tolerance)?)
+    #[pyo3(
+        signature = (other, *, tolerance=None),
+        text_signature = "($self, other, *, tolerance=0.0)"
+    )]
+    fn joined(
+        &self,
+        py: Python<'_>,
+        other: &Self,
+        tolerance: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let tolerance = optional_real("tolerance", tolerance)?.unwrap_or(0.0);
+        self.derived(py, |core, _| core.joined(other.core(), tolerance))
     }
 
     /// The same curve run through backwards, on the same domain.
@@ -285,7 +313,7 @@ impl NurbsCurve {
     /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).reversed().evaluate([0])
     /// array([[1., 2., 0.]])
     fn reversed(&self, py: Python<'_>) -> PyResult<Self> {
-        Self::new(py, self.core().reversed()?)
+        self.derived(py, |core, _| core.reversed())
     }
 
     /// The curve moved by an affine map.
@@ -312,7 +340,8 @@ impl NurbsCurve {
     /// >>> line.transformed([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]]).evaluate([1])
     /// array([[1., 2., 5.]])
     fn transformed(&self, matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Self::new(matrix.py(), self.core().transformed(&affine(matrix)?)?)
+        let map = affine(matrix)?;
+        self.derived(matrix.py(), |core, _| core.transformed(&map))
     }
 
     /// The length of the curve.
@@ -342,8 +371,9 @@ impl NurbsCurve {
     /// >>> import neurbs
     /// >>> round(neurbs.NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0]).length(), 6)
     /// 6.283185
-    #[pyo3(signature = (*, accuracy=1e-9))]
-    fn length(&self, py: Python<'_>, accuracy: f64) -> PyResult<f64> {
-        Ok(py.detach(|| self.core().length(accuracy))?)
+    #[pyo3(signature = (*, accuracy=None), text_signature = "($self, *, accuracy=1e-09)")]
+    fn length(&self, py: Python<'_>, accuracy: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+        let accuracy = optional_real("accuracy", accuracy)?.unwrap_or(ACCURACY);
+        call::run(py, None, |watcher| self.core().length(accuracy, watcher))
     }
 }

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
+use super::arguments::optional_count;
 use super::arrays::{self, Numbers};
 use super::call;
 use super::surface::NurbsSurface;
@@ -159,15 +160,19 @@ impl NurbsSurface {
     /// >>> derivatives = surface.derivatives([[0.5, 0.5]], order=1)
     /// >>> derivatives[0, 1, 0], derivatives[0, 1, 1]
     /// (array([1. , 0. , 0.5]), array([0., 0., 1.]))
-    #[pyo3(signature = (uv, order=1, *, extrapolate=false, out=None))]
+    #[pyo3(
+        signature = (uv, order=None, *, extrapolate=false, out=None),
+        text_signature = "($self, uv, order=1, *, extrapolate=False, out=None)"
+    )]
     fn derivatives<'py>(
         &self,
         uv: &Bound<'py, PyAny>,
-        order: usize,
+        order: Option<&Bound<'py, PyAny>>,
         extrapolate: bool,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Array<'py>> {
         let outside = outside(extrapolate);
+        let order: usize = optional_count("order", order)?.unwrap_or(1);
         // An order beyond the limit is refused by the core, before memory for it is asked for.
         let side = order.min(MAX_DERIVATIVE) + 1;
         self.map(uv, &[side, side], out, |core, uv, out, watcher| {

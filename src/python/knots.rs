@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 
-use super::arguments::count;
+use super::arguments::{count, range, real};
 use super::arrays::Numbers;
-use super::call;
+use super::call::{self, Watcher};
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::nurbs::{self, Direction};
@@ -19,7 +19,7 @@ pub(super) fn values(knots: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<O
 pub(super) fn step<T>(
     surface: &nurbs::NurbsSurface,
     (u, v): (Option<T>, Option<T>),
-    f: impl Fn(&nurbs::NurbsSurface, Direction, T) -> Result<nurbs::NurbsSurface>,
+    mut f: impl FnMut(&nurbs::NurbsSurface, Direction, T) -> Result<nurbs::NurbsSurface>,
 ) -> Result<nurbs::NurbsSurface> {
     let mut surface = surface.clone();
     if let Some(u) = u {
@@ -36,10 +36,20 @@ impl NurbsSurface {
     pub(super) fn derived(
         &self,
         py: Python<'_>,
-        f: impl FnOnce(&nurbs::NurbsSurface) -> Result<nurbs::NurbsSurface> + Send,
+        f: impl FnOnce(&nurbs::NurbsSurface, &mut Watcher) -> Result<nurbs::NurbsSurface> + Send,
     ) -> PyResult<Self> {
-        let core = call::run(py, None, |_| f(self.core()))?;
+        let core = call::run(py, None, |watcher| f(self.core(), watcher))?;
         Self::new(py, core)
+    }
+
+    /// Ranges of the parameters, by default the whole domain.
+    pub(super) fn ranges(
+        &self,
+        u: Option<&Bound<'_, PyAny>>,
+        v: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<((f64, f64), (f64, f64))> {
+        let (knots_u, knots_v) = (self.core().knots_u(), self.core().knots_v());
+        Ok((range("u", u, knots_u.domain())?, range("v", v, knots_v.domain())?))
     }
 }
 
@@ -84,8 +94,10 @@ impl NurbsSurface {
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let knots = (values(u, "u")?, values(v, "v")?);
-        self.derived(py, |core| {
-            step(core, knots, |surface, direction, knots| surface.insert_knots(direction, &knots))
+        self.derived(py, |core, watcher| {
+            step(core, knots, |surface, direction, knots| {
+                surface.insert_knots(direction, &knots, watcher)
+            })
         })
     }
 
@@ -132,16 +144,17 @@ impl NurbsSurface {
         py: Python<'_>,
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
+        tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
+        let tolerance = real("tolerance", tolerance)?;
         let (u, v) = (values(u, "u")?, values(v, "v")?);
         let all = u.is_none() && v.is_none();
         // Both directions may move a point: each gets its share.
         let share = if all || (u.is_some() && v.is_some()) { tolerance / 2.0 } else { tolerance };
         let knots = if all { (Some(None), Some(None)) } else { (u.map(Some), v.map(Some)) };
-        self.derived(py, |core| {
+        self.derived(py, |core, watcher| {
             step(core, knots, |surface, direction, knots: Option<Vec<f64>>| {
-                surface.remove_knots(direction, knots.as_deref(), share)
+                surface.remove_knots(direction, knots.as_deref(), share, watcher)
             })
         })
     }
@@ -193,7 +206,7 @@ impl NurbsSurface {
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (u, v) = times(u, v)?;
-        self.derived(py, |core| core.elevate_degree(u, v))
+        self.derived(py, |core, watcher| core.elevate_degree(u, v, watcher))
     }
 
     /// A surface of lower degrees, no point of which moves further than a tolerance.
@@ -239,10 +252,10 @@ impl NurbsSurface {
         py: Python<'_>,
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
+        tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let (u, v) = times(u, v)?;
-        self.derived(py, |core| core.reduce_degree(u, v, tolerance))
+        let (tolerance, (u, v)) = (real("tolerance", tolerance)?, times(u, v)?);
+        self.derived(py, |core, watcher| core.reduce_degree(u, v, tolerance, watcher))
     }
 
     /// The same surface with clamped knots: its net begins and ends where it does.
@@ -264,7 +277,7 @@ impl NurbsSurface {
     /// >>> loose.clamped().knots[0]
     /// array([2., 2., 2., 3., 3., 3.])
     fn clamped(&self, py: Python<'_>) -> PyResult<Self> {
-        self.derived(py, nurbs::NurbsSurface::clamp)
+        self.derived(py, |core, _| core.clamp())
     }
 }
 

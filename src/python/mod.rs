@@ -16,6 +16,7 @@ mod construction;
 mod curvature;
 mod curve;
 mod curve_algebra;
+mod curve_evaluation;
 mod epoch;
 mod errors;
 mod evaluation;

@@ -3,14 +3,16 @@
 use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 
-use super::arguments::range;
+use super::arguments::optional_real;
 use super::arrays::{self, Numbers};
 use super::call;
 use super::errors::NeurbsError;
 use super::evaluation::Array;
 use super::knots::step;
 use super::surface::NurbsSurface;
-use crate::nurbs;
+
+/// The share of an area or a length by which it may be wrong.
+pub(super) const ACCURACY: f64 = 1e-9;
 
 /// An affine map from the rows of its matrix.
 pub(super) fn affine(matrix: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
@@ -56,7 +58,7 @@ impl NurbsSurface {
     /// True
     #[pyo3(signature = (u=false, v=false))]
     fn reversed(&self, py: Python<'_>, u: bool, v: bool) -> PyResult<Self> {
-        self.derived(py, |core| {
+        self.derived(py, |core, _| {
             step(core, (u.then_some(()), v.then_some(())), |surface, direction, ()| {
                 surface.reversed(direction)
             })
@@ -76,7 +78,7 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 1], 1).transposed()
     /// NurbsSurface(net 2 × 9, degree (1, 2), domain [0, 1] × [0, 1], rational, closed in v)
     fn transposed(&self, py: Python<'_>) -> PyResult<Self> {
-        self.derived(py, nurbs::NurbsSurface::transposed)
+        self.derived(py, |core, _| core.transposed())
     }
 
     /// The surface moved by an affine map.
@@ -105,7 +107,7 @@ impl NurbsSurface {
     /// array([[2., 2., 5.]])
     fn transformed(&self, matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
         let map = affine(matrix)?;
-        self.derived(matrix.py(), |core| core.transformed(&map))
+        self.derived(matrix.py(), |core, _| core.transformed(&map))
     }
 
     /// The same surface with other ranges of its parameters.
@@ -138,9 +140,8 @@ impl NurbsSurface {
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let domains = (self.core().knots_u().domain(), self.core().knots_v().domain());
-        let (u, v) = (range("u", u, domains.0)?, range("v", v, domains.1)?);
-        self.derived(py, |core| core.with_domain(u, v))
+        let (u, v) = self.ranges(u, v)?;
+        self.derived(py, |core, _| core.with_domain(u, v))
     }
 
     /// The smallest box with sides along the axes that holds the surface.
@@ -175,8 +176,11 @@ impl NurbsSurface {
         tight: bool,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let core = self.core();
-        let (low, high) =
-            if tight { call::run(py, None, |_| core.bounding_box())? } else { core.net_box() };
+        let (low, high) = if tight {
+            call::run(py, None, |watcher| core.bounding_box(watcher))?
+        } else {
+            core.net_box()
+        };
         Ok((vector(py, low)?, vector(py, high)?))
     }
 
@@ -207,8 +211,9 @@ impl NurbsSurface {
     /// >>> import neurbs
     /// >>> round(neurbs.NurbsSurface.sphere([0, 0, 0], 1).area(), 6)
     /// 12.566371
-    #[pyo3(signature = (*, accuracy=1e-9))]
-    fn area(&self, py: Python<'_>, accuracy: f64) -> PyResult<f64> {
+    #[pyo3(signature = (*, accuracy=None), text_signature = "($self, *, accuracy=1e-09)")]
+    fn area(&self, py: Python<'_>, accuracy: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
+        let accuracy = optional_real("accuracy", accuracy)?.unwrap_or(ACCURACY);
         call::run(py, None, |watcher| self.core().area(accuracy, watcher))
     }
 }

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use super::arguments::{choice, range};
+use super::arguments::{choice, optional_real};
 use super::call;
 use super::curve::NurbsCurve;
 use super::errors::NeurbsError;
@@ -10,8 +10,8 @@ use super::surface::NurbsSurface;
 use crate::nurbs::Direction;
 
 /// The one direction for which there is an argument.
-fn one(u: Option<f64>, v: Option<f64>) -> PyResult<(Direction, f64)> {
-    match (u, v) {
+fn one(u: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>) -> PyResult<(Direction, f64)> {
+    match (optional_real("u", u)?, optional_real("v", v)?) {
         (Some(u), None) => Ok((Direction::U, u)),
         (None, Some(v)) => Ok((Direction::V, v)),
         _ => Err(NeurbsError::new_err("one of u and v must be given, got both or neither")),
@@ -60,7 +60,12 @@ impl NurbsSurface {
     /// >>> before.domain, after.domain
     /// (((0.0, 0.25), (0.0, 1.0)), ((0.25, 1.0), (0.0, 1.0)))
     #[pyo3(signature = (*, u=None, v=None))]
-    fn split(&self, py: Python<'_>, u: Option<f64>, v: Option<f64>) -> PyResult<(Self, Self)> {
+    fn split(
+        &self,
+        py: Python<'_>,
+        u: Option<&Bound<'_, PyAny>>,
+        v: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(Self, Self)> {
         let (direction, at) = one(u, v)?;
         let (before, after) = call::run(py, None, |_| self.core().split(direction, at))?;
         Ok((Self::new(py, before)?, Self::new(py, after)?))
@@ -100,9 +105,8 @@ impl NurbsSurface {
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let domains = (self.core().knots_u().domain(), self.core().knots_v().domain());
-        let (u, v) = (range("u", u, domains.0)?, range("v", v, domains.1)?);
-        self.derived(py, |core| core.sub_surface(u, v))
+        let (u, v) = self.ranges(u, v)?;
+        self.derived(py, |core, _| core.sub_surface(u, v))
     }
 
     /// The surface as Bézier patches, one for each pair of knot spans.
@@ -127,8 +131,12 @@ impl NurbsSurface {
     /// >>> patches[3][1]
     /// NurbsSurface(net 3 × 3, degree (2, 2), domain [0.75, 1] × [0.5, 1], rational, open)
     fn bezier_patches(&self, py: Python<'_>) -> PyResult<Vec<Vec<Self>>> {
-        let patches = call::run(py, None, |_| self.core().bezier_patches())?;
-        let row = |row: Vec<_>| row.into_iter().map(|core| Self::new(py, core)).collect();
+        let patches = call::run(py, None, |watcher| self.core().bezier_patches(watcher))?;
+        let row = |row: Vec<_>| {
+            // Objects take longer than patches.
+            py.check_signals()?;
+            row.into_iter().map(|core| Self::new(py, core)).collect()
+        };
         patches.into_iter().map(row).collect()
     }
 
@@ -158,7 +166,12 @@ impl NurbsSurface {
     /// >>> round(equator.length(), 6)
     /// 6.283185
     #[pyo3(signature = (*, u=None, v=None))]
-    fn isocurve(&self, py: Python<'_>, u: Option<f64>, v: Option<f64>) -> PyResult<NurbsCurve> {
+    fn isocurve(
+        &self,
+        py: Python<'_>,
+        u: Option<&Bound<'_, PyAny>>,
+        v: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<NurbsCurve> {
         let (direction, at) = one(u, v)?;
         NurbsCurve::new(py, self.core().isocurve(direction, at)?)
     }
@@ -197,7 +210,7 @@ impl NurbsSurface {
     /// >>> plane.joined(next)
     /// NurbsSurface(net 3 × 2, degree (1, 1), domain [0, 2] × [0, 1], polynomial, open)
     #[pyo3(
-        signature = (other, direction=None, *, tolerance=0.0),
+        signature = (other, direction=None, *, tolerance=None),
         text_signature = "($self, other, direction='u', *, tolerance=0.0)"
     )]
     fn joined(
@@ -205,11 +218,12 @@ impl NurbsSurface {
         py: Python<'_>,
         other: &Self,
         direction: Option<&Bound<'_, PyAny>>,
-        tolerance: f64,
+        tolerance: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let tolerance = optional_real("tolerance", tolerance)?.unwrap_or(0.0);
         let all = [Direction::U, Direction::V];
         let named = |direction| choice("direction", &all, name, direction);
         let direction = direction.map_or(Ok(Direction::U), named)?;
-        self.derived(py, |core| core.joined(direction, other.core(), tolerance))
+        self.derived(py, |core, _| core.joined(direction, other.core(), tolerance))
     }
 }

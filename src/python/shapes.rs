@@ -1,9 +1,11 @@
 //! `neurbs.NurbsSurface`: surfaces from curves, and exact surfaces from numbers.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use pyo3::prelude::*;
 
-use super::arguments::optional_count;
+use super::arguments::{optional_count, optional_real, real};
 use super::arrays::Numbers;
 use super::construction;
 use super::curve::NurbsCurve;
@@ -135,15 +137,16 @@ impl NurbsSurface {
     /// NurbsSurface(net 9 × 3, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
     #[pyo3(
-        signature = (profile, origin, axis, angle=std::f64::consts::TAU),
+        signature = (profile, origin, axis, angle=None),
         text_signature = "(profile, origin, axis, angle=6.283185307179586)"
     )]
     fn revolved(
         profile: &NurbsCurve,
         origin: &Bound<'_, PyAny>,
         axis: &Bound<'_, PyAny>,
-        angle: f64,
+        angle: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let angle = optional_real("angle", angle)?.unwrap_or(TAU);
         let (py, origin, axis) = (origin.py(), vector(origin, "origin")?, vector(axis, "axis")?);
         Self::new(py, nurbs::NurbsSurface::revolved(profile.core(), origin, axis, angle)?)
     }
@@ -209,7 +212,12 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 3], 1)
     /// NurbsSurface(net 9 × 2, degree (2, 1), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
-    fn cylinder(base: &Bound<'_, PyAny>, axis: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+    fn cylinder(
+        base: &Bound<'_, PyAny>,
+        axis: &Bound<'_, PyAny>,
+        radius: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let radius = real("radius", radius)?;
         let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
         Self::new(py, nurbs::NurbsSurface::cylinder(base, axis, radius)?)
     }
@@ -246,13 +254,18 @@ impl NurbsSurface {
     /// >>> round(cone.area(), 6)  # π · 3 · 5
     /// 47.12389
     #[staticmethod]
-    #[pyo3(signature = (base, axis, radius, top_radius=0.0))]
+    #[pyo3(
+        signature = (base, axis, radius, top_radius=None),
+        text_signature = "(base, axis, radius, top_radius=0.0)"
+    )]
     fn cone(
         base: &Bound<'_, PyAny>,
         axis: &Bound<'_, PyAny>,
-        radius: f64,
-        top_radius: f64,
+        radius: &Bound<'_, PyAny>,
+        top_radius: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        let radius = real("radius", radius)?;
+        let top_radius = optional_real("top_radius", top_radius)?.unwrap_or(0.0);
         let (py, base, axis) = (base.py(), vector(base, "base")?, vector(axis, "axis")?);
         Self::new(py, nurbs::NurbsSurface::cone(base, axis, radius, top_radius)?)
     }
@@ -287,7 +300,8 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 1)
     /// NurbsSurface(net 9 × 5, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
-    fn sphere(centre: &Bound<'_, PyAny>, radius: f64) -> PyResult<Self> {
+    fn sphere(centre: &Bound<'_, PyAny>, radius: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let radius = real("radius", radius)?;
         let (py, centre) = (centre.py(), vector(centre, "centre")?);
         Self::new(py, nurbs::NurbsSurface::sphere(centre, radius)?)
     }
@@ -321,7 +335,12 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.torus([0, 0, 0], 3, 1)
     /// NurbsSurface(net 9 × 9, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u and v)
     #[staticmethod]
-    fn torus(centre: &Bound<'_, PyAny>, major: f64, minor: f64) -> PyResult<Self> {
+    fn torus(
+        centre: &Bound<'_, PyAny>,
+        major: &Bound<'_, PyAny>,
+        minor: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let (major, minor) = (real("major", major)?, real("minor", minor)?);
         let (py, centre) = (centre.py(), vector(centre, "centre")?);
         Self::new(py, nurbs::NurbsSurface::torus(centre, major, minor)?)
     }

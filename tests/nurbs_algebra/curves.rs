@@ -1,6 +1,7 @@
 //! Curves.
 
 use neurbs::nurbs::NurbsCurve;
+use neurbs::progress::Silent;
 use proptest::prelude::*;
 
 use crate::strategies::{EXACT, STEPS, affine, curve, place, room};
@@ -25,11 +26,11 @@ proptest! {
     fn algebra_leaves_it_where_it_was(curve in curve(), new in prop::collection::vec(1_u8..80, 1..9), times in 1_usize..4) {
         let new: Vec<f64> = new.into_iter().map(|place| f64::from(place) / 80.0).collect();
         let new = room(curve.knots(), &new);
-        let refined = curve.insert_knots(&new).unwrap();
+        let refined = curve.insert_knots(&new, &mut Silent).unwrap();
         prop_assert_eq!(refined.control_points().len(), curve.control_points().len() + new.len());
         same_where(&curve, &refined, |u| u);
         same_where(&curve, &curve.clamp().unwrap(), |u| u);
-        let raised = curve.elevate_degree(times).unwrap();
+        let raised = curve.elevate_degree(times, &mut Silent).unwrap();
         prop_assert_eq!(raised.knots().degree(), curve.knots().degree() + times);
         same_where(&curve, &raised, |u| u);
         same_where(&curve, &curve.reversed().unwrap(), |u| 1.0 - u);
@@ -40,10 +41,10 @@ proptest! {
     fn what_was_added_is_taken_back(curve in curve(), times in 1_usize..4) {
         let (tolerance, clamped) = (1e-9 * size(&curve), curve.clamp().unwrap());
         let new = room(clamped.knots(), &[0.3125]);
-        let refined = clamped.insert_knots(&new).unwrap();
-        let back = refined.remove_knots(Some(&new), tolerance).unwrap();
+        let refined = clamped.insert_knots(&new, &mut Silent).unwrap();
+        let back = refined.remove_knots(Some(&new), tolerance, &mut Silent).unwrap();
         prop_assert_eq!(back.control_points().len(), clamped.control_points().len());
-        let lowered = curve.elevate_degree(times).unwrap().reduce_degree(times, tolerance).unwrap();
+        let lowered = curve.elevate_degree(times, &mut Silent).unwrap().reduce_degree(times, tolerance, &mut Silent).unwrap();
         for u in STEPS {
             prop_assert!(back.point(u).distance(curve.point(u)) <= tolerance);
             prop_assert!(lowered.point(u).distance(curve.point(u)) <= tolerance);
@@ -57,10 +58,10 @@ proptest! {
         same_where(&curve, &after, |u| u);
         same_where(&curve, &curve.sub_curve(0.5 * at, at).unwrap(), |u| u);
         same_where(&curve, &before.joined(&after, 1e-12 * size(&curve)).unwrap(), |u| u);
-        let higher = after.elevate_degree(1).unwrap();
+        let higher = after.elevate_degree(1, &mut Silent).unwrap();
         let whole = before.joined(&higher, 1e-12 * size(&curve)).unwrap();
         same_where(&curve, &whole, |u| u);
-        let length = |curve: &NurbsCurve| curve.length(1e-6).unwrap();
+        let length = |curve: &NurbsCurve| curve.length(1e-6, &mut Silent).unwrap();
         prop_assert!(((length(&before) + length(&after)) / length(&curve) - 1.0).abs() < 1e-5);
     }
 
@@ -79,10 +80,16 @@ fn refusals() {
     let points = (0..4).map(|i| neurbs::DVec3::splat(f64::from(i * i))).collect();
     let curve = NurbsCurve::clamped(points, 3).unwrap();
     let message = |result: neurbs::Result<NurbsCurve>| result.unwrap_err().to_string();
-    assert!(message(curve.elevate_degree(usize::MAX)).contains("at most 9 after elevation"));
-    assert!(message(curve.reduce_degree(3, 1.0)).contains("less than the degree, 3, got 3"));
+    assert!(
+        message(curve.elevate_degree(usize::MAX, &mut Silent))
+            .contains("at most 9 after elevation")
+    );
+    assert!(
+        message(curve.reduce_degree(3, 1.0, &mut Silent))
+            .contains("less than the degree, 3, got 3")
+    );
     assert!(message(curve.sub_curve(0.5, 0.5)).contains("got (0.5, 0.5)"));
     assert!(message(curve.with_domain(1.0, 1.0)).contains("a domain"));
     assert!(message(curve.joined(&curve, 1.0)).contains("how far the edges are apart"));
-    assert!(curve.length(0.0).is_err());
+    assert!(curve.length(0.0, &mut Silent).is_err());
 }

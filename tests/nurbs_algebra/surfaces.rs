@@ -15,8 +15,8 @@ proptest! {
         let new: Vec<f64> = new.into_iter().map(|place| f64::from(place) / 80.0).collect();
         let u = room(surface.knots_u(), &new);
         let v = room(surface.knots_v(), &new);
-        let refined = surface.insert_knots(Direction::U, &u).unwrap();
-        let refined = refined.insert_knots(Direction::V, &v).unwrap();
+        let refined = surface.insert_knots(Direction::U, &u, &mut Silent).unwrap();
+        let refined = refined.insert_knots(Direction::V, &v, &mut Silent).unwrap();
         prop_assert_eq!(refined.shape(), (surface.shape().0 + u.len(), surface.shape().1 + v.len()));
         same(&surface, &refined);
     }
@@ -25,9 +25,9 @@ proptest! {
     fn removal_takes_back_what_insertion_gave(surface in surface(), new in 1_u8..80) {
         let surface = surface.clamp().unwrap();
         let new = room(surface.knots_u(), &[f64::from(new) / 80.0]);
-        let refined = surface.insert_knots(Direction::U, &new).unwrap();
+        let refined = surface.insert_knots(Direction::U, &new, &mut Silent).unwrap();
         let tolerance = 1e-12 * surface.size();
-        let back = refined.remove_knots(Direction::U, Some(&new), tolerance).unwrap();
+        let back = refined.remove_knots(Direction::U, Some(&new), tolerance, &mut Silent).unwrap();
         prop_assert_eq!(back.shape(), surface.shape());
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             prop_assert!(surface.point(at.x, at.y).distance(back.point(at.x, at.y)) <= tolerance);
@@ -36,7 +36,7 @@ proptest! {
 
     #[test]
     fn removal_holds_its_tolerance(surface in surface(), tolerance in 0.001..1.0_f64) {
-        let less = surface.remove_knots(Direction::V, None, tolerance).unwrap();
+        let less = surface.remove_knots(Direction::V, None, tolerance, &mut Silent).unwrap();
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             let moved = surface.point(at.x, at.y).distance(less.point(at.x, at.y));
             prop_assert!(moved <= tolerance, "{} > {}", moved, tolerance);
@@ -45,11 +45,11 @@ proptest! {
 
     #[test]
     fn elevation_and_reduction(surface in surface(), u in 0_usize..3, v in 0_usize..3) {
-        let raised = surface.elevate_degree(u, v).unwrap();
+        let raised = surface.elevate_degree(u, v, &mut Silent).unwrap();
         prop_assert_eq!(raised.knots_u().degree(), surface.knots_u().degree() + u);
         same(&surface, &raised);
         let tolerance = 1e-9 * surface.size();
-        let lowered = raised.reduce_degree(u, v, tolerance).unwrap();
+        let lowered = raised.reduce_degree(u, v, tolerance, &mut Silent).unwrap();
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             prop_assert!(surface.point(at.x, at.y).distance(lowered.point(at.x, at.y)) <= tolerance);
         }
@@ -68,7 +68,7 @@ proptest! {
         let part = surface.sub_surface((0.5 * at, at), (at, 1.0)).unwrap();
         prop_assert_eq!(part.knots_u().domain(), (0.5 * at, at));
         same_where(&surface, &part, |at| at);
-        for patch in surface.bezier_patches().unwrap().iter().flatten() {
+        for patch in surface.bezier_patches(&mut Silent).unwrap().iter().flatten() {
             prop_assert_eq!(patch.knots_u().spans() * patch.knots_v().spans(), 1);
             same_where(&surface, patch, |at| at);
         }
@@ -87,7 +87,7 @@ proptest! {
     #[test]
     fn surfaces_of_other_degrees_are_joined(surface in surface(), at in 0.1..0.9_f64, u in 0_usize..3, v in 0_usize..3) {
         let (before, after) = surface.split(Direction::V, at).unwrap();
-        let raised = after.elevate_degree(u, v).unwrap().insert_knots(Direction::V, &[f64::midpoint(at, 1.0)]);
+        let raised = after.elevate_degree(u, v, &mut Silent).unwrap().insert_knots(Direction::V, &[f64::midpoint(at, 1.0)], &mut Silent);
         let raised = raised.unwrap().with_domain((0.0, 1.0), (7.0, 8.0 - at)).unwrap();
         let whole = before.joined(Direction::V, &raised, 1e-12 * surface.size()).unwrap();
         prop_assert_eq!(whole.knots_v().degree(), surface.knots_v().degree() + v);
@@ -124,12 +124,12 @@ proptest! {
     fn areas_and_boxes_stay(surface in surface(), at in 0.1..0.9_f64) {
         let area = |surface: &NurbsSurface| surface.area(1e-5, &mut Silent).unwrap();
         let whole = area(&surface);
-        let raised = area(&surface.elevate_degree(1, 1).unwrap());
+        let raised = area(&surface.elevate_degree(1, 1, &mut Silent).unwrap());
         prop_assert!((raised / whole - 1.0).abs() < 1e-4);
         let (before, after) = surface.split(Direction::U, at).unwrap();
         prop_assert!(((area(&before) + area(&after)) / whole - 1.0).abs() < 1e-4);
-        let (low, high) = surface.bounding_box().unwrap();
-        let (below, above) = surface.transposed().unwrap().bounding_box().unwrap();
+        let (low, high) = surface.bounding_box(&mut Silent).unwrap();
+        let (below, above) = surface.transposed().unwrap().bounding_box(&mut Silent).unwrap();
         prop_assert!(low.distance(below) <= 1e-9 && high.distance(above) <= 1e-9);
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             let p = surface.point(at.x, at.y);
@@ -145,13 +145,25 @@ fn refusals() {
     let surface = NurbsSurface::clamped(net, (4, 4), 3).unwrap();
     let message = |result: neurbs::Result<NurbsSurface>| result.unwrap_err().to_string();
     assert_eq!(
-        message(surface.insert_knots(Direction::U, &[0.5, 1.0])),
+        message(surface.insert_knots(Direction::U, &[0.5, 1.0], &mut Silent)),
         "knots must be strictly inside the domain (0, 1), got 1"
     );
-    assert!(message(surface.insert_knots(Direction::U, &[0.5; 4])).contains("0.5 stands 4 times"));
-    assert!(message(surface.elevate_degree(7, 0)).contains("at most 9 after elevation, got 10"));
-    assert!(message(surface.reduce_degree(3, 0, 1.0)).contains("less than the degree, 3, got 3"));
-    assert!(message(surface.remove_knots(Direction::U, None, f64::NAN)).contains("got NaN"));
+    assert!(
+        message(surface.insert_knots(Direction::U, &[0.5; 4], &mut Silent))
+            .contains("0.5 stands 4 times")
+    );
+    assert!(
+        message(surface.elevate_degree(7, 0, &mut Silent))
+            .contains("at most 9 after elevation, got 10")
+    );
+    assert!(
+        message(surface.reduce_degree(3, 0, 1.0, &mut Silent))
+            .contains("less than the degree, 3, got 3")
+    );
+    assert!(
+        message(surface.remove_knots(Direction::U, None, f64::NAN, &mut Silent))
+            .contains("got NaN")
+    );
     assert!(message(surface.split(Direction::V, 0.0).map(|parts| parts.0)).contains("got 0"));
     assert!(message(surface.sub_surface((0.5, 0.5), (0.0, 1.0))).contains("got (0.5, 0.5)"));
     let apart = surface.map_control_points(|p| p + DVec3::new(4.0, 0.0, 0.0)).unwrap();

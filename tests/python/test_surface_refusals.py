@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import neurbs
 from neurbs import NeurbsError, NurbsCurve, NurbsSurface
 
 RNG = np.random.default_rng(0)
@@ -103,4 +102,26 @@ def test_empty_batches_have_empty_results() -> None:
     assert SURFACE.closest_points(np.empty((0, 3))).uv.shape == (0, 2)
     assert CURVE.evaluate([]).shape == (0, 3)
     assert SURFACE.insert_knots(u=[]) == SURFACE
-    assert isinstance(SURFACE.elevate_degree(), neurbs.NurbsSurface)
+    assert isinstance(SURFACE.elevate_degree(), NurbsSurface)
+
+
+def test_arguments_of_the_wrong_kind_are_named() -> None:
+    sphere = NurbsSurface.sphere([0, 0, 0], 1)
+    wrong: Any = "x"
+    refused: dict[str, Callable[[], object]] = {
+        "u must be a number, got 'x'": lambda: sphere.split(u=wrong),
+        "v must be a number, got 'x'": lambda: sphere.isocurve(v=wrong),
+        "order must be an integer from 0": lambda: sphere.derivatives([[0, 0]], order=-1),
+        "tolerance must be a number": lambda: sphere.remove_knots(tolerance=wrong),
+        "accuracy must be a number": lambda: sphere.area(accuracy=wrong),
+        "radius must be a number": lambda: NurbsSurface.sphere([0, 0, 0], wrong),
+    }
+    for message, call in refused.items():
+        with pytest.raises(NeurbsError, match=message):
+            call()
+
+
+def test_knots_for_too_large_a_net_are_refused_before_memory_runs_out() -> None:
+    knots = np.r_[0, np.linspace(0, 1, 2000), 1]
+    with pytest.raises(NeurbsError, match="at most 1048576 control points"):
+        NurbsSurface.fit([[0, 0, 0]], [[0, 0]], knots=(knots, knots), degree=1)

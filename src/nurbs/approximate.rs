@@ -1,0 +1,130 @@
+//! Surfaces that come closest to a grid of points.
+
+use glam::{DVec3, DVec4};
+
+use super::algebra::transpose;
+use super::banded::{Banded, Cyclic};
+use super::basis::padded;
+use super::interpolate::{GridOptions, Sites, check_counts, singular, wrapped};
+use super::knot_vector::KnotVector;
+use super::strip::Strip;
+use super::surface::NurbsSurface;
+use crate::error::Result;
+
+impl NurbsSurface {
+    /// The surface with a smaller net that comes closest to a grid of points, in the sense of least
+    /// squares in u and then in v. Knots follow the density of the points (The NURBS Book, section
+    /// 9.4.1). In closed directions `net` counts the different control points.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if a side of the net
+    /// has not more control points than the degree, or more than the grid has points.
+    pub fn approximate(
+        grid: &[DVec3],
+        shape: (usize, usize),
+        net: (usize, usize),
+        options: &GridOptions,
+    ) -> Result<Self> {
+        let Sites { u, v } = Sites::new(grid, shape, options)?;
+        let points: Vec<DVec4> = grid.iter().map(|point| point.extend(1.0)).collect();
+        let GridOptions { degree, closed, .. } = *options;
+        let along = approximate_strip(&points, shape.1, &u, net.0, degree.0, closed.0)?;
+        let across = transpose(&along.points, shape.1);
+        let rows = along.rows();
+        let across = approximate_strip(&across, rows, &v, net.1, degree.1, closed.1)?;
+        let net = transpose(&across.points, rows);
+        Self::from_homogeneous(&net, false, along.knots, across.knots)
+    }
+}
+
+/// Splines with `count` different control points nearest to rows of points at these parameters.
+fn approximate_strip(
+    points: &[DVec4],
+    width: usize,
+    sites: &[f64],
+    count: usize,
+    degree: usize,
+    closed: bool,
+) -> Result<Strip> {
+    check_counts(degree, count, sites.len())?;
+    // The parameter at a fractional place among the sites.
+    let place = |at: f64| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to count")]
+        let (i, share) = (at as usize, at.fract());
+        let next = sites.get(i + 1).copied().unwrap_or(1.0);
+        sites[i] + share * (next - sites[i])
+    };
+    let per_span = |spans: usize| sites.len() as f64 / spans as f64;
+    let knots = if closed {
+        let inner = (1..count).map(|j| place(j as f64 * per_span(count)));
+        let breaks: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
+        KnotVector::periodic(degree, &breaks)?
+    } else {
+        let spans = count - degree;
+        let inner = (1..spans).map(|j| place(j as f64 * per_span(spans) - 1.0));
+        KnotVector::clamped(degree, (0.0, 1.0), inner)?
+    };
+    let mut sums = vec![DVec4::ZERO; count * width];
+    let mut entries = Vec::with_capacity(sites.len() * (degree + 1) * (degree + 1));
+    for (row, site) in points.chunks(width).zip(sites) {
+        let basis = padded(&knots, *site);
+        for k in 0..=degree {
+            let (i, value) = ((basis.first + k) % count, basis.values[k]);
+            for (sum, point) in sums[i * width..][..width].iter_mut().zip(row) {
+                *sum += value * *point;
+            }
+            let other = (0..=degree).map(|l| (i, basis.first + l, value * basis.values[l]));
+            entries.extend(other);
+        }
+    }
+    let solved = if closed {
+        let mut matrix = Cyclic::new(count, degree);
+        for (i, j, value) in entries {
+            matrix.add(i, j, value);
+        }
+        matrix.solve(&mut sums, width)
+    } else {
+        let mut matrix = Banded::new(count, degree.min(count - 1));
+        for (i, j, value) in entries {
+            matrix.add(i, j, value);
+        }
+        matrix.solve(&mut sums, width)
+    };
+    solved.ok_or_else(|| singular(degree))?;
+    let points = if closed { wrapped(&sums, width, degree, 0) } else { sums };
+    Ok(Strip { knots, points, width })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::interpolate::tests::grid;
+    use super::*;
+    use crate::nurbs::Parametrization;
+
+    #[test]
+    fn approximation_finds_a_surface_that_is_there() {
+        for closed in [(false, false), (true, true)] {
+            let options = GridOptions {
+                parametrization: Parametrization::Uniform,
+                closed,
+                ..GridOptions::default()
+            };
+            let near = NurbsSurface::approximate(&grid(60, 60), (60, 60), (30, 30), &options);
+            let same = NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options);
+            assert_eq!((near.unwrap().closed(), same.unwrap().closed()), (closed, closed));
+        }
+        // A bicubic polynomial is met by any net.
+        let options =
+            GridOptions { parametrization: Parametrization::Uniform, ..GridOptions::default() };
+        let height = |x: f64, y: f64| 1.0 + x * y * y - x * x * x;
+        let cubic: Vec<DVec3> = (0..900)
+            .map(|k| (f64::from(k / 30) / 29.0, f64::from(k % 30) / 29.0))
+            .map(|(x, y)| DVec3::new(x, y, height(x, y)))
+            .collect();
+        let surface = NurbsSurface::approximate(&cubic, (30, 30), (7, 5), &options).unwrap();
+        assert_eq!(surface.shape(), (7, 5));
+        let p = surface.point(0.37, 0.81);
+        assert!(p.distance(DVec3::new(0.37, 0.81, height(0.37, 0.81))) < 1e-13);
+    }
+}

@@ -1,0 +1,152 @@
+//! Parts of a surface, and one of two.
+
+use super::algebra::{Direction, check_tolerance};
+use super::batch::listening;
+use super::bezier::Patch;
+use super::curve::NurbsCurve;
+use super::remove::deviation;
+use super::strip::{Strip, unify, unify_degrees};
+use super::surface::NurbsSurface;
+use crate::error::{Error, Result};
+use crate::progress::Observer;
+
+impl NurbsSurface {
+    /// The parts before and after a parameter, which keep their parameters.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let (before, after) = sphere.split(Direction::U, 0.25)?;
+    /// assert_eq!(before.knots_u().domain(), (0.0, 0.25));
+    /// assert!(after.point(0.7, 0.3).distance(sphere.point(0.7, 0.3)) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if it does not lie strictly inside the domain.
+    pub fn split(&self, direction: Direction, at: f64) -> Result<(Self, Self)> {
+        let (before, after) = self.strip(direction).split(at)?;
+        Ok((self.rebuilt(direction, &before)?, self.rebuilt(direction, &after)?))
+    }
+
+    /// The part over a rectangle of the domain, which keeps its parameters.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let part = sphere.sub_surface((0.1, 0.6), (0.2, 0.5))?;
+    /// assert!(part.point(0.3, 0.4).distance(sphere.point(0.3, 0.4)) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if a range is empty or leaves the domain.
+    pub fn sub_surface(&self, u: (f64, f64), v: (f64, f64)) -> Result<Self> {
+        self.along(Direction::U, |strip| strip.between(u.0, u.1))?
+            .along(Direction::V, |strip| strip.between(v.0, v.1))
+    }
+
+    /// The surface as Bézier patches, one for each pair of spans, row by row; each keeps its
+    /// parameters, so that a point has the same u and v on its patch.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let patches = sphere.bezier_patches(&mut Silent)?;
+    /// assert_eq!((patches.len(), patches[0].len()), (4, 2));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn bezier_patches(&self, observer: &mut dyn Observer) -> Result<Vec<Vec<Self>>> {
+        let (patches, (_, cols)) = Patch::of(self)?;
+        let (rational, mut listen) = (self.weights().is_some(), listening(observer));
+        let mut row = |row: &[Patch]| {
+            listen()?;
+            row.iter().map(|patch| patch.surface(rational)).collect()
+        };
+        patches.chunks(cols).map(&mut row).collect()
+    }
+
+    /// The curve of points with this parameter in this direction; it runs in the other one.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let equator = sphere.isocurve(Direction::V, 0.5)?;
+    /// assert!(equator.closed() && equator.point(0.3).z.abs() < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the parameter lies outside the domain.
+    pub fn isocurve(&self, direction: Direction, at: f64) -> Result<NurbsCurve> {
+        let points = self.strip(direction).at(at)?;
+        let knots = self.knots(direction.other()).clone();
+        NurbsCurve::from_homogeneous(&points, self.weights().is_some(), knots)
+    }
+
+    /// This surface and `next`, which begins where this one ends in a direction, as one. Degrees
+    /// and knots are made equal first; the parameters of `next` in this direction are moved behind
+    /// the domain of this one.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let (before, after) = sphere.split(Direction::V, 0.5)?;
+    /// let whole = before.joined(Direction::V, &after, 0.0)?;
+    /// assert!(whole.point(0.3, 0.6).distance(sphere.point(0.3, 0.6)) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the edges, point by point over their knots, lie further apart than
+    /// `tolerance`, in the points' unit, or the other direction's domains differ.
+    pub fn joined(&self, direction: Direction, next: &Self, tolerance: f64) -> Result<Self> {
+        check_tolerance(tolerance)?;
+        let [along, next_along] = compatible(direction, self, next, false)?;
+        let [first, second] = compatible(direction.other(), &along, &next_along, true)?;
+        let joined = joined(&first.strip(direction), &second.strip(direction), tolerance)?;
+        let rational = self.weights().is_some() || next.weights().is_some();
+        first.rebuilt_as(direction, &joined, rational)
+    }
+}
+
+/// A strip and one of the same degree that begins where it ends, within a tolerance.
+pub(super) fn joined(first: &Strip, next: &Strip, tolerance: f64) -> Result<Strip> {
+    let (first, mut next) = (first.clamped()?, next.clamped()?);
+    // Weights count only up to a factor.
+    let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
+    next.points.iter_mut().for_each(|point| *point *= factor);
+    let gap = deviation(first.row(first.rows() - 1), next.row(0));
+    // `gap > tolerance` would let NaN pass.
+    let held = gap <= tolerance;
+    if !held {
+        let must = format!("at least {gap:e}, which is how far the edges are apart");
+        return Err(Error::parameter("tolerance", must, tolerance));
+    }
+    first.joined(&next)
+}
+
+/// Two surfaces with the higher of their degrees in a direction, and with the same knots there if
+/// that is asked for.
+fn compatible(
+    direction: Direction,
+    a: &NurbsSurface,
+    b: &NurbsSurface,
+    knots: bool,
+) -> Result<[NurbsSurface; 2]> {
+    let mut strips = [a.strip(direction), b.strip(direction)];
+    if knots {
+        unify(&mut strips)?;
+    } else {
+        unify_degrees(&mut strips)?;
+    }
+    Ok([a.rebuilt(direction, &strips[0])?, b.rebuilt(direction, &strips[1])?])
+}

@@ -1,0 +1,154 @@
+//! Trees of boxes over nearly flat pieces of a surface.
+
+use glam::{DVec2, DVec3};
+
+use super::bezier::Patch;
+use super::net::bounds;
+
+/// A piece is flat when its control points lie this near to a parallelogram, as a share of its
+/// diagonal. Smaller means more pieces; larger means more of them tried for each point.
+const FLATNESS: f64 = 0.05;
+
+/// Halvings of a patch at most: a piece that is not flat by then is small.
+const MOST_HALVINGS: usize = 14;
+
+/// A box around pieces of the surface.
+#[derive(Debug)]
+pub(super) struct Node {
+    low: DVec3,
+    high: DVec3,
+    pub inside: Inside,
+}
+
+#[derive(Debug)]
+pub(super) enum Inside {
+    Nodes(Box<[Node; 2]>),
+    /// A patch, by its index, that is not yet cut into pieces.
+    Patch(usize),
+    Piece(Box<Piece>),
+}
+
+/// A nearly flat piece of a patch: no point of it lies further than `slack` from the
+/// parallelogram `centre + α a + β b`, α and β from -1 to 1.
+#[derive(Debug)]
+pub(super) struct Piece {
+    pub patch: usize,
+    /// Its middle and half its extent in shares of the patch's sides.
+    pub middle: DVec2,
+    pub half: DVec2,
+    centre: DVec3,
+    a: DVec3,
+    b: DVec3,
+    pub slack: f64,
+    /// An estimate of the radius of curvature.
+    pub radius: f64,
+}
+
+impl Node {
+    /// Square of a lower bound of the distance from a point to what is inside.
+    pub(super) fn bound(&self, point: DVec3) -> f64 {
+        let outside = (self.low - point).max(point - self.high).max(DVec3::ZERO);
+        outside.length_squared()
+    }
+
+    fn around(nodes: [Self; 2]) -> Self {
+        let [a, b] = &nodes;
+        let (low, high) = (a.low.min(b.low), a.high.max(b.high));
+        Self { low, high, inside: Inside::Nodes(Box::new(nodes)) }
+    }
+
+    /// A patch in the box of its net.
+    pub(super) fn of_box(patch: &Patch, index: usize) -> Self {
+        let (low, high) = bounds(patch.points());
+        Self { low, high, inside: Inside::Patch(index) }
+    }
+
+    /// The tree over a rectangle of nodes in rows of `cols`.
+    pub(super) fn of_rectangle(
+        trees: &mut [Option<Self>],
+        cols: usize,
+        rows: (usize, usize),
+        columns: (usize, usize),
+    ) -> Self {
+        let half = |(from, to): (usize, usize)| {
+            let middle = usize::midpoint(from, to);
+            [(from, middle), (middle, to)]
+        };
+        let (height, width) = (rows.1 - rows.0, columns.1 - columns.0);
+        if height * width == 1 {
+            let tree = trees[rows.0 * cols + columns.0].take();
+            return tree.expect("rectangles do not overlap");
+        }
+        let halves = if height >= width {
+            half(rows).map(|rows| Self::of_rectangle(trees, cols, rows, columns))
+        } else {
+            half(columns).map(|columns| Self::of_rectangle(trees, cols, rows, columns))
+        };
+        Self::around(halves)
+    }
+
+    /// The tree over the pieces of a patch.
+    pub(super) fn of_pieces(patch: &Patch, index: usize) -> Self {
+        Self::of_part(patch, patch, index, MOST_HALVINGS)
+    }
+
+    /// The tree over a part of a patch, halved until flat.
+    fn of_part(whole: &Patch, part: &Patch, index: usize, halvings: usize) -> Self {
+        let (p, q) = part.degrees();
+        let corners = [(0, 0), (0, q), (p, 0), (p, q)].map(|(i, j)| part.control(i, j));
+        let [c00, c01, c10, c11] = corners;
+        let (a, b) = ((c10 + c11 - c00 - c01) / 4.0, (c01 + c11 - c00 - c10) / 4.0);
+        let centre = (c00 + c01 + c10 + c11) / 4.0;
+        let share = |t: f64, (from, to): (f64, f64)| (t - from) / (to - from);
+        let from = DVec2::new(share(part.u.0, whole.u), share(part.v.0, whole.v));
+        let to = DVec2::new(share(part.u.1, whole.u), share(part.v.1, whole.v));
+        let (middle, half) = (from.midpoint(to), (to - from) / 2.0);
+        let (slack, radius) = (0.0, 0.0);
+        let mut piece = Piece { patch: index, middle, half, centre, a, b, slack, radius };
+        let distances = part.points().map(|point| piece.nearest(point).0);
+        piece.slack = distances.fold(0.0, f64::max);
+        let diagonal = (a + b).length().max((a - b).length());
+        piece.radius = diagonal * diagonal / (2.0 * piece.slack).max(f64::MIN_POSITIVE);
+        if piece.slack <= FLATNESS * diagonal || halvings == 0 {
+            let (low, high) = bounds(part.points());
+            return Self { low, high, inside: Inside::Piece(Box::new(piece)) };
+        }
+        // The net's length along u against that along v: the longer way is halved.
+        let along = |di: usize, dj: usize| {
+            let steps = (0..=p - di).flat_map(|i| (0..=q - dj).map(move |j| (i, j)));
+            let lengths =
+                steps.map(|(i, j)| part.control(i + di, j + dj).distance(part.control(i, j)));
+            lengths.sum::<f64>() / ((p + 1 - di) * (q + 1 - dj)) as f64
+        };
+        let (along_u, along_v) = (along(1, 0) * p as f64, along(0, 1) * q as f64);
+        let (first, second) = if along_u >= along_v { part.halves_u() } else { part.halves_v() };
+        Self::around([first, second].map(|part| Self::of_part(whole, &part, index, halvings - 1)))
+    }
+}
+
+impl Piece {
+    /// The distance from a point to the parallelogram, and where on it the nearest place is.
+    pub(super) fn nearest(&self, point: DVec3) -> (f64, DVec2) {
+        let (to, a, b) = (point - self.centre, self.a, self.b);
+        let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
+        let (ta, tb) = (to.dot(a), to.dot(b));
+        let det = aa * bb - ab * ab;
+        let measure = |at: DVec2| ((to - at.x * a - at.y * b).length(), at);
+        if det > f64::EPSILON * aa * bb {
+            let at = DVec2::new(bb * ta - ab * tb, aa * tb - ab * ta) / det;
+            if at.abs().max_element() <= 1.0 {
+                return measure(at);
+            }
+        }
+        let place = |along: f64, square: f64| {
+            if square > 0.0 { (along / square).clamp(-1.0, 1.0) } else { 0.0 }
+        };
+        let sides = [-1.0, 1.0].map(|side| {
+            let on_a = DVec2::new(side, place(tb - side * ab, bb));
+            let on_b = DVec2::new(place(ta - side * ab, aa), side);
+            [measure(on_a), measure(on_b)]
+        });
+        let [[first, second], [third, fourth]] = sides;
+        [second, third, fourth].into_iter().fold(first, |a, b| if b.0 < a.0 { b } else { a })
+    }
+}
