@@ -33,7 +33,7 @@ impl Band {
     pub(super) fn new(size: usize, width: usize) -> Self {
         let side = TILES[usize::from(width >= WIDE)];
         let columns = size.div_ceil(side);
-        let reach = (1 + (width + side - 1) / side).min(columns);
+        let reach = (1 + width.div_ceil(side)).min(columns);
         let mut band = Self { size, side, reach, values: vec![0.0; columns * reach * side * side] };
         band.complete();
         band
@@ -332,8 +332,7 @@ mod tests {
     #[test]
     fn solutions_solve() {
         for (size, width) in [(5, 4), (100, 17), (300, 120), (700, 300)] {
-            let x: Vec<[f64; 2]> =
-                (0..size).map(|i| [(i as f64).cos(), f64::from(i as u32 % 7)]).collect();
+            let x: Vec<[f64; 2]> = (0..size).map(|i| [(i as f64).cos(), (i % 7) as f64]).collect();
             let mut got = times(&matrix(size, width), &x);
             factored(size, width).solve(&mut got);
             for (got, x) in got.iter().zip(&x) {

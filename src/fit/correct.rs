@@ -168,7 +168,7 @@ impl Domain {
             let held = [0, 1].map(|d| self.at_wall(at, pull, d));
             let step = here.step(point, held);
             let longest = (step.abs() / size).max_element();
-            if !(longest > 0.0) {
+            if longest.is_nan() || longest <= 0.0 {
                 break;
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);

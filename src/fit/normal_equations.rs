@@ -224,7 +224,9 @@ impl Cells {
         };
         let cells: Vec<u32> = samples.par_iter().with_min_len(POINTS_PER_TASK).map(cell).collect();
         let mut starts = vec![0; counts[0] * counts[1] + 1];
-        cells.iter().for_each(|&cell| starts[cell as usize + 1] += 1);
+        for &cell in &cells {
+            starts[cell as usize + 1] += 1;
+        }
         (1..starts.len()).for_each(|i| starts[i] += starts[i - 1]);
         let mut next = starts.clone();
         let mut order = vec![0; samples.len()];

@@ -5,6 +5,7 @@ mod options;
 mod order;
 mod outline;
 mod paper;
+mod region;
 mod report;
 mod start;
 

@@ -2,11 +2,10 @@
 
 use glam::DVec3;
 
-use super::order::every;
 use super::outline;
 use super::{Aspect, ReconstructOptions};
 use crate::error::Result;
-use crate::point_cloud::Normalization;
+use crate::point_cloud::{EvenSample, Normalization};
 use crate::progress::Observer;
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
@@ -42,7 +41,9 @@ impl OrderedStart {
             Aspect::Fixed => budget,
         };
         if options.topology == Topology::Sheet {
-            let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
+            let mut few = EvenSample::new(UNROLLED);
+            few.extend(sample);
+            let few = few.points();
             if let Some(places) = som::unroll(&few, observer)? {
                 let (uv, aspect) = outline::unit_square(&places);
                 let net = split(aspect);
@@ -62,17 +63,23 @@ impl OrderedStart {
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.
 fn split(budget: usize, aspect: f64) -> (usize, usize) {
     let most = (budget / LEAST_SIDE).max(LEAST_SIDE);
-    let rows = ((budget as f64 * aspect).sqrt().round() as usize).clamp(LEAST_SIDE, most);
+    let rows = whole((budget as f64 * aspect).sqrt().round()).clamp(LEAST_SIDE, most);
     let cols = (budget / rows).max(LEAST_SIDE);
     // What is left over may be enough for another row.
     ((budget / cols).max(LEAST_SIDE), cols)
+}
+
+/// The whole part of a number of control points or nodes.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative")]
+fn whole(count: f64) -> usize {
+    count as usize
 }
 
 /// A lattice like the net, but with few enough nodes for the points.
 fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let most = (points / POINTS_PER_NODE).max(9) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
-    let side = |count: usize| ((count as f64 * shrink) as usize).max(3);
+    let side = |count: usize| whole(count as f64 * shrink).max(3);
     Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)
 }
 
@@ -83,7 +90,7 @@ pub(super) fn learn(
 ) -> Result<SelfOrganizingMap> {
     let options = SomOptions {
         init: Init::Given(start.nodes.clone()),
-        kernel: Some(Kernel::Mean),
+        kernel: Some(Kernel::Linear),
         radius: Some(Schedule::Exponential { start: RADIUS.0, end: RADIUS.1 }),
         epochs: Some(EPOCHS),
         min_change: Some(f64::MIN_POSITIVE),
