@@ -62,7 +62,7 @@ const COARSE_SHARE: usize = 2;
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
 
-/// Solutions with all points, when they were not looked at before.
+/// Solutions with all points, on the domain that ends where they do.
 const LAST_ITERATIONS: usize = 3;
 
 /// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
@@ -113,10 +113,10 @@ pub fn approximate(
         };
         surface = fitting.descend(space, surface, limit, left)?;
     }
-    if fitting.look_at_all(&surface) {
+    if fitting.look_at_all(&surface) || options.closed != (true, true) {
+        surface = fitting.conform(surface, options.border)?;
         surface = fitting.descend(whole, surface, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
     }
-    surface = fitting.widen(surface, options.border)?;
     let (surface, ended_by) = match options.growth {
         Some(growth) => fitting.grow(surface, growth)?,
         None => (surface, EndedBy::Grid),

@@ -1,6 +1,9 @@
-//! Where the points end: straight sides around parameters.
+//! Where the points end: the sides of a square around their parameters.
 
 use glam::DVec2;
+
+use super::edge::Edge;
+use crate::error::Result;
 
 /// Least width of the domain between two sides, as a share of its mean: sides that lean more
 /// towards each other are those of no quadrilateral.
@@ -34,6 +37,35 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
         }
     }
     uv
+}
+
+/// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
+/// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the
+/// square goes on by `margin` along u and v.
+pub(super) fn conformed(
+    uv: &[DVec2],
+    closed: [bool; 2],
+    noise: DVec2,
+    margin: DVec2,
+) -> Result<Vec<DVec2>> {
+    let mut uv = uv.to_vec();
+    for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
+        let side = |depth: &dyn Fn(f64) -> f64| {
+            let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
+            Edge::under(&places, noise[d], closed[1 - d])
+        };
+        let (low, high) = (side(&|at| at)?, side(&|at| 1.0 - at)?);
+        for uv in &mut uv {
+            let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
+            uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
+        }
+    }
+    for d in (0..2).filter(|&d| !closed[d]) {
+        for uv in &mut uv {
+            uv[d] = (uv[d] + margin[d]) / (1.0 + 2.0 * margin[d]);
+        }
+    }
+    Ok(uv)
 }
 
 /// Bounds direction d.

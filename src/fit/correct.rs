@@ -1,8 +1,6 @@
 //! Parameter correction: the parameters of points follow the surface that was fitted to them (J.
 //! Hoschek, *Intrinsic parametrization for approximation*, 1988).
 
-use std::cmp::Ordering;
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -196,7 +194,7 @@ impl Domain {
             let held = [0, 1].map(|d| self.at_wall(at, pull, d));
             let step = here.step(point, held);
             let longest = (step.abs() / size).max_element();
-            if longest.partial_cmp(&0.0) != Some(Ordering::Greater) {
+            if longest.is_nan() || longest <= 0.0 {
                 break;
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);

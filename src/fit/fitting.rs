@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::approximate::{ApproximateOptions, Approximation};
 use super::band::Band;
-use super::border::bounded;
+use super::border::conformed;
 use super::correct::{Foot, Tangents, feet};
 use super::cross_validation;
 use super::fairness;
@@ -39,6 +39,9 @@ pub(super) const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
 const LEAST_FAIRNESS: f64 = 1e-4;
 const FAIRNESS_OF_FEW: f64 = 0.01;
 
+/// Least weight of the fairness at the first solution on a domain that was bent.
+const FAIRNESS_OF_BENT: f64 = 1e-3;
+
 /// Steps towards the foot between two solutions, and from parameters that were left behind.
 pub(super) const STEPS: usize = 2;
 const STEPS_OF_STRAGGLERS: usize = 8;
@@ -48,7 +51,7 @@ const STEPS_OF_STRAGGLERS: usize = 8;
 const ENOUGH: usize = 40;
 
 /// Iterations end when the error falls by less than this share.
-const CONVERGED: f64 = 0.02;
+const CONVERGED: f64 = 0.04;
 
 /// Iterations go on beyond their limit, up to so many times, while the error falls under this share
 /// of what it was: where a surface passes through all points they converge ever faster.
@@ -213,28 +216,24 @@ impl<'a> Fitting<'a> {
         Ok(())
     }
 
-    /// Goes on beyond the points by this many of their mean spacings, at open borders.
-    pub(super) fn widen(&mut self, surface: NurbsSurface, border: f64) -> Result<NurbsSurface> {
-        if border <= 0.0 || self.closed == [true, true] {
+    /// Bends the domain so that it ends where the points end, and goes on by this many of their mean
+    /// spacings, at open borders.
+    pub(super) fn conform(&mut self, surface: NurbsSurface, border: f64) -> Result<NurbsSurface> {
+        if self.closed == [true, true] {
             return Ok(surface);
         }
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
         let (length_u, length_v) = lengths(&surface);
         let margin = border * (length_u * length_v / self.points.len() as f64).sqrt();
-        self.correct(&surface, STEPS);
-        self.uv = bounded(&self.uv, self.closed.into());
-        for (d, length) in [length_u, length_v].into_iter().enumerate() {
-            if !self.closed[d] {
-                let place = |at: f64| (at * length + margin) / (length + 2.0 * margin);
-                self.uv.iter_mut().for_each(|uv| uv[d] = place(uv[d]));
-            }
-        }
+        let feet = self.correct(&surface, STEPS);
+        let size = DVec2::new(length_u, length_v);
+        let noise = self.rms(&feet);
+        self.uv = conformed(&self.uv, self.closed, noise / size, margin / size)?;
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);
-        let surface = self.solve_distances(&space, &samples, &energy, self.aim().max(1e-3))?;
-        let feet = self.correct(&surface, STEPS);
-        self.solve_tangents(&space, &self.samples(Some(&feet)), &energy)
+        self.falling = self.aim().max(FAIRNESS_OF_BENT);
+        self.solve_distances(&space, &samples, &energy, self.falling)
     }
 
     pub(super) fn finish(mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {

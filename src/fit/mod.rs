@@ -11,6 +11,7 @@ mod border;
 mod correct;
 mod cross_validation;
 mod dense;
+mod edge;
 mod fairness;
 mod fitting;
 mod growth;

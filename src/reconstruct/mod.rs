@@ -8,6 +8,7 @@ mod job;
 mod options;
 mod outline;
 mod paper;
+mod region;
 mod report;
 mod robust;
 mod start;

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::region::Region;
 use crate::som;
 
 /// Share of the convex hull that a quadrilateral of its corners must fill for the outline to count
@@ -22,14 +23,25 @@ pub(super) fn unit_square(places: &[DVec2]) -> (Vec<DVec2>, f64) {
     let hull = som::hull(places);
     let (low, high) = bounds(places);
     let rectangle = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
-    let quad = Quadrilateral(largest(&hull).unwrap_or(rectangle)).lengthwise();
-    let uv: Vec<DVec2> = places.iter().map(|&place| quad.inverse(place)).collect();
-    let (low, high) = bounds(&uv);
-    let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
-    (uv.into_iter().map(|uv| (uv - low) / size).collect(), quad.aspect())
+    let corners = largest(&hull);
+    if corners.is_none()
+        && let Some(region) = Region::of(places)
+    {
+        let (uv, aspect) = region.rectified(places);
+        return (filled(uv), aspect);
+    }
+    let quad = Quadrilateral(corners.unwrap_or(rectangle)).lengthwise();
+    (filled(places.iter().map(|&place| quad.inverse(place)).collect()), quad.aspect())
 }
 
-fn bounds(places: &[DVec2]) -> (DVec2, DVec2) {
+/// The places stretched so that they fill the unit square.
+fn filled(uv: Vec<DVec2>) -> Vec<DVec2> {
+    let (low, high) = bounds(&uv);
+    let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+    uv.into_iter().map(|uv| (uv - low) / size).collect()
+}
+
+pub(super) fn bounds(places: &[DVec2]) -> (DVec2, DVec2) {
     let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     places.iter().fold(empty, |(low, high), &place| (low.min(place), high.max(place)))
 }
@@ -62,7 +74,7 @@ fn largest(hull: &[DVec2]) -> Option<[DVec2; 4]> {
     (best.0 >= FOUR_SIDED * 2.0 * area(hull)).then_some(best.1)
 }
 
-fn area(polygon: &[DVec2]) -> f64 {
+pub(super) fn area(polygon: &[DVec2]) -> f64 {
     let count = polygon.len();
     0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }

@@ -2,11 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::counted::every;
 use super::outline;
 use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
-use crate::point_cloud::Normalization;
+use crate::point_cloud::{EvenSample, Normalization};
 use crate::progress::Observer;
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 use crate::topology::Chart;
@@ -52,14 +51,17 @@ impl OrderedStart {
             return Ok(Self { lattice, nodes, net: split(rows as f64 / cols as f64) });
         }
         if let Some(chart) = chart {
-            let net = split(chart.lengths.0 / chart.lengths.1);
+            // What goes all the way round bends as much whatever its length.
+            let net = split(if chart.closed_v { 1.0 } else { chart.lengths.0 / chart.lengths.1 });
             let lattice = lattice(net, sample.len(), topology)?;
             let nodes = chart.lattice(lattice.shape());
             let nodes = nodes.into_iter().map(|node| frame.apply(node)).collect();
             return Ok(Self { lattice, nodes, net });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
-            let few: Vec<DVec3> = every(sample, UNROLLED).copied().collect();
+            let mut few = EvenSample::new(UNROLLED);
+            few.extend(sample);
+            let few = few.points();
             if let Some(places) = som::unroll(&few, observer)? {
                 let (uv, aspect) = outline::unit_square(&places);
                 let net = split(aspect);
@@ -104,6 +106,12 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
     ((budget / cols).max(LEAST_SIDE), cols)
 }
 
+/// The whole part of a number of control points or nodes.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative")]
+fn whole(count: f64) -> usize {
+    count as usize
+}
+
 /// A lattice like the net, but with few enough nodes for the points.
 fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let most = (points / POINTS_PER_NODE).max(9) as f64;
@@ -119,7 +127,7 @@ pub(super) fn learn(
 ) -> Result<SelfOrganizingMap> {
     let options = SomOptions {
         init: Init::Given(start.nodes.clone()),
-        kernel: Some(Kernel::Mean),
+        kernel: Some(Kernel::Linear),
         radius: Some(Schedule::Exponential { start: RADIUS.0, end: RADIUS.1 }),
         epochs: Some(EPOCHS),
         min_change: Some(f64::MIN_POSITIVE),

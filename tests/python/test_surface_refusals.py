@@ -85,13 +85,6 @@ def test_it_is_refused(call: Callable[[Any], object], argument: Any, message: st
         call(argument)
 
 
-def test_a_foreign_kind_of_argument_is_named() -> None:
-    with pytest.raises(TypeError) as error:
-        SURFACE.split(u="x")  # type: ignore[arg-type]
-    said = str(error.value) + "".join(getattr(error.value, "__notes__", []))
-    assert "'u'" in said
-
-
 def test_empty_batches_have_empty_results() -> None:
     none = np.empty((0, 2))
     assert SURFACE.evaluate(none).shape == (0, 3)

@@ -1,0 +1,258 @@
+//! The smooth curve at which points end, most likely.
+
+use super::dense::Dense;
+use crate::error::Result;
+use crate::nurbs::{Basis, KnotVector, gauss};
+
+/// Control points of an edge.
+const CONTROL_POINTS: usize = 8;
+
+const DEGREE: usize = 3;
+
+/// What bending costs beside the area that the edge leaves outside: a second difference of 0.1
+/// between control points counts as much as a twentieth of the unit square. Rounded corners are
+/// covered by the surface's corners rather than followed into them.
+const STIFFNESS: f64 = 10.0;
+
+/// Places deeper than this cannot touch an edge, which does not go deeper than `DEEPEST`.
+const NEAR: f64 = 0.4;
+const DEEPEST: f64 = 0.1;
+
+/// An edge does not go farther out than this.
+const OUTERMOST: f64 = -0.5;
+
+/// Scale of the blur that the search begins with, and what is left of it each time.
+const FIRST_SCALE: f64 = 0.05;
+const LEFT_OF_SCALE: f64 = 0.4;
+
+/// Standard deviation of the normal distribution to the scale of the logistic one with the same:
+/// √3 / π.
+const LOGISTIC: f64 = 0.551_328_895_421_792;
+
+/// Scales behind an edge at which a place no longer touches it.
+const UNTOUCHED: f64 = 30.0;
+
+/// Newton's steps for each scale at most, the share of a scale that the last of them moves, and the
+/// times that a step which leads down is shortened.
+const STEPS: usize = 6;
+const SETTLED: f64 = 0.1;
+const SHORTENINGS: usize = 8;
+const SHORTENING: f64 = 0.4;
+
+/// Share of the mean diagonal that holds control points which no place touches.
+const RIDGE: f64 = 1e-6;
+
+/// A smooth curve, y over x in [0, 1].
+pub(super) struct Edge {
+    knots: KnotVector,
+    heights: Vec<f64>,
+}
+
+/// A place by the basis functions at its x, and its y.
+struct Place {
+    basis: Basis<4>,
+    y: f64,
+}
+
+impl Edge {
+    pub(super) fn at(&self, x: f64) -> f64 {
+        height(&self.heights, &Basis::at(&self.knots, x))
+    }
+
+    /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
+    /// are blurred by noise of this size. A closed edge comes round in x.
+    ///
+    /// Places are a Poisson process whose density rises from 0 to n across the edge as the logistic
+    /// function does. The logarithm of its likelihood, the sum of ln logistic((y - edge) / scale)
+    /// plus n times the area under the edge, is concave, and so is what bending costs.
+    pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
+        let knots = if closed {
+            KnotVector::periodic_uniform(DEGREE, CONTROL_POINTS)?
+        } else {
+            KnotVector::clamped_uniform(DEGREE, CONTROL_POINTS)?
+        };
+        let count = places.len() as f64;
+        let near = places.iter().filter(|place| place.1 < NEAR);
+        let near = near.map(|&(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
+        let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
+        let search = Search { near, slopes: areas(&knots, count), count, closed };
+        let mut heights = [lowest.clamp(OUTERMOST, DEEPEST); CONTROL_POINTS];
+        // Places touch a curve with so many degrees of freedom at this distance on average.
+        let apart = CONTROL_POINTS as f64 / count;
+        let last = (noise * LOGISTIC).max(0.5 * apart);
+        let mut scale = FIRST_SCALE.max(last);
+        loop {
+            search.climb(&mut heights, scale);
+            if scale <= last {
+                break;
+            }
+            scale = (LEFT_OF_SCALE * scale).max(last);
+        }
+        let repeated = if closed { DEGREE } else { 0 };
+        let heights = heights.iter().chain(&heights[..repeated]).copied().collect();
+        Ok(Self { knots, heights })
+    }
+}
+
+/// The curve's height where these basis functions are; closed curves repeat their heights.
+fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
+    let terms = basis.values.iter().enumerate();
+    terms.map(|(i, value)| value * heights[(basis.first + i) % heights.len()]).sum()
+}
+
+/// `count` times the area under each basis function; closed curves repeat them.
+fn areas(knots: &KnotVector, count: f64) -> [f64; CONTROL_POINTS] {
+    let mut areas = [0.0; CONTROL_POINTS];
+    for span in knots.breaks().windows(2) {
+        let length = span[1] - span[0];
+        for (place, weight) in gauss::rule(DEGREE) {
+            let basis = Basis::<4>::at(knots, span[0] + place * length);
+            for (i, value) in basis.values.iter().enumerate() {
+                areas[(basis.first + i) % CONTROL_POINTS] += count * weight * length * value;
+            }
+        }
+    }
+    areas
+}
+
+/// The likelihood of edges.
+struct Search {
+    near: Vec<Place>,
+    /// What raising each control point gains by area.
+    slopes: [f64; CONTROL_POINTS],
+    count: f64,
+    closed: bool,
+}
+
+impl Search {
+    /// The control points whose second differences bending is measured by, in threes.
+    fn bends(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let (count, closed) = (CONTROL_POINTS, self.closed);
+        let middles = if closed { 0..count } else { 1..count - 1 };
+        middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
+    }
+
+    fn worth(&self, heights: &[f64], scale: f64) -> f64 {
+        let area: f64 = self.slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
+        let likely = |place: &Place| {
+            let z = (place.y - height(heights, &place.basis)) / scale;
+            if z > 0.0 { -(-z).exp().ln_1p() } else { z - z.exp().ln_1p() }
+        };
+        let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
+        area + self.near.iter().map(likely).sum::<f64>() - 0.5 * STIFFNESS * self.count * bent
+    }
+
+    /// Newton's steps to the likeliest edge with a blur of this scale.
+    fn climb(&self, heights: &mut [f64; CONTROL_POINTS], scale: f64) {
+        let mut worth = self.worth(heights, scale);
+        for _ in 0..STEPS {
+            let Some(step) = self.step(heights, scale) else { return };
+            let mut share = 1.0;
+            let mut moved = 0.0;
+            for _ in 0..SHORTENINGS {
+                let next: [f64; CONTROL_POINTS] = std::array::from_fn(|i| {
+                    (heights[i] + share * step[i]).clamp(OUTERMOST, DEEPEST)
+                });
+                let there = self.worth(&next, scale);
+                if there >= worth {
+                    let moves = next.iter().zip(&*heights).map(|(a, b)| (a - b).abs());
+                    moved = moves.fold(0.0, f64::max);
+                    (*heights, worth) = (next, there);
+                    break;
+                }
+                share *= SHORTENING;
+            }
+            if moved < SETTLED * scale {
+                return;
+            }
+        }
+    }
+
+    fn step(&self, heights: &[f64], scale: f64) -> Option<Vec<f64>> {
+        let size = CONTROL_POINTS;
+        let mut matrix = Dense::new(size);
+        let mut slopes = self.slopes;
+        for Place { basis, y } in &self.near {
+            let z = (y - height(heights, basis)) / scale;
+            if z > UNTOUCHED {
+                continue;
+            }
+            let falls = 1.0 / (1.0 + z.exp());
+            let bends = falls * (1.0 - falls) / (scale * scale);
+            for (i, a) in basis.values.iter().enumerate() {
+                let row = (basis.first + i) % size;
+                slopes[row] -= falls / scale * a;
+                for (j, b) in basis.values.iter().enumerate() {
+                    matrix.values[row * size + (basis.first + j) % size] += bends * a * b;
+                }
+            }
+        }
+        let stiff = STIFFNESS * self.count;
+        for three in self.bends() {
+            let bent = bend(heights, three);
+            for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {
+                slopes[row] -= stiff * bent * a;
+                for (&col, b) in three.iter().zip(SECOND_DIFFERENCE) {
+                    matrix.values[row * size + col] += stiff * a * b;
+                }
+            }
+        }
+        matrix.add_ridge(RIDGE);
+        matrix.cholesky().map(|factor| factor.solve(&slopes))
+    }
+}
+
+const SECOND_DIFFERENCE: [f64; 3] = [1.0, -2.0, 1.0];
+
+fn bend(heights: &[f64], three: [usize; 3]) -> f64 {
+    three.iter().zip(SECOND_DIFFERENCE).map(|(&i, share)| share * heights[i]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places evenly over the unit square above a curve.
+    fn above(edge: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        let spread = |i: usize| {
+            let at = |share: f64| (0.5 + share * i as f64).fract();
+            (at(0.754_877_666_246_693), at(0.569_840_290_998_053))
+        };
+        (0..3000).map(spread).filter(|&(x, y)| y > edge(x)).collect()
+    }
+
+    #[test]
+    fn edges_follow_what_bends_gently() {
+        let bent = |x: f64| 0.08 * x * (1.0 - x);
+        let found = Edge::under(&above(bent), 0.0, false).unwrap();
+        for i in 0..=20 {
+            let x = f64::from(i) / 20.0;
+            assert!((found.at(x) - bent(x)).abs() < 0.006, "{x} {} {}", found.at(x), bent(x));
+        }
+    }
+
+    #[test]
+    fn noise_does_not_push_edges_out() {
+        let wave = |i: usize| 0.02 * 2.0_f64.sqrt() * (1.7 * (i * i % 9973) as f64).sin();
+        let noisy: Vec<(f64, f64)> =
+            above(|_| 0.05).into_iter().enumerate().map(|(i, (x, y))| (x, y + wave(i))).collect();
+        for closed in [false, true] {
+            let found = Edge::under(&noisy, 0.02, closed).unwrap();
+            for i in 0..=20 {
+                let y = found.at(f64::from(i) / 20.0);
+                assert!((y - 0.05).abs() < 0.012, "{y}");
+            }
+        }
+    }
+
+    #[test]
+    fn few_places_bound_as_well() {
+        for count in 1..6 {
+            let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
+            let found = Edge::under(&places, 0.0, false).unwrap();
+            assert!(
+                (0..=10).all(|i| (OUTERMOST..=DEEPEST).contains(&found.at(f64::from(i) / 10.0)))
+            );
+        }
+    }
+}

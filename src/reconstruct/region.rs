@@ -1,0 +1,382 @@
+//! The region of the plane that places fill, and the map that makes a rectangle of it.
+
+use glam::DVec2;
+
+use super::outline::{area, bounds};
+use crate::som;
+
+/// Cells of the raster that would cover the convex hull.
+const CELLS: f64 = 900.0;
+
+/// Radius of the blur that makes a density of places, in their mean spacings, and the share of the
+/// usual density at which the region ends. A straight border moves out by a little less than a
+/// spacing, and corners become round.
+const BLUR: f64 = 1.2;
+const LEVEL: f64 = 0.25;
+
+/// Width of the empty frame around the places, in radii of the blur.
+const FRAME: f64 = 3.0;
+
+/// Places along the outline at which corners are looked for.
+const CANDIDATES: usize = 48;
+
+/// Candidates on either side over which an outline turns at a corner.
+const TURN: usize = CANDIDATES / 16;
+
+/// What it costs, in right angles that the outline does not turn at a corner, if opposite sides are
+/// not equally long, or the rectangle is no square: each times the logarithm of the ratio.
+const UNEVEN: f64 = 1.5;
+const LONG: f64 = 0.1;
+
+/// Cracks on either side over which the outline's stairs are smoothed.
+const STAIRS: usize = 3;
+
+/// Sweeps of successive over-relaxation at most, and the change at which they end.
+const SWEEPS: usize = 400;
+const SETTLED: f64 = 1e-5;
+
+/// The sides of a cell: right, upper, left, lower.
+const AROUND: [DVec2; 4] = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+
+/// A raster of square cells, those that belong to the region connected and without holes.
+pub(super) struct Region {
+    origin: DVec2,
+    cell: f64,
+    cols: usize,
+    inside: Vec<bool>,
+}
+
+/// A side of a cell of the region beyond which lies none: the cell, and to which side.
+type Crack = (usize, usize);
+
+impl Region {
+    /// The region that places fill; `None` if they have no area or lie in pieces.
+    pub(super) fn of(places: &[DVec2]) -> Option<Self> {
+        let hull = area(&som::hull(places));
+        let cell = (hull / CELLS).sqrt();
+        let radius = BLUR * (hull / places.len() as f64).sqrt();
+        if cell.is_nan() || cell <= 0.0 {
+            return None;
+        }
+        let (low, high) = bounds(places);
+        let frame = DVec2::splat(FRAME * radius + 2.0 * cell);
+        let size = (high - low + 2.0 * frame) / cell;
+        let (cols, rows) = (whole(size.x) + 2, whole(size.y) + 2);
+        let mut region = Self { origin: low - frame, cell, cols, inside: vec![false; rows * cols] };
+        let mut density = vec![0.0; rows * cols];
+        for &place in places {
+            region.around(place).into_iter().for_each(|(at, share)| density[at] += share);
+        }
+        let density = blurred(&density, cols, radius / cell);
+        let mut usual: Vec<f64> = places
+            .iter()
+            .map(|&p| region.around(p).into_iter().map(|(at, share)| share * density[at]).sum())
+            .collect();
+        let middle = usual.len() / 2;
+        let usual = *usual.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let dense: Vec<bool> = density.iter().map(|value| *value > LEVEL * usual).collect();
+        let outer = region.connected(0, |at| !dense[at]);
+        region.inside = outer.iter().map(|outer| !outer).collect();
+        let first = region.inside.iter().position(|&inside| inside)?;
+        let whole = region.connected(first, |at| region.inside[at]);
+        (whole == region.inside).then_some(region)
+    }
+
+    /// The four cells whose middles lie around a place, with their bilinear shares.
+    fn around(&self, place: DVec2) -> [(usize, f64); 4] {
+        let local = (place - self.origin) / self.cell - 0.5;
+        let low = local.floor();
+        let t = local - low;
+        let at = whole(low.y) * self.cols + whole(low.x);
+        [
+            (at, (1.0 - t.x) * (1.0 - t.y)),
+            (at + 1, t.x * (1.0 - t.y)),
+            (at + self.cols, (1.0 - t.x) * t.y),
+            (at + self.cols + 1, t.x * t.y),
+        ]
+    }
+
+    /// The cell on one side of another; the raster's frame has none beyond.
+    fn neighbor(&self, at: usize, side: usize) -> Option<usize> {
+        let (x, y) = (at % self.cols, at / self.cols);
+        let rows = self.inside.len() / self.cols;
+        let (x, y) = match side % 4 {
+            0 => (x + 1, y),
+            1 => (x, y + 1),
+            2 => (x.checked_sub(1)?, y),
+            _ => (x, y.checked_sub(1)?),
+        };
+        (x < self.cols && y < rows).then_some(y * self.cols + x)
+    }
+
+    /// The cells that hang together with one, side by side.
+    fn connected(&self, first: usize, belongs: impl Fn(usize) -> bool) -> Vec<bool> {
+        let mut reached = vec![false; self.inside.len()];
+        let mut next = vec![first];
+        reached[first] = true;
+        while let Some(at) = next.pop() {
+            for beside in (0..4).filter_map(|side| self.neighbor(at, side)) {
+                if !reached[beside] && belongs(beside) {
+                    reached[beside] = true;
+                    next.push(beside);
+                }
+            }
+        }
+        reached
+    }
+
+    /// The cracks between the region and the rest, counter-clockwise.
+    fn outline(&self) -> Vec<Crack> {
+        let lowest = self.inside.iter().position(|&inside| inside).unwrap_or(0);
+        let first = (lowest, 3);
+        let mut cracks = vec![first];
+        loop {
+            let (cell, side) = cracks[cracks.len() - 1];
+            let ahead = self.neighbor(cell, side + 1);
+            let beyond = ahead.and_then(|ahead| self.neighbor(ahead, side));
+            let next = match (ahead, beyond) {
+                (Some(ahead), Some(beyond)) if self.inside[ahead] => {
+                    if self.inside[beyond] {
+                        (beyond, (side + 3) % 4)
+                    } else {
+                        (ahead, side)
+                    }
+                }
+                _ => (cell, (side + 1) % 4),
+            };
+            if next == first {
+                return cracks;
+            }
+            cracks.push(next);
+        }
+    }
+
+    /// Each place's coordinates in the rectangle that the region is mapped to conformally, each
+    /// from 0 to 1, the first along its long side; and how many times longer than wide it is.
+    pub(super) fn rectified(&self, places: &[DVec2]) -> (Vec<DVec2>, f64) {
+        let cracks = self.outline();
+        let sides = self.sides(&cracks);
+        let mut ends = vec![[None; 4]; self.inside.len()];
+        for (&(cell, side), &number) in cracks.iter().zip(&sides) {
+            ends[cell][side] = Some(number);
+        }
+        let (u, energy) = self.harmonic(&ends, 3, 1);
+        let (v, _) = self.harmonic(&ends, 0, 2);
+        let place = |&place: &DVec2| {
+            let shares = self.around(place);
+            let mean = |values: &[f64]| shares.iter().map(|&(at, s)| s * values[at]).sum::<f64>();
+            let uv = DVec2::new(mean(&u), mean(&v));
+            if energy > 1.0 { DVec2::new(uv.y, 1.0 - uv.x) } else { uv }
+        };
+        let uv = places.iter().map(place).collect();
+        (uv, energy.max(1.0 / energy))
+    }
+
+    /// The number of the side that each crack belongs to, from 0 to 3 along the outline.
+    fn sides(&self, cracks: &[Crack]) -> Vec<usize> {
+        let count = cracks.len();
+        let middle = |i: usize| {
+            let (cell, side) = cracks[i % count];
+            let at = DVec2::new((cell % self.cols) as f64, (cell / self.cols) as f64);
+            at + 0.5 * AROUND[side]
+        };
+        let window = 2 * STAIRS + 1;
+        let smooth = |i: usize| (0..window).map(|k| middle(i + k)).sum::<DVec2>() / window as f64;
+        let line: Vec<DVec2> = (0..count).map(|i| smooth(i + count - STAIRS)).collect();
+        let mut along = vec![0.0];
+        for i in 0..count {
+            along.push(along[i] + line[i].distance(line[(i + 1) % count]));
+        }
+        let length = along[count];
+        let at = |k: usize| {
+            let goal = length * (k % CANDIDATES) as f64 / CANDIDATES as f64;
+            along.partition_point(|&a| a < goal).min(count - 1)
+        };
+        let corners = corners(&(0..CANDIDATES).map(|k| line[at(k)]).collect::<Vec<_>>());
+        let starts = corners.map(at);
+        (0..count).map(|i| (starts.iter().filter(|&&start| start <= i).count() + 3) % 4).collect()
+    }
+
+    /// The function that is harmonic in the region, 0 at one side, 1 at another, and flows along
+    /// the others; and its energy. Cells just outside continue it.
+    fn harmonic(&self, ends: &[[Option<usize>; 4]], zero: usize, one: usize) -> (Vec<f64>, f64) {
+        let count = self.inside.len();
+        let held = |side: usize| match side {
+            side if side == zero => Some(0.0),
+            side if side == one => Some(1.0),
+            _ => None,
+        };
+        let cells: Vec<usize> = (0..count).filter(|&at| self.inside[at]).collect();
+        // What lies beyond a crack counts by what is held there: the place behind all is 0.
+        let stencil = |&at: &usize| {
+            let mut cell = Stencil { at, beside: [count; 4], held: 0.0, weight: 0.0 };
+            for (side, end) in ends[at].iter().enumerate() {
+                if let Some(end) = *end {
+                    // The middle of a crack is half as far as that of a neighbour.
+                    cell.held += 2.0 * held(end).unwrap_or(0.0);
+                    cell.weight += held(end).map_or(0.0, |_| 2.0);
+                } else {
+                    cell.beside[side] = self.neighbor(at, side).unwrap_or(count);
+                    cell.weight += 1.0;
+                }
+            }
+            cell
+        };
+        let stencils: Vec<Stencil> = cells.iter().map(stencil).collect();
+        let mut values = vec![0.5; count];
+        values.push(0.0);
+        let side = (cells.len() as f64).sqrt();
+        let relaxation = 2.0 / (1.0 + std::f64::consts::PI / (2.0 * side));
+        for _ in 0..SWEEPS {
+            let mut largest = 0.0_f64;
+            for cell in &stencils {
+                let sum = cell.held + cell.beside.iter().map(|&at| values[at]).sum::<f64>();
+                let change = relaxation * (sum / cell.weight - values[cell.at]);
+                values[cell.at] += change;
+                largest = largest.max(change.abs());
+            }
+            if largest < SETTLED {
+                break;
+            }
+        }
+        // The energy is what flows out at the side that is held at 1.
+        let mut energy = 0.0;
+        let mut beyond = vec![(0.0, 0.0); count];
+        for &at in &cells {
+            for (side, end) in ends[at].iter().enumerate() {
+                let Some(end) = *end else { continue };
+                if end == one {
+                    energy += 2.0 * (1.0 - values[at]);
+                }
+                if let Some(outside) = self.neighbor(at, side) {
+                    let value = held(end).map_or(values[at], |held| 2.0 * held - values[at]);
+                    beyond[outside] = (beyond[outside].0 + value, beyond[outside].1 + 1.0);
+                }
+            }
+        }
+        for (value, (sum, count)) in values.iter_mut().zip(beyond) {
+            if count > 0.0 {
+                *value = sum / count;
+            }
+        }
+        (values, energy)
+    }
+}
+
+/// A cell's equation: its value is the mean of those beside it and of those held.
+struct Stencil {
+    at: usize,
+    beside: [usize; 4],
+    held: f64,
+    weight: f64,
+}
+
+/// The four of a closed line's places, equally far from one another along it, that are most like
+/// the corners of a rectangle: the line turns there by right angles, and opposite sides are equally
+/// long.
+fn corners(line: &[DVec2]) -> [usize; 4] {
+    let count = line.len();
+    let turn = |i: usize| {
+        let [before, here, after] = [i + count - TURN, i, i + TURN].map(|k| line[k % count]);
+        let angle = (here - before).angle_to(after - here);
+        (angle / std::f64::consts::FRAC_PI_2).min(1.0)
+    };
+    let turns: Vec<f64> = (0..count).map(turn).collect();
+    let logs: Vec<f64> = (0..=count).map(|length| (length as f64).ln()).collect();
+    let mut best = (f64::NEG_INFINITY, [0; 4]);
+    for a in 0..count {
+        for b in a + TURN..count {
+            for c in b + TURN..count {
+                for d in c + TURN..count {
+                    if a + count - d < TURN {
+                        continue;
+                    }
+                    let [ab, bc, cd, da] = [b - a, c - b, d - c, a + count - d];
+                    let uneven = (logs[ab] - logs[cd]).abs() + (logs[bc] - logs[da]).abs();
+                    let long = (logs[ab + cd] - logs[bc + da]).abs();
+                    let right = turns[a] + turns[b] + turns[c] + turns[d];
+                    let worth = right - UNEVEN * uneven - LONG * long;
+                    if worth > best.0 {
+                        best = (worth, [a, b, c, d]);
+                    }
+                }
+            }
+        }
+    }
+    best.1
+}
+
+/// The whole part of a number of cells, which lies within a raster.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a raster is small")]
+fn whole(cells: f64) -> usize {
+    cells as usize
+}
+
+/// Blurs a raster by a Gaussian of this radius in cells.
+fn blurred(values: &[f64], cols: usize, radius: f64) -> Vec<f64> {
+    let reach = whole((3.0 * radius).ceil());
+    let kernel: Vec<f64> =
+        (0..=reach).map(|k| (-0.5 * (k as f64 / radius).powi(2)).exp()).collect();
+    let rows = values.len() / cols;
+    let along = |values: &[f64], count: usize, stride: usize, other: usize, skip: usize| {
+        let mut sums = vec![0.0; values.len()];
+        for line in 0..other {
+            for i in 0..count {
+                let near = i.saturating_sub(reach)..(i + reach + 1).min(count);
+                let terms = near.map(|k| kernel[k.abs_diff(i)] * values[line * skip + k * stride]);
+                sums[line * skip + i * stride] = terms.sum();
+            }
+        }
+        sums
+    };
+    let across = along(values, cols, 1, rows, cols);
+    along(&across, rows, cols, cols, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places evenly over a part of the square from -1 to 1.
+    fn scattered(part: impl Fn(DVec2) -> bool) -> Vec<DVec2> {
+        let spread = |i: usize| {
+            let at = |share: f64| 2.0 * (0.5 + share * i as f64).fract() - 1.0;
+            DVec2::new(at(0.754_877_666_246_693), at(0.569_840_290_998_053))
+        };
+        (0..1200).map(spread).filter(|&place| part(place)).collect()
+    }
+
+    #[test]
+    fn a_disc_fills_a_square_evenly() {
+        let places = scattered(|p| p.length() < 1.0);
+        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        assert!((1.0..1.05).contains(&aspect), "{aspect}");
+        let (low, high) = bounds(&uv);
+        assert!(low.max_element() < 0.12 && high.min_element() > 0.88, "{low} {high}");
+        // Near the corners, too, which a square around the disc would leave empty.
+        let near = |corner: DVec2| uv.iter().any(|uv| uv.distance(corner) < 0.3);
+        assert!([DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].into_iter().all(near));
+    }
+
+    #[test]
+    fn neighbours_stay_neighbours() {
+        let places = scattered(|p| p.x < 0.0 || p.y < 0.0);
+        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        assert!(aspect > 1.2, "{aspect}");
+        for (i, a) in places.iter().enumerate() {
+            for (j, b) in places.iter().enumerate().filter(|(_, b)| a.distance(**b) < 0.1) {
+                assert!(uv[i].distance(uv[j]) < 0.25, "{a} {b} {} {}", uv[i], uv[j]);
+            }
+        }
+    }
+
+    #[test]
+    fn holes_are_closed_and_pieces_refused() {
+        let ring = scattered(|p| (0.4..1.0).contains(&p.length()));
+        let region = Region::of(&ring).unwrap();
+        let middle = region.around(DVec2::ZERO)[0].0;
+        assert!(region.inside[middle]);
+        assert!(Region::of(&scattered(|p| p.x.abs() > 0.5)).is_none());
+        assert!(Region::of(&[DVec2::ZERO, DVec2::X, DVec2::new(2.0, 0.0)]).is_none());
+    }
+}
