@@ -55,8 +55,9 @@ struct Place {
 }
 
 impl Edge {
+    /// The height, which rounding does not take beyond the bounds either.
     pub(super) fn at(&self, x: f64) -> f64 {
-        height(&self.heights, &Basis::at(&self.knots, x))
+        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, DEEPEST)
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y

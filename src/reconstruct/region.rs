@@ -26,7 +26,7 @@ const TURN: usize = CANDIDATES / 16;
 /// What it costs, in right angles that the outline does not turn at a corner, if opposite sides are
 /// not equally long, or the rectangle is no square: each times the logarithm of the ratio.
 const UNEVEN: f64 = 1.5;
-const LONG: f64 = 0.1;
+const LONG: f64 = 0.3;
 
 /// Cracks on either side over which the outline's stairs are smoothed.
 const STAIRS: usize = 3;

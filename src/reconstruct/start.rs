@@ -106,12 +106,6 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
     ((budget / cols).max(LEAST_SIDE), cols)
 }
 
-/// The whole part of a number of control points or nodes.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative")]
-fn whole(count: f64) -> usize {
-    count as usize
-}
-
 /// A lattice like the net, but with few enough nodes for the points.
 fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let most = (points / POINTS_PER_NODE).max(9) as f64;
