@@ -39,20 +39,21 @@ def scene(
     surface = result.surface
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
     grid = surface.evaluate_grid(u, v)
-    frame = Frame.around(result.points, grid.reshape(-1, 3))
+    points = result.points[result.inliers]
+    frame = Frame.around(points, grid.reshape(-1, 3))
     # Browsers draw in single precision: coordinates count from a near origin.
     origin = np.array([frame.origin(axis) for axis in range(3)])
     scale = coloring(
         surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
     )
-    chosen = sample(len(result.points), MOST_POINTS)
+    chosen = sample(len(points), MOST_POINTS)
     traces = [
         *_surfaces(grid - origin, scale),
         {
             "type": "scatter3d",
             "meta": "points",
             "mode": "markers",
-            **_coordinates(result.points[chosen] - origin),
+            **_coordinates(points[chosen] - origin),
             "marker": {
                 "size": 1.8,
                 "color": _packed(deviation.signed[chosen]),
@@ -146,7 +147,7 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
             }
         )
     layout = _layout("steps", f"mean distance, {unit or 'in the unit of the points'}")
-    layout["yaxis"] |= {"type": "log", "dtick": "D2"}
+    layout["yaxis"] |= {"rangemode": "tozero"}
     layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
