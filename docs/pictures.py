@@ -46,7 +46,7 @@ def grids(path: Path) -> None:
 
 
 def unfolding(path: Path) -> None:
-    """Film a lattice that unfolds from a principal plane that is too small a start."""
+    """Film a lattice that spreads over a folded sheet, from a start along the surface."""
     angle, y = np.random.default_rng(0).random((2, 3000)) * [[3 * np.pi], [3.0]]
     x = np.where(angle < 1.5 * np.pi, np.sin(angle), -2 - np.sin(angle))
     points = np.column_stack([x, y, -np.cos(angle)])
@@ -75,14 +75,17 @@ def report(path: Path) -> None:
 
 
 def beside(path: Path, figures: list[Figure]) -> None:
-    """Put figures of one height side by side, drawn twice as fine and then halved."""
+    """Put figures side by side, drawn twice as fine and then halved."""
     with TemporaryDirectory() as folder:
         images: list[NDArray[np.float32]] = []
         for figure in figures:
             part = Path(folder, "part.png")
             figure.savefig(part, dpi=120)
             images.append(imread(part)[..., :3])
-    whole = np.concatenate(images, axis=1)
+    height = max(len(image) for image in images)
+    padding = [((0, height - len(image)), (0, 0), (0, 0)) for image in images]
+    padded = [np.pad(image, *pad, constant_values=1) for image, pad in zip(images, padding)]
+    whole = np.concatenate(padded, axis=1)
     rows, cols = (side // 2 for side in whole.shape[:2])
     fine = whole[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2, 3)
     imsave(path, np.ascontiguousarray(fine.mean(axis=(1, 3))))
