@@ -8,6 +8,7 @@ Without names, all of them. The one of the report needs playwright and a Chromiu
 import shutil
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -84,8 +85,8 @@ def beside(path: Path, figures: list[Figure]) -> None:
             images.append(imread(part)[..., :3])
     height = max(len(image) for image in images)
     padding = [((0, height - len(image)), (0, 0), (0, 0)) for image in images]
-    padded = [np.pad(image, *pad, constant_values=1) for image, pad in zip(images, padding)]
-    whole = np.concatenate(padded, axis=1)
+    padded = map(partial(np.pad, constant_values=1), images, padding)
+    whole = np.concatenate(list(padded), axis=1)
     rows, cols = (side // 2 for side in whole.shape[:2])
     fine = whole[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2, 3)
     imsave(path, np.ascontiguousarray(fine.mean(axis=(1, 3))))

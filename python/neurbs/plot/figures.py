@@ -253,9 +253,7 @@ def plot_map(
     # Read as the map gives them: a graph has no rows.
     name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
     title = name if cloud is None else f"{name}, {len(cloud):,} points"
-    figure = new_figure(
-        1.1 * _PANEL + (_LEGEND if color else 0.0), frame.height * _PANEL, _DPI
-    )
+    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), frame.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
     axes = add_panel(figure, frame, title, 0.0, share)
     if cloud is not None:

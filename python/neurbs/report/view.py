@@ -17,8 +17,8 @@ from neurbs.plot.scene import NET
 _FACETS = 160
 """Facets along each side of the surface."""
 
-_ISOLINES = 20
-"""Isoparametric lines in each direction."""
+_BETWEEN = 8
+"""Facets from one isoparametric line to the next: what lies on edges of facets is not hidden."""
 
 MOST_POINTS = 60_000
 """Points in the page: 1.3 MB of it."""
@@ -61,8 +61,8 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(result, u, v) - origin, INK, 1.0, visible=True),
-        _lines("net", _broken(surface.control_points) - origin, NET, 2.0, visible=False),
+        _lines("isolines", _isolines(grid) - origin, INK, 2.0, visible=True),
+        _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
     ]
     axes = {
         f"{'xyz'[axis]}axis": {
@@ -146,7 +146,7 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
                 "hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>",
             }
         )
-    layout = _layout("steps", f"mean distance, {unit or 'in the unit of the points'}")
+    layout = _layout("steps", f"mean distance to the map, {unit or 'in the unit of the points'}")
     layout["yaxis"] |= {"rangemode": "tozero"}
     layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
@@ -166,7 +166,7 @@ def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]
         "x": _packed(x),
         "y": _packed(y),
         "contours": {axis: {"highlight": False} for axis in "xyz"},
-        "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.08, "roughness": 0.7},
+        "lighting": {"ambient": 0.6, "diffuse": 0.45, "specular": 0.05, "roughness": 0.8},
     }
     coloured = common | {
         "z": _packed(np.where(missing, np.nan, z)),
@@ -214,22 +214,18 @@ def _lines(
     }
 
 
-def _isolines(
-    result: Reconstruction, u: NDArray[np.float64], v: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    few_u, few_v = (np.linspace(*ends, _ISOLINES) for ends in result.surface.domain)
-    along_v = _broken(result.surface.evaluate_grid(few_u, v), both=False)
-    along_u = _broken(result.surface.evaluate_grid(u, few_v).swapaxes(0, 1), both=False)
-    return np.concatenate([along_v, along_u])
+def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([_broken(net), _broken(net.swapaxes(0, 1))])
 
 
-def _broken(net: NDArray[np.float64], *, both: bool = True) -> NDArray[np.float64]:
-    """Lay the lines along the rows (and columns) of a net end to end, with NaN between them."""
-    lines = [
-        np.pad(grid, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
-        for grid in ((net, net.swapaxes(0, 1)) if both else (net,))
-    ]
-    return np.concatenate(lines)
+def _isolines(grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    few_rows, few_cols = grid[::_BETWEEN], grid[:, ::_BETWEEN]
+    return np.concatenate([_broken(few_rows), _broken(few_cols.swapaxes(0, 1))])
+
+
+def _broken(lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lay lines end to end, with NaN between them."""
+    return np.pad(lines, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
 
 
 def _coordinates(points: NDArray[np.float64]) -> dict[str, Any]:
