@@ -133,7 +133,7 @@ def test_a_large_cloud_is_sampled_and_the_file_stays_small(
     result: Reconstruction, tmp_path: Path
 ) -> None:
     arrays = ("points", "uv", "distances", "inliers")
-    many = {name: np.repeat(getattr(result, name), 1000, axis=0) for name in arrays}
+    many: dict[str, Any] = {name: np.repeat(getattr(result, name), 1000, axis=0) for name in arrays}
     path = tmp_path / "large.html"
     replace(result, **many).write_report(path)
     assert path.stat().st_size < 8 * MEGABYTE

@@ -18,7 +18,11 @@ _FACETS = 160
 """Facets along each side of the surface."""
 
 _BETWEEN = 8
-"""Facets from one isoparametric line to the next: what lies on edges of facets is not hidden."""
+"""Facets from one isoparametric line to the next."""
+
+_LIFT = 0.002
+"""How far on either side of the surface those lines are drawn, as a share of the box's diagonal:
+what lies within it is hidden."""
 
 MOST_POINTS = 60_000
 """Points in the page: 1.3 MB of it."""
@@ -38,7 +42,7 @@ def scene(
     """
     surface = result.surface
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
-    grid = surface.evaluate_grid(u, v)
+    grid, normals = surface.normals_grid(u, v)
     points = result.points[result.inliers]
     frame = Frame.around(points, grid.reshape(-1, 3))
     # Browsers draw in single precision: coordinates count from a near origin.
@@ -61,7 +65,7 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(grid) - origin, INK, 2.0, visible=True),
+        _lines("isolines", _isolines(grid, normals, frame) - origin, INK, 1.0, visible=True),
         _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
     ]
     axes = {
@@ -147,7 +151,9 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
             }
         )
     layout = _layout("steps", f"mean distance to the map, {unit or 'in the unit of the points'}")
-    layout["yaxis"] |= {"rangemode": "tozero"}
+    told = [error for *_, error in result.history]
+    falls_far = told and max(told) > 10 * min(told) > 0
+    layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
     layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
@@ -218,9 +224,17 @@ def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([_broken(net), _broken(net.swapaxes(0, 1))])
 
 
-def _isolines(grid: NDArray[np.float64]) -> NDArray[np.float64]:
-    few_rows, few_cols = grid[::_BETWEEN], grid[:, ::_BETWEEN]
-    return np.concatenate([_broken(few_rows), _broken(few_cols.swapaxes(0, 1))])
+def _isolines(
+    grid: NDArray[np.float64], normals: NDArray[np.float64], frame: Frame
+) -> NDArray[np.float64]:
+    """Lines on both sides of the surface, across it as it is drawn."""
+    across = normals / frame.factor
+    across /= np.linalg.norm(across, axis=2, keepdims=True)
+    lift = _LIFT * np.linalg.norm(frame.drawn) * across / frame.factor
+    sides = (grid + lift, grid - lift)
+    along_v = [_broken(side[::_BETWEEN]) for side in sides]
+    along_u = [_broken(side[:, ::_BETWEEN].swapaxes(0, 1)) for side in sides]
+    return np.concatenate(along_v + along_u)
 
 
 def _broken(lines: NDArray[np.float64]) -> NDArray[np.float64]:
