@@ -314,6 +314,11 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
+    if isinstance(points, str | os.PathLike):
+        raise _core.NeurbsError(
+            f"points must be an array, got the path {os.fspath(points)!r}: "
+            "read it with neurbs.read_points"
+        )
     if _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     options: dict[str, Any] = {
