@@ -102,7 +102,9 @@ def test_the_report_is_plain(result: Reconstruction) -> None:
 
 
 def test_a_path_is_no_points() -> None:
-    with pytest.raises(NeurbsError, match="got the path 'scan.xyz': read it with neurbs.read_poi"):
+    with pytest.raises(
+        NeurbsError, match=r"got the path 'scan\.xyz': read it with neurbs\.read_points"
+    ):
         neurbs.reconstruct("scan.xyz")
 
 
