@@ -8,6 +8,7 @@ Without names, all of them. The one of the report needs playwright and a Chromiu
 import shutil
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -46,7 +47,7 @@ def grids(path: Path) -> None:
 
 
 def unfolding(path: Path) -> None:
-    """Film a lattice that unfolds from a principal plane that is too small a start."""
+    """Film a lattice that spreads over a folded sheet, from a start along the surface."""
     angle, y = np.random.default_rng(0).random((2, 3000)) * [[3 * np.pi], [3.0]]
     x = np.where(angle < 1.5 * np.pi, np.sin(angle), -2 - np.sin(angle))
     points = np.column_stack([x, y, -np.cos(angle)])
@@ -75,14 +76,17 @@ def report(path: Path) -> None:
 
 
 def beside(path: Path, figures: list[Figure]) -> None:
-    """Put figures of one height side by side, drawn twice as fine and then halved."""
+    """Put figures side by side, drawn twice as fine and then halved."""
     with TemporaryDirectory() as folder:
         images: list[NDArray[np.float32]] = []
         for figure in figures:
             part = Path(folder, "part.png")
             figure.savefig(part, dpi=120)
             images.append(imread(part)[..., :3])
-    whole = np.concatenate(images, axis=1)
+    height = max(len(image) for image in images)
+    padding = [((0, height - len(image)), (0, 0), (0, 0)) for image in images]
+    padded = map(partial(np.pad, constant_values=1), images, padding)
+    whole = np.concatenate(list(padded), axis=1)
     rows, cols = (side // 2 for side in whole.shape[:2])
     fine = whole[: 2 * rows, : 2 * cols].reshape(rows, 2, cols, 2, 3)
     imsave(path, np.ascontiguousarray(fine.mean(axis=(1, 3))))

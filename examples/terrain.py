@@ -15,9 +15,7 @@ def main() -> None:
     """Reconstruct, say how it went, and write the files."""
     points = neurbs.read_points(Path(__file__).with_name("jacksboro.xyz"))
     result = neurbs.reconstruct(points)
-    report = result.report
-    print(f"{report.steps} steps, ended by: {report.stopped_by}")
-    print(f"mean distance to the lattice: {report.quantization_error:.0f} m")
+    print(result.report)
     for suffix in ("step", "obj", "png"):
         result.save(f"jacksboro.{suffix}")
 

@@ -1,9 +1,11 @@
 //! Scattered 3D points in, a standard NURBS surface out.
 //!
-//! A Kohonen self-organizing map with a quadrilateral lattice learns the points; the lattice is
-//! the ordered control net that tensor-product surfaces need. The method is that of *Free-form
-//! Surfaces for Scattered Data by Neural Networks* (M. Hoffmann, L. Várady, 1998), called "the
-//! paper" here.
+//! A Kohonen self-organizing map with a quadrilateral lattice brings the points in order, from a
+//! start that follows the surface however folded it is; least squares with fairness then pull a
+//! B-spline surface to the points while their parameters follow it, until a tolerance holds or more
+//! control points would follow noise. It goes beyond *Free-form Surfaces for Scattered Data by
+//! Neural Networks* (M. Hoffmann, L. Várady, 1998), called "the paper" here, where the trained
+//! lattice itself is the control net; that method is here too.
 //!
 //! ```
 //! use neurbs::{DVec3, ReconstructOptions, progress::Silent, reconstruct};
@@ -20,7 +22,7 @@
 //! let result = reconstruct(&points, &options, &mut Silent)?;
 //!
 //! assert_eq!(result.surface.shape(), (8, 6));
-//! assert!(result.report.quantization_error < 0.1);
+//! assert!(result.report.distances.rms < 1e-3);
 //!
 //! let mut file = Vec::new(); // or a std::fs::File
 //! neurbs::export::write_step(&result.surface, &mut file)?;
@@ -28,9 +30,10 @@
 //! ```
 //!
 //! [`reconstruct()`] is the whole job. Its stages are public, each over plain values that can be
-//! saved, looked at and replaced: [`point_cloud`] (checks, normalization), [`som`] (the network),
-//! [`nurbs`] (the surface), [`fit`] (least squares), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long jobs take an
-//! [`Observer`], which is told how far they are and may stop them.
+//! saved, looked at and replaced: [`point_cloud`] (checks, cleaning, normalization), [`topology`]
+//! (what closes), [`som`] (the network), [`fit`] (least squares), [`nurbs`] (the surface),
+//! [`inspection`] (what could be wrong), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long
+//! jobs take an [`Observer`], which is told how far they are and may stop them.
 //!
 //! Points are [`DVec3`] of the `glam` crate, in any unit; u runs along the rows of a net, v along
 //! its columns, and arrays over a net are row-major.

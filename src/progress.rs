@@ -18,8 +18,9 @@ pub struct Progress {
     /// Largest move of a lattice node during the last finished epoch, in the points' unit;
     /// `None` before the first has finished and in stages without a lattice.
     pub change: Option<f64>,
-    /// Mean distance from points to their nearest nodes during the last finished epoch, in the
-    /// points' unit; `None` as for `change`.
+    /// Mean distance from points to their nearest nodes during the last finished epoch, or while a
+    /// surface is fitted the root of their mean squared distance from it, in the points' unit;
+    /// `None` before there is one.
     pub error: Option<f64>,
     /// How far on the lattice the neighbourhood reaches, in cells; `None` in stages without one.
     pub radius: Option<f64>,

@@ -66,11 +66,10 @@ class Deviation:
 
     @classmethod
     def of_result(cls, result: Reconstruction) -> Deviation:
-        """Measure the deviation of a result's points; what it has measured itself is not again."""
-        uv, distances = getattr(result, "uv", None), getattr(result, "distances", None)
-        if uv is None or distances is None:
-            return cls.of(result.surface, result.points)
-        return cls._with_sides(result.surface, result.points, uv, distances)
+        """Return the deviation of a result's inliers; what it has measured itself is not again."""
+        inliers = result.inliers
+        measured = (result.points[inliers], result.uv[inliers], result.distances[inliers])
+        return cls._with_sides(result.surface, *measured)
 
     @classmethod
     def _with_sides(

@@ -216,8 +216,8 @@ def reconstruct(
         until they do, or says why it did not. By default it grows until cross-validation says that
         it would follow noise.
     method : {"fit", "paper"}, default "fit"
-        How the surface comes from the points: as above, or by the paper's method, where the
-        trained lattice itself makes the surface.
+        How the surface comes from the points: by least squares, or by the paper's method, where
+        the trained lattice itself makes the surface.
     surface : {"control-net", "interpolate", "bezier"}, default "control-net"
         With ``method="paper"``: what the lattice is to the surface (section 5 of the paper): the
         control net of a clamped B-spline surface, the points that such a surface passes through,
@@ -231,10 +231,10 @@ def reconstruct(
         Degree of the surface in both directions, lowered where the net has too few rows or columns
         for it. A Bézier surface's degrees are one less than rows and columns, whatever it is.
     topology : {"auto", "sheet", "height", "tube", "torus"}, default "auto"
-        What kind of surface the points lie on: open; heights over a plane; closed in u; closed in
-        both directions. Closed directions are smooth across the seam. By default it is found out,
-        and the report says why; sheets that turn out to be heights over a rectangle are fitted as
-        such.
+        What kind of surface the points lie on: open (sheet, or height for heights over a plane),
+        closed in u (tube) or in both directions (torus). Closed directions are smooth across the
+        seam. By default it is found out, and the report says why; sheets that turn out to be
+        heights over a rectangle are fitted as such.
     init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
         Where the nodes of the map lie before it learns: in order along the surface, in the
         principal plane, or as given. By default along the surface, or in the plane if that turns
@@ -247,9 +247,9 @@ def reconstruct(
         Whether points that the fitted surface shows to be outliers lose their weight, by Tukey's
         biweight.
     pieces : int or {"each"}, optional
-        Which of the pieces that the cloud falls into is fitted, 0 being the largest (see
-        `neurbs.pieces`), or each by itself. By default all together, with a warning if there are
-        several.
+        Which of the pieces that the cloud falls into is fitted, 0 being the largest, or ``"each"``
+        for each by itself. By default all together, with a warning if there are several; see
+        `neurbs.pieces`.
     rational : bool, default False
         Whether the weights of the control points are optimized at last, for what is round: it is
         kept where it is better.
@@ -316,6 +316,11 @@ def reconstruct(
     >>> result.report.rms < 1e-3
     True
     """
+    if isinstance(points, str | os.PathLike):
+        raise _core.NeurbsError(
+            f"points must be an array, got the path {os.fspath(points)!r}: "
+            "read it with neurbs.read_points"
+        )
     if not isinstance(points, Iterator) and _is_ordered(points):
         return _of_ordered(points, surface, degree, progress)
     options: dict[str, Any] = {

@@ -124,7 +124,8 @@ class Report:
             lines["training"] = f"{self.steps:,} steps: {_WHY_STOPPED[self.stopped_by]}"
             lines["on lattice"] = f"{self.reached:,} of {self.points:,} points"
         else:
-            lines["fit"] = f"{self.iterations} iterations: {_WHY_ENDED[self.ended_by]}"
+            several = "" if self.iterations == 1 else "s"
+            lines["fit"] = f"{self.iterations} iteration{several}: {_WHY_ENDED[self.ended_by]}"
         lines["time"] = ", ".join(f"{stage} {time:.2f} s" for stage, time in self.seconds.items())
         return lines
 

@@ -86,6 +86,8 @@ pub(super) struct Fitting<'a> {
     falling: f64,
     iterations: usize,
     total: usize,
+    /// Root of the mean square of the distances, when they were found last.
+    error: Option<f64>,
     observer: &'a mut dyn Observer,
 }
 
@@ -108,6 +110,7 @@ impl<'a> Fitting<'a> {
             falling: FIRST_FAIRNESS,
             iterations: 0,
             total: 2 * options.iterations,
+            error: None,
             observer,
         }
     }
@@ -184,6 +187,7 @@ impl<'a> Fitting<'a> {
         for iteration in 0..MOST_TIMES * limit {
             let feet = self.correct(&surface, STEPS);
             let found = self.rms(&feet);
+            self.error = Some(found);
             let settled = self.falling <= self.aim() && iteration >= LEAST_ITERATIONS.min(limit);
             let most = if iteration < limit { 1.0 - CONVERGED } else { CONVERGING };
             if settled && found > most * error || iteration >= limit && found > CONVERGING * error {
@@ -307,8 +311,10 @@ impl<'a> Fitting<'a> {
 
     fn factor(&mut self, matrix: &mut Band, space: &SplineSpace) -> Result<()> {
         let step = self.iterations.min(self.total) as u64;
-        let progress =
-            Progress::of_stage(Stage::Fitting, step, self.total as u64, self.points.len());
+        let progress = Progress {
+            error: self.error,
+            ..Progress::of_stage(Stage::Fitting, step, self.total as u64, self.points.len())
+        };
         if matrix.factor(&mut || progress::report(self.observer, &progress))? {
             return Ok(());
         }

@@ -90,10 +90,9 @@ fn symmetric(matrix: DMat3) -> ([f64; 3], [DVec3; 3]) {
             let (a, b) = (cosine * a - sine * b, sine * a + cosine * b);
             (matrix[other][p], matrix[p][other]) = (a, a);
             (matrix[other][q], matrix[q][other]) = (b, b);
-            for row in 0..3 {
-                let (a, b) = (axes[p][row], axes[q][row]);
-                (axes[p][row], axes[q][row]) = (cosine * a - sine * b, sine * a + cosine * b);
-            }
+            let (a, b) = (DVec3::from_array(axes[p]), DVec3::from_array(axes[q]));
+            axes[p] = (cosine * a - sine * b).to_array();
+            axes[q] = (sine * a + cosine * b).to_array();
         }
     }
     let (matrix, axes) = (DMat3::from_cols_array_2d(&matrix), DMat3::from_cols_array_2d(&axes));

@@ -15,8 +15,13 @@ use crate::point_cloud;
 use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report, Start};
 use crate::topology::Kind;
 
-/// The word for what is found out.
-const AUTO: &str = "auto";
+/// The kinds of surface that may be asked for; `None` is found out.
+const KINDS: [Option<Kind>; 5] =
+    [None, Some(Kind::Sheet), Some(Kind::Height), Some(Kind::Tube), Some(Kind::Torus)];
+
+fn kind_name(kind: Option<Kind>) -> &'static str {
+    kind.map_or("auto", Kind::name)
+}
 
 /// Surface, map, parameters, distances, inliers, report, and of what was told on the way stage, step and
 /// error.
@@ -47,19 +52,13 @@ pub(super) fn reconstruct<'py>(
         option("weights")?.map(|weights| Numbers::sequence(&weights, "weights")).transpose()?;
     let given = option("init")?.filter(|init| !init.is_instance_of::<PyString>());
     let given = given.map(|nodes| nodes_of(&nodes)).transpose()?;
-    let topology = needed("topology")?;
-    let automatic = topology.extract::<String>().is_ok_and(|name| name == AUTO);
     let options = ReconstructOptions {
         tolerance: real("tolerance")?,
         method: arguments::choice("method", &Method::ALL, Method::name, &needed("method")?)?,
         surface: named_surface(&needed("surface")?)?,
         grid: option("grid")?.map(|grid| arguments::pair("grid", &grid)).transpose()?,
         degree: arguments::count("degree", &needed("degree")?)?,
-        topology: if automatic {
-            None
-        } else {
-            Some(arguments::choice("topology", &Kind::ALL, Kind::name, &topology)?)
-        },
+        topology: arguments::choice("topology", &KINDS, kind_name, &needed("topology")?)?,
         init: match &given {
             Some(nodes) => {
                 let shape = (nodes.shape()[0], nodes.shape()[1]);
@@ -131,7 +130,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     options.set_item("surface", surface.name())?;
     options.set_item("grid", grid)?;
     options.set_item("degree", degree)?;
-    options.set_item("topology", topology.map_or(AUTO, Kind::name))?;
+    options.set_item("topology", kind_name(topology))?;
     options.set_item("init", init.name())?;
     options.set_item("weights", py.None())?;
     options.set_item("clean", clean)?;

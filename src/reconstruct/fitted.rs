@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 use super::counted::{Counted, every, of};
 use super::feet::feet;
 use super::job::{Job, Shape};
+use super::own_frame::OwnFrame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
 use super::{Aspect, ReconstructOptions, Reconstruction, heights};
@@ -41,6 +42,7 @@ pub(super) fn reconstruct(
     let frame = Normalization::of(&counted.points);
     let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
+    let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
     let start = if let Some(up) = shape.up {
         let (uv, size) = heights::places(&sample, up);
@@ -48,24 +50,24 @@ pub(super) fn reconstruct(
             Aspect::Data => split(budget.0 * budget.1, size.x / size.y),
             Aspect::Fixed => budget,
         };
-        OrderedStart::over(&sample, &uv, net, observer)?
+        OrderedStart::over(&sample, &uv, net, told)?
     } else {
         let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
-        OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, observer)?
+        OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
     };
     clock.lap("ordering");
-    let map = learn(&sample, &start, observer)?;
+    let map = learn(&sample, &start, told)?;
     let uv = if shape.up.is_some() {
         Vec::new()
     } else {
-        let places = map.parametrize(&local, EXTRAPOLATION, observer)?;
+        let places = map.parametrize(&local, EXTRAPOLATION, told)?;
         bounded(&places, shape.closed().closed())
     };
     clock.lap("training");
 
     let growth = growth(options, &frame);
     let mut job = Job { points: &local, weights: counted.weights.clone(), uv, shape, options };
-    let fit = job.done(start.net, growth, observer)?;
+    let fit = job.done(start.net, growth, told)?;
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;

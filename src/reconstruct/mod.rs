@@ -7,6 +7,7 @@ mod heights;
 mod job;
 mod options;
 mod outline;
+mod own_frame;
 mod paper;
 mod region;
 mod report;

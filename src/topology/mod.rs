@@ -61,9 +61,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Sheet, Self::Height, Self::Tube, Self::Torus];
-
     /// The kind's name, as Python spells it.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -750,7 +750,8 @@ def test_the_report_is_written(
     done = Outcome(capsys, "reconstruct", points_file, "-o", page, "--unit", "m", *QUICK)
     assert done.code == 0
     text = page.read_text(encoding="utf-8")
-    assert f"neurbs reconstruct {points_file} -o out.step --grid 6 5" in text
+    options = "--method paper --grid 6 5"
+    assert f"neurbs reconstruct {points_file} -o out.step {options}" in text
 
 
 # Ctrl-C while it starts

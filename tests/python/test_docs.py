@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ["start", "tutorial", "choosing", "recipes", "migrating"]
+PAGES = [page.stem for page in DOCS.glob("*.md") if "```python\n" in page.read_text("utf-8")]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -19,7 +19,6 @@ def test_the_examples_of_a_page_run(
     monkeypatch.chdir(tmp_path)
     text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
     examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert examples
     names: dict[str, object] = {}
     for example in examples:
         exec(example, names)

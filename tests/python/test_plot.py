@@ -45,7 +45,9 @@ def square(rng: np.random.Generator) -> NDArray[np.float64]:
 def test_the_file_is_a_figure_of(result: Reconstruction, tmp_path: Path) -> None:
     result.save(tmp_path / "a.png")
     image = imread(tmp_path / "a.png")[:, :, :3]
-    assert image.shape == (800, 1600, 3)
+    assert image.shape[1:] == (1600, 3)
+    # Hills are flat: the picture is no higher than they need.
+    assert 600 < len(image) < 700
     for panel in np.split(image, 2, axis=1):
         white = (panel == 1).all(axis=2)
         assert 0.5 < white.mean() < 0.95

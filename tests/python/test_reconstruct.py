@@ -101,6 +101,13 @@ def test_the_report_is_plain(result: Reconstruction) -> None:
     assert report["percentiles"][50] <= report["rms"] <= report["max"]
 
 
+def test_a_path_is_no_points() -> None:
+    with pytest.raises(
+        NeurbsError, match=r"got the path 'scan\.xyz': read it with neurbs\.read_points"
+    ):
+        neurbs.reconstruct("scan.xyz")
+
+
 FEW = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]
 
 

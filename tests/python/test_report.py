@@ -48,7 +48,7 @@ def test_it_says_what_was_measured(page: str, result: Reconstruction) -> None:
         f"{distances.max():.4g} m",
         f"{np.percentile(distances, 99):.4g} m",
         f"{100 * np.mean(distances <= 0.8):.3f} % of the points, within 0.8 m",
-        "All 400 points are shown.",
+        "Of 400 points all are shown.",
         f"neurbs {neurbs.__version__}",
     ):
         assert words in page
@@ -57,6 +57,39 @@ def test_it_says_what_was_measured(page: str, result: Reconstruction) -> None:
 def test_it_says_how_to_repeat_it(page: str) -> None:
     assert "neurbs reconstruct &#x27;a scan.xyz&#x27; -o out.step --grid 9 7" in page
     assert "neurbs.reconstruct(points, grid=(9, 7))" in page
+
+
+def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
+    far = replace(
+        result,
+        points=np.vstack([result.points, [[5e6, 7.5e6, 1e5]]]),
+        uv=np.vstack([result.uv, [[0, 0]]]),
+        distances=np.append(result.distances, 1e5),
+        inliers=np.append(result.inliers, False),
+    )
+    far.write_report(tmp_path / "a.html", unit="m")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "Of 401 points all but the 1 that do not count are shown." in page
+    assert f"{result.distances.max():.4g} m" in page
+    assert figures(page)["view"]["layout"]["scene"]["zaxis"]["range"][1] < 200
+
+
+@pytest.mark.parametrize(
+    ("options", "command", "call"),
+    [
+        ({"rational": True, "clean": False}, "--no-clean --rational", "clean=False, rational=True"),
+        ({"weights": np.ones(400)}, "# Not by a command: weights are an array.", "weights=weights"),
+        ({"topology": "sheet"}, "--topology sheet", "topology=&#x27;sheet&#x27;"),
+    ],
+)
+def test_each_kind_of_setting_can_be_repeated(
+    options: dict[str, Any], command: str, call: str, result: Reconstruction, tmp_path: Path
+) -> None:
+    settings = result.settings | options
+    replace(result, settings=settings).write_report(tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert command in page
+    assert f"neurbs.reconstruct(points, grid=(9, 7), {call})" in page
 
 
 def test_the_histogram_holds_all_points(page: str) -> None:
@@ -88,23 +121,24 @@ def test_digits_far_from_the_origin_are_kept(page: str, result: Reconstruction) 
 def test_holes_are_grey(tmp_path: Path, rng: np.random.Generator) -> None:
     x, y = rng.random((2, 4000))
     cloud = np.column_stack([x, y, 0.1 * np.sin(5 * x)])
-    ring = cloud[np.hypot(x - 0.5, y - 0.5) > 0.25]
-    whole = neurbs.reconstruct(cloud, grid=(8, 8), max_steps=50_000, min_change=0.5)
-    for points, count in ((cloud, 1), (ring, 2)):
-        replace(whole, points=points).write_report(tmp_path / "a.html")
+    ring = np.hypot(x - 0.5, y - 0.5) > 0.25
+    whole = neurbs.reconstruct(cloud, grid=(8, 8))
+    for inliers, count in ((np.ones(4000, bool), 1), (ring, 2)):
+        replace(whole, inliers=inliers).write_report(tmp_path / "a.html")
         data = figures((tmp_path / "a.html").read_text(encoding="utf-8"))["view"]["data"]
         assert [trace["meta"] for trace in data].count("surface") == count
 
 
 def test_a_large_cloud_is_sampled_and_the_file_stays_small(
-    result: Reconstruction, tmp_path: Path, rng: np.random.Generator
+    result: Reconstruction, tmp_path: Path
 ) -> None:
-    many = np.repeat(result.points, 1000, axis=0) + rng.normal(0, 0.1, (400_000, 3))
+    arrays = ("points", "uv", "distances", "inliers")
+    many: dict[str, Any] = {name: np.repeat(getattr(result, name), 1000, axis=0) for name in arrays}
     path = tmp_path / "large.html"
-    replace(result, points=many).write_report(path)
+    replace(result, **many).write_report(path)
     assert path.stat().st_size < 8 * MEGABYTE
     page = path.read_text(encoding="utf-8")
-    assert "A sample of 60,000 of the 400,000 points is shown; all are measured." in page
+    assert "A sample of 60,000 of 400,000 points is shown; all are measured." in page
     assert "no tolerance was given" in page
 
 
@@ -177,7 +211,11 @@ def coloured(image: NDArray[np.int64]) -> float:
     return float(np.mean(np.abs(image[..., 0] - image[..., 2]) > 40))
 
 
-def test_a_browser_shows_it_and_turns_it(report: Path, browser: Any) -> None:
+def test_a_browser_shows_it_and_turns_it(
+    result: Reconstruction, tmp_path: Path, browser: Any
+) -> None:
+    report = tmp_path / "report.html"
+    result.write_report(report)
     page = browser.new_page(viewport={"width": 700, "height": 800})
     page.set_default_timeout(PATIENCE)
     complaints: list[str] = []

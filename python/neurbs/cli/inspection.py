@@ -149,7 +149,7 @@ def _text(value: Any) -> str:
         case bool():
             return "yes" if value else "no"
         case float():
-            return f"{value:,.10g}"
+            return f"{value + 0.0:,.10g}"  # There is no −0 for readers.
         case int():
             return f"{value:,}"
         case list() | tuple():

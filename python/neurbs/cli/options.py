@@ -182,15 +182,14 @@ def _is_word(kind: str) -> bool:
 
 def _option(parameter: inspect.Parameter, kind: str, text: str) -> inspect.Parameter:
     """Make an option of a parameter, described by its type and text."""
-    first = re.split(r"(?<=\w\w)\. |; ", text)[0].rstrip(".")
+    first = re.split(r"\. (?=[A-Z])|; see ", text)[0].rstrip(".")
     default = parameter.default
-    if default not in (None, inspect.Parameter.empty):
-        first += f" (default: {default})"
     annotation: Any = str | None
     words = [flag(parameter.name)]
     metavar = "WORD"
+    notes = []
     if choices := re.match(r"\{(.+?)\}", kind):
-        metavar = choices[1].replace('"', "").replace(", ", "|")
+        notes.append(choices[1].replace('"', "").replace(", ", "|"))
     elif kind.startswith("(int, int)"):
         annotation, metavar = tuple[str, str] | None, "N N"
     elif kind.startswith("bool"):
@@ -200,13 +199,21 @@ def _option(parameter: inspect.Parameter, kind: str, text: str) -> inspect.Param
         metavar = "N"
     elif kind.startswith(("float", "number")):
         metavar = "NUMBER"
-    option = typer.Option(*words, metavar=metavar or None, help=first)
+    if default not in (None, "", inspect.Parameter.empty):
+        notes.append(f"default: {_word(default)}")
+    text = f"{first} ({', '.join(notes)})" if notes else first
+    option = typer.Option(*words, metavar=metavar or None, help=text)
     return inspect.Parameter(
         parameter.name,
         inspect.Parameter.KEYWORD_ONLY,
         default=None,
         annotation=Annotated[annotation, option],
     )
+
+
+def _word(value: Any) -> str:
+    """Write a default as it is given on the command line; switches are on or off."""
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 
 
 def _positional(parameters: list[inspect.Parameter]) -> list[inspect.Parameter]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
 
 _PANEL, _LEGEND, _DPI = 8.0, 1.2, 100.0
-"""Inches of a panel's sides and of a legend's width, and dots an inch."""
+"""Inches of a panel's width and of a legend's, and dots an inch."""
 
 _NODE_COLORS = ("u-matrix", "hits")
 """What the cells of a map can be coloured by."""
@@ -96,8 +96,8 @@ def plot_reconstruction(
             unit=unit,
             isolines=isolines,
         )
-    figure = new_figure(2 * _PANEL + _legend_width(color), _PANEL, _DPI)
     frame = Frame.around(result.points, result.mesh.vertices)
+    figure = new_figure(2 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
     lattice = result.som.codebook_
     share = _PANEL / figure.get_figwidth()
     title = f"{len(result.points):,} points, {_size(lattice)} lattice"
@@ -193,7 +193,7 @@ def plot_surface(
     drawn += [net.reshape(-1, 3)] if control_net else []
     drawn += [] if cloud is None else [cloud]
     frame = Frame.around(*drawn)
-    figure = new_figure(1.1 * _PANEL + _legend_width(color), _PANEL, _DPI)
+    figure = new_figure(1.1 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
     axes = add_panel(figure, frame, _surface_title(surface), 0.0, share)
     scale = draw_surface(
@@ -253,7 +253,7 @@ def plot_map(
     # Read as the map gives them: a graph has no rows.
     name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
     title = name if cloud is None else f"{name}, {len(cloud):,} points"
-    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), _PANEL, _DPI)
+    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), frame.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
     axes = add_panel(figure, frame, title, 0.0, share)
     if cloud is not None:
@@ -286,8 +286,9 @@ def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
         from neurbs.plot.vista import points_plotter
 
         return points_plotter(cloud)
-    figure = new_figure(1.1 * _PANEL, _PANEL, _DPI)
-    draw_points(add_panel(figure, Frame.around(cloud), f"{len(cloud):,} points"), cloud)
+    frame = Frame.around(cloud)
+    figure = new_figure(1.1 * _PANEL, frame.height * _PANEL, _DPI)
+    draw_points(add_panel(figure, frame, f"{len(cloud):,} points"), cloud)
     return figure
 
 

@@ -22,6 +22,12 @@ _FLATTEST = 0.25
 _FAR = 20.0
 """Coordinates larger than this many extents are labelled from a nearer origin."""
 
+_FILLED, _ACROSS, _UPWARDS = 0.92, 0.9, 0.78
+"""Share of a square panel that its view fills, and shares of the view that the box may fill."""
+
+_MARGINS = 0.21
+"""Room for title and labels above and below the box, as a share of the panel's width."""
+
 _ELEVATION, _AZIMUTH = np.radians([35.0, -60.0])
 """Where the viewer stands."""
 
@@ -51,6 +57,20 @@ class Frame:
     def drawn(self) -> NDArray[np.float64]:
         """Lengths of the box's sides as they are drawn."""
         return (self.high - self.low) * self.factor
+
+    @property
+    def seen(self) -> tuple[float, float]:
+        """Width and height of the box as it is seen, as shares of its diagonal."""
+        across, upwards, _ = np.abs(view()) @ self.drawn / np.linalg.norm(self.drawn)
+        return float(across), float(upwards)
+
+    @property
+    def height(self) -> float:
+        """Height of a panel that has no empty bands, as a share of its width."""
+        across, upwards = self.seen
+        share = _FILLED * min(_ACROSS * upwards / across, _UPWARDS) + _MARGINS
+        # In hundredths, so that pixels are whole.
+        return min(float(np.ceil(100 * share)) / 100, 1.0)
 
     def origin(self, axis: int) -> float:
         """Return the round number that labels of an axis count from: 0 unless it is far away."""
@@ -106,18 +126,22 @@ def add_panel(
     figure: Figure, frame: Frame, title: str, left: float = 0.0, width: float = 1.0
 ) -> Any:
     """Add a 3D view of the frame between `left` and `left + width` of the figure."""
+    height = figure.get_figheight()
     # Wider than its share and shifted to the left: labels of z stand at the right.
-    box = (left - 0.06 * width, 0.01, 1.06 * width, 0.92)
+    wide = 1.06 * width
+    side = min(height / frame.height, wide * figure.get_figwidth()) / height
+    # Lower than the middle: the title stands above. Where it leaves the figure, it is empty.
+    box = (left - 0.06 * width, 0.5 - 0.03 * side - 0.5 * _FILLED * side, wide, _FILLED * side)
     axes: Any = figure.add_axes(box, projection="3d", computed_zorder=False)
     axes.set_proj_type("ortho")
     axes.view_init(np.degrees(_ELEVATION), np.degrees(_AZIMUTH))
     # As large as the panel allows with room for labels, in units of Matplotlib's default.
-    across, upwards, _ = np.abs(view()) @ frame.drawn / np.linalg.norm(frame.drawn)
-    axes.set_box_aspect(frame.drawn, zoom=min(0.9 / across, 0.78 / upwards))
+    across, upwards = frame.seen
+    axes.set_box_aspect(frame.drawn, zoom=min(_ACROSS / across, _UPWARDS / upwards))
     axes.set(**{f"{x}lim": limits for x, *limits in zip("xyz", frame.low, frame.high, strict=True)})
     for index, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
         _label(axis, frame, index)
-    figure.text(left + 0.48 * width, 0.93, title, ha="center", size=17, color=INK)
+    figure.text(left + 0.48 * width, 1 - 0.07 * side, title, ha="center", size=17, color=INK)
     return axes
 
 

@@ -14,6 +14,8 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from neurbs import _core
 from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
@@ -107,12 +109,12 @@ def write_page(
         style=_resource("page.css"),
         version=_core.__version__,
         cards=_cards(result, deviation, tolerance, unit),
-        shown=_shown(len(result.points)),
+        shown=_shown(len(result.points), len(deviation.signed)),
         # A script ends at the first "</", wherever that stands.
         figures=json.dumps(figures).replace("</", "<\\/"),
         measures=_table(_measures(deviation, tolerance, unit)),
         report=_table(_flat(result.report.to_dict())),
-        settings=_table(_flat(result.settings)),
+        settings=_table(_flat({n: _named(n, value) for n, value in result.settings.items()})),
         command=html.escape(_command(result, source)),
         call=html.escape(_call(result)),
         script=_resource("page.js"),
@@ -159,10 +161,13 @@ def _measures(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
     }
 
 
-def _shown(points: int) -> str:
-    if points <= view.MOST_POINTS:
-        return f"All {points:,} points are shown."
-    return f"A sample of {view.MOST_POINTS:,} of the {points:,} points is shown; all are measured."
+def _shown(points: int, inliers: int) -> str:
+    """Say which points are shown, and which of them are measured."""
+    left_out = points - inliers
+    among = f"all but the {left_out:,} that do not count" if left_out else "all"
+    if inliers <= view.MOST_POINTS:
+        return f"Of {points:,} points {among} are shown."
+    return f"A sample of {view.MOST_POINTS:,} of {points:,} points is shown; {among} are measured."
 
 
 def _length(value: float, unit: str) -> str:
@@ -194,14 +199,27 @@ def _table(rows: Mapping[str, str]) -> str:
     return f"<table>{''.join(cells)}</table>"
 
 
+class _Name(str):
+    """What stands for an array: the name of the parameter."""
+
+    __repr__ = str.__str__
+
+
+def _named(name: str, value: Any) -> Any:
+    """Return a setting as it is, or its name for an array."""
+    # Words and numbers have one element, and rows and columns are two.
+    return value if np.size(value) <= 2 else _Name(name)
+
+
 def _changed(result: Reconstruction) -> dict[str, Any]:
     """Return the settings that are not the defaults."""
     from neurbs import reconstruct
 
     parameters = inspect.signature(reconstruct).parameters
+    settings = {name: _named(name, value) for name, value in result.settings.items()}
     return {
         name: value
-        for name, value in result.settings.items()
+        for name, value in settings.items()
         if name in parameters and value != parameters[name].default
     }
 
@@ -209,8 +227,16 @@ def _changed(result: Reconstruction) -> dict[str, Any]:
 def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> str:
     words = ["neurbs", "reconstruct", os.fspath(source) if source else "POINTS", "-o", "out.step"]
     for name, value in _changed(result).items():
-        values = value if isinstance(value, (tuple, list)) else [value]
-        words += [f"--{name.replace('_', '-')}", *map(str, values)]
+        option = name.replace("_", "-")
+        match value:
+            case _Name():
+                return f"# Not by a command: {name} are an array."
+            case bool():
+                words.append(f"--{option}" if value else f"--no-{option}")
+            case tuple() | list():
+                words += [f"--{option}", *map(str, value)]
+            case _:
+                words += [f"--{option}", str(value)]
     return shlex.join(words)
 
 

@@ -17,8 +17,12 @@ from neurbs.plot.scene import NET
 _FACETS = 160
 """Facets along each side of the surface."""
 
-_ISOLINES = 20
-"""Isoparametric lines in each direction."""
+_BETWEEN = 8
+"""Facets from one isoparametric line to the next."""
+
+_LIFT = 0.002
+"""How far on either side of the surface those lines are drawn, as a share of the box's diagonal:
+what lies within it is hidden."""
 
 MOST_POINTS = 60_000
 """Points in the page: 1.3 MB of it."""
@@ -38,21 +42,22 @@ def scene(
     """
     surface = result.surface
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
-    grid = surface.evaluate_grid(u, v)
-    frame = Frame.around(result.points, grid.reshape(-1, 3))
+    grid, normals = surface.normals_grid(u, v)
+    points = result.points[result.inliers]
+    frame = Frame.around(points, grid.reshape(-1, 3))
     # Browsers draw in single precision: coordinates count from a near origin.
     origin = np.array([frame.origin(axis) for axis in range(3)])
     scale = coloring(
         surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
     )
-    chosen = sample(len(result.points), MOST_POINTS)
+    chosen = sample(len(points), MOST_POINTS)
     traces = [
         *_surfaces(grid - origin, scale),
         {
             "type": "scatter3d",
             "meta": "points",
             "mode": "markers",
-            **_coordinates(result.points[chosen] - origin),
+            **_coordinates(points[chosen] - origin),
             "marker": {
                 "size": 1.8,
                 "color": _packed(deviation.signed[chosen]),
@@ -60,8 +65,8 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(result, u, v) - origin, INK, 1.0, visible=True),
-        _lines("net", _broken(surface.control_points) - origin, NET, 2.0, visible=False),
+        _lines("isolines", _isolines(grid, normals, frame) - origin, INK, 1.0, visible=True),
+        _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
     ]
     axes = {
         f"{'xyz'[axis]}axis": {
@@ -145,8 +150,10 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
                 "hovertemplate": "step %{x:,}: %{y:.4g}<extra></extra>",
             }
         )
-    layout = _layout("steps", f"mean distance, {unit or 'in the unit of the points'}")
-    layout["yaxis"] |= {"type": "log", "dtick": "D2"}
+    layout = _layout("steps", f"mean distance to the map, {unit or 'in the unit of the points'}")
+    told = [error for *_, error in result.history]
+    falls_far = told and max(told) > 10 * min(told) > 0
+    layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
     layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
@@ -165,7 +172,7 @@ def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]
         "x": _packed(x),
         "y": _packed(y),
         "contours": {axis: {"highlight": False} for axis in "xyz"},
-        "lighting": {"ambient": 0.75, "diffuse": 0.5, "specular": 0.08, "roughness": 0.7},
+        "lighting": {"ambient": 0.6, "diffuse": 0.45, "specular": 0.05, "roughness": 0.8},
     }
     coloured = common | {
         "z": _packed(np.where(missing, np.nan, z)),
@@ -213,22 +220,26 @@ def _lines(
     }
 
 
+def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.concatenate([_broken(net), _broken(net.swapaxes(0, 1))])
+
+
 def _isolines(
-    result: Reconstruction, u: NDArray[np.float64], v: NDArray[np.float64]
+    grid: NDArray[np.float64], normals: NDArray[np.float64], frame: Frame
 ) -> NDArray[np.float64]:
-    few_u, few_v = (np.linspace(*ends, _ISOLINES) for ends in result.surface.domain)
-    along_v = _broken(result.surface.evaluate_grid(few_u, v), both=False)
-    along_u = _broken(result.surface.evaluate_grid(u, few_v).swapaxes(0, 1), both=False)
-    return np.concatenate([along_v, along_u])
+    """Lines on both sides of the surface, across it as it is drawn."""
+    across = normals / frame.factor
+    across /= np.linalg.norm(across, axis=2, keepdims=True)
+    lift = _LIFT * np.linalg.norm(frame.drawn) * across / frame.factor
+    sides = (grid + lift, grid - lift)
+    along_v = [_broken(side[::_BETWEEN]) for side in sides]
+    along_u = [_broken(side[:, ::_BETWEEN].swapaxes(0, 1)) for side in sides]
+    return np.concatenate(along_v + along_u)
 
 
-def _broken(net: NDArray[np.float64], *, both: bool = True) -> NDArray[np.float64]:
-    """Lay the lines along the rows (and columns) of a net end to end, with NaN between them."""
-    lines = [
-        np.pad(grid, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
-        for grid in ((net, net.swapaxes(0, 1)) if both else (net,))
-    ]
-    return np.concatenate(lines)
+def _broken(lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Lay lines end to end, with NaN between them."""
+    return np.pad(lines, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
 
 
 def _coordinates(points: NDArray[np.float64]) -> dict[str, Any]:
