@@ -18,7 +18,7 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if a side of the net
+    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`](crate::Error::Parameter) if a side of the net
     /// has not more control points than the degree, or more than the grid has points.
     pub fn approximate(
         grid: &[DVec3],

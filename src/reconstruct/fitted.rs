@@ -8,19 +8,23 @@ use super::job::{Job, Shape};
 use super::own_frame::OwnFrame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
-use super::{Aspect, ReconstructOptions, Reconstruction, heights};
+use super::{Aspect, ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::Result;
 use crate::fit::{EndedBy, Growth, bounded};
 use crate::inspection;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
-use crate::topology::detect;
+use crate::topology::{Kind, detect};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
 
 /// How far beyond the lattice's border points may lie, in cells.
 const EXTRAPOLATION: f64 = 0.75;
+
+/// Topographic error of a map from an ordered start that shows a short circuit between layers: a map
+/// in order has less than a tenth of it.
+const TORN: f64 = 0.05;
 
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 20.0;
@@ -44,7 +48,7 @@ pub(super) fn reconstruct(
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
-    let start = if let Some(up) = shape.up {
+    let mut start = if let Some(up) = shape.up {
         let (uv, size) = heights::places(&sample, up);
         let net = match options.aspect {
             Aspect::Data => split(budget.0 * budget.1, size.x / size.y),
@@ -56,7 +60,18 @@ pub(super) fn reconstruct(
         OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
     };
     clock.lap("ordering");
-    let map = learn(&sample, &start, told)?;
+    let mut map = learn(&sample, &start, told)?;
+    if options.init == Start::Auto
+        && shape.kind == Kind::Sheet
+        && map.topographic_error(&sample, told)? > TORN
+    {
+        let flat = ReconstructOptions { init: Start::Pca, ..*options };
+        let other = OrderedStart::of(&sample, budget, shape.closed(), None, &frame, &flat, told)?;
+        let flat = learn(&sample, &other, told)?;
+        if flat.topographic_error(&sample, told)? < map.topographic_error(&sample, told)? {
+            (start, map) = (other, flat);
+        }
+    }
     let uv = if shape.up.is_some() {
         Vec::new()
     } else {
