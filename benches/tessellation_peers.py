@@ -107,6 +107,16 @@ class Reference:
         self.grid = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
         self.points = self.evaluate(self.grid)
         self.tree = cKDTree(self.points)
+        size = np.ptp(self.points, axis=0).max()
+        self.closed = [self._meets_itself(axis, size) for axis in (0, 1)]
+
+    def _meets_itself(self, axis: int, size: float) -> bool:
+        """Say whether the ends of a direction are one curve."""
+        ends = np.empty((2, 9, 2))
+        ends[:, :, axis] = self.domain[axis][:, None]
+        ends[:, :, 1 - axis] = np.linspace(*self.domain[1 - axis], 9)
+        first, last = map(self.evaluate, ends)
+        return bool(np.abs(first - last).max() < 1e-9 * size)
 
     def evaluate(self, uv: Array) -> Array:
         """Return points."""
@@ -144,7 +154,12 @@ class Reference:
             step = np.stack([(c * r - b * s) / det, (a * s - b * r) / det], axis=1)
             along = np.stack([r * (a >= c), s * (a < c)], axis=1) / np.maximum(a, c)[:, None]
             step[flat] = along[flat]
-            uv = np.clip(uv + step, *self.domain.T)
+            uv = uv + step
+            for axis, (start, end) in enumerate(self.domain):
+                if self.closed[axis]:
+                    uv[:, axis] = start + (uv[:, axis] - start) % (end - start)
+                else:
+                    uv[:, axis] = uv[:, axis].clip(start, end)
         return best
 
 

@@ -111,7 +111,9 @@ def test_types_are_complete_and_find_mistakes(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="mypy is not installed")
     (tmp_path / "program.py").write_text(USER_PROGRAM, encoding="utf-8")
     (tmp_path / "mistakes.py").write_text(MISTAKES, encoding="utf-8")
-    command = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "."]
+    # What is wrong inside the package is not the user's concern, wherever it lies.
+    flags = ["--strict", "--follow-imports=silent", "--no-error-summary"]
+    command = [sys.executable, "-m", "mypy", *flags, "."]
     done = subprocess.run(
         command,
         capture_output=True,
