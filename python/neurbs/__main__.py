@@ -7,6 +7,9 @@ import os
 import signal
 import sys
 
+_INTERRUPTED = 130
+"""The exit code after Ctrl-C."""
+
 
 def main() -> None:
     """Run the command line and leave Python with its exit code."""
@@ -15,7 +18,16 @@ def main() -> None:
         signal.signal(signal.SIGINT, _leave)
     from neurbs.cli import main as run
 
-    run()
+    try:
+        run()
+    except SystemExit as leaving:
+        if leaving.code != _INTERRUPTED:
+            raise
+        # Python takes a Ctrl-C that came while it evaluated a text, as dataclasses and annotations
+        # are, for one that nobody has handled, and would end by the signal instead of the code.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_INTERRUPTED)
 
 
 def _leave(_number: int, _frame: object) -> None:
@@ -24,7 +36,7 @@ def _leave(_number: int, _frame: object) -> None:
         document = b'{"error": {"type": "KeyboardInterrupt", "message": "interrupted"}}\n'
         os.write(1, document)
     os.write(2, b"interrupted\n")
-    os._exit(130)
+    os._exit(_INTERRUPTED)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ use super::feet::feet;
 use super::{ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{self, ApproximateOptions, EndedBy, Growth, approximate};
+use crate::inspection::fold_over;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som;
@@ -16,6 +17,10 @@ const BORDER: f64 = 0.5;
 
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
+
+/// Fits with more fairness than cross-validation has found, at most, and how much more each time.
+const FLATTENINGS: usize = 3;
+const FLATTER: f64 = 10.0;
 
 /// The kind of surface that is fitted.
 #[derive(Clone, Copy)]
@@ -96,6 +101,7 @@ impl Job<'_> {
             self.weights = Some(product(given.as_deref(), robust));
             fit = self.fit(net, growth, observer)?;
         }
+        fit = self.unfolded(fit, growth, observer)?;
         if self.options.rational {
             fit = self.with_free_weights(fit, net, growth, observer)?;
         }
@@ -111,11 +117,21 @@ impl Job<'_> {
         if let Some(up) = self.shape.up {
             return heights::fit(self, up, net, growth, observer);
         }
+        self.approximated(net, growth, self.options.fairness, observer)
+    }
+
+    fn approximated(
+        &self,
+        net: (usize, usize),
+        growth: Option<Growth>,
+        fairness: Option<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
         let options = ApproximateOptions {
             net,
             degree: (self.degree(net.0), self.degree(net.1)),
             closed: self.shape.closed().closed(),
-            fairness: self.options.fairness,
+            fairness,
             border: self.options.border.unwrap_or(BORDER),
             growth,
             ..ApproximateOptions::default()
@@ -130,6 +146,57 @@ impl Job<'_> {
             iterations: found.iterations,
             ended_by: found.ended_by,
         })
+    }
+
+    /// The fit with more fairness, where it folds over and the points do not: the least that leaves
+    /// no fold, or the fewest, and keeps a tolerance that was kept.
+    fn unfolded(
+        &self,
+        fit: Fit,
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
+        if self.shape.up.is_some() || self.options.fairness.is_some() {
+            return Ok(fit);
+        }
+        let folds = |fit: &Fit, observer: &mut dyn Observer| {
+            fold_over(&fit.surface, self.points, observer).map(|f| f.map_or(0, |f| f.count))
+        };
+        let tolerance = growth.and_then(|growth| growth.tolerance);
+        let mut fewest = folds(&fit, observer)?;
+        let mut fairness = fit.fairness;
+        let mut best = fit;
+        for _ in 0..FLATTENINGS {
+            if fewest == 0 {
+                break;
+            }
+            fairness *= FLATTER;
+            let net = self.different(&best.surface);
+            let flatter = self.approximated(net, None, Some(fairness), observer)?;
+            let kept = |tolerance: f64| self.largest(&flatter.distances) <= tolerance;
+            if best.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
+                break;
+            }
+            let count = folds(&flatter, observer)?;
+            // Where layers lie on one another, no fairness helps.
+            if 2 * count > fewest {
+                break;
+            }
+            let iterations = best.iterations + flatter.iterations;
+            (fewest, best) = (count, Fit { ended_by: best.ended_by, iterations, ..flatter });
+        }
+        Ok(best)
+    }
+
+    /// Rows and columns of the net; in closed directions the different ones.
+    fn different(&self, surface: &NurbsSurface) -> (usize, usize) {
+        let (rows, cols) = surface.shape();
+        let (closed_u, closed_v) = self.shape.closed().closed();
+        let repeated = |closed, degree| if closed { degree } else { 0 };
+        (
+            rows - repeated(closed_u, surface.knots_u().degree()),
+            cols - repeated(closed_v, surface.knots_v().degree()),
+        )
     }
 
     /// The fit with weights of the control points, where that is better; and of a net that may grow
