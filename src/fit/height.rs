@@ -92,7 +92,7 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 ///     .collect();
 /// let options = HeightOptions { net: (8, 8), degree: (3, 3), fairness: None };
 /// let found = fit_heights(&points, None, DVec3::Z, &options)?;
-/// assert!(found.residuals.iter().all(|height| height.abs() < 1e-5));
+/// assert!(found.residuals.iter().all(|height| height.abs() < 1e-4));
 /// assert!((found.surface.point(0.25, 0.5).x - 0.25).abs() < 1e-14);
 /// # Ok::<(), neurbs::Error>(())
 /// ```

