@@ -33,6 +33,7 @@ pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 use self::normal_equations::{NormalEquations, Sample};
 pub use self::rational::rational;
 pub use self::robust::biweights;
+pub(crate) use self::robust::{biweight, reach};
 use self::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};

@@ -27,12 +27,19 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
         return Vec::new();
     }
     let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let reach = CUTOFF * NORMAL * median;
-    let weight = |distance: &f64| {
-        let share = if reach > 0.0 { distance / reach } else { 0.0 };
-        if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
-    };
-    distances.iter().map(weight).collect()
+    distances.iter().map(|distance| biweight(*distance, median)).collect()
+}
+
+/// The weight of one distance where the median of their sizes is this.
+pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
+    let reach = reach(median);
+    let share = if reach > 0.0 { distance / reach } else { 0.0 };
+    if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
+}
+
+/// The distance from which on there is no weight.
+pub(crate) fn reach(median: f64) -> f64 {
+    CUTOFF * NORMAL * median
 }
 
 #[cfg(test)]

@@ -69,7 +69,7 @@ impl Counted {
             }
             indices = of(&indices, &found.kept);
         }
-        let points = of(cloud, &indices);
+        let mut points = of(cloud, &indices);
         let found = match options.piece {
             // Some of the points are enough to see that there is one piece.
             None if pieces(&thinned_out(&points), observer)?.sizes.len() == 1 => None,
@@ -81,6 +81,7 @@ impl Counted {
                 let chosen: Vec<bool> =
                     found.labels.iter().map(|&label| label as usize == piece).collect();
                 keep(&mut indices, &chosen);
+                keep(&mut points, &chosen);
                 if let Some(weights) = &mut weights {
                     keep(weights, &chosen);
                 }
@@ -91,7 +92,6 @@ impl Counted {
                 return Err(Error::parameter("pieces", must, piece));
             }
         }
-        let points = of(cloud, &indices);
         // What is left must still be a surface.
         point_cloud::check(&points)?;
         warnings

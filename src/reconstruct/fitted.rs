@@ -63,12 +63,13 @@ pub(super) fn reconstruct(
     let mut map = learn(&sample, &start, told)?;
     if options.init == Start::Auto
         && shape.kind == Kind::Sheet
-        && map.topographic_error(&sample, told)? > TORN
+        && let torn = map.topographic_error(&sample, told)?
+        && torn > TORN
     {
         let flat = ReconstructOptions { init: Start::Pca, ..*options };
         let other = OrderedStart::of(&sample, budget, shape.closed(), None, &frame, &flat, told)?;
         let flat = learn(&sample, &other, told)?;
-        if flat.topographic_error(&sample, told)? < map.topographic_error(&sample, told)? {
+        if flat.topographic_error(&sample, told)? < torn {
             (start, map) = (other, flat);
         }
     }
@@ -135,7 +136,7 @@ pub(super) fn reconstruct(
         topology_reason: Some(found.reason).filter(|_| job.shape.kind == found.kind),
         duplicates: counted.duplicates,
         outliers: counted.outliers + shown,
-        training: TrainingReport::of(&som, map.error.unwrap_or(f64::NAN) / frame.scale),
+        training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
         warnings,
         times: clock.times(),
     };

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::job::{Fit, Job};
+use super::outline::{area, bounds};
 use super::start::whole;
 use crate::error::Result;
 use crate::fit::{EndedBy, Growth, HeightFit, HeightOptions, fit_heights, height_axes, project};
@@ -32,19 +33,15 @@ pub(super) fn places(points: &[DVec3], up: DVec3) -> (Vec<DVec2>, DVec2) {
     let [along, across] = height_axes(points, up);
     let places: Vec<DVec2> =
         points.iter().map(|p| DVec2::new(along.dot(*p), across.dot(*p))).collect();
-    let low = places.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
-    let size = places.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p)) - low;
+    let (low, high) = bounds(&places);
+    let size = high - low;
     (places.into_iter().map(|place| (place - low) / size).collect(), size)
 }
 
 /// Whether the convex hull of the points' places in the plane across the heights fills most of the
 /// rectangle around them.
 pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
-    let (uv, _) = places(points, up);
-    let hull = som::hull(&uv);
-    let count = hull.len();
-    let area = 0.5 * (0..count).map(|i| hull[i].perp_dot(hull[(i + 1) % count])).sum::<f64>();
-    area >= FILLED
+    area(&som::hull(&places(points, up).0)) >= FILLED
 }
 
 /// The surface of heights, growing until nothing is gained.

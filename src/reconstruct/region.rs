@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::outline::{area, bounds};
+use super::start::whole;
 use crate::som;
 
 /// Cells of the raster that would cover the convex hull.
@@ -304,12 +305,6 @@ fn corners(line: &[DVec2]) -> [usize; 4] {
         }
     }
     best.1
-}
-
-/// The whole part of a number of cells, which lies within a raster.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a raster is small")]
-fn whole(cells: f64) -> usize {
-    cells as usize
 }
 
 /// Blurs a raster by a Gaussian of this radius in cells.

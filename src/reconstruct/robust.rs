@@ -3,18 +3,13 @@
 use glam::DVec3;
 
 use crate::error::Result;
+use crate::fit::{biweight, reach};
 use crate::point_cloud::KdTree;
 use crate::progress::Observer;
 
 /// Points around each whose distances from the surface say what is usual there: where a surface
 /// cannot follow a feature, all of them are far from it, and none is an outlier.
 const AROUND: usize = 16;
-
-/// A distance is an outlier's beyond this many standard deviations of what is usual.
-const CUTOFF: f64 = 4.7;
-
-/// Standard deviations of normal noise for each median absolute deviation.
-const NORMAL: f64 = 1.4826;
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
 /// the median of the distances around a point, or of all if that is more; `None` if no point is an
@@ -25,7 +20,7 @@ pub(super) fn weights(
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<f64>>> {
     let usual = median(&mut distances.to_vec());
-    let reach = CUTOFF * NORMAL * usual;
+    let reach = reach(usual);
     if distances.iter().all(|distance| *distance <= reach) {
         return Ok(None);
     }
@@ -34,9 +29,7 @@ pub(super) fn weights(
         let distance = distances[index as usize];
         tree.nearest_to(index, AROUND, found);
         let mut around: Vec<f64> = found.iter().map(|n| distances[n.index as usize]).collect();
-        let reach = CUTOFF * NORMAL * median(&mut around).max(usual);
-        let share = if reach > 0.0 { distance / reach } else { 0.0 };
-        if share < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
+        biweight(distance, median(&mut around).max(usual))
     })?;
     Ok(weights.contains(&0.0).then_some(weights))
 }
