@@ -401,6 +401,7 @@ def _of_chunks(
     report = dataclasses.replace(
         fitted.report,
         points=len(cloud),
+        inliers=near.count,
         diagonal=diagonal,
         rms=near.rms,
         max=near.max,
@@ -436,6 +437,7 @@ def _of_ordered(
     rows, cols = made.control_points.shape[:2]
     report = Report(
         points=len(flat),
+        inliers=len(flat),
         diagonal=float(np.linalg.norm(np.ptp(flat, axis=0))),
         grid=(rows, cols),
         degree=made.degree,

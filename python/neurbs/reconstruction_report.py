@@ -20,6 +20,8 @@ class Report:
         Rows and columns of the control net.
     degree : (int, int)
         Degrees of the surface in u and v.
+    inliers : int
+        Points that count: the rest are duplicates, outliers or of other pieces.
     rms, max : float
         Root mean square and largest of the inliers' distances from the surface, in their unit.
     percentiles : dict of int to float
@@ -70,6 +72,7 @@ class Report:
     diagonal: float
     grid: tuple[int, int]
     degree: tuple[int, int]
+    inliers: int
     rms: float
     max: float
     percentiles: dict[int, float]
@@ -111,8 +114,9 @@ class Report:
         """Return the main figures in words, line by line."""
         rows, cols = self.grid
         within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
+        counting = "" if self.inliers == self.points else f", {self.inliers:,} of them count"
         lines = {
-            "points": f"{self.points:,}, diagonal {self.diagonal:.6g}",
+            "points": f"{self.points:,}{counting}, diagonal {self.diagonal:.6g}",
             "net": f"{rows} × {cols} control points, degrees {self.degree[0]} and {self.degree[1]}",
             "kind": self.topology + (f": {self.topology_reason}" if self.topology_reason else ""),
             "distances": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",

@@ -204,6 +204,7 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("topology", report.topology.name())?;
     dict.set_item("topology_reason", report.topology_reason.as_deref())?;
     dict.set_item("duplicates", report.duplicates)?;
+    dict.set_item("inliers", report.inliers)?;
     dict.set_item("outliers", report.outliers)?;
     dict.set_item("warnings", PyTuple::new(py, &report.warnings)?)?;
     let training = &report.training;

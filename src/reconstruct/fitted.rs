@@ -14,7 +14,7 @@ use crate::fit::{EndedBy, Growth, bounded};
 use crate::inspection;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
-use crate::topology::{Kind, detect};
+use crate::topology::{Kind, detect, detect_sheet};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
@@ -39,7 +39,10 @@ pub(super) fn reconstruct(
     let mut clock = Clock::start();
     let counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
-    let found = detect(&counted.points, observer)?;
+    let found = match options.topology {
+        Some(Kind::Sheet) => detect_sheet(&counted.points, observer)?,
+        _ => detect(&counted.points, observer)?,
+    };
     let shape = Shape::of(&found, options, &counted.points);
     clock.lap("topology");
 
@@ -123,6 +126,7 @@ pub(super) fn reconstruct(
     clock.lap("inspection");
     let report = Report {
         points: cloud.len(),
+        inliers: near.len(),
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),

@@ -30,6 +30,7 @@ pub(super) fn reconstruct(
     clock.lap("measuring");
     let report = Report {
         points: points.len(),
+        inliers: points.len(),
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),

@@ -11,6 +11,8 @@ use crate::topology::Kind;
 pub struct Report {
     /// Number of points.
     pub points: usize,
+    /// Number of points that count: the rest are outliers, duplicates or of other pieces.
+    pub inliers: usize,
     /// Length of the diagonal of the points' bounding box.
     pub diagonal: f64,
     /// Rows and columns of the control net.

@@ -115,6 +115,20 @@ impl Topology {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
+    look(points, false, observer)
+}
+
+/// As [`detect`], of points that a sheet is wanted for: loops are only looked for where no border
+/// shows that it is none of a closed body. Several times as fast.
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn detect_sheet(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
+    look(points, true, observer)
+}
+
+fn look(points: &[DVec3], sheet: bool, observer: &mut dyn Observer) -> Result<Topology> {
     let mut sample = EvenSample::new(MOST);
     sample.extend(points);
     let points = &sample.points();
@@ -134,6 +148,9 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
     if points.len() < FEWEST {
         let reason = format!("{} points are too few to show that it closes", points.len());
         return Ok(Topology::new(Kind::Sheet, reason));
+    }
+    if sheet && border::count(points).is_some_and(|border| border >= outline(points.len())) {
+        return Ok(Topology::new(Kind::Sheet, "it has a border"));
     }
     let spacing = height_field::usual_spacing(&tangents);
     let found = circle::circles(points, &graph, spacing, circle::REACH);
@@ -191,14 +208,18 @@ fn rims_seen(points: &[DVec3], chart: &Chart) -> Option<bool> {
     border::count(points).map(|border| border >= RIMS * 2.0 * long / spacing)
 }
 
+/// The least number of points on the border of a sheet of so many.
+fn outline(count: usize) -> f64 {
+    OUTLINE * (count as f64).sqrt()
+}
+
 fn open(points: &[DVec3], loops: &Loops) -> Topology {
     let reason = match &loops.shortest[..] {
         [] => "no loop closes around it".to_string(),
         [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
         loops => format!("its {} loops close around holes", loops.len()),
     };
-    let outline = OUTLINE * (points.len() as f64).sqrt();
-    let closed = border::count(points).is_some_and(|border| border < outline);
+    let closed = border::count(points).is_some_and(|border| border < outline(points.len()));
     let warning = (loops.shortest.is_empty() && closed).then(|| {
         "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
          or by great stretching; cut it, or choose a part"

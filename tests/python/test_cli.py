@@ -100,10 +100,10 @@ def test_options_are_those_of_python() -> None:
         (
             cli.reconstruct,
             neurbs.reconstruct,
-            {"points", "suffix", "unit"},
+            {"points", "suffix", "unit", "columns", "nan"},
             {"points", "progress", "weights"},
         ),
-        (cli.train, neurbs.SelfOrganizingMap, {"points", "paper"}, set()),
+        (cli.train, neurbs.SelfOrganizingMap, {"points", "paper", "columns", "nan"}, set()),
         (cli.tessellate, neurbs.NurbsSurface.tessellate, {"surface", "unit"}, {"self", "progress"}),
     ]
     for command, function, own, left_out in rows:
@@ -481,6 +481,87 @@ def test_many_files_need_a_folder(
     done = Outcome(capsys, "reconstruct", *scans.iterdir(), "-o", scans / output, *QUICK)
     assert done.code == code
     assert message in done.err
+
+
+@pytest.mark.parametrize("ending", ["/", os.sep])
+def test_one_file_may_go_into_a_folder(
+    ending: str, points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "made"
+    words = ["reconstruct", points_file, "-o", f"{folder}{ending}", *QUICK]
+    done = Outcome(capsys, *words)
+    assert done.code == 1
+    assert "there is no such folder" in done.err
+    folder.mkdir()
+    assert Outcome(capsys, *words).code == 0
+    assert [file.name for file in folder.iterdir()] == [f"{points_file.stem}.step"]
+
+
+# Points
+
+
+def test_columns_are_chosen_and_points_dropped(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rng = np.random.default_rng(5)
+    x, y = rng.random((2, 300))
+    rows = [f"p{i};{x[i]};{x[i] * y[i]};{y[i]}" for i in range(300)]
+    table = tmp_path / "table.csv"
+    table.write_text("\n".join(["name;east;up;north", *rows, "last;1;nan;1", ""]))
+    surface = tmp_path / "a.json"
+    chosen = ["--columns", "east,north,up", "--nan", "drop"]
+    numbers = ["--columns", "1, 3, 2", "--nan", "drop"]
+    for words in (
+        ["reconstruct", table, "-o", surface],
+        ["train", table, "-o", tmp_path / "a.npz", "--rows", "5", "--cols", "5"],
+        ["compare", surface, table, "--tolerance", "0.01"],
+        ["info", table],
+        ["convert", table, tmp_path / "a.ply"],
+        ["view", table, "-o", tmp_path / "a.png"],
+    ):
+        for reading in (chosen, numbers):
+            done = Outcome(capsys, *words, *reading)
+            assert done.code == 0, done.err
+            assert done.err.count("1 of 301 points are not finite and were dropped") == 1
+    points = neurbs.read_points(tmp_path / "a.ply")
+    np.testing.assert_allclose(points, np.column_stack([x, y, x * y]))
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "message"),
+    [
+        (["--nan", "keep"], 2, "'--nan': must be 'error' or 'drop', got 'keep'"),
+        (["--columns", "x"], 2, "'--columns': must be two or three names or numbers"),
+        (["--columns", "x,y,depth"], 1, "depth"),
+    ],
+)
+def test_wrong_columns(
+    words: list[str],
+    code: int,
+    message: str,
+    points_file: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done = Outcome(capsys, "info", points_file, *words)
+    assert done.code == code
+    assert message in done.err
+
+
+def test_the_unit_of_the_points_is_that_of_the_surface(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    x, y = np.random.default_rng(6).random((2, 200))
+    table = tmp_path / "table.csv"
+    rows = "\n".join(f"{a},{b},{a * b}" for a, b in zip(x, y, strict=True))
+    table.write_text(f"x [m],y [m],z [m]\n{rows}\n")
+    surface = tmp_path / "a.step"
+    assert Outcome(capsys, "reconstruct", table, "-o", surface, *QUICK).code == 0
+    assert "SI_UNIT($,.METRE.)" in surface.read_text()
+    assert Outcome(capsys, "reconstruct", table, "-o", surface, "--unit", "mm", *QUICK).code == 0
+    assert "SI_UNIT(.MILLI.,.METRE.)" in surface.read_text()
+    done = Outcome(capsys, "reconstruct", table, "-o", surface, "--unit", "furlong", *QUICK)
+    assert done.code == 2
+    assert "'--unit': must be 'mm'" in done.err
 
 
 # Settings in a file

@@ -93,6 +93,8 @@ def test_pieces_are_chosen_or_fitted_each(rng: np.random.Generator) -> None:
     assert first.report.max < 0.01
     each = neurbs.reconstruct(points, grid=(8, 8), pieces="each")
     assert [result.inliers.sum() for result in each] == [900, 300]
+    assert [result.report.inliers for result in each] == [900, 300]
+    assert "1,200, 300 of them count" in str(each[1].report)
     wrong: int | str
     for wrong in (2, -1, "all"):
         with pytest.raises(neurbs.NeurbsError, match="pieces"):

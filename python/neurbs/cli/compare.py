@@ -14,12 +14,11 @@ from neurbs.cli.command import OUTSIDE, app, print_json, print_table
 from neurbs.cli.options import (
     AsJson,
     Config,
-    Points,
     Quiet,
     Surface,
     check_output,
-    check_points,
 )
+from neurbs.cli.points import Columns, Nan, Points, check_points, read
 from neurbs.deviation import Deviation
 
 _SHARES = (50.0, 90.0, 95.0, 99.0)
@@ -53,6 +52,8 @@ def compare(
             readable=False,
         ),
     ] = None,
+    columns: Columns = None,
+    nan: Nan = None,
     config: Config = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -69,7 +70,7 @@ def compare(
         check_output(context, path, points, surface)
     check_points(context, points)
     loaded = neurbs.load_surface(surface)
-    cloud = neurbs.read_points(points)
+    cloud = read(context, points, columns, nan).points
     deviation = Deviation.of(loaded, cloud)
     for path in output or []:
         neurbs.save(PointCloud(cloud, distances=deviation.distances), path)

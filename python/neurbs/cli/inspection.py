@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-import neurbs
 from neurbs import NeurbsError, NurbsSurface, PointCloud, SelfOrganizingMap
 from neurbs.cli.command import app, print_json, print_table
 from neurbs.cli.options import AsJson, Config, Quiet, blamed, options_of, values
+from neurbs.cli.points import Columns, Nan, read
 from neurbs.cli.surfaces import load
 from neurbs.plot import plot_points, plot_surface, save_picture
 
@@ -26,8 +26,11 @@ File = Annotated[
 
 @app.command()
 def info(
+    context: typer.Context,
     file: File,
     *,
+    columns: Columns = None,
+    nan: Nan = None,
     config: Config = None,
     as_json: AsJson = False,
 ) -> None:
@@ -38,7 +41,7 @@ def info(
     if _is_map(file):
         facts = _of_map(SelfOrganizingMap.load(file))
     else:
-        thing = load(file)
+        thing = load(context, file, columns, nan)
         facts = _of_surface(thing) if isinstance(thing, NurbsSurface) else _of_points(thing)
     if as_json:
         print_json({"input": str(file), **facts})
@@ -62,6 +65,8 @@ def view(
             "--output", "-o", metavar="OUT.png", help="Write a picture, and open no window"
         ),
     ] = None,
+    columns: Columns = None,
+    nan: Nan = None,
     config: Config = None,
     quiet: Quiet = False,
     **options: Any,
@@ -76,9 +81,9 @@ def view(
         )
     if output is None:
         _check_display()
-    thing, given = load(file), values(options)
+    thing, given = load(context, file, columns, nan), values(options)
     backend = "pyvista" if output is None else "matplotlib"
-    cloud = None if points is None else neurbs.read_points(points)
+    cloud = None if points is None else read(context, points, columns, nan).points
     with blamed(context, given):
         if isinstance(thing, NurbsSurface):
             drawn = plot_surface(thing, cloud, backend=backend, **given)

@@ -58,9 +58,11 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
     return path
 
 
-AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document")]
+AsJson: TypeAlias = Annotated[
+    bool, typer.Option("--json", metavar="", help="Print one JSON document")
+]
 Quiet: TypeAlias = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print only warnings and errors")
+    bool, typer.Option("--quiet", "-q", metavar="", help="Print only warnings and errors")
 ]
 Config: TypeAlias = Annotated[
     Path | None,
@@ -74,12 +76,11 @@ Config: TypeAlias = Annotated[
 ]
 Unit: TypeAlias = Annotated[
     str | None,
-    typer.Option("--unit", metavar="UNIT", help="Unit of the coordinates, for files and legends"),
-]
-Points: TypeAlias = Annotated[
-    Path,
-    typer.Argument(
-        metavar="POINTS", help=f"File of points: {' '.join(io.READABLE)}", readable=False
+    typer.Option(
+        "--unit",
+        metavar="UNIT",
+        help="Unit of the coordinates, for files and legends; by default that of the points, if "
+        "their file knows it",
     ),
 ]
 Surface: TypeAlias = Annotated[
@@ -153,16 +154,6 @@ def check_output(context: typer.Context, path: Path, *inputs: Path) -> None:
             raise wrong(f"{path}: the points must not be overwritten, give another file")
 
 
-def check_points(context: typer.Context, path: Path) -> None:
-    """Check that points may be in a file of this name."""
-    # That there is no such file matters more than its suffix; reading it will say so.
-    if path.is_file():
-        try:
-            io.check_source(path)
-        except neurbs.NeurbsError as error:
-            raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
-
-
 def _described(doc: str) -> dict[str, tuple[str, str]]:
     """Read type and description of each parameter out of a numpydoc text."""
     _, _, section = doc.partition("Parameters\n----------\n")
@@ -202,7 +193,7 @@ def _option(parameter: inspect.Parameter, kind: str, text: str) -> inspect.Param
     if default not in (None, "", inspect.Parameter.empty):
         notes.append(f"default: {_word(default)}")
     text = f"{first} ({', '.join(notes)})" if notes else first
-    option = typer.Option(*words, metavar=metavar or None, help=text)
+    option = typer.Option(*words, metavar=metavar, help=text)
     return inspect.Parameter(
         parameter.name,
         inspect.Parameter.KEYWORD_ONLY,

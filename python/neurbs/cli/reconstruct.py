@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import glob
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,11 +21,12 @@ from neurbs.cli.options import (
     Unit,
     blamed,
     check_output,
-    check_points,
     options_of,
     values,
 )
+from neurbs.cli.points import Columns, Nan, check_points, read
 from neurbs.cli.progress import progress_bar
+from neurbs.io.units import LENGTH_UNITS, check_unit
 
 _WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
 
@@ -40,14 +42,13 @@ def reconstruct(
         ),
     ],
     output: Annotated[
-        list[Path],
+        list[str],
         typer.Option(
             "--output",
             "-o",
             metavar="OUT",
-            help="File to write; give it again for another. With several files of points, the "
-            f"folder for their results. {_WRITABLE}",
-            readable=False,
+            help="File to write; give it again for another. With several files of points, or a / "
+            f"at its end, the folder for their results. {_WRITABLE}",
         ),
     ],
     *,
@@ -59,6 +60,8 @@ def reconstruct(
             help="What is written into a folder; give it again for another (default: .step)",
         ),
     ] = None,
+    columns: Columns = None,
+    nan: Nan = None,
     unit: Unit = None,
     config: Config = None,
     as_json: AsJson = False,
@@ -71,18 +74,28 @@ def reconstruct(
     neurbs reconstruct scans/*.ply -o surfaces/
     """
     files = [file for path in points for file in _expanded(path)]
-    batch = len(files) > 1 or any(path.is_dir() for path in output)
-    jobs = {file: _targets(context, file, output, suffix, batch=batch) for file in files}
+    batch = len(files) > 1 or any(map(_is_folder, output))
+    places = [Path(place) for place in output]
+    jobs = {file: _targets(context, file, places, suffix, batch=batch) for file in files}
     for file, targets in jobs.items():
         for target in targets:
             check_output(context, target, *files)
+            with blamed(context, {"unit": unit}):
+                # The legend of a report may have any.
+                check_unit(None if _is_report(target) else unit)
         if not batch:
             check_points(context, file)
     given = values(options)
     documents: list[dict[str, Any]] = []
     for file, targets in jobs.items():
         try:
-            results = _one(context, file, targets, unit, given, quiet=quiet, batch=batch)
+            cloud = read(context, file, columns, nan)
+            name = file.name if batch else ""
+            with blamed(context, given), progress_bar(not quiet, name) as progress:
+                found = neurbs.reconstruct(cloud, progress=progress, **given)
+            results = _numbered(found, targets)
+            for result, written in results:
+                _write(result, written, unit, cloud.unit, file)
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
             if not batch:
                 raise
@@ -108,6 +121,10 @@ def _expanded(path: Path) -> list[Path]:
     if path.exists() or not glob.has_magic(str(path)):
         return [path]
     return sorted(map(Path, glob.glob(str(path)))) or [path]
+
+
+def _is_folder(place: str) -> bool:
+    return place.endswith(("/", os.sep)) or Path(place).is_dir()
 
 
 def _targets(
@@ -136,37 +153,36 @@ def _targets(
     return [folder / f"{file.stem}.{s.lstrip('.')}" for folder in output for s in suffixes]
 
 
-def _one(
-    context: typer.Context,
-    file: Path,
+def _numbered(
+    found: Reconstruction | list[Reconstruction], targets: list[Path]
+) -> list[tuple[Reconstruction, list[Path]]]:
+    """Give each result its files: of each piece come files of its own, numbered."""
+    if not isinstance(found, list):
+        return [(found, targets)]
+    return [
+        (result, [target.with_stem(f"{target.stem}-{number}") for target in targets])
+        for number, result in enumerate(found, 1)
+    ]
+
+
+def _write(
+    result: Reconstruction,
     targets: list[Path],
     unit: str | None,
-    given: dict[str, Any],
-    *,
-    quiet: bool,
-    batch: bool,
-) -> list[tuple[Reconstruction, list[Path]]]:
-    """Do the job for one file of points; of each piece come files of its own, numbered."""
-    cloud = neurbs.read_point_cloud(file)
-    with (
-        blamed(context, given),
-        progress_bar(not quiet, file.name if batch else "") as progress,
-    ):
-        found = neurbs.reconstruct(cloud, progress=progress, **given)
-    if not isinstance(found, list):
-        results = [(found, targets)]
-    else:
-        results = [
-            (result, [target.with_stem(f"{target.stem}-{number}") for target in targets])
-            for number, result in enumerate(found, 1)
-        ]
-    for result, written in results:
-        for target in written:
-            if target.suffix.lower() in io.WRITABLE["report"]:
-                result.write_report(target, unit=unit or cloud.unit or "", source=file)
-            else:
-                neurbs.save(result, target, unit=unit)
-    return results
+    unit_of_points: str | None,
+    source: Path,
+) -> None:
+    """Write the files, in the unit that was given, or else in that of the points if it is known."""
+    for target in targets:
+        if _is_report(target):
+            result.write_report(target, unit=unit or unit_of_points or "", source=source)
+        else:
+            known = unit_of_points if unit_of_points in LENGTH_UNITS else None
+            neurbs.save(result, target, unit=unit or known)
+
+
+def _is_report(target: Path) -> bool:
+    return target.suffix.lower() in io.WRITABLE["report"]
 
 
 def _named(file: Path, message: str) -> str:

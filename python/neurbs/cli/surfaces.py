@@ -21,6 +21,7 @@ from neurbs.cli.options import (
     options_of,
     values,
 )
+from neurbs.cli.points import Columns, Nan, read
 
 
 @app.command()
@@ -80,6 +81,8 @@ def convert(
         Path, typer.Argument(metavar="OUT", help="File to write, in another format", readable=False)
     ],
     *,
+    columns: Columns = None,
+    nan: Nan = None,
     unit: Unit = None,
     config: Config = None,
     as_json: AsJson = False,
@@ -90,7 +93,7 @@ def convert(
     Example: neurbs convert part.json part.step
     """
     check_output(context, target, source)
-    thing = load(source)
+    thing = load(context, source, columns, nan)
     with blamed(context, {"unit": unit}):
         neurbs.save(thing, target, unit=unit)
     if as_json:
@@ -99,8 +102,10 @@ def convert(
         print_table({"read": repr(thing), "written": str(target)})
 
 
-def load(path: Path) -> NurbsSurface | PointCloud:
+def load(
+    context: typer.Context, path: Path, columns: str | None, nan: str | None
+) -> NurbsSurface | PointCloud:
     """Read what a file holds, by its suffix: a surface or points."""
     if path.suffix.lower() in io.LOADABLE:
         return neurbs.load_surface(path)
-    return neurbs.read_point_cloud(path)
+    return read(context, path, columns, nan)

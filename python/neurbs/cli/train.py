@@ -7,19 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
-import neurbs
 from neurbs import SelfOrganizingMap
 from neurbs.cli.command import app, print_json, print_table
 from neurbs.cli.options import (
     AsJson,
     Config,
-    Points,
     Quiet,
     blamed,
-    check_points,
     options_of,
     values,
 )
+from neurbs.cli.points import Columns, Nan, Points, check_points, read
 from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
 from neurbs.plot import save_picture
@@ -45,8 +43,13 @@ def train(
     ],
     *,
     paper: Annotated[
-        bool, typer.Option("--paper", help="All of the paper's settings, but for those given here")
+        bool,
+        typer.Option(
+            "--paper", metavar="", help="All of the paper's settings, but for those given here"
+        ),
     ] = False,
+    columns: Columns = None,
+    nan: Nan = None,
     config: Config = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -60,7 +63,7 @@ def train(
     for path in output:
         _check(context, path, films)
     check_points(context, points)
-    cloud = neurbs.read_points(points)
+    cloud = read(context, points, columns, nan).points
     given = values(options)
     with blamed(context, given):
         som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)

@@ -1,0 +1,71 @@
+"""Points of commands: the files that hold them, and how these are read."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+import neurbs
+from neurbs import PointCloud, io
+from neurbs.cli.options import blamed
+
+Points: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="POINTS", help=f"File of points: {' '.join(io.READABLE)}", readable=False
+    ),
+]
+Columns: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--columns",
+        metavar="X,Y,Z",
+        help="Columns of a table or an array that hold the coordinates: names or numbers from 0",
+    ),
+]
+Nan: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--nan",
+        metavar="WORD",
+        help="What becomes of points that are not finite or incomplete (error|drop, "
+        "default: error)",
+    ),
+]
+
+
+def check_points(context: typer.Context, path: Path) -> None:
+    """Check that points may be in a file of this name."""
+    # That there is no such file matters more than its suffix; reading it will say so.
+    if path.is_file():
+        try:
+            io.check_source(path)
+        except neurbs.NeurbsError as error:
+            raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
+
+
+def read(context: typer.Context, path: Path, columns: str | None, nan: str | None) -> PointCloud:
+    """Read a file of points, and say how many of them were dropped if that was asked for."""
+    given = {
+        "columns": None if columns is None else [_column(name) for name in columns.split(",")],
+        "nan": nan,
+    }
+    given = {name: value for name, value in given.items() if value is not None}
+    with blamed(context, given):
+        cloud = neurbs.read_point_cloud(path, **given)
+    if nan is not None and cloud.dropped:
+        total = cloud.dropped + len(cloud)
+        warnings.warn(
+            f"{path}: {cloud.dropped} of {total} points are not finite and were dropped",
+            stacklevel=2,
+        )
+    return cloud
+
+
+def _column(name: str) -> str | int:
+    """Return a column's name, or its number if it is one."""
+    name = name.strip()
+    return int(name) if name.isdecimal() else name
