@@ -1,0 +1,158 @@
+"""How near surfaces come to real point clouds, whose true shape nobody knows.
+
+    NEURBS_DATA=FOLDER python benches/real_peers.py [--clouds owl,leaf] [--pictures FOLDER]
+
+Reads FOLDER/npy/*.npy, arrays of points. Each is fitted as it is, by default settings, and beside
+it by those peers that are installed, with as many poles as neurbs chose (144 at most):
+
+freecad
+    `ReverseEngineering.approxSurface`: least squares over the principal plane with parameter
+    correction, by the system's Python, which FreeCAD's packages serve. It may take 5 minutes.
+opencascade
+    `GeomPlate_BuildPlateSurface` through 400 of the points, approximated by a B-spline surface.
+
+Printed are the root mean square, the 99th percentile and the largest of the distances from all
+points to the surface, in 1e-4 of the diagonal of their bounding box, by one code for all: the exact
+distance to 400 × 400 facets. Outliers count like all others.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from fit_peers import Array, Distance, grid_triangles
+
+import neurbs
+
+SIDE = 400
+MOST_POLES = 144
+PLATE_POINTS = 400
+SECONDS = 300
+
+FREECAD = """
+import sys, time
+sys.path += ["/usr/lib/freecad-python3/lib", "/usr/lib/freecad/lib"]
+import FreeCAD, ReverseEngineering
+import numpy as np
+points = [tuple(map(float, p)) for p in np.load(sys.argv[1])]
+poles, side = int(sys.argv[3]), int(sys.argv[4])
+start = time.time()
+surface = ReverseEngineering.approxSurface(
+    Points=points, UDegree=3, VDegree=3, NbUPoles=poles, NbVPoles=poles, Smooth=True,
+    Weight=0.01, Grad=0.2, Bend=0.8, Iterations=10, Correction=True, PatchFactor=1.0)
+seconds = time.time() - start
+u0, u1, v0, v1 = surface.bounds()
+u, v = np.linspace(u0, u1, side), np.linspace(v0, v1, side)
+grid = [list(surface.value(a, b)) for a in u for b in v]
+np.savez(sys.argv[2], grid=np.array(grid), seconds=seconds)
+"""
+
+
+def of_freecad(points: Array, poles: int) -> tuple[Array, str, float]:
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = f"{folder}/points.npy", f"{folder}/grid.npz"
+        np.save(source, points)
+        words = ["/usr/bin/python3", "-c", FREECAD, source, target, str(poles), str(SIDE)]
+        plain = {name: os.environ[name] for name in ("PATH", "HOME") if name in os.environ}
+        subprocess.run(words, check=True, capture_output=True, timeout=SECONDS, env=plain)
+        found = np.load(target)
+        return found["grid"], f"{poles} × {poles}", float(found["seconds"])
+
+
+def of_opencascade(points: Array, _: int) -> tuple[Array, str, float]:
+    from OCP.GeomPlate import (
+        GeomPlate_BuildPlateSurface,
+        GeomPlate_MakeApprox,
+        GeomPlate_PointConstraint,
+    )
+    from OCP.gp import gp_Pnt
+
+    tolerance = 1e-4 * float(np.linalg.norm(np.ptp(points, axis=0)))
+    chosen = np.random.default_rng(0).permutation(len(points))[:PLATE_POINTS]
+    start = time.perf_counter()
+    plate = GeomPlate_BuildPlateSurface(3, 10, 2, 1e-5, tolerance, 0.01, 0.1, False)
+    for point in points[chosen]:
+        plate.Add(GeomPlate_PointConstraint(gp_Pnt(*map(float, point)), 0, tolerance))
+    plate.Perform()
+    error = max(1e-4, 10 * plate.G0Error())
+    surface = GeomPlate_MakeApprox(plate.Surface(), tolerance, 16, 8, error, 0).Surface()
+    seconds = time.perf_counter() - start
+    u0, u1, v0, v1 = surface.Bounds()
+    grid = [
+        (point.X(), point.Y(), point.Z())
+        for u in np.linspace(u0, u1, SIDE)
+        for v in np.linspace(v0, v1, SIDE)
+        for point in [surface.Value(u, v)]
+    ]
+    return np.array(grid), f"{surface.NbUPoles()} × {surface.NbVPoles()}", seconds
+
+
+PEERS: dict[str, Callable[[Array, int], tuple[Array, str, float]]] = {
+    "freecad": of_freecad,
+    "opencascade": of_opencascade,
+}
+
+
+def line(name: str, peer: str, points: Array, found: tuple[Array, str, float]) -> str:
+    grid, net, seconds = found
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    distances, _ = Distance(grid, grid_triangles(SIDE, SIDE, False, False))(points)
+    rms = float(np.sqrt(np.mean(distances**2)))
+    figures = [rms, float(np.quantile(distances, 0.99)), float(distances.max())]
+    shown = " | ".join(f"{1e4 * figure / diagonal:.2f}" for figure in figures)
+    return f"| {name} | {len(points):,} | {peer} | {net} | {shown} | {seconds:.2f} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--clouds", help="parts of the names of those that are wanted")
+    parser.add_argument("--pictures", type=Path, help="folder for a picture of each result")
+    parser.add_argument("--peers", default=",".join(PEERS))
+    options = parser.parse_args()
+    folder = os.environ.get("NEURBS_DATA")
+    if folder is None:
+        parser.exit(1, "NEURBS_DATA must be the folder of the clouds, but it is not set\n")
+    print("| cloud | points | by | net | rms | 99 % | max | seconds |")
+    print("|---|---:|---|---|---:|---:|---:|---:|")
+    for file in sorted(Path(folder, "npy").glob("*.npy")):
+        if options.clouds and not any(part in file.stem for part in options.clouds.split(",")):
+            continue
+        points = np.load(file).astype(float)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            start = time.perf_counter()
+            result = neurbs.reconstruct(points)
+            seconds = time.perf_counter() - start
+        u, v = (np.linspace(*ends, SIDE) for ends in result.surface.domain)
+        grid = result.surface.evaluate_grid(u, v).reshape(-1, 3)
+        rows, cols = result.report.grid
+        print(line(file.stem, "neurbs", points, (grid, f"{rows} × {cols}", seconds)), flush=True)
+        poles = round(min(rows * cols, MOST_POLES) ** 0.5)
+        for name in filter(None, options.peers.split(",")):
+            try:
+                found = PEERS[name](points, poles)
+            except (ImportError, RuntimeError, OSError, subprocess.SubprocessError) as error:
+                print(f"| {file.stem} | | {name} | failed: {type(error).__name__} |", flush=True)
+            else:
+                print(line(file.stem, name, points, found), flush=True)
+        if options.pictures:
+            options.pictures.mkdir(exist_ok=True)
+            Path(options.pictures, f"{file.stem}.txt").write_text(
+                "\n".join([str(result.report), *(str(warning.message) for warning in said)])
+            )
+            figure = result.plot(color="deviation", backend="matplotlib")
+            figure.savefig(Path(options.pictures, f"{file.stem}.png"), dpi=80)
+            plt.close(figure)
+
+
+if __name__ == "__main__":
+    main()
