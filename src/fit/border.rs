@@ -50,11 +50,12 @@ pub(super) fn conformed(
 ) -> Result<Vec<DVec2>> {
     let mut uv = uv.to_vec();
     for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
-        let side = |depth: &dyn Fn(f64) -> f64| {
+        let side = |depth: fn(f64) -> f64| {
             let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
             Edge::under(&places, noise[d], closed[1 - d])
         };
-        let (low, high) = (side(&|at| at)?, side(&|at| 1.0 - at)?);
+        let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
+        let (low, high) = (low?, high?);
         for uv in &mut uv {
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);

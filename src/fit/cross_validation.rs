@@ -53,11 +53,12 @@ pub(super) fn best(
     };
     let mut step = STEPS.0;
     if found.is_none() {
-        let mut exponent = TRIED.0;
-        while exponent <= TRIED.1 {
-            found = better(found, score(exponent)?);
-            exponent += step;
+        let mut exponents = vec![TRIED.0];
+        while exponents[exponents.len() - 1] + step <= TRIED.1 {
+            exponents.push(exponents[exponents.len() - 1] + step);
         }
+        let scores: Vec<_> = exponents.into_par_iter().map(score).collect::<Result<_>>()?;
+        found = scores.into_iter().fold(None, better);
         step /= 2.0;
     }
     // Goes on in the direction that improves, then looks closer.

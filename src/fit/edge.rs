@@ -137,7 +137,13 @@ impl Search {
         let area: f64 = self.slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let likely = |place: &Place| {
             let z = (place.y - height(heights, &place.basis)) / scale;
-            if z > 0.0 { -(-z).exp().ln_1p() } else { z - z.exp().ln_1p() }
+            if z > UNTOUCHED {
+                0.0
+            } else if z > 0.0 {
+                -(-z).exp().ln_1p()
+            } else {
+                z - z.exp().ln_1p()
+            }
         };
         let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
         area + self.near.iter().map(likely).sum::<f64>() - 0.5 * STIFFNESS * self.count * bent

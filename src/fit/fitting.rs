@@ -46,9 +46,10 @@ const FAIRNESS_OF_BENT: f64 = 1e-3;
 pub(super) const STEPS: usize = 2;
 const STEPS_OF_STRAGGLERS: usize = 8;
 
-/// Points for each control point that are looked at while a surface takes shape: more would not
-/// change the shape, but the noise in it.
-const ENOUGH: usize = 40;
+/// Points for each control point that are looked at while a surface takes shape, and how many at
+/// least: more would not change the shape, but the noise in it.
+const ENOUGH: usize = 16;
+const LEAST_SEEN: usize = 2000;
 
 /// Iterations end when the error falls by less than this share.
 const CONVERGED: f64 = 0.04;
@@ -117,7 +118,8 @@ impl<'a> Fitting<'a> {
 
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
-        self.stride = (self.points.len() / (ENOUGH * space.unknowns())).max(1);
+        let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);
+        self.stride = (self.points.len() / enough).max(1);
     }
 
     /// Looks at all points from now on; says whether it did not before.

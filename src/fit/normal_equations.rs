@@ -6,12 +6,12 @@
 //! number of threads gives the same bits.
 
 use glam::{DVec2, DVec3};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::band::Band;
 use super::space::SplineSpace;
-use crate::nurbs::{Basis, MAX_ORDER, padded};
+use crate::nurbs::{padded, window};
 
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
 const POINTS_PER_TASK: usize = 2048;
@@ -45,8 +45,8 @@ impl NormalEquations {
     pub(super) fn of_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
         let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
         let mut equations = Self::empty(space, 1);
-        equations.add(space, samples, coefficients, |matrix, [a, b], block, _, at| {
-            matrix.add(a, b, block[at]);
+        equations.add(space, samples, coefficients, |matrix, [a, b], [value]| {
+            matrix.add(a, b, value);
         });
         equations
     }
@@ -63,9 +63,8 @@ impl NormalEquations {
             (metric, sample.weight * (along + rest * sample.point))
         };
         let mut equations = Self::empty(space, 3);
-        equations.add(space, samples, coefficients, |matrix, [a, b], block, size, at| {
-            for (pair, &(r, s)) in PAIRS.iter().enumerate() {
-                let value = block[pair * size + at];
+        equations.add(space, samples, coefficients, |matrix, [a, b], values| {
+            for (&(r, s), value) in PAIRS.iter().zip(values) {
                 matrix.add(3 * a + r, 3 * b + s, value);
                 if a != b && r != s {
                     matrix.add(3 * a + s, 3 * b + r, value);
@@ -86,116 +85,177 @@ impl NormalEquations {
         space: &SplineSpace,
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
-        scatter: impl Fn(&mut Band, [usize; 2], &[f64], usize, usize),
+        scatter: impl Fn(&mut Band, [usize; 2], [f64; C]),
     ) {
-        let [p, q] = [0, 1].map(|d| space.knots[d].degree());
-        let functions = (p + 1) * (q + 1);
-        let size = functions * functions;
-        let length = C * size + 3 * functions;
+        let layout = Layout::of(space, C);
         let cells = Cells::of(space, samples);
         let tasks = cells.tasks();
-        let arch = Arch::new();
+        let length = layout.length();
         let held = (BLOCK_NUMBERS / length).max(1);
         let mut blocks = vec![0.0; held.min(tasks.len()) * length];
         for tasks in tasks.chunks(held) {
             let blocks = &mut blocks[..tasks.len() * length];
             blocks.par_chunks_mut(length).zip(tasks).for_each(|(block, task)| {
                 block.fill(0.0);
-                let members = cells.order[task.points.clone()].iter();
-                let members = members.map(|&index| &samples[index as usize]);
-                arch.dispatch(
-                    #[inline(always)]
-                    || accumulate(space, members, functions, &coefficients, block),
-                );
+                let members = &cells.order[task.points.clone()];
+                accumulate(space, samples, members, &layout, &coefficients, block);
             });
             for (block, task) in blocks.chunks(length).zip(tasks) {
                 let corner = cells.corner(task.cell);
-                let place =
-                    |k: usize| space.place(corner[0] + k / (q + 1), corner[1] + k % (q + 1));
-                let places: Vec<usize> = (0..functions).map(place).collect();
-                for i in 0..functions {
-                    for j in i..functions {
-                        let at = i * functions + j;
-                        scatter(&mut self.matrix, [places[i], places[j]], block, size, at);
-                    }
-                    let right = &block[C * size + 3 * i..][..3];
-                    self.right[places[i]].iter_mut().zip(right).for_each(|(sum, v)| *sum += v);
+                let place = |i: usize, j: usize| space.place(corner[0] + i, corner[1] + j);
+                layout.each_pair(|[i, other_i], [j, other_j], at| {
+                    let places = [place(i, j), place(other_i, other_j)];
+                    let value = |c: usize| block[c * layout.row_pairs * layout.width + at];
+                    scatter(&mut self.matrix, places, std::array::from_fn(value));
+                });
+                let rights = block[layout.height * layout.width..].as_chunks::<3>().0;
+                for (k, right) in rights.iter().enumerate() {
+                    let sum = &mut self.right[place(k / layout.cols, k % layout.cols)];
+                    sum.iter_mut().zip(right).for_each(|(sum, value)| *sum += value);
                 }
             }
         }
     }
 }
 
-/// The blocks of some samples of one cell, summed: for each coefficient the products of functions,
-/// then the right-hand sides.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-#[inline(always)]
-fn accumulate<'a, const C: usize>(
+/// Where a cell's block has which sum.
+///
+/// The product of two control points' functions is a product of two rows' times one of two columns'
+/// functions. The sums over samples are the product of two matrices: the rows' pairs (times each of
+/// the coefficients) times the columns' pairs. The right-hand sides follow.
+struct Layout {
+    /// Basis functions in u and in v.
+    rows: usize,
+    cols: usize,
+    /// Pairs of rows, each once.
+    row_pairs: usize,
+    /// Lines of sums: pairs of rows for each coefficient, up to a multiple of `LINES`.
+    height: usize,
+    /// Sums in a line: pairs of columns, up to a multiple of `LANES`.
+    width: usize,
+}
+
+/// Sums that are held in registers: those of so many lines and columns.
+const LINES: usize = 4;
+const LANES: usize = 8;
+
+/// Samples whose products are multiplied together.
+const TOGETHER: usize = 32;
+
+impl Layout {
+    fn of(space: &SplineSpace, coefficients: usize) -> Self {
+        let [rows, cols] = [0, 1].map(|d| space.knots[d].degree() + 1);
+        let row_pairs = rows * (rows + 1) / 2;
+        let height = (coefficients * row_pairs).next_multiple_of(LINES);
+        Self { rows, cols, row_pairs, height, width: (cols * cols).next_multiple_of(LANES) }
+    }
+
+    fn length(&self) -> usize {
+        self.height * self.width + 3 * self.rows * self.cols
+    }
+
+    /// Calls with rows, columns and the place of the sum, for each pair of functions once.
+    fn each_pair(&self, mut call: impl FnMut([usize; 2], [usize; 2], usize)) {
+        let mut line = 0;
+        for i in 0..self.rows {
+            for other_i in i..self.rows {
+                for j in 0..self.cols {
+                    for other_j in if other_i == i { j } else { 0 }..self.cols {
+                        let at = line * self.width + j * self.cols + other_j;
+                        call([i, other_i], [j, other_j], at);
+                    }
+                }
+                line += 1;
+            }
+        }
+    }
+}
+
+/// Adds the products of some samples of one cell to its block.
+fn accumulate<const C: usize>(
     space: &SplineSpace,
-    samples: impl Iterator<Item = &'a Sample>,
-    functions: usize,
+    samples: &[Sample],
+    members: &[u32],
+    layout: &Layout,
     coefficients: &impl Fn(&Sample) -> ([f64; C], DVec3),
     block: &mut [f64],
 ) {
-    let [p, q] = [0, 1].map(|d| space.knots[d].degree());
-    let (products, right) = block.split_at_mut(C * functions * functions);
-    let mut values = [0.0; MAX_ORDER * MAX_ORDER];
-    let values = &mut values[..functions];
-    for sample in samples {
-        if (p, q) == (3, 3) {
-            let rows = Basis::<4>::at(&space.knots[0], sample.uv.x);
-            let cols = Basis::<4>::at(&space.knots[1], sample.uv.y);
-            outer(&rows.values, &cols.values, values);
-        } else {
-            let rows = padded(&space.knots[0], sample.uv.x);
-            let cols = padded(&space.knots[1], sample.uv.y);
-            outer(&rows.values[..=p], &cols.values[..=q], values);
-        }
-        let (factors, target) = coefficients(sample);
-        for (products, factor) in products.chunks_exact_mut(functions * functions).zip(factors) {
-            match <&[f64; BICUBIC]>::try_from(&*values) {
-                Ok(values) => add_products(products, factor, values),
-                Err(_) => add_any_products(products, factor, values),
+    let &Layout { rows, cols, height, width, .. } = layout;
+    let arch = Arch::new();
+    let (sums, right) = block.split_at_mut(height * width);
+    let (mut of_rows, mut of_cols) = (vec![0.0; TOGETHER * height], vec![0.0; TOGETHER * width]);
+    for together in members.chunks(TOGETHER) {
+        for (k, &member) in together.iter().enumerate() {
+            let sample = &samples[member as usize];
+            let u = padded(&space.knots[0], sample.uv.x).values;
+            let v = padded(&space.knots[1], sample.uv.y).values;
+            let (factors, target) = coefficients(sample);
+            let mut at = k * height;
+            for factor in factors {
+                for i in 0..rows {
+                    for j in i..rows {
+                        of_rows[at] = factor * u[i] * u[j];
+                        at += 1;
+                    }
+                }
+            }
+            for i in 0..cols {
+                for j in 0..cols {
+                    of_cols[k * width + i * cols + j] = v[i] * v[j];
+                }
+            }
+            for i in 0..rows {
+                for j in 0..cols {
+                    let value = u[i] * v[j];
+                    let right = &mut right[3 * (i * cols + j)..][..3];
+                    right[0] += value * target.x;
+                    right[1] += value * target.y;
+                    right[2] += value * target.z;
+                }
             }
         }
-        for (right, value) in right.chunks_exact_mut(3).zip(&*values) {
-            right[0] += value * target.x;
-            right[1] += value * target.y;
-            right[2] += value * target.z;
-        }
+        let count = together.len();
+        let (of_rows, of_cols) = (&of_rows[..count * height], &of_cols[..count * width]);
+        arch.dispatch(Products { of_rows, of_cols, height, width, sums });
     }
 }
 
-/// Writes the product of each row's and each column's value.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-#[inline(always)]
-fn outer(rows: &[f64], cols: &[f64], products: &mut [f64]) {
-    for (line, row) in products.chunks_exact_mut(cols.len()).zip(rows) {
-        line.iter_mut().zip(cols).for_each(|(product, col)| *product = row * col);
-    }
+/// Adds the product of two matrices to a third: for each sample a line of `height` numbers times
+/// one of `width`.
+struct Products<'a> {
+    of_rows: &'a [f64],
+    of_cols: &'a [f64],
+    height: usize,
+    width: usize,
+    sums: &'a mut [f64],
 }
 
-/// Basis functions of a bicubic patch, the case that is worth a loop of fixed length.
-const BICUBIC: usize = 16;
+impl WithSimd for Products<'_> {
+    type Output = ();
 
-/// Adds the products of all pairs of values, times a factor.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-#[inline(always)]
-fn add_products(products: &mut [f64], factor: f64, values: &[f64; BICUBIC]) {
-    for (line, value) in products.as_chunks_mut::<BICUBIC>().0.iter_mut().zip(values) {
-        let scaled = factor * value;
-        for (sum, value) in line.iter_mut().zip(values) {
-            *sum += scaled * value;
-        }
-    }
-}
-
-/// The same for any number of values.
-fn add_any_products(products: &mut [f64], factor: f64, values: &[f64]) {
-    for (line, value) in products.chunks_exact_mut(values.len()).zip(values) {
-        let scaled = factor * value;
-        for (sum, value) in line.iter_mut().zip(values) {
-            *sum += scaled * value;
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::needless_range_loop, reason = "compiled to a few vectors of fixed length")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { of_rows, of_cols, height, width, sums } = self;
+        for line in (0..height).step_by(LINES) {
+            for lane in (0..width).step_by(LANES) {
+                let mut held = [[0.0; LANES]; LINES];
+                for k in 0..of_rows.len() / height {
+                    let a: &[f64; LINES] = window(of_rows, k * height + line);
+                    let b: &[f64; LANES] = window(of_cols, k * width + lane);
+                    for i in 0..LINES {
+                        for j in 0..LANES {
+                            held[i][j] += a[i] * b[j];
+                        }
+                    }
+                }
+                for i in 0..LINES {
+                    for j in 0..LANES {
+                        sums[(line + i) * width + lane + j] += held[i][j];
+                    }
+                }
+            }
         }
     }
 }

@@ -89,7 +89,7 @@ pub(super) use with_order;
 /// The `N` items from `first`, which are known to be there.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-pub(super) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
+pub(crate) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
     items[first..].first_chunk().expect("spans lie inside their tables")
 }
 
