@@ -111,8 +111,8 @@ pub fn fit_heights(
         return Err(Error::parameter("up", "a vector of length 1", up));
     }
     let [along, across] = height_axes(points, up);
-    let local: Vec<DVec3> =
-        points.iter().map(|p| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p))).collect();
+    let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
+    let local: Vec<DVec3> = points.par_iter().map(turned).collect();
     let low = local.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
     let size = local.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)) - low;
     if !(size.x > 0.0 && size.y > 0.0) {
@@ -121,7 +121,7 @@ pub fn fit_heights(
     }
     let place =
         |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
-    let uv: Vec<DVec2> = local.iter().map(place).collect();
+    let uv: Vec<DVec2> = local.par_iter().map(place).collect();
     let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
     fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
     super::check(&local, &uv, weights, &fitting)?;
@@ -141,7 +141,7 @@ pub fn fit_heights(
 }
 
 fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
-    local.iter().zip(uv).map(|(p, at)| p.z - surface.point(at.x, at.y).z).collect()
+    local.par_iter().zip(uv).map(|(p, at)| p.z - surface.point(at.x, at.y).z).collect()
 }
 
 /// Cross-validation: the weight with which the points of each part are predicted best from the

@@ -118,11 +118,11 @@ impl Cleaning {
 pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> {
     let mut fates = vec![Fate::Kept; points.len()];
     let mut multiplicity = Vec::new();
-    let mut spacings = Spacings::of(points, &fates, observer)?;
+    let mut spacings = Spacings::of(points, &fates, None, observer)?;
     // Crowds of duplicates hide how far distinct points are apart; merging them shows it.
     while merge(points, &spacings, &mut fates, &mut multiplicity) {
         drop(spacings);
-        spacings = Spacings::of(points, &fates, observer)?;
+        spacings = Spacings::of(points, &fates, None, observer)?;
     }
     for _ in 0..ROUNDS {
         let outliers = spacings.outliers(points, observer)?;
@@ -132,8 +132,8 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
         for index in outliers {
             fates[index as usize] = Fate::Outlier;
         }
-        drop(spacings);
-        spacings = Spacings::of(points, &fates, observer)?;
+        let Spacings { each, typical, .. } = spacings;
+        spacings = Spacings::of(points, &fates, Some((each, typical)), observer)?;
     }
     let kept = indices(&fates);
     if !multiplicity.is_empty() {
@@ -199,10 +199,22 @@ impl Default for Spacing {
 }
 
 impl<'a> Spacings<'a> {
-    fn of(points: &'a [DVec3], fates: &[Fate], observer: &mut dyn Observer) -> Result<Self> {
+    /// Of the points that are kept. What was known before outliers went, with what was typical
+    /// then, is known of all but suspects: what has near neighbours does not miss a far one.
+    fn of(
+        points: &'a [DVec3],
+        fates: &[Fate],
+        before: Option<(Vec<Spacing>, f32)>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         let tree = KdTree::of_subset(points, indices(fates), observer)?;
         let unit = Bounds::of(points).diagonal().recip();
         let each = tree.map(observer, |index, found| {
+            if let Some((each, typical)) = &before
+                && each[index as usize].mean <= SUSPECT * typical
+            {
+                return each[index as usize];
+            }
             tree.nearest_to(index, NEIGHBORS, found);
             let Some(nearest) = found.first() else { return Spacing::default() };
             let sum: f64 = found.iter().map(Neighbor::distance).sum();

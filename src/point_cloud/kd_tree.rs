@@ -75,15 +75,23 @@ impl<'a> KdTree<'a> {
     /// A tree over all points, which must be finite.
     #[must_use]
     pub fn new(points: &'a [DVec3]) -> Self {
-        let all = 0..u32::try_from(points.len()).unwrap_or(u32::MAX);
-        let tree = Self::of_subset(points, all.collect(), &mut Silent);
         // The silent observer stops nothing.
-        tree.unwrap_or_else(|_| Self {
+        Self::over(points, &mut Silent).unwrap_or_else(|_| Self {
             points,
             order: vec![],
             divisions: vec![],
             bounds: Bounds::of(&[]),
         })
+    }
+
+    /// A tree over all points, which must be finite.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Interrupted`] if the observer stops it.
+    pub fn over(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
+        let all = 0..u32::try_from(points.len()).unwrap_or(u32::MAX);
+        Self::of_subset(points, all.collect(), observer)
     }
 
     /// A tree over the points with these indices.

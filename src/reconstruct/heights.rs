@@ -1,6 +1,7 @@
 //! Heights over a plane: the parameters are known, and the net grows evenly.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::job::{Fit, Job};
 use super::outline::{area, bounds};
@@ -67,7 +68,7 @@ pub(super) fn fit(
             let rise = fit.surface.normal(uv.x, uv.y).dot(up);
             job.weight(i) * rise * rise
         };
-        let weights: Vec<f64> = fit.uv.iter().enumerate().map(weight).collect();
+        let weights: Vec<f64> = fit.uv.par_iter().enumerate().map(weight).collect();
         let options = HeightOptions { fairness: Some(fit.fairness), ..options };
         fit_heights(job.points, Some(&weights), up, &options)
     };
