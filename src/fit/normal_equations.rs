@@ -9,15 +9,21 @@ use glam::{DVec2, DVec3};
 use pulp::Arch;
 use rayon::prelude::*;
 
+use super::POINTS_PER_LOOK;
 use super::band::Band;
 use super::space::SplineSpace;
+use crate::error::Result;
 use crate::nurbs::{Basis, MAX_ORDER, padded};
+use crate::progress::Listen;
 
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
 const POINTS_PER_TASK: usize = 2048;
 
 /// Numbers in the blocks that are held at a time, 32 MB.
 const BLOCK_NUMBERS: usize = 1 << 22;
+
+/// Products that are added up between two looks at the observer: tens of milliseconds.
+const PRODUCTS: usize = 1 << 27;
 
 /// A point and how its distance from the surface counts.
 #[derive(Clone, Copy, Debug)]
@@ -42,17 +48,25 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 
 
 impl NormalEquations {
     /// Of distances that count alike in all directions: one matrix serves x, y and z.
-    pub(super) fn of_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of_distances(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
         let mut equations = Self::empty(space, 1);
-        equations.add(space, samples, coefficients, |matrix, [a, b], block, _, at| {
+        equations.add(space, samples, coefficients, listen, |matrix, [a, b], block, _, at| {
             matrix.add(a, b, block[at]);
-        });
-        equations
+        })?;
+        Ok(equations)
     }
 
     /// Of distances that count in full along normals alone: x, y and z are coupled.
-    pub(super) fn of_tangent_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of_tangent_distances(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
             let (normal, rest) = (sample.normal.to_array(), sample.tangential);
             let metric = PAIRS.map(|(a, b)| {
@@ -63,16 +77,22 @@ impl NormalEquations {
             (metric, sample.weight * (along + rest * sample.point))
         };
         let mut equations = Self::empty(space, 3);
-        equations.add(space, samples, coefficients, |matrix, [a, b], block, size, at| {
-            for (pair, &(r, s)) in PAIRS.iter().enumerate() {
-                let value = block[pair * size + at];
-                matrix.add(3 * a + r, 3 * b + s, value);
-                if a != b && r != s {
-                    matrix.add(3 * a + s, 3 * b + r, value);
+        equations.add(
+            space,
+            samples,
+            coefficients,
+            listen,
+            |matrix, [a, b], block, size, at| {
+                for (pair, &(r, s)) in PAIRS.iter().enumerate() {
+                    let value = block[pair * size + at];
+                    matrix.add(3 * a + r, 3 * b + s, value);
+                    if a != b && r != s {
+                        matrix.add(3 * a + s, 3 * b + r, value);
+                    }
                 }
-            }
-        });
-        equations
+            },
+        )?;
+        Ok(equations)
     }
 
     fn empty(space: &SplineSpace, components: usize) -> Self {
@@ -86,18 +106,21 @@ impl NormalEquations {
         space: &SplineSpace,
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
+        listen: &mut Listen<'_>,
         scatter: impl Fn(&mut Band, [usize; 2], &[f64], usize, usize),
-    ) {
+    ) -> Result<()> {
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
         let functions = (p + 1) * (q + 1);
         let size = functions * functions;
         let length = C * size + 3 * functions;
-        let cells = Cells::of(space, samples);
+        let cells = Cells::of(space, samples, listen)?;
         let tasks = cells.tasks();
         let arch = Arch::new();
-        let held = (BLOCK_NUMBERS / length).max(1);
+        let at_once = (PRODUCTS / (POINTS_PER_TASK * C * size)).max(rayon::current_num_threads());
+        let held = (BLOCK_NUMBERS / length).clamp(1, at_once);
         let mut blocks = vec![0.0; held.min(tasks.len()) * length];
         for tasks in tasks.chunks(held) {
+            listen()?;
             let blocks = &mut blocks[..tasks.len() * length];
             blocks.par_chunks_mut(length).zip(tasks).for_each(|(block, task)| {
                 block.fill(0.0);
@@ -123,6 +146,7 @@ impl NormalEquations {
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -201,10 +225,10 @@ fn add_any_products(products: &mut [f64], factor: f64, values: &[f64]) {
 }
 
 /// Samples by the cell between knots in which they lie, in their own order.
-struct Cells {
-    order: Vec<u32>,
+pub(super) struct Cells {
+    pub(super) order: Vec<u32>,
     /// Where each cell's samples begin in `order`.
-    starts: Vec<usize>,
+    pub(super) starts: Vec<usize>,
     cols: usize,
 }
 
@@ -215,7 +239,12 @@ struct Task {
 }
 
 impl Cells {
-    fn of(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        listen()?;
         let [u, v] = &space.knots;
         let counts = [u, v].map(|knots| knots.control_points() - knots.degree());
         let cell = |sample: &Sample| {
@@ -223,6 +252,7 @@ impl Cells {
             u32::try_from(row * counts[1] + col).unwrap_or(u32::MAX)
         };
         let cells: Vec<u32> = samples.par_iter().with_min_len(POINTS_PER_TASK).map(cell).collect();
+        listen()?;
         let mut starts = vec![0; counts[0] * counts[1] + 1];
         for &cell in &cells {
             starts[cell as usize + 1] += 1;
@@ -231,10 +261,13 @@ impl Cells {
         let mut next = starts.clone();
         let mut order = vec![0; samples.len()];
         for (index, &cell) in (0_u32..).zip(&cells) {
+            if (index as usize).is_multiple_of(POINTS_PER_LOOK) {
+                listen()?;
+            }
             order[next[cell as usize]] = index;
             next[cell as usize] += 1;
         }
-        Self { order, starts, cols: counts[1] }
+        Ok(Self { order, starts, cols: counts[1] })
     }
 
     /// The first control point that a cell touches.
