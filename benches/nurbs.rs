@@ -72,11 +72,13 @@ fn inverse_problems(criterion: &mut Criterion) {
         });
         let options = FitOptions::new((side, side), (3, 3), (false, false)).unwrap();
         group.bench_function(BenchmarkId::new("fit to 10,000 points", side), |bencher| {
-            bencher.iter(|| fit(&points, &uv, None, &options));
+            bencher.iter(|| fit(&points, &uv, None, &options, &mut Silent));
         });
         group.bench_function(BenchmarkId::new("interpolate as many", side), |bencher| {
             let net = surface.control_points();
-            bencher.iter(|| NurbsSurface::interpolate(net, (side, side), &GridOptions::default()));
+            bencher.iter(|| {
+                NurbsSurface::interpolate(net, (side, side), &GridOptions::default(), &mut Silent)
+            });
         });
     }
 }

@@ -196,6 +196,7 @@ class NurbsSurface:
         *,
         parametrization: Literal["chord", "uniform", "centripetal"] = "chord",
         closed: bool | tuple[bool, bool] = False,
+        out: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     @staticmethod
     def approximate(
@@ -344,7 +345,10 @@ class NurbsSurface:
         tolerance: float = 0.0,
     ) -> NurbsSurface: ...
     def bounding_box(
-        self, *, tight: bool = True
+        self,
+        *,
+        tight: bool = True,
+        out: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     def area(self, *, accuracy: float = 1e-9) -> float: ...
     def tessellate(

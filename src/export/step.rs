@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::unit::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::progress::Silent;
 
 /// Distance under which a reader may take two places for one, as a share of the surface's size.
 /// Edges and surface are the same curves to the last bit, but readers evaluate both at places of
@@ -48,7 +49,8 @@ pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
 pub fn write_step_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Write) -> Result<()> {
     // The boundary of a face is that of the outermost control points only if knots are clamped.
     let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
-    let surface = &if clamped { Cow::Borrowed(surface) } else { Cow::Owned(surface.clamp()?) };
+    let surface =
+        &if clamped { Cow::Borrowed(surface) } else { Cow::Owned(surface.clamp(&mut Silent)?) };
     out.write_all(
         b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\n\
           FILE_NAME('','1970-01-01T00:00:00',(''),(''),'neurbs','neurbs','');\n\

@@ -40,7 +40,7 @@ pub(super) fn best(
     energy: &Band,
     near: Option<f64>,
 ) -> Result<Option<Score>> {
-    let equations = NormalEquations::of_distances(space, samples);
+    let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
     let unit = equations.matrix.trace() / energy.trace();
     let score = |exponent: f64| score(space, samples, &equations, energy, exponent, unit);
     let better = |a: Option<Score>, b: Option<Score>| match (a, b) {

@@ -1,10 +1,12 @@
 //! Fairness: the energy of a surface's second or third derivatives.
 
-use glam::{DVec2, DVec3};
-
+use super::POINTS_PER_LOOK;
 use super::band::Band;
+use super::normal_equations::{Cells, Sample};
 use super::space::SplineSpace;
+use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
+use crate::progress::Listen;
 
 /// Highest derivatives whose energy can be asked for.
 const MOST_ORDER: usize = 3;
@@ -89,16 +91,22 @@ impl Gram {
 /// Points that follow one another in the order of the spans are neighbours; least squares over
 /// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`. Where pairs do not tell (all on one line), both
 /// directions count alike.
-pub(super) fn lengths(points: &[DVec3], uv: &[DVec2], [u, v]: &[KnotVector; 2]) -> (f64, f64) {
-    let mut order: Vec<usize> = (0..points.len()).collect();
-    let cell = |i: usize| (u.span(uv[i].x), v.span(uv[i].y));
-    order.sort_by_key(|&i| cell(i));
+pub(super) fn lengths(
+    space: &SplineSpace,
+    samples: &[Sample],
+    listen: &mut Listen<'_>,
+) -> Result<(f64, f64)> {
+    let cells = Cells::of(space, samples, listen)?;
     let (mut uu, mut uv_sum, mut vv, mut ru, mut rv) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for pair in order.windows(2).filter(|pair| cell(pair[0]) == cell(pair[1])) {
-        let [i, j] = [pair[0], pair[1]];
-        let step = uv[i] - uv[j];
+    let pairs = cells.starts.windows(2).flat_map(|ends| cells.order[ends[0]..ends[1]].windows(2));
+    for (number, pair) in pairs.enumerate() {
+        if number.is_multiple_of(POINTS_PER_LOOK) {
+            listen()?;
+        }
+        let [a, b] = [pair[0], pair[1]].map(|index| &samples[index as usize]);
+        let step = a.uv - b.uv;
         let (du, dv) = (step.x * step.x, step.y * step.y);
-        let square = points[i].distance_squared(points[j]);
+        let square = a.point.distance_squared(b.point);
         uu += du * du;
         uv_sum += du * dv;
         vv += dv * dv;
@@ -108,13 +116,15 @@ pub(super) fn lengths(points: &[DVec3], uv: &[DVec2], [u, v]: &[KnotVector; 2]) 
     let det = uu * vv - uv_sum * uv_sum;
     let (a, b) = ((vv * ru - uv_sum * rv) / det, (uu * rv - uv_sum * ru) / det);
     if a > 0.0 && b > 0.0 && a.is_finite() && b.is_finite() {
-        return (a.sqrt(), b.sqrt());
+        return Ok((a.sqrt(), b.sqrt()));
     }
-    (1.0, 1.0)
+    Ok((1.0, 1.0))
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::{DVec2, DVec3};
+
     use super::*;
 
     #[test]
@@ -134,13 +144,15 @@ mod tests {
 
     #[test]
     fn lengths_follow_space_not_parameters() {
-        let uv: Vec<DVec2> = (0..500)
-            .map(|i| DVec2::new(f64::from(i) / 500.0, f64::from(i * 37 % 500) / 500.0))
-            .collect();
-        let points: Vec<DVec3> =
-            uv.iter().map(|at| DVec3::new(2.0 * at.x, 0.0, 10.0 * at.y)).collect();
+        let sample = |i: u32| {
+            let uv = DVec2::new(f64::from(i) / 500.0, f64::from(i * 37 % 500) / 500.0);
+            let point = DVec3::new(2.0 * uv.x, 0.0, 10.0 * uv.y);
+            Sample { point, uv, weight: 1.0, normal: DVec3::ZERO, tangential: 1.0 }
+        };
+        let samples: Vec<Sample> = (0..500).map(sample).collect();
         let knots = KnotVector::clamped_uniform(3, 5).unwrap();
-        let (u, v) = lengths(&points, &uv, &[knots.clone(), knots]);
+        let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
+        let (u, v) = lengths(&space, &samples, &mut || Ok(())).unwrap();
         assert!((v / u - 5.0).abs() < 1e-8, "{u} {v}");
     }
 }

@@ -281,7 +281,7 @@ impl<'a> Fitting<'a> {
         fairness: f64,
     ) -> Result<NurbsSurface> {
         let NormalEquations { mut matrix, mut right } =
-            NormalEquations::of_distances(space, samples);
+            NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
         let (said, size) = (matrix.trace(), space.unknowns());
         matrix.add_scaled(fairness * said / energy.trace(), energy);
         (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
@@ -298,7 +298,7 @@ impl<'a> Fitting<'a> {
         energy: &Band,
     ) -> Result<NurbsSurface> {
         let NormalEquations { mut matrix, right } =
-            NormalEquations::of_tangent_distances(space, samples);
+            NormalEquations::of_tangent_distances(space, samples, &mut || Ok(()))?;
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
         matrix.add_for_each_axis(fairness * said / energy.trace(), energy);

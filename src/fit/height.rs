@@ -128,7 +128,8 @@ pub fn fit_heights(
     let order = ORDER.min(options.degree.0.max(options.degree.1));
     let tried = options.fairness.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
     let (fairness, expected) = best_fairness(&local, &uv, weights, &fitting, order, &tried);
-    let heights = Equations::of(&local, &uv, weights, &fitting, order)?.solve(fairness)?;
+    let heights = Equations::of(&local, &uv, weights, &fitting, order, &mut || Ok(()))?
+        .solve(fairness, &mut || Ok(()))?;
     let residuals = residuals(&heights, &local, &uv);
     let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
     let net = heights.control_points().iter().enumerate().map(|(i, point)| {
@@ -168,11 +169,15 @@ fn best_fairness(
         let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
         let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
         let own: Vec<f64> = seen.iter().map(|&i| weight(i)).collect();
-        let Ok(equations) = Equations::of(&points, &places, Some(&own), options, order) else {
+        let never = &mut || Ok(());
+        let Ok(equations) = Equations::of(&points, &places, Some(&own), options, order, never)
+        else {
             return vec![f64::INFINITY; tried.len()];
         };
         let error = |fairness: &f64| {
-            let Ok(surface) = equations.solve(*fairness) else { return f64::INFINITY };
+            let Ok(surface) = equations.solve(*fairness, &mut || Ok(())) else {
+                return f64::INFINITY;
+            };
             let rest = |i: usize| local[i].z - surface.point(uv[i].x, uv[i].y).z;
             left.iter().map(|&i| weight(i) * rest(i).powi(2)).sum()
         };

@@ -37,6 +37,7 @@ pub(crate) use self::robust::{biweight, reach};
 use self::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::progress::{self, Listen, Observer, Stage};
 
 /// Control points further from the centre than this many extents of the points were not held by
 /// anything but rounding.
@@ -44,6 +45,10 @@ const RUNAWAY: f64 = 1e6;
 
 /// Most control points of a net to fit: the equations of more would not fit into memory.
 const MOST_CONTROL_POINTS: usize = 1 << 20;
+
+/// Points that are gone through between two looks at the observer: a few milliseconds.
+const POINTS_PER_LOOK: usize = 1 << 16;
+
 /// Order of the derivatives in the thin plate's energy.
 const THIN_PLATE: usize = 2;
 
@@ -94,13 +99,13 @@ impl FitOptions {
 /// The number of threads does not change a bit of the result.
 ///
 /// ```
-/// use neurbs::{DVec2, DVec3, fit::{FitOptions, fit}};
+/// use neurbs::{DVec2, DVec3, fit::{FitOptions, fit}, progress::Silent};
 /// let uv: Vec<DVec2> = (0..400)
 ///     .map(|i| DVec2::new(f64::from(i * 7 % 400) / 399.0, f64::from(i) / 399.0))
 ///     .collect();
 /// let points: Vec<DVec3> = uv.iter().map(|at| DVec3::new(at.x, at.y, at.x * at.y)).collect();
 /// let options = FitOptions { fairness: 0.0, ..FitOptions::new((5, 6), (3, 3), (false, false))? };
-/// let surface = fit(&points, &uv, None, &options)?;
+/// let surface = fit(&points, &uv, None, &options, &mut Silent)?;
 /// assert!(surface.point(0.3, 0.4).distance(DVec3::new(0.3, 0.4, 0.12)) < 1e-12);
 /// # Ok::<(), neurbs::Error>(())
 /// ```
@@ -110,15 +115,18 @@ impl FitOptions {
 /// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
 /// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
 /// periodic where they should be, or the points cannot hold the net; [`Error::NotFinite`] for a
-/// point that is not finite.
+/// point that is not finite; [`Error::Interrupted`] if the observer stops it.
 pub fn fit(
     points: &[DVec3],
     uv: &[DVec2],
     weights: Option<&[f64]>,
     options: &FitOptions,
+    observer: &mut dyn Observer,
 ) -> Result<NurbsSurface> {
+    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     check(points, uv, weights, options)?;
-    Equations::of(points, uv, weights, options, THIN_PLATE)?.solve(options.fairness)
+    let equations = Equations::of(points, uv, weights, options, THIN_PLATE, &mut listen)?;
+    equations.solve(options.fairness, &mut listen)
 }
 
 /// The normal equations of points at their parameters, to be solved with any fairness.
@@ -139,31 +147,40 @@ impl Equations {
         weights: Option<&[f64]>,
         options: &FitOptions,
         order: usize,
+        listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let knots = [options.knots_u.clone(), options.knots_v.clone()];
         let space = SplineSpace::new(knots, options.closed.into())?;
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
         let extent = points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-        let sample = |(i, (&point, &uv)): (usize, (&DVec3, &DVec2))| {
+        let sample = |i: usize| {
             let (weight, normal) = (weight(i), DVec3::ZERO);
-            Sample { point: point - centre, uv, weight, normal, tangential: 1.0 }
+            Sample { point: points[i] - centre, uv: uv[i], weight, normal, tangential: 1.0 }
         };
-        let samples: Vec<Sample> = points.iter().zip(uv).enumerate().map(sample).collect();
-        let distances = NormalEquations::of_distances(&space, &samples);
-        let lengths = fairness::lengths(points, uv, &space.knots);
+        let mut samples = Vec::with_capacity(points.len());
+        for from in (0..points.len()).step_by(POINTS_PER_LOOK) {
+            listen()?;
+            samples.extend((from..points.len().min(from + POINTS_PER_LOOK)).map(sample));
+        }
+        let distances = NormalEquations::of_distances(&space, &samples, listen)?;
+        let lengths = fairness::lengths(&space, &samples, listen)?;
+        drop(samples);
+        listen()?;
         let energy = fairness::energy(&space, lengths, order);
         Ok(Self { space, centre, extent, points: points.len(), distances, energy })
     }
 
-    fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
+    fn solve(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<NurbsSurface> {
+        listen()?;
         let mut matrix = self.distances.matrix.clone();
         // Of degree 1 in both directions and in one span nothing bends.
         if fairness > 0.0 && self.energy.trace() > 0.0 {
             matrix.add_scaled(fairness * matrix.trace() / self.energy.trace(), &self.energy);
         }
         let mut net = self.distances.right.clone();
-        let held = matrix.factor::<Error>(&mut || Ok(()))? && {
+        let held = matrix.factor(listen)? && {
+            listen()?;
             matrix.solve(&mut net);
             net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * self.extent)
         };

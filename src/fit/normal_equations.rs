@@ -9,15 +9,21 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::POINTS_PER_LOOK;
 use super::band::Band;
 use super::space::SplineSpace;
+use crate::error::Result;
 use crate::nurbs::{padded, window};
+use crate::progress::Listen;
 
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
 const POINTS_PER_TASK: usize = 2048;
 
 /// Numbers in the blocks that are held at a time, 32 MB.
 const BLOCK_NUMBERS: usize = 1 << 22;
+
+/// Products that are added up between two looks at the observer: tens of milliseconds.
+const PRODUCTS: usize = 1 << 27;
 
 /// A point and how its distance from the surface counts.
 #[derive(Clone, Copy, Debug)]
@@ -42,17 +48,25 @@ const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 
 
 impl NormalEquations {
     /// Of distances that count alike in all directions: one matrix serves x, y and z.
-    pub(super) fn of_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of_distances(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
         let mut equations = Self::empty(space, 1);
-        equations.add(space, samples, coefficients, |matrix, [a, b], [value]| {
+        equations.add(space, samples, coefficients, listen, |matrix, [a, b], [value]| {
             matrix.add(a, b, value);
-        });
-        equations
+        })?;
+        Ok(equations)
     }
 
     /// Of distances that count in full along normals alone: x, y and z are coupled.
-    pub(super) fn of_tangent_distances(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of_tangent_distances(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
             let (normal, rest) = (sample.normal.to_array(), sample.tangential);
             let metric = PAIRS.map(|(a, b)| {
@@ -63,15 +77,15 @@ impl NormalEquations {
             (metric, sample.weight * (along + rest * sample.point))
         };
         let mut equations = Self::empty(space, 3);
-        equations.add(space, samples, coefficients, |matrix, [a, b], values| {
+        equations.add(space, samples, coefficients, listen, |matrix, [a, b], values| {
             for (&(r, s), value) in PAIRS.iter().zip(values) {
                 matrix.add(3 * a + r, 3 * b + s, value);
                 if a != b && r != s {
                     matrix.add(3 * a + s, 3 * b + r, value);
                 }
             }
-        });
-        equations
+        })?;
+        Ok(equations)
     }
 
     fn empty(space: &SplineSpace, components: usize) -> Self {
@@ -85,15 +99,18 @@ impl NormalEquations {
         space: &SplineSpace,
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
+        listen: &mut Listen<'_>,
         scatter: impl Fn(&mut Band, [usize; 2], [f64; C]),
-    ) {
+    ) -> Result<()> {
         let layout = Layout::of(space, C);
-        let cells = Cells::of(space, samples);
+        let cells = Cells::of(space, samples, listen)?;
         let tasks = cells.tasks();
-        let length = layout.length();
-        let held = (BLOCK_NUMBERS / length).max(1);
+        let (length, sums) = (layout.length(), layout.height * layout.width);
+        let at_once = (PRODUCTS / (POINTS_PER_TASK * sums)).max(rayon::current_num_threads());
+        let held = (BLOCK_NUMBERS / length).clamp(1, at_once);
         let mut blocks = vec![0.0; held.min(tasks.len()) * length];
         for tasks in tasks.chunks(held) {
+            listen()?;
             let blocks = &mut blocks[..tasks.len() * length];
             blocks.par_chunks_mut(length).zip(tasks).for_each(|(block, task)| {
                 block.fill(0.0);
@@ -102,19 +119,23 @@ impl NormalEquations {
             });
             for (block, task) in blocks.chunks(length).zip(tasks) {
                 let corner = cells.corner(task.cell);
-                let place = |i: usize, j: usize| space.place(corner[0] + i, corner[1] + j);
-                layout.each_pair(|[i, other_i], [j, other_j], at| {
-                    let places = [place(i, j), place(other_i, other_j)];
+                let place = |k: usize| {
+                    space.place(corner[0] + k / layout.cols, corner[1] + k % layout.cols)
+                };
+                let places: Vec<usize> = (0..layout.rows * layout.cols).map(place).collect();
+                layout.each_pair(|pair, at| {
+                    let pair = pair.map(|k| places[k]);
                     let value = |c: usize| block[c * layout.row_pairs * layout.width + at];
-                    scatter(&mut self.matrix, places, std::array::from_fn(value));
+                    scatter(&mut self.matrix, pair, std::array::from_fn(value));
                 });
                 let rights = block[layout.height * layout.width..].as_chunks::<3>().0;
-                for (k, right) in rights.iter().enumerate() {
-                    let sum = &mut self.right[place(k / layout.cols, k % layout.cols)];
+                for (&place, right) in places.iter().zip(rights) {
+                    let sum = &mut self.right[place];
                     sum.iter_mut().zip(right).for_each(|(sum, value)| *sum += value);
                 }
             }
         }
+        Ok(())
     }
 }
 
@@ -154,15 +175,15 @@ impl Layout {
         self.height * self.width + 3 * self.rows * self.cols
     }
 
-    /// Calls with rows, columns and the place of the sum, for each pair of functions once.
-    fn each_pair(&self, mut call: impl FnMut([usize; 2], [usize; 2], usize)) {
+    /// Calls with each pair of functions once, and with the place of its sum.
+    fn each_pair(&self, mut call: impl FnMut([usize; 2], usize)) {
         let mut line = 0;
         for i in 0..self.rows {
             for other_i in i..self.rows {
                 for j in 0..self.cols {
                     for other_j in if other_i == i { j } else { 0 }..self.cols {
-                        let at = line * self.width + j * self.cols + other_j;
-                        call([i, other_i], [j, other_j], at);
+                        let pair = [i * self.cols + j, other_i * self.cols + other_j];
+                        call(pair, line * self.width + j * self.cols + other_j);
                     }
                 }
                 line += 1;
@@ -234,7 +255,6 @@ impl WithSimd for Products<'_> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[expect(clippy::needless_range_loop, reason = "compiled to a few vectors of fixed length")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { of_rows, of_cols, height, width, sums } = self;
@@ -261,10 +281,10 @@ impl WithSimd for Products<'_> {
 }
 
 /// Samples by the cell between knots in which they lie, in their own order.
-struct Cells {
-    order: Vec<u32>,
+pub(super) struct Cells {
+    pub(super) order: Vec<u32>,
     /// Where each cell's samples begin in `order`.
-    starts: Vec<usize>,
+    pub(super) starts: Vec<usize>,
     cols: usize,
 }
 
@@ -275,7 +295,12 @@ struct Task {
 }
 
 impl Cells {
-    fn of(space: &SplineSpace, samples: &[Sample]) -> Self {
+    pub(super) fn of(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        listen()?;
         let [u, v] = &space.knots;
         let counts = [u, v].map(|knots| knots.control_points() - knots.degree());
         let cell = |sample: &Sample| {
@@ -283,6 +308,7 @@ impl Cells {
             u32::try_from(row * counts[1] + col).unwrap_or(u32::MAX)
         };
         let cells: Vec<u32> = samples.par_iter().with_min_len(POINTS_PER_TASK).map(cell).collect();
+        listen()?;
         let mut starts = vec![0; counts[0] * counts[1] + 1];
         for &cell in &cells {
             starts[cell as usize + 1] += 1;
@@ -291,10 +317,13 @@ impl Cells {
         let mut next = starts.clone();
         let mut order = vec![0; samples.len()];
         for (index, &cell) in (0_u32..).zip(&cells) {
+            if (index as usize).is_multiple_of(POINTS_PER_LOOK) {
+                listen()?;
+            }
             order[next[cell as usize]] = index;
             next[cell as usize] += 1;
         }
-        Self { order, starts, cols: counts[1] }
+        Ok(Self { order, starts, cols: counts[1] })
     }
 
     /// The first control point that a cell touches.

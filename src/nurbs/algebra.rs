@@ -2,13 +2,14 @@
 
 use glam::{DAffine3, DVec4};
 
-use super::batch::listening;
+use super::basis::padded;
+use super::batch::{in_steps, listening};
 use super::knot_vector::KnotVector;
 use super::net::same_place;
-use super::strip::Strip;
+use super::strip::{Strip, same_row};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::progress::Observer;
+use crate::progress::{Listen, Observer};
 
 /// A direction of a surface's parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,9 @@ impl NurbsSurface {
         knots: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        self.along(direction, |strip| strip.refined_listening(knots, &mut listening(observer)))
+        self.along(direction, &mut listening(observer), |strip, listen| {
+            strip.refined(knots, listen)
+        })
     }
 
     /// The surface with as few of these inner knots (`None`: of all) as `tolerance` allows. No
@@ -95,8 +98,9 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let mut listen = listening(observer);
-        self.along(direction, |strip| strip.simplified(knots, tolerance, &mut listen))
+        self.along(direction, &mut listening(observer), |strip, listen| {
+            strip.simplified(knots, tolerance, listen)
+        })
     }
 
     /// The same surface with higher degrees, by `u` and `v`, clamped in each direction that is
@@ -117,7 +121,9 @@ impl NurbsSurface {
         let mut listen = listening(observer);
         let mut raised = |surface: &Self, direction, times| match times {
             0 => Ok(surface.clone()),
-            times => surface.along(direction, |strip| strip.elevated(times, &mut listen)),
+            times => {
+                surface.along(direction, &mut listen, |strip, listen| strip.elevated(times, listen))
+            }
         };
         let along_u = raised(self, Direction::U, u)?;
         raised(&along_u, Direction::V, v)
@@ -151,7 +157,8 @@ impl NurbsSurface {
         let mut listen = listening(observer);
         let mut lowered = |surface: &Self, direction, times| match times {
             0 => Ok(surface.clone()),
-            times => surface.along(direction, |strip| strip.reduced(times, share, &mut listen)),
+            times => surface
+                .along(direction, &mut listen, |strip, listen| strip.reduced(times, share, listen)),
         };
         let along_u = lowered(self, Direction::U, u)?;
         lowered(&along_u, Direction::V, v)
@@ -160,58 +167,65 @@ impl NurbsSurface {
     /// The same surface with clamped knots in both directions.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
     /// let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)?;
-    /// assert!(torus.clamp()?.knots_u().is_clamped());
+    /// assert!(torus.clamp(&mut Silent)?.knots_u().is_clamped());
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// None; a surface can always be clamped.
-    pub fn clamp(&self) -> Result<Self> {
-        self.along(Direction::U, Strip::clamped)?.along(Direction::V, Strip::clamped)
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn clamp(&self, observer: &mut dyn Observer) -> Result<Self> {
+        let mut listen = listening(observer);
+        self.along(Direction::U, &mut listen, Strip::clamped)?.along(
+            Direction::V,
+            &mut listen,
+            Strip::clamped,
+        )
     }
 
     /// The same surface with every inner knot as often as its degree.
-    pub(super) fn in_bezier_form(&self) -> Result<Self> {
-        self.along(Direction::U, Strip::bezier)?.along(Direction::V, Strip::bezier)
+    pub(super) fn in_bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        self.along(Direction::U, listen, Strip::bezier)?.along(Direction::V, listen, Strip::bezier)
     }
 
     /// The same surface run through backwards in a direction: on the same domain, the point at
     /// `start + t` is where the one at `end - t` was. Its normals turn over.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let turned = sphere.reversed(Direction::U)?;
+    /// let turned = sphere.reversed(Direction::U, &mut Silent)?;
     /// assert!(turned.point(0.2, 0.5).distance(sphere.point(0.8, 0.5)) < 1e-15);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// None; every surface can be reversed.
-    pub fn reversed(&self, direction: Direction) -> Result<Self> {
-        self.along(direction, |strip| Ok(strip.reversed()))
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn reversed(&self, direction: Direction, observer: &mut dyn Observer) -> Result<Self> {
+        self.along(direction, &mut listening(observer), Strip::reversed)
     }
 
     /// The same surface with u and v exchanged. Its normals turn over.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let turned = sphere.transposed()?;
+    /// let turned = sphere.transposed(&mut Silent)?;
     /// assert!(turned.point(0.2, 0.7).distance(sphere.point(0.7, 0.2)) < 1e-15);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// None; every surface can be transposed.
-    pub fn transposed(&self) -> Result<Self> {
-        let Strip { knots, points, .. } = self.strip(Direction::V);
-        Self::from_homogeneous(&points, self.weights().is_some(), knots, self.knots_u().clone())
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn transposed(&self, observer: &mut dyn Observer) -> Result<Self> {
+        let mut listen = listening(observer);
+        let Strip { knots, points, .. } = self.strip(Direction::V, &mut listen)?;
+        let knots = [knots, self.knots_u().clone()];
+        Self::from_homogeneous(points, self.weights().is_some(), knots, &mut listen)
     }
 
     /// The surface moved by an affine map.
@@ -245,8 +259,13 @@ impl NurbsSurface {
     ///
     /// [`Error::Knots`] if a range is empty or not finite.
     pub fn with_domain(&self, u: (f64, f64), v: (f64, f64)) -> Result<Self> {
-        self.along(Direction::U, |strip| strip.with_domain(u))?
-            .along(Direction::V, |strip| strip.with_domain(v))
+        let (knots_u, knots_v) = (self.knots_u().with_domain(u)?, self.knots_v().with_domain(v)?);
+        Self::new(
+            self.control_points().to_vec(),
+            self.weights().map(<[f64]>::to_vec),
+            knots_u,
+            knots_v,
+        )
     }
 
     /// Whether the surface ends where it begins, in u and in v: a tube, a torus.
@@ -260,59 +279,91 @@ impl NurbsSurface {
     #[must_use]
     pub fn closed(&self) -> (bool, bool) {
         let tolerance = same_place(self.control_points());
-        let closed = |direction| self.strip(direction).is_closed(tolerance);
+        let closed = |direction| {
+            let (start, end) = self.knots(direction).domain();
+            same_row(&self.row(direction, start), &self.row(direction, end), tolerance)
+        };
         (closed(Direction::U), closed(Direction::V))
     }
 
-    /// The net as a strip of curves that run in a direction.
-    pub(super) fn strip(&self, direction: Direction) -> Strip {
+    /// The control points of the isocurve at a parameter of the domain.
+    pub(super) fn row(&self, direction: Direction, at: f64) -> Vec<DVec4> {
         let (rows, cols) = self.shape();
-        let net = self.homogeneous();
-        match direction {
-            Direction::U => {
-                Strip { knots: self.knots_u().clone(), points: net.to_vec(), width: cols }
-            }
-            Direction::V => {
-                Strip { knots: self.knots_v().clone(), points: transpose(net, cols), width: rows }
-            }
-        }
+        let (count, along, across) = match direction {
+            Direction::U => (cols, cols, 1),
+            Direction::V => (rows, 1, cols),
+        };
+        let basis = padded(self.knots(direction), at);
+        let point = |k: usize, i: usize| self.homogeneous()[k * along + i * across];
+        let functions = 0..=self.knots(direction).degree();
+        let sum = |i| functions.clone().map(|k| basis.values[k] * point(basis.first + k, i)).sum();
+        (0..count).map(sum).collect()
     }
 
-    pub(super) fn along(
+    /// The net as a strip of curves that run in a direction.
+    pub(super) fn strip(&self, direction: Direction, listen: &mut Listen<'_>) -> Result<Strip> {
+        let ((rows, cols), net) = (self.shape(), self.homogeneous());
+        let (points, width) = match direction {
+            Direction::U => {
+                (in_steps((net.len(), 1), listen, |part| net[part].iter().copied())?, cols)
+            }
+            Direction::V => (transpose(net, cols, listen)?, rows),
+        };
+        Ok(Strip { knots: self.knots(direction).clone(), points, width })
+    }
+
+    pub(super) fn along<'l>(
         &self,
         direction: Direction,
-        f: impl FnOnce(&Strip) -> Result<Strip>,
+        listen: &mut Listen<'l>,
+        f: impl FnOnce(&Strip, &mut Listen<'l>) -> Result<Strip>,
     ) -> Result<Self> {
-        self.rebuilt(direction, &f(&self.strip(direction))?)
+        let strip = f(&self.strip(direction, listen)?, listen)?;
+        self.rebuilt(direction, strip, listen)
     }
 
-    pub(super) fn rebuilt(&self, direction: Direction, strip: &Strip) -> Result<Self> {
-        self.rebuilt_as(direction, strip, self.weights().is_some())
+    pub(super) fn rebuilt(
+        &self,
+        direction: Direction,
+        strip: Strip,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        self.rebuilt_as(direction, strip, self.weights().is_some(), listen)
     }
 
     /// The surface with this strip in place of its own in that direction.
     pub(super) fn rebuilt_as(
         &self,
         direction: Direction,
-        strip: &Strip,
+        strip: Strip,
         rational: bool,
+        listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let knots = strip.knots.clone();
         match direction {
             Direction::U => {
-                Self::from_homogeneous(&strip.points, rational, knots, self.knots_v().clone())
+                let knots = [knots, self.knots_v().clone()];
+                Self::from_homogeneous(strip.points, rational, knots, listen)
             }
             Direction::V => {
-                let net = transpose(&strip.points, strip.width);
-                Self::from_homogeneous(&net, rational, self.knots_u().clone(), knots)
+                let knots = [self.knots_u().clone(), knots];
+                Self::from_homogeneous(turned(strip, listen)?, rational, knots, listen)
             }
         }
     }
 }
 
+/// The points of a strip, column by column.
+pub(super) fn turned(strip: Strip, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+    let Strip { points, width, .. } = strip;
+    transpose(&points, width, listen)
+}
+
 /// The columns of a net of this many columns, one after the other.
-pub(super) fn transpose(net: &[DVec4], cols: usize) -> Vec<DVec4> {
-    (0..cols).flat_map(|j| net.iter().skip(j).step_by(cols).copied()).collect()
+pub(super) fn transpose(net: &[DVec4], cols: usize, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+    in_steps((cols, net.len() / cols), listen, |columns| {
+        columns.flat_map(|j| net.iter().skip(j).step_by(cols).copied())
+    })
 }
 
 pub(super) fn check_tolerance(tolerance: f64) -> Result<()> {

@@ -2,14 +2,16 @@
 
 use glam::{DVec3, DVec4};
 
-use super::algebra::transpose;
+use super::algebra::turned;
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
-use super::interpolate::{GridOptions, Sites, check_counts, singular, wrapped};
+use super::batch::listening;
+use super::interpolate::{GridOptions, Sites, check_counts, homogeneous, singular, wrapped};
 use super::knot_vector::KnotVector;
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
+use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
     /// The surface with a smaller net that comes closest to a grid of points, in the sense of least
@@ -19,22 +21,25 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`](crate::Error::Parameter) if a side of the net
-    /// has not more control points than the degree, or more than the grid has points.
+    /// has not more control points than the degree, or more than the grid has points;
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],
         shape: (usize, usize),
         net: (usize, usize),
         options: &GridOptions,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let Sites { u, v } = Sites::new(grid, shape, options)?;
-        let points: Vec<DVec4> = grid.iter().map(|point| point.extend(1.0)).collect();
+        let listen = &mut listening(observer);
+        let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
+        let points = homogeneous(grid, listen)?;
         let GridOptions { degree, closed, .. } = *options;
-        let along = approximate_strip(&points, shape.1, &u, net.0, degree.0, closed.0)?;
-        let across = transpose(&along.points, shape.1);
-        let rows = along.rows();
-        let across = approximate_strip(&across, rows, &v, net.1, degree.1, closed.1)?;
-        let net = transpose(&across.points, rows);
-        Self::from_homogeneous(&net, false, along.knots, across.knots)
+        let along = approximate_strip(&points, shape.1, &u, (net.0, degree.0, closed.0), listen)?;
+        let (rows, knots_u) = (along.rows(), along.knots.clone());
+        let across = turned(along, listen)?;
+        let across = approximate_strip(&across, rows, &v, (net.1, degree.1, closed.1), listen)?;
+        let knots = [knots_u, across.knots.clone()];
+        Self::from_homogeneous(turned(across, listen)?, false, knots, listen)
     }
 }
 
@@ -43,9 +48,8 @@ fn approximate_strip(
     points: &[DVec4],
     width: usize,
     sites: &[f64],
-    count: usize,
-    degree: usize,
-    closed: bool,
+    (count, degree, closed): (usize, usize, bool),
+    listen: &mut Listen<'_>,
 ) -> Result<Strip> {
     check_counts(degree, count, sites.len())?;
     // The parameter at a fractional place among the sites.
@@ -68,6 +72,7 @@ fn approximate_strip(
     let mut sums = vec![DVec4::ZERO; count * width];
     let mut entries = Vec::with_capacity(sites.len() * (degree + 1) * (degree + 1));
     for (row, site) in points.chunks(width).zip(sites) {
+        listen()?;
         let basis = padded(&knots, *site);
         for k in 0..=degree {
             let (i, value) = ((basis.first + k) % count, basis.values[k]);
@@ -83,16 +88,18 @@ fn approximate_strip(
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
-        matrix.solve(&mut sums, width)
+        matrix.solve(&mut sums, width, listen)?
     } else {
         let mut matrix = Banded::new(count, degree.min(count - 1));
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
-        matrix.solve(&mut sums, width)
+        matrix.solve(&mut sums, width, listen)?
     };
-    solved.ok_or_else(|| singular(degree))?;
-    let points = if closed { wrapped(&sums, width, degree, 0) } else { sums };
+    if !solved {
+        return Err(singular(degree));
+    }
+    let points = if closed { wrapped(&sums, width, degree, 0, listen)? } else { sums };
     Ok(Strip { knots, points, width })
 }
 
@@ -101,6 +108,7 @@ mod tests {
     use super::super::interpolate::tests::grid;
     use super::*;
     use crate::nurbs::Parametrization;
+    use crate::progress::Silent;
 
     #[test]
     fn approximation_finds_a_surface_that_is_there() {
@@ -110,8 +118,10 @@ mod tests {
                 closed,
                 ..GridOptions::default()
             };
-            let near = NurbsSurface::approximate(&grid(60, 60), (60, 60), (30, 30), &options);
-            let same = NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options);
+            let near =
+                NurbsSurface::approximate(&grid(60, 60), (60, 60), (30, 30), &options, &mut Silent);
+            let same =
+                NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options, &mut Silent);
             assert_eq!((near.unwrap().closed(), same.unwrap().closed()), (closed, closed));
         }
         // A bicubic polynomial is met by any net.
@@ -122,7 +132,8 @@ mod tests {
             .map(|k| (f64::from(k / 30) / 29.0, f64::from(k % 30) / 29.0))
             .map(|(x, y)| DVec3::new(x, y, height(x, y)))
             .collect();
-        let surface = NurbsSurface::approximate(&cubic, (30, 30), (7, 5), &options).unwrap();
+        let surface =
+            NurbsSurface::approximate(&cubic, (30, 30), (7, 5), &options, &mut Silent).unwrap();
         assert_eq!(surface.shape(), (7, 5));
         let p = surface.point(0.37, 0.81);
         assert!(p.distance(DVec3::new(0.37, 0.81, height(0.37, 0.81))) < 1e-13);

@@ -6,6 +6,10 @@
 
 use glam::DVec4;
 
+use super::batch::steps;
+use crate::error::Result;
+use crate::progress::Listen;
+
 /// Pivots below this share of the largest entry mean that the matrix is singular.
 const SINGULAR: f64 = 1e-14;
 
@@ -33,34 +37,45 @@ impl Banded {
     }
 
     /// Solves for `width` right-hand sides at once, which lie row by row in `rows`, in place:
-    /// O(size · reach · (reach + width)). `None` if the matrix is singular.
-    pub(super) fn solve(mut self, rows: &mut [DVec4], width: usize) -> Option<()> {
+    /// O(size · reach · (reach + width)). `Ok(false)` if the matrix is singular.
+    pub(super) fn solve(
+        mut self,
+        rows: &mut [DVec4],
+        width: usize,
+        listen: &mut Listen<'_>,
+    ) -> Result<bool> {
         let largest = self.entries.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
         let (n, reach) = (self.size, self.reach);
-        for k in 0..n {
-            let pivot = self.entries[self.at(k, k)];
-            if pivot.is_nan() || pivot.abs() <= SINGULAR * largest {
-                return None;
-            }
-            for i in k + 1..n.min(k + reach + 1) {
-                let factor = self.entries[self.at(i, k)] / pivot;
-                if factor == 0.0 {
-                    continue;
+        for range in steps(n, width) {
+            listen()?;
+            for k in range {
+                let pivot = self.entries[self.at(k, k)];
+                if pivot.is_nan() || pivot.abs() <= SINGULAR * largest {
+                    return Ok(false);
                 }
+                for i in k + 1..n.min(k + reach + 1) {
+                    let factor = self.entries[self.at(i, k)] / pivot;
+                    if factor == 0.0 {
+                        continue;
+                    }
+                    for j in k + 1..n.min(k + reach + 1) {
+                        self.add(i, j, -factor * self.entries[self.at(k, j)]);
+                    }
+                    subtract(rows, width, i, k, factor);
+                }
+            }
+        }
+        for range in steps(n, width) {
+            listen()?;
+            for k in range.map(|behind| n - 1 - behind) {
                 for j in k + 1..n.min(k + reach + 1) {
-                    self.add(i, j, -factor * self.entries[self.at(k, j)]);
+                    subtract(rows, width, k, j, self.entries[self.at(k, j)]);
                 }
-                subtract(rows, width, i, k, factor);
+                let scale = self.entries[self.at(k, k)].recip();
+                rows[k * width..(k + 1) * width].iter_mut().for_each(|value| *value *= scale);
             }
         }
-        for k in (0..n).rev() {
-            for j in k + 1..n.min(k + reach + 1) {
-                subtract(rows, width, k, j, self.entries[self.at(k, j)]);
-            }
-            let scale = self.entries[self.at(k, k)].recip();
-            rows[k * width..(k + 1) * width].iter_mut().for_each(|value| *value *= scale);
-        }
-        Some(())
+        Ok(true)
     }
 }
 
@@ -98,15 +113,24 @@ impl Cyclic {
     }
 
     /// As [`Banded::solve`].
-    pub(super) fn solve(self, rows: &mut [DVec4], width: usize) -> Option<()> {
+    pub(super) fn solve(
+        self,
+        rows: &mut [DVec4],
+        width: usize,
+        listen: &mut Listen<'_>,
+    ) -> Result<bool> {
         let border = self.reach.min(self.size);
         let inner = self.size - border;
         let mut band = Banded::new(inner, self.reach);
         // Columns of the border, as more right-hand sides; four to a vector.
         let extra = border.div_ceil(4);
         let mut sides = vec![DVec4::ZERO; inner * (width + extra)];
-        for (side, row) in sides.chunks_mut(width + extra).zip(rows.chunks(width)) {
-            side[..width].copy_from_slice(row);
+        for range in steps(inner, width) {
+            listen()?;
+            for i in range {
+                let side = &mut sides[i * (width + extra)..][..width];
+                side.copy_from_slice(&rows[i * width..][..width]);
+            }
         }
         let mut below = vec![0.0; border * self.size];
         for (i, j, value) in self.entries {
@@ -119,12 +143,15 @@ impl Cyclic {
                 (false, _) => below[(i - inner) * self.size + j] += value,
             }
         }
-        band.solve(&mut sides, width + extra)?;
+        if !band.solve(&mut sides, width + extra, listen)? {
+            return Ok(false);
+        }
         let side = |i: usize| &sides[i * (width + extra)..][..width + extra];
         // The border's own equations, once the inner unknowns are put into them.
         let mut small = Banded::new(border, border);
         let mut last = rows[inner * width..].to_vec();
         for row in 0..border {
+            listen()?;
             let below = &below[row * self.size..][..self.size];
             for column in 0..border {
                 let inside: f64 =
@@ -137,19 +164,24 @@ impl Cyclic {
                 }
             }
         }
-        small.solve(&mut last, width)?;
-        for i in 0..inner {
-            let row = &mut rows[i * width..][..width];
-            row.copy_from_slice(&side(i)[..width]);
-            for column in 0..border {
-                let factor = side(i)[width + column / 4][column % 4];
-                for (value, known) in row.iter_mut().zip(&last[column * width..]) {
-                    *value -= factor * *known;
+        if !small.solve(&mut last, width, listen)? {
+            return Ok(false);
+        }
+        for range in steps(inner, width) {
+            listen()?;
+            for i in range {
+                let row = &mut rows[i * width..][..width];
+                row.copy_from_slice(&side(i)[..width]);
+                for column in 0..border {
+                    let factor = side(i)[width + column / 4][column % 4];
+                    for (value, known) in row.iter_mut().zip(&last[column * width..]) {
+                        *value -= factor * *known;
+                    }
                 }
             }
         }
         rows[inner * width..].copy_from_slice(&last);
-        Some(())
+        Ok(true)
     }
 }
 
@@ -186,10 +218,10 @@ mod tests {
                 assert!(error.fold(0.0, f64::max) < 1e-12);
             };
             let mut solved = rows.clone();
-            cyclic.solve(&mut solved, width).unwrap();
+            assert!(cyclic.solve(&mut solved, width, &mut || Ok(())).unwrap());
             check(&solved);
             if !wrapped {
-                open.solve(&mut rows, width).unwrap();
+                assert!(open.solve(&mut rows, width, &mut || Ok(())).unwrap());
                 check(&rows);
             }
         }
@@ -200,6 +232,6 @@ mod tests {
         let mut matrix = Banded::new(3, 1);
         matrix.add(0, 0, 1.0);
         matrix.add(2, 2, 1.0);
-        assert!(matrix.solve(&mut [DVec4::ONE; 3], 1).is_none());
+        assert!(!matrix.solve(&mut [DVec4::ONE; 3], 1, &mut || Ok(())).unwrap());
     }
 }

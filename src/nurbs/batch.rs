@@ -1,12 +1,15 @@
 //! Batches of parameters: their checks, and their way through in blocks that report.
 
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::progress::{self, Observer, Progress, Stage};
+use crate::progress::{self, Listen, Observer, Progress, Stage};
 
 /// Points between two calls of the observer: a few milliseconds, of which the threads lose a few
 /// microseconds in meeting.
@@ -14,6 +17,9 @@ const POINTS_PER_REPORT: usize = 1 << 20;
 
 /// Points that a thread takes at a time: tens of microseconds of work.
 pub(super) const POINTS_PER_TASK: usize = 1 << 10;
+
+/// Points that work without threads goes through before it listens again: a millisecond at most.
+const POINTS_PER_STEP: usize = 1 << 15;
 
 /// What to do with parameters outside the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -70,9 +76,60 @@ pub(super) fn in_rows(
     report(observer, total, total)
 }
 
+/// Works through tasks on all threads, each of which takes so many at once and has room of its own
+/// that it uses again.
+///
+/// The thread that calls does its part: what takes two milliseconds must not wait until the system
+/// has found a processor for every thread that sleeps.
+pub(super) fn share<T, R: Default>(
+    tasks: impl ExactSizeIterator<Item = T> + Send,
+    at_once: usize,
+    work: impl Fn(&mut R, T) + Sync,
+) {
+    let at_once = at_once.max(1);
+    let helpers = (tasks.len().div_ceil(at_once)).min(rayon::current_num_threads());
+    let tasks = Mutex::new(tasks);
+    let through = || {
+        let (mut room, mut taken) = (R::default(), Vec::with_capacity(at_once));
+        loop {
+            let mut tasks = tasks.lock().unwrap_or_else(PoisonError::into_inner);
+            taken.extend(tasks.by_ref().take(at_once));
+            drop(tasks);
+            if taken.is_empty() {
+                return;
+            }
+            taken.drain(..).for_each(|task| work(&mut room, task));
+        }
+    };
+    rayon::in_place_scope(|scope| {
+        (1..helpers).for_each(|_| scope.spawn(|_| through()));
+        through();
+    });
+}
+
 /// What work in small steps calls between them, to hear from the observer whether to go on.
 pub(super) fn listening(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
     move || report(observer, 0, 1)
+}
+
+/// The ranges of `rows` rows of `width` points, after each of which such work listens.
+pub(super) fn steps(rows: usize, width: usize) -> impl Iterator<Item = Range<usize>> {
+    let step = (POINTS_PER_STEP / width.max(1)).max(1);
+    (0..rows).step_by(step).map(move |from| from..rows.min(from + step))
+}
+
+/// A list made of what `part` returns for each of these ranges.
+pub(super) fn in_steps<T, I: Iterator<Item = T>>(
+    (rows, width): (usize, usize),
+    listen: &mut Listen<'_>,
+    part: impl Fn(Range<usize>) -> I,
+) -> Result<Vec<T>> {
+    let mut all = Vec::with_capacity(rows * width);
+    for rows in steps(rows, width) {
+        listen()?;
+        all.extend(part(rows));
+    }
+    Ok(all)
 }
 
 fn report(observer: &mut dyn Observer, done: usize, total: usize) -> Result<()> {

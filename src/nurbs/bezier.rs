@@ -5,12 +5,14 @@
 
 use glam::{DVec3, DVec4};
 
-use super::basis::MAX_ORDER;
+use super::basis::{MAX_ORDER, Row};
+use super::batch::in_steps;
 use super::frame::Frame;
 use super::knot_vector::KnotVector;
 use super::net::bounds;
 use super::surface::NurbsSurface;
 use crate::error::Result;
+use crate::progress::Listen;
 
 /// A piece of a surface over a rectangle of its parameters.
 #[derive(Clone, Debug)]
@@ -25,26 +27,32 @@ pub(super) struct Patch {
 
 impl Patch {
     /// The patches of a surface, row by row, and how many there are along u and v.
-    pub(super) fn of(surface: &NurbsSurface) -> Result<(Vec<Self>, (usize, usize))> {
-        let whole = surface.in_bezier_form()?;
+    pub(super) fn of(
+        surface: &NurbsSurface,
+        listen: &mut Listen<'_>,
+    ) -> Result<(Vec<Self>, (usize, usize))> {
+        let whole = surface.in_bezier_form(listen)?;
         let (degree_u, degree_v) = (whole.knots_u().degree(), whole.knots_v().degree());
         let (u, v) = (whole.knots_u().breaks(), whole.knots_v().breaks());
         let (net, cols) = (whole.homogeneous(), whole.shape().1);
-        let patch = |(i, j): (usize, usize)| {
+        let patch = |i: usize, j: usize| {
             let row = |k: usize| &net[(i * degree_u + k) * cols + j * degree_v..][..=degree_v];
             let net = (0..=degree_u).flat_map(row).copied().collect();
             Self { net, degree_u, degree_v, u: (u[i], u[i + 1]), v: (v[j], v[j + 1]) }
         };
         let shape = (u.len() - 1, v.len() - 1);
-        let places = (0..shape.0).flat_map(|i| (0..shape.1).map(move |j| (i, j)));
-        Ok((places.map(patch).collect(), shape))
+        let patches = in_steps(shape, listen, |rows| {
+            rows.flat_map(|i| (0..shape.1).map(move |j| patch(i, j)))
+        })?;
+        Ok((patches, shape))
     }
 
     /// The patch as a surface.
     pub(super) fn surface(&self, rational: bool) -> Result<NurbsSurface> {
         let knots_u = KnotVector::clamped(self.degree_u, self.u, [])?;
         let knots_v = KnotVector::clamped(self.degree_v, self.v, [])?;
-        NurbsSurface::from_homogeneous(&self.net, rational, knots_u, knots_v)
+        let knots = [knots_u, knots_v];
+        NurbsSurface::from_homogeneous(self.net.clone(), rational, knots, &mut || Ok(()))
     }
 
     /// The patch moved so that the middle of its box is the origin, where numbers keep most
@@ -113,12 +121,35 @@ impl Patch {
         Frame::new(sums)
     }
 
+    /// The control points of a curve across the patch: the rows of its net by these factors.
+    pub(super) fn row(&self, factors: &Row) -> PatchRow {
+        let mut points = [DVec4::ZERO; MAX_ORDER];
+        for (row, factor) in self.net.chunks_exact(self.degree_v + 1).zip(factors) {
+            points.iter_mut().zip(row).for_each(|(sum, point)| *sum += *factor * *point);
+        }
+        PatchRow { points, order: self.degree_v + 1 }
+    }
+
     /// The parameters of the surface at shares of the patch's sides.
     pub(super) fn parameters(&self, s: f64, t: f64) -> (f64, f64) {
         let place = |(start, end): (f64, f64), share: f64| {
             if share == 1.0 { end } else { start + share * (end - start) }
         };
         (place(self.u, s), place(self.v, t))
+    }
+}
+
+/// Homogeneous control points of a curve across a patch.
+pub(super) struct PatchRow {
+    points: [DVec4; MAX_ORDER],
+    order: usize,
+}
+
+impl PatchRow {
+    /// The points by these factors, added up.
+    pub(super) fn sum(&self, factors: &Row) -> DVec4 {
+        let points = self.points[..self.order].iter().zip(factors);
+        points.map(|(point, factor)| *factor * *point).sum()
     }
 }
 
@@ -143,7 +174,7 @@ pub(crate) fn halve(
 }
 
 /// The Bernstein polynomials of a degree at `t`, with first and second derivatives.
-fn bernstein(degree: usize, t: f64) -> [[f64; MAX_ORDER]; 3] {
+pub(super) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
     let mut rows = [[0.0; MAX_ORDER]; 3];
     let mut values = [0.0; MAX_ORDER];
     values[0] = 1.0;
@@ -184,7 +215,7 @@ mod tests {
             .unwrap()
             .elevate_degree(0, 2, &mut Silent)
             .unwrap();
-        let (patches, shape) = Patch::of(&torus).unwrap();
+        let (patches, shape) = Patch::of(&torus, &mut || Ok(())).unwrap();
         assert_eq!((shape, patches.len()), ((4, 4), 16));
         for patch in &patches {
             let ((a, b), (c, d)) = (patch.halves_u(), patch.halves_v());

@@ -11,12 +11,12 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_rows};
+use super::batch::{check_length, in_rows, listening};
 use super::bezier::Patch;
 use super::piece_tree::{Inside, Node, Piece};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::progress::Observer;
+use crate::progress::{Observer, Silent};
 
 /// Share of the radius of curvature beyond which a piece may have several feet: small, as parts of
 /// a piece may bend more than the whole.
@@ -100,7 +100,16 @@ impl ClosestPointSearch {
     ///
     /// None; every surface can be searched.
     pub fn new(surface: &NurbsSurface) -> Result<Self> {
-        let (patches, (rows, cols)) = Patch::of(surface)?;
+        Self::observed(surface, &mut Silent)
+    }
+
+    /// The same for a net so large that one may want to stop it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn observed(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Self> {
+        let (patches, (rows, cols)) = Patch::of(surface, &mut listening(observer))?;
         let boxes = patches.iter().enumerate().map(|(index, patch)| Node::of_box(patch, index));
         let root = Node::of_rectangle(
             &mut boxes.map(Some).collect::<Vec<_>>(),

@@ -2,14 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 
+use super::batch::{in_steps, listening};
 use super::curve::{NurbsCurve, arc};
 use super::interpolate::{Parametrization, interpolate_strip, sites};
 use super::knot_vector::KnotVector;
 use super::strip::{Strip, unify};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
+use crate::progress::{Observer, Silent};
 
 impl NurbsSurface {
     /// The Bézier patch of this net, of degree `rows - 1` × `cols - 1`.
@@ -83,9 +85,10 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the curves have different domains.
-    pub fn ruled(from: &NurbsCurve, to: &NurbsCurve) -> Result<Self> {
-        Self::lofted(&[from.clone(), to.clone()], 1, Parametrization::Uniform)
+    /// [`Error::Parameter`] if the curves have different domains, [`Error::Interrupted`] if the
+    /// observer stops it.
+    pub fn ruled(from: &NurbsCurve, to: &NurbsCurve, observer: &mut dyn Observer) -> Result<Self> {
+        Self::lofted(&[from.clone(), to.clone()], 1, Parametrization::Uniform, observer)
     }
 
     /// A surface through curves, which run in v, in their order (skinning; The NURBS Book, section
@@ -96,26 +99,32 @@ impl NurbsSurface {
     ///
     /// [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
     /// neighbours coincide; [`Error::Net`] if weights that differ too much from curve to curve
-    /// would become negative between them.
+    /// would become negative between them; [`Error::Interrupted`] if the observer stops it.
     pub fn lofted(
         curves: &[NurbsCurve],
         degree: usize,
         parametrization: Parametrization,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
         if curves.len() < 2 {
             return Err(Error::parameter("curves", "at least two", curves.len()));
         }
+        let listen = &mut listening(observer);
         let mut strips: Vec<Strip> = curves.iter().map(|curve| curve.strip().clone()).collect();
-        unify(&mut strips)?;
-        let width = strips[0].rows();
-        let points: Vec<DVec4> = strips.iter().flat_map(|strip| strip.points.clone()).collect();
-        let places: Vec<DVec3> = points.iter().map(|h| h.truncate() / h.w).collect();
-        let degree = degree.min(curves.len() - 1);
-        let sites = sites("curves", &places, width, parametrization, false)?;
-        let strip = interpolate_strip(points, width, &sites, degree, false)?;
+        unify(&mut strips, listen)?;
+        let (count, width) = (strips.len(), strips[0].rows());
+        let points = in_steps((count, width), listen, |rows| {
+            rows.flat_map(|row| strips[row].points.iter().copied())
+        })?;
+        let places = in_steps((points.len(), 1), listen, |part| {
+            points[part].iter().map(|h| h.truncate() / h.w)
+        })?;
+        let degree = degree.min(count - 1);
+        let sites = sites("curves", &places, width, parametrization, false, listen)?;
+        let strip = interpolate_strip(points, width, &sites, degree, false, listen)?;
         let rational = curves.iter().any(|curve| curve.weights().is_some());
-        let knots_v = strips.swap_remove(0).knots;
-        Self::from_homogeneous(&strip.points, rational, strip.knots, knots_v)
+        let knots = [strip.knots, strips.swap_remove(0).knots];
+        Self::from_homogeneous(strip.points, rational, knots, listen)
     }
 
     /// The surface that a profile sweeps when it turns about an axis by `angle` (at most a full
@@ -123,23 +132,31 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the axis has no direction, or for the angle.
-    pub fn revolved(profile: &NurbsCurve, origin: DVec3, axis: DVec3, angle: f64) -> Result<Self> {
+    /// [`Error::Parameter`] if the axis has no direction, or for the angle; [`Error::Interrupted`]
+    /// if the observer stops it.
+    pub fn revolved(
+        profile: &NurbsCurve,
+        origin: DVec3,
+        axis: DVec3,
+        angle: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         let axis = direction("axis", axis)?;
         let (circle, weights, knots) = arc(angle)?;
         let profile = profile.strip();
-        let turn = |(at, weight): (&glam::DVec2, &f64)| {
-            let (at, weight) = (*at, *weight);
-            profile.points.iter().map(move |h| {
-                let point = h.truncate() / h.w - origin;
-                let centre = point.dot(axis) * axis;
-                let x = point - centre;
-                let turned = origin + centre + at.x * x + at.y * axis.cross(x);
-                (turned * (weight * h.w)).extend(weight * h.w)
-            })
+        let count = profile.rows();
+        let turned = |k: usize| {
+            let (at, weight, h) =
+                (circle[k / count], weights[k / count], profile.points[k % count]);
+            let point = h.truncate() / h.w - origin;
+            let centre = point.dot(axis) * axis;
+            let x = point - centre;
+            let turned = origin + centre + at.x * x + at.y * axis.cross(x);
+            (turned * (weight * h.w)).extend(weight * h.w)
         };
-        let net: Vec<DVec4> = circle.iter().zip(&weights).flat_map(turn).collect();
-        Self::from_homogeneous(&net, true, knots, profile.knots.clone())
+        let listen = &mut listening(observer);
+        let net = in_steps((circle.len() * count, 1), listen, |part| part.map(&turned))?;
+        Self::from_homogeneous(net, true, [knots, profile.knots.clone()], listen)
     }
 
     /// The parallelogram `origin + s u + t v` with s and t from 0 to 1.
@@ -194,7 +211,7 @@ impl NurbsSurface {
         check_length("top radius", top_radius, top_radius == 0.0)?;
         let out = direction("axis", axis)?.any_orthonormal_vector();
         let profile = NurbsCurve::line(base + radius * out, base + axis + top_radius * out)?;
-        Self::revolved(&profile, base, axis, TAU)
+        Self::revolved(&profile, base, axis, TAU, &mut Silent)
     }
 
     /// The sphere, from the south pole (v = 0) to the north pole (v = 1); u runs round the z axis,
@@ -214,7 +231,7 @@ impl NurbsSurface {
     pub fn sphere(centre: DVec3, radius: f64) -> Result<Self> {
         check_length("radius", radius, false)?;
         let profile = NurbsCurve::arc(centre, -radius * DVec3::Z, radius * DVec3::X, PI)?;
-        Self::revolved(&profile, centre, DVec3::Z, TAU)
+        Self::revolved(&profile, centre, DVec3::Z, TAU, &mut Silent)
     }
 
     /// The torus about the z axis through its centre: `major` is the radius of the circle that the
@@ -236,7 +253,7 @@ impl NurbsSurface {
         check_length("minor radius", minor, false)?;
         let (x, z) = (minor * DVec3::X, minor * DVec3::Z);
         let profile = NurbsCurve::arc(centre + major * DVec3::X, x, z, TAU)?;
-        Self::revolved(&profile, centre, DVec3::Z, TAU)
+        Self::revolved(&profile, centre, DVec3::Z, TAU, &mut Silent)
     }
 }
 
@@ -310,10 +327,13 @@ mod tests {
         let wave = [(0.0, 0.0), (1.0, 2.0), (2.0, -1.0), (3.0, 0.0), (4.0, 1.0)];
         let wave = wave.map(|(x, y)| DVec3::new(x, y, 5.0)).to_vec();
         let wave = NurbsCurve::clamped(wave, 3).unwrap();
-        let ruled = NurbsSurface::ruled(&circle, &wave).unwrap();
+        let ruled = NurbsSurface::ruled(&circle, &wave, &mut Silent).unwrap();
         let top = circle.transformed(&glam::DAffine3::from_translation(DVec3::Z * 9.0)).unwrap();
         let curves = [circle.clone(), wave.clone(), top.clone()];
-        let lofted = NurbsSurface::lofted(&curves, 3, Parametrization::ChordLength).unwrap();
+        let lofted = |curves: &[NurbsCurve]| {
+            NurbsSurface::lofted(curves, 3, Parametrization::ChordLength, &mut Silent)
+        };
+        let (alone, lofted) = (lofted(&curves[..1]), lofted(&curves).unwrap());
         assert_eq!(lofted.knots_u().degree(), 2);
         for t in (0..=20).map(|i| f64::from(i) / 20.0) {
             let (a, b) = (circle.point(t), wave.point(t));
@@ -325,7 +345,7 @@ mod tests {
             assert!(lofted.point(0.0, t).distance(a) < 1e-13);
             assert!(lofted.point(1.0, t).distance(top.point(t)) < 1e-13);
         }
-        assert!(NurbsSurface::lofted(&curves[..1], 3, Parametrization::Uniform).is_err());
+        assert!(alone.is_err());
     }
 
     #[test]

@@ -5,14 +5,14 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::basis::{MAX_ORDER, derivatives};
+use super::basis::{MAX_ORDER, derivatives, padded};
 use super::batch::{Outside, check_inside, check_length, in_rows};
 use super::derivatives::{check_order, project as project_derivatives};
 use super::knot_vector::KnotVector;
 use super::net::{lift, project, same_place};
-use super::strip::Strip;
+use super::strip::{Strip, same_row};
 use crate::error::{Error, Result};
-use crate::progress::Observer;
+use crate::progress::{Listen, Observer};
 
 /// A NURBS curve in space.
 ///
@@ -50,6 +50,16 @@ impl NurbsCurve {
         weights: Option<Vec<f64>>,
         knots: KnotVector,
     ) -> Result<Self> {
+        Self::assembled(control_points, weights, knots, &mut || Ok(()))
+    }
+
+    /// The same, which may be stopped.
+    fn assembled(
+        control_points: Vec<DVec3>,
+        weights: Option<Vec<f64>>,
+        knots: KnotVector,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let (count, needed) = (control_points.len(), knots.control_points());
         if count != needed {
             let got = format!("{count} control points came with knots for {needed}");
@@ -58,7 +68,7 @@ impl NurbsCurve {
                 got,
             });
         }
-        let points = lift(&control_points, weights.as_deref(), |i| i.to_string())?;
+        let points = lift(&control_points, weights.as_deref(), |i| i.to_string(), listen)?;
         Ok(Self { control_points, weights, strip: Strip { knots, points, width: 1 } })
     }
 
@@ -103,12 +113,14 @@ impl NurbsCurve {
     }
 
     pub(super) fn from_homogeneous(
-        points: &[DVec4],
+        points: Vec<DVec4>,
         rational: bool,
         knots: KnotVector,
+        listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let (points, weights) = project(points, rational);
-        Self::new(points, weights, knots)
+        let (places, weights) = project(&points, rational, listen)?;
+        drop(points);
+        Self::assembled(places, weights, knots, listen)
     }
 
     /// The control points.
@@ -132,7 +144,13 @@ impl NurbsCurve {
     /// Whether the curve ends where it begins.
     #[must_use]
     pub fn closed(&self) -> bool {
-        self.strip.is_closed(same_place(&self.control_points))
+        let (start, end) = self.knots().domain();
+        let point = |at: f64| {
+            let basis = padded(self.knots(), at);
+            let points = &self.strip.points[basis.first..=basis.first + self.knots().degree()];
+            points.iter().zip(&basis.values).map(|(point, b)| *b * *point).sum::<DVec4>()
+        };
+        same_row(&[point(start)], &[point(end)], same_place(&self.control_points))
     }
 
     /// The point at a parameter; outside the domain the outermost piece is continued.

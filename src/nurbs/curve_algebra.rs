@@ -8,7 +8,7 @@ use super::curve::NurbsCurve;
 use super::parts::joined;
 use super::strip::{Strip, unify_degrees};
 use crate::error::Result;
-use crate::progress::Observer;
+use crate::progress::{Listen, Observer};
 
 impl NurbsCurve {
     /// The same curve with more knots; see
@@ -30,7 +30,7 @@ impl NurbsCurve {
     /// [`Error::Parameter`]: crate::Error::Parameter
     /// [`Error::Knots`]: crate::Error::Knots
     pub fn insert_knots(&self, knots: &[f64], observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(&self.strip().refined_listening(knots, &mut listening(observer))?)
+        self.rebuilt(observer, |strip, listen| strip.refined(knots, listen))
     }
 
     /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
@@ -55,7 +55,7 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(&self.strip().simplified(knots, tolerance, &mut listening(observer))?)
+        self.rebuilt(observer, |strip, listen| strip.simplified(knots, tolerance, listen))
     }
 
     /// The same curve with a degree higher by `times`, clamped.
@@ -73,7 +73,7 @@ impl NurbsCurve {
     /// [`Error::Parameter`](crate::Error::Parameter) if the degree would pass
     /// [`MAX_DEGREE`](super::MAX_DEGREE).
     pub fn elevate_degree(&self, times: usize, observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(&self.strip().elevated(times, &mut listening(observer))?)
+        self.rebuilt(observer, |strip, listen| strip.elevated(times, listen))
     }
 
     /// A curve with a degree lower by `times`, clamped, no point of which lies further from where
@@ -98,57 +98,64 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(&self.strip().reduced(times, tolerance, &mut listening(observer))?)
+        self.rebuilt(observer, |strip, listen| strip.reduced(times, tolerance, listen))
     }
 
     /// The same curve with clamped knots: it begins and ends at its outermost control points.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// assert_eq!(arch.clamp()?, arch);
+    /// assert_eq!(arch.clamp(&mut Silent)?, arch);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// None; a curve can always be clamped.
-    pub fn clamp(&self) -> Result<Self> {
-        self.rebuilt(&self.strip().clamped()?)
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn clamp(&self, observer: &mut dyn Observer) -> Result<Self> {
+        self.rebuilt(observer, Strip::clamped)
     }
 
     /// The parts before and after a parameter, which keep their parameters.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// let (before, after) = arch.split(0.5)?;
+    /// let (before, after) = arch.split(0.5, &mut Silent)?;
     /// assert_eq!(before.point(0.5), after.point(0.5));
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if it does not lie strictly inside the domain.
-    pub fn split(&self, at: f64) -> Result<(Self, Self)> {
-        let (before, after) = self.strip().split(at)?;
-        Ok((self.rebuilt(&before)?, self.rebuilt(&after)?))
+    /// [`Error::Parameter`](crate::Error::Parameter) if it does not lie strictly inside the domain,
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn split(&self, at: f64, observer: &mut dyn Observer) -> Result<(Self, Self)> {
+        let mut listen = listening(observer);
+        let (before, after) = self.strip().split(at, &mut listen)?;
+        let mut part = |strip: Strip| {
+            let rational = self.weights().is_some();
+            Self::from_homogeneous(strip.points, rational, strip.knots, &mut listen)
+        };
+        Ok((part(before)?, part(after)?))
     }
 
     /// The part between two parameters, which keeps its parameters, clamped.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// assert_eq!(arch.sub_curve(0.25, 0.75)?.knots().domain(), (0.25, 0.75));
+    /// assert_eq!(arch.sub_curve(0.25, 0.75, &mut Silent)?.knots().domain(), (0.25, 0.75));
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or leaves the domain.
-    pub fn sub_curve(&self, from: f64, to: f64) -> Result<Self> {
-        self.rebuilt(&self.strip().between(from, to)?)
+    /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or leaves the domain,
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn sub_curve(&self, from: f64, to: f64, observer: &mut dyn Observer) -> Result<Self> {
+        self.rebuilt(observer, |strip, listen| strip.between((from, to), listen))
     }
 
     /// The same curve with another range of its parameter.
@@ -164,33 +171,34 @@ impl NurbsCurve {
     ///
     /// [`Error::Knots`](crate::Error::Knots) if the range is empty or not finite.
     pub fn with_domain(&self, from: f64, to: f64) -> Result<Self> {
-        self.rebuilt(&self.strip().with_domain((from, to))?)
+        let knots = self.knots().with_domain((from, to))?;
+        Self::new(self.control_points().to_vec(), self.weights().map(<[f64]>::to_vec), knots)
     }
 
     /// The same curve run through backwards, on the same domain.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// assert_eq!(arch.reversed()?.point(0.25), arch.point(0.75));
+    /// assert_eq!(arch.reversed(&mut Silent)?.point(0.25), arch.point(0.75));
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// None; every curve can be reversed.
-    pub fn reversed(&self) -> Result<Self> {
-        self.rebuilt(&self.strip().reversed())
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn reversed(&self, observer: &mut dyn Observer) -> Result<Self> {
+        self.rebuilt(observer, Strip::reversed)
     }
 
     /// This curve and `next`, which begins where this one ends, as one; see
     /// [`NurbsSurface::joined`](super::NurbsSurface::joined).
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
     /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, DVec3::X], 2)?;
-    /// let (before, after) = arch.split(0.5)?;
-    /// let whole = before.joined(&after, 0.0)?;
+    /// let (before, after) = arch.split(0.5, &mut Silent)?;
+    /// let whole = before.joined(&after, 0.0, &mut Silent)?;
     /// assert!(whole.point(0.7).distance(arch.point(0.7)) < 1e-15);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
@@ -198,14 +206,16 @@ impl NurbsCurve {
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the ends lie further apart than
-    /// `tolerance`, in the points' unit.
-    pub fn joined(&self, next: &Self, tolerance: f64) -> Result<Self> {
+    /// `tolerance`, in the points' unit; [`Error::Interrupted`](crate::Error::Interrupted) if the
+    /// observer stops it.
+    pub fn joined(&self, next: &Self, tolerance: f64, observer: &mut dyn Observer) -> Result<Self> {
         check_tolerance(tolerance)?;
+        let listen = &mut listening(observer);
         let mut strips = [self.strip().clone(), next.strip().clone()];
-        unify_degrees(&mut strips)?;
-        let joined = joined(&strips[0], &strips[1], tolerance)?;
+        unify_degrees(&mut strips, listen)?;
+        let joined = joined(&strips[0], &strips[1], tolerance, listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        Self::from_homogeneous(&joined.points, rational, joined.knots)
+        Self::from_homogeneous(joined.points, rational, joined.knots, listen)
     }
 
     /// The curve moved by an affine map.
@@ -226,7 +236,14 @@ impl NurbsCurve {
         Self::new(points, self.weights().map(<[f64]>::to_vec), self.knots().clone())
     }
 
-    fn rebuilt(&self, strip: &Strip) -> Result<Self> {
-        Self::from_homogeneous(&strip.points, self.weights().is_some(), strip.knots.clone())
+    /// The curve of what `f` makes of this one's strip.
+    fn rebuilt(
+        &self,
+        observer: &mut dyn Observer,
+        f: impl FnOnce(&Strip, &mut Listen<'_>) -> Result<Strip>,
+    ) -> Result<Self> {
+        let listen = &mut listening(observer);
+        let strip = f(self.strip(), listen)?;
+        Self::from_homogeneous(strip.points, self.weights().is_some(), strip.knots, listen)
     }
 }

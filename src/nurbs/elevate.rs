@@ -17,7 +17,7 @@ impl Strip {
             let must = format!("at most {MAX_DEGREE} after elevation");
             return Err(Error::parameter("degree", must, degree));
         }
-        (0..times).try_fold(self.clamped()?, |strip, _| strip.elevated_once(listen))
+        (0..times).try_fold(self.clamped(listen)?, |strip, _| strip.elevated_once(listen))
     }
 
     /// Every distinct knot stands once more. A control point of degree p + 1 is the mean of p + 1
@@ -37,7 +37,7 @@ impl Strip {
             let kept = |i: &usize| i % (p + 1) != left_out;
             let inside = p + 2..new.len() - p - 2;
             let wanted: Vec<f64> = inside.filter(kept).map(|i| new[i]).collect();
-            let part = self.refined_listening(&difference(&wanted, self.knots.inner()), listen)?;
+            let part = self.refined(&difference(&wanted, self.knots.inner()), listen)?;
             // Of the knots i + 1 to i + p + 1 one is left out; the last of the others names the
             // control point, by its number behind the clamped start.
             let mut source = 0;
@@ -74,12 +74,12 @@ impl Strip {
             let must = format!("less than the degree, {degree}");
             return Err(Error::parameter("degrees to take away", must, times));
         }
-        let original = self.clamped()?;
+        let original = self.clamped(listen)?;
         let reduced =
             (0..times).try_fold(original.clone(), |strip, _| strip.reduced_once(listen))?;
         let back = reduced.elevated(times, listen)?;
         let new = difference(back.knots.inner(), original.knots.inner());
-        let original = original.refined_listening(&new, listen)?;
+        let original = original.refined(&new, listen)?;
         let moved = deviation(&original.points, &back.points);
         // Not `>`: NaN holds no tolerance.
         if moved <= tolerance {
@@ -107,7 +107,7 @@ impl Strip {
         }
         let units = Self { knots: knots.clone(), points: units, width }.elevated_once(listen)?;
         let new = difference(units.knots.inner(), self.knots.inner());
-        let target = self.refined_listening(&new, listen)?;
+        let target = self.refined(&new, listen)?;
         let share = |row: usize, i: usize| units.row(row)[i / 4][i % 4];
 
         let reach = (degree + 1).min(count - 1);
@@ -129,8 +129,8 @@ impl Strip {
                 }
             }
         }
-        let solved = matrix.solve(&mut points, self.width);
-        solved.expect("elevation loses nothing, so its normal equations are regular");
+        let solved = matrix.solve(&mut points, self.width, listen)?;
+        assert!(solved, "elevation loses nothing, so its normal equations are regular");
         Ok(Self { knots, points, width: self.width })
     }
 }

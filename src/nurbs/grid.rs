@@ -6,10 +6,9 @@
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::basis::with_order;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
+use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows, share};
 use super::columns::{BLOCK, Columns, Numbers, ROWS};
 use super::frame::Flats;
 use super::isocurve::Isocurve;
@@ -71,19 +70,17 @@ impl NurbsSurface {
         in_rows(u.len(), width, observer, |from, to| {
             // Few but long rows go to all threads, too.
             let rows = ROWS.min((to - from).div_ceil(rayon::current_num_threads()));
-            let least = POINTS_PER_TASK / (rows * width);
+            let at_once = POINTS_PER_TASK / (rows * width);
             let tiles = points[from * width..to * width]
-                .par_chunks_mut(rows * width)
-                .zip(u[from..to].par_chunks(rows))
-                .with_min_len(least);
+                .chunks_mut(rows * width)
+                .zip(u[from..to].chunks(rows));
             let Some(normals) = normals.as_deref_mut() else {
-                return tiles.for_each_init(Default::default, |nets, (points, u)| {
+                return share(tiles, at_once, |nets, (points, u)| {
                     arch.dispatch(PointTile(Tile { surface, u, width, columns, nets, points }));
                 });
             };
-            let normals = normals[from * width..to * width].par_chunks_mut(rows * width);
-            tiles.zip(normals).for_each_init(Default::default, |nets, tile| {
-                let ((points, u), normals) = tile;
+            let normals = normals[from * width..to * width].chunks_mut(rows * width);
+            share(tiles.zip(normals), at_once, |nets, ((points, u), normals)| {
                 let repair = |row: usize, column: usize| self.normal(u[row], v[column]);
                 let tile = Tile { surface, u, width, columns, nets, points };
                 arch.dispatch(NormalTile { tile, normals, repair });

@@ -2,14 +2,16 @@
 
 use glam::{DVec3, DVec4};
 
-use super::algebra::transpose;
+use super::algebra::turned;
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
+use super::batch::{in_steps, listening, steps};
 use super::curve::NurbsCurve;
 use super::knot_vector::KnotVector;
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
+use crate::progress::{Listen, Observer};
 
 /// How the points of a grid get their parameters (The NURBS Book, section 9.2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,13 +54,15 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if the grid has another length than its shape, fewer than 2 rows or
-    /// columns, a point that is not finite, or neighbouring rows or columns that coincide.
+    /// columns, a point that is not finite, or neighbouring rows or columns that coincide;
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn grid_parameters(
         grid: &[DVec3],
         shape: (usize, usize),
         options: &GridOptions,
+        observer: &mut dyn Observer,
     ) -> Result<(Vec<f64>, Vec<f64>)> {
-        let Sites { u, v } = Sites::new(grid, shape, options)?;
+        let Sites { u, v } = Sites::new(grid, shape, options, &mut listening(observer))?;
         Ok((u, v))
     }
 
@@ -66,13 +70,13 @@ impl NurbsSurface {
     /// there are points (The NURBS Book, A9.4): banded systems, O(points · degree).
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}};
+    /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}, progress::Silent};
     /// let grid: Vec<DVec3> = (0..42)
     ///     .map(|i| DVec3::new(f64::from(i / 7), f64::from(i % 7), f64::from(i * i % 5)))
     ///     .collect();
     /// let options = GridOptions::default();
-    /// let surface = NurbsSurface::interpolate(&grid, (6, 7), &options)?;
-    /// let (u, v) = NurbsSurface::grid_parameters(&grid, (6, 7), &options)?;
+    /// let surface = NurbsSurface::interpolate(&grid, (6, 7), &options, &mut Silent)?;
+    /// let (u, v) = NurbsSurface::grid_parameters(&grid, (6, 7), &options, &mut Silent)?;
     /// assert!(surface.point(u[2], v[5]).distance(grid[2 * 7 + 5]) < 1e-13);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
@@ -85,17 +89,24 @@ impl NurbsSurface {
         grid: &[DVec3],
         shape: (usize, usize),
         options: &GridOptions,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let Sites { u, v } = Sites::new(grid, shape, options)?;
-        let points = grid.iter().map(|point| point.extend(1.0)).collect();
+        let listen = &mut listening(observer);
+        let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
+        let points = homogeneous(grid, listen)?;
         let GridOptions { degree, closed, .. } = *options;
-        let along = interpolate_strip(points, shape.1, &u, degree.0, closed.0)?;
-        let across = transpose(&along.points, shape.1);
-        let rows = along.rows();
-        let across = interpolate_strip(across, rows, &v, degree.1, closed.1)?;
-        let net = transpose(&across.points, rows);
-        Self::from_homogeneous(&net, false, along.knots, across.knots)
+        let along = interpolate_strip(points, shape.1, &u, degree.0, closed.0, listen)?;
+        let (rows, knots_u) = (along.rows(), along.knots.clone());
+        let across = turned(along, listen)?;
+        let across = interpolate_strip(across, rows, &v, degree.1, closed.1, listen)?;
+        let knots = [knots_u, across.knots.clone()];
+        Self::from_homogeneous(turned(across, listen)?, false, knots, listen)
     }
+}
+
+/// Points of weight 1.
+pub(super) fn homogeneous(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+    in_steps((points.len(), 1), listen, |part| points[part].iter().map(|point| point.extend(1.0)))
 }
 
 impl NurbsCurve {
@@ -103,20 +114,23 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are not more points than the degree, or neighbours coincide.
+    /// [`Error::Parameter`] if there are not more points than the degree, or neighbours coincide;
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn interpolate(
         points: &[DVec3],
         degree: usize,
         parametrization: Parametrization,
         closed: bool,
+        observer: &mut dyn Observer,
     ) -> Result<Self> {
-        check_points("points", points)?;
+        let listen = &mut listening(observer);
+        check_points("points", points, listen)?;
         check_counts(degree, points.len(), points.len())?;
-        let sites = sites("points", points, 1, parametrization, closed)?;
+        let sites = sites("points", points, 1, parametrization, closed, listen)?;
         let sites = shifted(sites, degree, closed);
-        let points = points.iter().map(|point| point.extend(1.0)).collect();
-        let strip = interpolate_strip(points, 1, &sites, degree, closed)?;
-        Self::from_homogeneous(&strip.points, false, strip.knots)
+        let points = homogeneous(points, listen)?;
+        let strip = interpolate_strip(points, 1, &sites, degree, closed, listen)?;
+        Self::from_homogeneous(strip.points, false, strip.knots, listen)
     }
 }
 
@@ -131,26 +145,31 @@ impl Sites {
         grid: &[DVec3],
         (rows, cols): (usize, usize),
         options: &GridOptions,
+        listen: &mut Listen<'_>,
     ) -> Result<Self> {
         if grid.len() != rows * cols || rows < 2 || cols < 2 {
             let must = format!("at least 2 × 2 points, {rows} × {cols} of them");
             return Err(Error::parameter("grid", must, grid.len()));
         }
-        check_points("grid", grid)?;
-        let turned: Vec<DVec3> =
-            (0..cols).flat_map(|j| grid.iter().skip(j).step_by(cols).copied()).collect();
+        check_points("grid", grid, listen)?;
+        let turned = in_steps((cols, rows), listen, |columns| {
+            columns.flat_map(|j| grid.iter().skip(j).step_by(cols).copied())
+        })?;
         let GridOptions { degree, parametrization, closed } = *options;
-        let u = sites("rows of the grid", grid, cols, parametrization, closed.0)?;
-        let v = sites("columns of the grid", &turned, rows, parametrization, closed.1)?;
+        let u = sites("rows of the grid", grid, cols, parametrization, closed.0, listen)?;
+        let v = sites("columns of the grid", &turned, rows, parametrization, closed.1, listen)?;
         Ok(Self { u: shifted(u, degree.0, closed.0), v: shifted(v, degree.1, closed.1) })
     }
 }
 
-fn check_points(name: &'static str, points: &[DVec3]) -> Result<()> {
-    match points.iter().position(|point| !point.is_finite()) {
-        None => Ok(()),
-        Some(i) => Err(Error::parameter(name, "finite", format!("{} at index {i}", points[i]))),
+fn check_points(name: &'static str, points: &[DVec3], listen: &mut Listen<'_>) -> Result<()> {
+    for mut range in steps(points.len(), 1) {
+        listen()?;
+        if let Some(i) = range.find(|&i| !points[i].is_finite()) {
+            return Err(Error::parameter(name, "finite", format!("{} at index {i}", points[i])));
+        }
     }
+    Ok(())
 }
 
 /// Parameters from 0 on for rows of points of this width: to 1, or in a closed direction to where
@@ -161,24 +180,33 @@ pub(super) fn sites(
     width: usize,
     parametrization: Parametrization,
     closed: bool,
+    listen: &mut Listen<'_>,
 ) -> Result<Vec<f64>> {
     let rows = points.len() / width;
-    let steps = rows - usize::from(!closed);
-    let mut means = vec![0.0; steps];
-    for column in 0..width {
-        let place = |row: usize| points[row % rows * width + column];
-        let measure = |row: usize| {
-            let distance = place(row).distance(place(row + 1));
-            match parametrization {
-                Parametrization::Uniform => 1.0,
-                Parametrization::ChordLength => distance,
-                Parametrization::Centripetal => distance.sqrt(),
-            }
-        };
-        let total: f64 = (0..steps).map(measure).sum();
-        // Columns that collapse in one point have no say.
-        if total > 0.0 {
-            means.iter_mut().enumerate().for_each(|(row, mean)| *mean += measure(row) / total);
+    let count = rows - usize::from(!closed);
+    let place = |row: usize, column: usize| points[row % rows * width + column];
+    let measure = |row: usize, column: usize| {
+        let distance = place(row, column).distance(place(row + 1, column));
+        match parametrization {
+            Parametrization::Uniform => 1.0,
+            Parametrization::ChordLength => distance,
+            Parametrization::Centripetal => distance.sqrt(),
+        }
+    };
+    let mut totals = vec![0.0; width];
+    for range in steps(count, width) {
+        listen()?;
+        for row in range {
+            totals.iter_mut().enumerate().for_each(|(j, total)| *total += measure(row, j));
+        }
+    }
+    let mut means = vec![0.0; count];
+    for range in steps(count, width) {
+        listen()?;
+        for row in range {
+            // Columns that collapse in one point have no say.
+            let columns = (0..width).filter(|&j| totals[j] > 0.0);
+            means[row] = columns.map(|j| measure(row, j) / totals[j]).sum();
         }
     }
     let total: f64 = means.iter().sum();
@@ -219,11 +247,12 @@ pub(super) fn interpolate_strip(
     sites: &[f64],
     degree: usize,
     closed: bool,
+    listen: &mut Listen<'_>,
 ) -> Result<Strip> {
     let count = sites.len();
     check_counts(degree, count, count)?;
     let mean = |sites: &[f64]| sites.iter().sum::<f64>() / sites.len() as f64;
-    let solved = if closed {
+    let (solved, knots) = if closed {
         let knots = if degree % 2 == 1 {
             KnotVector::periodic(degree, &[sites, &[1.0]].concat())?
         } else {
@@ -234,40 +263,52 @@ pub(super) fn interpolate_strip(
         // The largest function at each parameter comes to the diagonal.
         let shift = degree / 2;
         let mut matrix = Cyclic::new(count, degree);
-        for (i, site) in sites.iter().enumerate() {
-            let basis = padded(&knots, *site);
-            for k in 0..=degree {
-                if basis.values[k] != 0.0 {
-                    matrix.add(i, basis.first + k + count - shift, basis.values[k]);
-                }
-            }
-        }
-        let solved = matrix.solve(&mut points, width);
-        points = wrapped(&points, width, degree, count - shift);
-        solved.map(|()| knots)
+        collocate(&knots, sites, listen, |i, j, value| matrix.add(i, j + count - shift, value))?;
+        let solved = matrix.solve(&mut points, width, listen)?;
+        points = wrapped(&points, width, degree, count - shift, listen)?;
+        (solved, knots)
     } else {
         let inner = (1..count - degree).map(|j| mean(&sites[j..j + degree]));
         let knots = KnotVector::clamped(degree, (0.0, 1.0), inner)?;
         let mut matrix = Banded::new(count, degree.min(count - 1));
-        for (i, site) in sites.iter().enumerate() {
-            let basis = padded(&knots, *site);
-            for k in 0..=degree {
-                if basis.values[k] != 0.0 {
-                    matrix.add(i, basis.first + k, basis.values[k]);
-                }
+        collocate(&knots, sites, listen, |i, j, value| matrix.add(i, j, value))?;
+        (matrix.solve(&mut points, width, listen)?, knots)
+    };
+    if solved { Ok(Strip { knots, points, width }) } else { Err(singular(degree)) }
+}
+
+/// Hands over each parameter's basis functions that are not zero: its number, that of the function,
+/// and the value.
+fn collocate(
+    knots: &KnotVector,
+    sites: &[f64],
+    listen: &mut Listen<'_>,
+    mut add: impl FnMut(usize, usize, f64),
+) -> Result<()> {
+    for range in steps(sites.len(), 1) {
+        listen()?;
+        for i in range {
+            let basis = padded(knots, sites[i]);
+            let functions = basis.values[..=knots.degree()].iter().enumerate();
+            for (k, value) in functions.filter(|(_, value)| **value != 0.0) {
+                add(i, basis.first + k, *value);
             }
         }
-        matrix.solve(&mut points, width).map(|()| knots)
-    };
-    let knots = solved.ok_or_else(|| singular(degree))?;
-    Ok(Strip { knots, points, width })
+    }
+    Ok(())
 }
 
 /// The rows from `start` on, once round and `degree` more.
-pub(super) fn wrapped(points: &[DVec4], width: usize, degree: usize, start: usize) -> Vec<DVec4> {
+pub(super) fn wrapped(
+    points: &[DVec4],
+    width: usize,
+    degree: usize,
+    start: usize,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<DVec4>> {
     let count = points.len() / width;
     let row = |i: usize| &points[(i + start) % count * width..][..width];
-    (0..count + degree).flat_map(row).copied().collect()
+    in_steps((count + degree, width), listen, |rows| rows.flat_map(row).copied())
 }
 
 pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
@@ -290,6 +331,7 @@ pub(super) fn singular(degree: usize) -> Error {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::progress::Silent;
 
     fn ring(i: usize, rows: usize, j: usize, cols: usize) -> DVec3 {
         let turn = |i: usize, n: usize| {
@@ -314,8 +356,11 @@ pub(super) mod tests {
                     let options = GridOptions { degree: (degree, 3), parametrization, closed };
                     for shape in [(10, 8), (7, 12)] {
                         let grid = grid(shape.0, shape.1);
-                        let surface = NurbsSurface::interpolate(&grid, shape, &options).unwrap();
-                        let (u, v) = NurbsSurface::grid_parameters(&grid, shape, &options).unwrap();
+                        let surface =
+                            NurbsSurface::interpolate(&grid, shape, &options, &mut Silent).unwrap();
+                        let (u, v) =
+                            NurbsSurface::grid_parameters(&grid, shape, &options, &mut Silent)
+                                .unwrap();
                         for (k, point) in grid.iter().enumerate() {
                             let met = surface.point(u[k / shape.1], v[k % shape.1]);
                             assert!(met.distance(*point) < 1e-12, "{options:?} {met} {point}");
@@ -335,7 +380,7 @@ pub(super) mod tests {
     fn refusals_name_what_is_wrong() {
         let options = GridOptions::default();
         let message = |grid: &[DVec3], shape| {
-            NurbsSurface::interpolate(grid, shape, &options).unwrap_err().to_string()
+            NurbsSurface::interpolate(grid, shape, &options, &mut Silent).unwrap_err().to_string()
         };
         let good = grid(5, 5);
         assert!(message(&good, (5, 4)).contains("5 × 4 of them, got 25"));
@@ -345,9 +390,11 @@ pub(super) mod tests {
         assert!(message(&twice, (5, 5)).contains("rows of the grid must be different"));
         twice[7].x = f64::NAN;
         assert!(message(&twice, (5, 5)).contains("at index 7"));
-        let net = NurbsSurface::approximate(&good, (5, 5), (6, 5), &options).unwrap_err();
+        let net =
+            NurbsSurface::approximate(&good, (5, 5), (6, 5), &options, &mut Silent).unwrap_err();
         assert!(net.to_string().contains("at most as large as the grid, 5 here, got 6"));
-        let none = NurbsCurve::interpolate(&[], 3, Parametrization::ChordLength, false);
+        let none =
+            NurbsCurve::interpolate(&[], 3, Parametrization::ChordLength, false, &mut Silent);
         assert!(none.unwrap_err().to_string().contains("more than the degree, 3, got 0"));
     }
 }

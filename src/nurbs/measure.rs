@@ -1,11 +1,11 @@
-//! What curves and surfaces measure: lengths, boxes, areas.
+//! What curves and surfaces measure: lengths and boxes.
 
 use std::collections::BinaryHeap;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{in_rows, listening};
+use super::batch::listening;
 use super::bezier::Patch;
 use super::curve::NurbsCurve;
 use super::gauss;
@@ -21,21 +21,14 @@ const TIGHT: f64 = 1e-10;
 /// many.
 const MOST_PIECES: usize = 200_000;
 
-/// Points of the quadrature along each side of a piece.
+/// Points of the quadrature along a piece.
 const NODES: usize = 8;
 
-/// Halvings of a patch at most when its area is measured: where the surface is singular, the
-/// pieces are negligible by then.
+/// Halvings of a span at most when its length is measured: where the curve is singular, the pieces
+/// are negligible by then.
 const MOST_HALVINGS: usize = 12;
 
-/// Points whose evaluation costs as much as one quadrature; what reports count with.
-const POINTS_PER_QUADRATURE: usize = 1 << 9;
-
-/// And as much as those of a patch where the surface is wild.
-const POINTS_PER_PATCH: usize = 1 << 18;
-
-/// Two estimates of an area agree when they differ by this share of what it could be at most, the
-/// tangents' lengths times the patch's extent: the rest is rounding.
+/// Two estimates of a length agree when they differ by this share of it: the rest is rounding.
 const ROUNDING: f64 = 1e-15;
 
 /// A piece and how far it may reach in the direction that is looked at.
@@ -80,57 +73,19 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn bounding_box(&self, observer: &mut dyn Observer) -> Result<(DVec3, DVec3)> {
-        let (patches, _) = Patch::of(self)?;
         let tolerance = TIGHT * self.size();
         let mut listen = listening(observer);
+        let (patches, _) = Patch::of(self, &mut listen)?;
         let mut reach = |side: DVec3| farthest(&patches, side, tolerance, &mut listen);
         let high = DVec3::new(reach(DVec3::X)?, reach(DVec3::Y)?, reach(DVec3::Z)?);
         let low = DVec3::new(reach(DVec3::NEG_X)?, reach(DVec3::NEG_Y)?, reach(DVec3::NEG_Z)?);
         Ok((-low, high))
     }
-
-    /// The area, in the square of the points' unit, to a share of `accuracy` (for instance 1e-9):
-    /// Gauss-Legendre quadrature on each patch, which is halved until it agrees with itself.
-    ///
-    /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
-    /// let area = NurbsSurface::sphere(DVec3::ZERO, 1.0)?.area(1e-12, &mut Silent)?;
-    /// assert!((area / (4.0 * std::f64::consts::PI) - 1.0).abs() < 1e-12);
-    /// # Ok::<(), neurbs::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1, [`Error::Interrupted`] if
-    /// the observer stops it.
-    pub fn area(&self, accuracy: f64, observer: &mut dyn Observer) -> Result<f64> {
-        check_accuracy(accuracy)?;
-        let (patches, _) = Patch::of(self)?;
-        let rule = gauss::rule(NODES);
-        let first = |patch: &Patch| {
-            let (patch, extent) = patch.centred();
-            (quadrature(&patch, &rule).area, patch, extent)
-        };
-        let mut firsts: Vec<(f64, Patch, f64)> = Vec::with_capacity(patches.len());
-        in_rows(patches.len(), POINTS_PER_QUADRATURE, observer, |from, to| {
-            firsts.par_extend(patches[from..to].par_iter().map(first));
-        })?;
-        let enough =
-            accuracy * firsts.iter().map(|(area, ..)| area).sum::<f64>() / patches.len() as f64;
-        let mut areas = Vec::with_capacity(patches.len());
-        in_rows(patches.len(), POINTS_PER_PATCH, observer, |from, to| {
-            let refined = firsts[from..to].par_iter().map(|(area, patch, extent)| {
-                let limit = Limit { enough, rounding: ROUNDING * extent, halvings: MOST_HALVINGS };
-                refine(patch, *area, &limit, &rule)
-            });
-            areas.par_extend(refined);
-        })?;
-        Ok(areas.iter().sum())
-    }
 }
 
 impl NurbsCurve {
-    /// The length, in the points' unit, to a share of `accuracy`; as [`NurbsSurface::area`].
+    /// The length, in the points' unit, to a share of `accuracy`: Gauss-Legendre quadrature on each
+    /// span, which is halved until it agrees with itself.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -187,7 +142,7 @@ fn halved(
     halves.iter().map(|half| halved(*half, enough / 2.0, part, halvings - 1)).sum()
 }
 
-fn check_accuracy(accuracy: f64) -> Result<()> {
+pub(super) fn check_accuracy(accuracy: f64) -> Result<()> {
     if (1e-14..=1.0).contains(&accuracy) {
         return Ok(());
     }
@@ -261,48 +216,6 @@ fn bend(patch: &Patch, side: DVec3, axis: usize) -> f64 {
     bends.fold(0.0, f64::max)
 }
 
-/// An area, and the lengths of both tangents, integrated likewise.
-struct Quadrature {
-    area: f64,
-    lengths: f64,
-}
-
-fn quadrature(patch: &Patch, rule: &[(f64, f64)]) -> Quadrature {
-    let mut sums = Quadrature { area: 0.0, lengths: 0.0 };
-    for (s, a) in rule {
-        for (t, b) in rule {
-            let frame = patch.frame(*s, *t);
-            sums.area += a * b * frame.u.cross(frame.v).length();
-            sums.lengths += a * b * (frame.u.length() + frame.v.length());
-        }
-    }
-    sums
-}
-
-/// When a piece is measured well enough.
-struct Limit {
-    /// A difference of areas that does not matter.
-    enough: f64,
-    /// What rounding makes of the tangents' lengths.
-    rounding: f64,
-    halvings: usize,
-}
-
-/// The area of a patch of which this estimate is known, from its quarters.
-fn refine(patch: &Patch, area: f64, limit: &Limit, rule: &[(f64, f64)]) -> f64 {
-    let (first, second) = patch.halves_u();
-    let ((a, b), (c, d)) = (first.halves_v(), second.halves_v());
-    let quarters = [a, b, c, d].map(|quarter| (quadrature(&quarter, rule), quarter));
-    let sum: f64 = quarters.iter().map(|(known, _)| known.area).sum();
-    let lengths: f64 = quarters.iter().map(|(known, _)| known.lengths).sum();
-    let agrees = (sum - area).abs() <= limit.enough.max(limit.rounding * lengths);
-    if agrees || limit.halvings == 0 {
-        return sum;
-    }
-    let limit = Limit { enough: limit.enough / 2.0, halvings: limit.halvings - 1, ..*limit };
-    quarters.iter().map(|(known, part)| refine(part, known.area, &limit, rule)).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,32 +241,5 @@ mod tests {
             (sampled.0 - low).min_element() >= -1e-9 && (high - sampled.1).min_element() >= -1e-9
         );
         assert_eq!(surface.net_box().1.z, 4.0);
-    }
-
-    #[test]
-    fn areas_are_those_of_closed_forms() {
-        use std::f64::consts::PI;
-        let area =
-            |surface: Result<NurbsSurface>| surface.unwrap().area(1e-12, &mut Silent).unwrap();
-        let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-11, "{a} {b}");
-        close(area(NurbsSurface::torus(DVec3::ONE, 3.0, 1.0)), 12.0 * PI * PI);
-        close(area(NurbsSurface::cone(DVec3::ONE, DVec3::X * 4.0, 3.0, 0.0)), 15.0 * PI);
-        close(
-            area(NurbsSurface::plane(DVec3::ONE, DVec3::X * 2.0, DVec3::new(5.0, 3.0, 0.0))),
-            6.0,
-        );
-    }
-
-    #[test]
-    fn areas_of_what_has_none_and_of_what_is_far_away_are_found_at_once() {
-        let line = |i: i32| DVec3::new(0.3, 0.7, -0.1) * f64::from(i * i % 11);
-        let line = NurbsSurface::clamped((0..64).map(line).collect(), (8, 8), 3).unwrap();
-        assert!(line.area(1e-12, &mut Silent).unwrap() < 1e-13);
-        let far = NurbsSurface::sphere(DVec3::new(5e6, 7.5e6, 300.0), 2.0).unwrap();
-        let area = far.area(1e-14, &mut Silent).unwrap();
-        // The centre's coordinates have a rounding of 1e-9.
-        assert!((area / (16.0 * std::f64::consts::PI) - 1.0).abs() < 1e-9, "{area}");
-        let mut stop = |_: &crate::progress::Progress| std::ops::ControlFlow::Break(());
-        assert!(matches!(far.area(1e-9, &mut stop), Err(Error::Interrupted)));
     }
 }

@@ -5,6 +5,7 @@
 
 mod algebra;
 mod approximate;
+mod area;
 mod banded;
 mod basis;
 mod batch;

@@ -2,7 +2,9 @@
 
 use glam::{DVec3, DVec4};
 
+use super::batch::{in_steps, steps};
 use crate::error::{Error, Result};
+use crate::progress::Listen;
 
 /// Ends that lie within this share of the size of each other are the same place.
 const SAME_PLACE: f64 = 1e-10;
@@ -22,37 +24,46 @@ pub(super) fn lift(
     points: &[DVec3],
     weights: Option<&[f64]>,
     name: impl Fn(usize) -> String,
+    listen: &mut Listen<'_>,
 ) -> Result<Vec<DVec4>> {
     let fail = |must, got| Err(Error::Net { must, got });
-    if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-        return fail("be finite", format!("control point {} is {}", name(i), points[i]));
-    }
-    let Some(weights) = weights else {
-        return Ok(points.iter().map(|p| p.extend(1.0)).collect());
-    };
-    if weights.len() != points.len() {
+    if let Some(weights) = weights.filter(|weights| weights.len() != points.len()) {
         let got = format!("{} weights came for {} points", weights.len(), points.len());
         return fail("have one weight for each control point", got);
     }
-    if let Some(i) = weights.iter().position(|w| !(*w > 0.0 && w.is_finite())) {
-        return fail(
-            "have positive, finite weights",
-            format!("weight {} is {}", name(i), weights[i]),
-        );
-    }
-    let lifted = points.iter().zip(weights).map(|(p, w)| (*p * *w).extend(*w));
-    let lifted: Vec<DVec4> = lifted.collect();
-    if let Some(i) = lifted.iter().position(|h| !(h.is_finite() && h.w.is_normal())) {
-        let got = format!("control point {} with its weight is {}", name(i), lifted[i]);
-        return fail("be finite when multiplied by its weights, and these not vanish", got);
+    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+    let mut lifted = Vec::with_capacity(points.len());
+    for range in steps(points.len(), 1) {
+        listen()?;
+        if let Some(i) = range.clone().find(|&i| !points[i].is_finite()) {
+            return fail("be finite", format!("control point {} is {}", name(i), points[i]));
+        }
+        if let Some(i) = range.clone().find(|&i| !(weight(i) > 0.0 && weight(i).is_finite())) {
+            let got = format!("weight {} is {}", name(i), weight(i));
+            return fail("have positive, finite weights", got);
+        }
+        lifted.extend(range.clone().map(|i| (points[i] * weight(i)).extend(weight(i))));
+        let usable = |h: &DVec4| h.is_finite() && h.w.is_normal();
+        if let Some(i) = range.clone().find(|&i| !usable(&lifted[i])) {
+            let got = format!("control point {} with its weight is {}", name(i), lifted[i]);
+            return fail("be finite when multiplied by its weights, and these not vanish", got);
+        }
     }
     Ok(lifted)
 }
 
 /// Control points and, of a rational net, weights.
-pub(super) fn project(net: &[DVec4], rational: bool) -> (Vec<DVec3>, Option<Vec<f64>>) {
-    let points = net.iter().map(|h| h.truncate() / h.w).collect();
-    (points, rational.then(|| net.iter().map(|h| h.w).collect()))
+pub(super) fn project(
+    net: &[DVec4],
+    rational: bool,
+    listen: &mut Listen<'_>,
+) -> Result<(Vec<DVec3>, Option<Vec<f64>>)> {
+    let all = (net.len(), 1);
+    let points = in_steps(all, listen, |part| net[part].iter().map(|h| h.truncate() / h.w))?;
+    if !rational {
+        return Ok((points, None));
+    }
+    Ok((points, Some(in_steps(all, listen, |part| net[part].iter().map(|h| h.w))?)))
 }
 
 /// Smallest and largest coordinates.

@@ -6,6 +6,7 @@ use super::interpolate::{GridOptions, Parametrization};
 use super::knot_vector::{MAX_DEGREE, check_degree};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
+use crate::progress::Silent;
 
 /// What a grid of ordered points is to its surface: "either interpolation or approximation can be
 /// executed by the standard NURBS surface or Bézier-surface method" (section 5 of the paper).
@@ -91,7 +92,7 @@ impl OrderedSurface {
                 let degree = (degree.min(shape.0 - 1), degree.min(shape.1 - 1));
                 let parametrization = Parametrization::Centripetal;
                 let options = GridOptions { degree, parametrization, ..GridOptions::default() };
-                NurbsSurface::interpolate(&points, shape, &options)
+                NurbsSurface::interpolate(&points, shape, &options, &mut Silent)
             }
             Self::Bezier => NurbsSurface::bezier(points, None, shape),
         }
@@ -117,7 +118,7 @@ mod tests {
             parametrization: Parametrization::Centripetal,
             ..GridOptions::default()
         };
-        let (u, v) = NurbsSurface::grid_parameters(&points, (6, 2), &options).unwrap();
+        let (u, v) = NurbsSurface::grid_parameters(&points, (6, 2), &options, &mut Silent).unwrap();
         for (i, point) in points.iter().enumerate() {
             assert!(surface.point(u[i / 2], v[i % 2]).distance(*point) < 1e-13);
         }

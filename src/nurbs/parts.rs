@@ -8,15 +8,15 @@ use super::remove::deviation;
 use super::strip::{Strip, unify, unify_degrees};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
-use crate::progress::Observer;
+use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
     /// The parts before and after a parameter, which keep their parameters.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let (before, after) = sphere.split(Direction::U, 0.25)?;
+    /// let (before, after) = sphere.split(Direction::U, 0.25, &mut Silent)?;
     /// assert_eq!(before.knots_u().domain(), (0.0, 0.25));
     /// assert!(after.point(0.7, 0.3).distance(sphere.point(0.7, 0.3)) < 1e-14);
     /// # Ok::<(), neurbs::Error>(())
@@ -24,28 +24,46 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if it does not lie strictly inside the domain.
-    pub fn split(&self, direction: Direction, at: f64) -> Result<(Self, Self)> {
-        let (before, after) = self.strip(direction).split(at)?;
-        Ok((self.rebuilt(direction, &before)?, self.rebuilt(direction, &after)?))
+    /// [`Error::Parameter`] if it does not lie strictly inside the domain, [`Error::Interrupted`]
+    /// if the observer stops it.
+    pub fn split(
+        &self,
+        direction: Direction,
+        at: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<(Self, Self)> {
+        let mut listen = listening(observer);
+        let (before, after) = self.strip(direction, &mut listen)?.split(at, &mut listen)?;
+        let mut part = |strip| self.rebuilt(direction, strip, &mut listen);
+        Ok((part(before)?, part(after)?))
     }
 
     /// The part over a rectangle of the domain, which keeps its parameters.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let part = sphere.sub_surface((0.1, 0.6), (0.2, 0.5))?;
+    /// let part = sphere.sub_surface((0.1, 0.6), (0.2, 0.5), &mut Silent)?;
     /// assert!(part.point(0.3, 0.4).distance(sphere.point(0.3, 0.4)) < 1e-14);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a range is empty or leaves the domain.
-    pub fn sub_surface(&self, u: (f64, f64), v: (f64, f64)) -> Result<Self> {
-        self.along(Direction::U, |strip| strip.between(u.0, u.1))?
-            .along(Direction::V, |strip| strip.between(v.0, v.1))
+    /// [`Error::Parameter`] if a range is empty or leaves the domain, [`Error::Interrupted`] if the
+    /// observer stops it.
+    pub fn sub_surface(
+        &self,
+        u: (f64, f64),
+        v: (f64, f64),
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let mut listen = listening(observer);
+        self.along(Direction::U, &mut listen, |strip, listen| strip.between(u, listen))?.along(
+            Direction::V,
+            &mut listen,
+            |strip, listen| strip.between(v, listen),
+        )
     }
 
     /// The surface as Bézier patches, one for each pair of spans, row by row; each keeps its
@@ -63,8 +81,8 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn bezier_patches(&self, observer: &mut dyn Observer) -> Result<Vec<Vec<Self>>> {
-        let (patches, (_, cols)) = Patch::of(self)?;
         let (rational, mut listen) = (self.weights().is_some(), listening(observer));
+        let (patches, (_, cols)) = Patch::of(self, &mut listen)?;
         let mut row = |row: &[Patch]| {
             listen()?;
             row.iter().map(|patch| patch.surface(rational)).collect()
@@ -86,9 +104,14 @@ impl NurbsSurface {
     ///
     /// [`Error::Parameter`] if the parameter lies outside the domain.
     pub fn isocurve(&self, direction: Direction, at: f64) -> Result<NurbsCurve> {
-        let points = self.strip(direction).at(at)?;
+        let (start, end) = self.knots(direction).domain();
+        if !(start..=end).contains(&at) {
+            let must = format!("inside the domain [{start}, {end}]");
+            return Err(Error::parameter("parameter", must, at));
+        }
+        let (points, rational) = (self.row(direction, at), self.weights().is_some());
         let knots = self.knots(direction.other()).clone();
-        NurbsCurve::from_homogeneous(&points, self.weights().is_some(), knots)
+        NurbsCurve::from_homogeneous(points, rational, knots, &mut || Ok(()))
     }
 
     /// This surface and `next`, which begins where this one ends in a direction, as one. Degrees
@@ -96,10 +119,10 @@ impl NurbsSurface {
     /// the domain of this one.
     ///
     /// ```
-    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
+    /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let (before, after) = sphere.split(Direction::V, 0.5)?;
-    /// let whole = before.joined(Direction::V, &after, 0.0)?;
+    /// let (before, after) = sphere.split(Direction::V, 0.5, &mut Silent)?;
+    /// let whole = before.joined(Direction::V, &after, 0.0, &mut Silent)?;
     /// assert!(whole.point(0.3, 0.6).distance(sphere.point(0.3, 0.6)) < 1e-14);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
@@ -107,20 +130,36 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if the edges, point by point over their knots, lie further apart than
-    /// `tolerance`, in the points' unit, or the other direction's domains differ.
-    pub fn joined(&self, direction: Direction, next: &Self, tolerance: f64) -> Result<Self> {
+    /// `tolerance`, in the points' unit, or the other direction's domains differ;
+    /// [`Error::Interrupted`] if the observer stops it.
+    pub fn joined(
+        &self,
+        direction: Direction,
+        next: &Self,
+        tolerance: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let [along, next_along] = compatible(direction, self, next, false)?;
-        let [first, second] = compatible(direction.other(), &along, &next_along, true)?;
-        let joined = joined(&first.strip(direction), &second.strip(direction), tolerance)?;
+        let mut listen = listening(observer);
+        let [along, next_along] = compatible(direction, self, next, false, &mut listen)?;
+        let across = direction.other();
+        let [first, second] = compatible(across, &along, &next_along, true, &mut listen)?;
+        let strip = first.strip(direction, &mut listen)?;
+        let next_strip = second.strip(direction, &mut listen)?;
+        let joined = joined(&strip, &next_strip, tolerance, &mut listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        first.rebuilt_as(direction, &joined, rational)
+        first.rebuilt_as(direction, joined, rational, &mut listen)
     }
 }
 
 /// A strip and one of the same degree that begins where it ends, within a tolerance.
-pub(super) fn joined(first: &Strip, next: &Strip, tolerance: f64) -> Result<Strip> {
-    let (first, mut next) = (first.clamped()?, next.clamped()?);
+pub(super) fn joined(
+    first: &Strip,
+    next: &Strip,
+    tolerance: f64,
+    listen: &mut Listen<'_>,
+) -> Result<Strip> {
+    let (first, mut next) = (first.clamped(listen)?, next.clamped(listen)?);
     // Weights count only up to a factor.
     let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
     next.points.iter_mut().for_each(|point| *point *= factor);
@@ -131,7 +170,7 @@ pub(super) fn joined(first: &Strip, next: &Strip, tolerance: f64) -> Result<Stri
         let must = format!("at least {gap:e}, which is how far the edges are apart");
         return Err(Error::parameter("tolerance", must, tolerance));
     }
-    first.joined(&next)
+    first.joined(&next, listen)
 }
 
 /// Two surfaces with the higher of their degrees in a direction, and with the same knots there if
@@ -141,12 +180,14 @@ fn compatible(
     a: &NurbsSurface,
     b: &NurbsSurface,
     knots: bool,
+    listen: &mut Listen<'_>,
 ) -> Result<[NurbsSurface; 2]> {
-    let mut strips = [a.strip(direction), b.strip(direction)];
+    let mut strips = [a.strip(direction, listen)?, b.strip(direction, listen)?];
     if knots {
-        unify(&mut strips)?;
+        unify(&mut strips, listen)?;
     } else {
-        unify_degrees(&mut strips)?;
+        unify_degrees(&mut strips, listen)?;
     }
-    Ok([a.rebuilt(direction, &strips[0])?, b.rebuilt(direction, &strips[1])?])
+    let [first, second] = strips;
+    Ok([a.rebuilt(direction, first, listen)?, b.rebuilt(direction, second, listen)?])
 }

@@ -24,10 +24,13 @@ pub(crate) struct PatchNets {
 impl PatchNets {
     /// Cuts a surface at its knots and at these sorted parameters inside its domain.
     pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Result<Self> {
-        let along_u = surface.strip(Direction::U).refined(more_u)?.bezier()?;
+        let listen = &mut || Ok(());
+        let along_u = surface.strip(Direction::U, listen)?.refined(more_u, listen)?;
+        let along_u = along_u.bezier(listen)?;
         let (knots, rows) = (surface.knots_v().clone(), along_u.rows());
-        let points = transpose(&along_u.points, along_u.width);
-        let along_v = Strip { knots, points, width: rows }.refined(more_v)?.bezier()?;
+        let points = transpose(&along_u.points, along_u.width, listen)?;
+        let along_v = Strip { knots, points, width: rows }.refined(more_v, listen)?;
+        let along_v = along_v.bezier(listen)?;
         Ok(Self {
             u: along_u.knots.breaks(),
             v: along_v.knots.breaks(),

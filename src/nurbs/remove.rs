@@ -21,7 +21,7 @@ impl Strip {
         tolerance: f64,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let original = self.clamped()?;
+        let original = self.clamped(listen)?;
         let mut candidates = knots.unwrap_or(original.knots.inner()).to_vec();
         candidates.retain(|value| original.knots.inner().contains(value));
         let mut moved = |strip: &Self| -> Result<f64> {
@@ -31,7 +31,7 @@ impl Strip {
                 return Ok(f64::INFINITY);
             }
             let new = difference(original.knots.inner(), strip.knots.inner());
-            Ok(deviation(&original.points, &strip.refined_listening(&new, listen)?.points))
+            Ok(deviation(&original.points, &strip.refined(&new, listen)?.points))
         };
         let cost = |&value: &f64| Ok((moved(&original.without(value)?)?, value));
         let mut costs = candidates.iter().map(cost).collect::<Result<Vec<_>>>()?;
@@ -111,7 +111,7 @@ mod tests {
         let heights = [0.0, 1.0, -1.0, 2.0, 0.5, 0.0];
         let points = heights.map(|y| DVec4::new(y * y, y, 1.0, 1.0)).to_vec();
         let strip = Strip { knots, points, width: 1 };
-        let refined = strip.refined(&[0.1, 0.3, 0.3, 0.45]).unwrap();
+        let refined = strip.refined(&[0.1, 0.3, 0.3, 0.45], &mut || Ok(())).unwrap();
         let back = refined.simplified(None, 1e-12, &mut || Ok(())).unwrap();
         assert_eq!(back.knots, strip.knots);
         assert!(deviation(&strip.points, &back.points) < 1e-14);

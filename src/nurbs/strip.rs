@@ -4,9 +4,11 @@
 //! strip one point wide; so every algorithm is written once. Points are homogeneous: what holds
 //! for polynomial curves in four dimensions holds for rational ones in three.
 
+use std::ops::Range;
+
 use glam::DVec4;
 
-use super::basis::padded;
+use super::batch::{in_steps, steps};
 use super::elevate::difference;
 use super::knot_vector::KnotVector;
 use super::remove::deviation;
@@ -35,18 +37,26 @@ impl Strip {
 
     /// The strip whose row i is a mixture of two rows of this one, `share` of the first and the
     /// rest of the second; a share of 1 copies the first row to the last bit.
-    fn mixed(&self, rows: impl Iterator<Item = (f64, usize, usize)>) -> Vec<DVec4> {
-        let mut points = Vec::with_capacity(rows.size_hint().0 * self.width);
-        for (share, a, b) in rows {
-            let pairs = self.row(a).iter().zip(self.row(b));
-            points.extend(pairs.map(|(a, b)| share * *a + (1.0 - share) * *b));
+    fn mixed(
+        &self,
+        count: usize,
+        row: impl Fn(usize) -> (f64, usize, usize),
+        listen: &mut Listen<'_>,
+    ) -> Result<Vec<DVec4>> {
+        let mut points = Vec::with_capacity(count * self.width);
+        for range in steps(count, self.width) {
+            listen()?;
+            for (share, a, b) in range.map(&row) {
+                let pairs = self.row(a).iter().zip(self.row(b));
+                points.extend(pairs.map(|(a, b)| share * *a + (1.0 - share) * *b));
+            }
         }
-        points
+        Ok(points)
     }
 
     /// With one knot more, inside the domain or at its start (Boehm's algorithm; The NURBS Book,
     /// A5.1). All mixtures are convex, so rounding does not grow.
-    fn with_knot(&self, value: f64) -> Result<Self> {
+    fn with_knot(&self, value: f64, listen: &mut Listen<'_>) -> Result<Self> {
         let (degree, span) = (self.knots.degree(), self.knots.span(value));
         let t = self.knots.as_slice();
         let mixture = |i: usize| {
@@ -59,7 +69,7 @@ impl Strip {
             }
             ((value - from) / (to - from), i, i - 1)
         };
-        let points = self.mixed((0..=self.rows()).map(mixture));
+        let points = self.mixed(self.rows() + 1, mixture, listen)?;
         let mut knots = t.to_vec();
         knots.insert(span + 1, value);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
@@ -72,15 +82,10 @@ impl Strip {
     ///
     /// [`Error::Parameter`] if a knot lies outside the open domain, [`Error::Knots`] if one would
     /// stand more often than the degree.
-    pub(super) fn refined(&self, knots: &[f64]) -> Result<Self> {
-        self.refined_listening(knots, &mut || Ok(()))
-    }
-
-    /// The same, which may be stopped.
-    pub(super) fn refined_listening(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn refined(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
         knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
         if knots.is_empty() {
-            return Ok(self.clone());
+            return self.copied(listen);
         }
         let mut all = [self.knots.as_slice(), knots].concat();
         all.sort_by(f64::total_cmp);
@@ -97,13 +102,20 @@ impl Strip {
         let t = self.knots.as_slice();
         let s = knots.as_slice();
         let total = knots.control_points();
-        let mut points = vec![DVec4::ZERO; total * width];
         let (first, last) = (self.knots.span(new[0]), self.knots.span(new[new.len() - 1]) + 1);
-        let head = (first + 1 - p) * width;
-        points[..head].copy_from_slice(&self.points[..head]);
-        let tail = (self.rows() + 1 - last) * width;
-        let (from, to) = (self.points.len() - tail, points.len() - tail);
-        points[to..].copy_from_slice(&self.points[from..]);
+        // The rows before and behind stay; those between are filled below.
+        let (head, tail) = (first + 1 - p, self.rows() + 1 - last);
+        let old = |row: usize| {
+            if row < head {
+                Some(row)
+            } else {
+                (row + tail >= total).then(|| row + self.rows() - total)
+            }
+        };
+        let empty = vec![DVec4::ZERO; width];
+        let mut points = in_steps((total, width), listen, |rows| {
+            rows.flat_map(|row| old(row).map_or(&empty[..], |row| self.row(row))).copied()
+        })?;
         // Row k - p - 1 is the next to be filled; i is the old span that is being copied.
         let mut i = last + p - 1;
         let mut k = last + p - 1 + new.len();
@@ -140,23 +152,39 @@ impl Strip {
     }
 
     /// The same curves with clamped knots on the same domain.
-    pub(super) fn clamped(&self) -> Result<Self> {
-        let starting = self.clamped_at_start()?;
-        starting.mirrored()?.clamped_at_start()?.mirrored()
+    pub(super) fn clamped(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        let t = self.knots.as_slice();
+        if (t[0], t[t.len() - 1]) == self.knots.domain() {
+            return self.copied(listen);
+        }
+        let starting = self.clamped_at_start(listen)?;
+        starting.mirrored(listen)?.clamped_at_start(listen)?.mirrored(listen)
+    }
+
+    /// The same curves once more.
+    fn copied(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        let points = self.rows_from(0..self.rows(), listen)?;
+        Ok(Self { knots: self.knots.clone(), points, width: self.width })
+    }
+
+    /// Some of the rows.
+    fn rows_from(&self, rows: Range<usize>, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+        let points = &self.points[rows.start * self.width..rows.end * self.width];
+        in_steps((points.len(), 1), listen, |part| points[part].iter().copied())
     }
 
     /// The same curves with all parameters negated, which loses no bit of a knot.
-    fn mirrored(&self) -> Result<Self> {
+    fn mirrored(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let knots = self.knots.as_slice().iter().rev().map(|knot| -knot).collect();
         let knots = KnotVector::new(self.knots.degree(), knots)?;
-        Ok(Self { knots, ..self.reversed() })
+        Ok(Self { knots, ..self.reversed(listen)? })
     }
 
-    fn clamped_at_start(&self) -> Result<Self> {
+    fn clamped_at_start(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let (start, degree) = (self.knots.domain().0, self.knots.degree());
-        let mut strip = self.clone();
+        let mut strip = self.copied(listen)?;
         while strip.knots.multiplicity(start) < degree {
-            strip = strip.with_knot(start)?;
+            strip = strip.with_knot(start, listen)?;
         }
         // The last `degree` knots of this value and what follows; one of them once more.
         let end = strip.knots.as_slice().partition_point(|&knot| knot <= start);
@@ -166,113 +194,88 @@ impl Strip {
         }
         let mut knots = strip.knots.as_slice()[first - 1..].to_vec();
         knots[0] = start;
-        let points = strip.points[(first - 1) * strip.width..].to_vec();
+        let points = strip.rows_from(first - 1..strip.rows(), listen)?;
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 
     /// The same curves run through backwards, on the same domain.
-    pub(super) fn reversed(&self) -> Self {
-        let rows = (0..self.rows()).rev().map(|i| (1.0, i, i));
-        Self { knots: self.knots.reversed(), points: self.mixed(rows), width: self.width }
+    pub(super) fn reversed(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        let count = self.rows();
+        let points = in_steps((count, self.width), listen, |rows| {
+            rows.flat_map(|row| self.row(count - 1 - row)).copied()
+        })?;
+        Ok(Self { knots: self.knots.reversed(), points, width: self.width })
     }
 
     /// The parts before and after a parameter inside the domain, clamped.
-    pub(super) fn split(&self, at: f64) -> Result<(Self, Self)> {
+    pub(super) fn split(&self, at: f64, listen: &mut Listen<'_>) -> Result<(Self, Self)> {
         self.check_inside("split", at)?;
         let degree = self.knots.degree();
         let missing = degree.saturating_sub(self.knots.multiplicity(at));
-        let strip = self.clamped()?.refined(&vec![at; missing])?;
+        let strip = self.clamped(listen)?.refined(&vec![at; missing], listen)?;
         let t = strip.knots.as_slice();
         let (first, end) =
             (t.partition_point(|&knot| knot < at), t.partition_point(|&knot| knot <= at));
         let before: Vec<f64> = t[..end].iter().copied().chain([at]).collect();
         let after: Vec<f64> = [at].into_iter().chain(t[first..].iter().copied()).collect();
-        let part = |knots: Vec<f64>, points: &[DVec4]| -> Result<Self> {
-            let knots = KnotVector::new(degree, knots)?;
-            Ok(Self { knots, points: points.to_vec(), width: self.width })
+        let mut part = |knots: Vec<f64>, rows| -> Result<Self> {
+            let (knots, points) = (KnotVector::new(degree, knots)?, strip.rows_from(rows, listen)?);
+            Ok(Self { knots, points, width: self.width })
         };
         let cut = first - 1;
-        Ok((
-            part(before, &strip.points[..(cut + 1) * self.width])?,
-            part(after, &strip.points[cut * self.width..])?,
-        ))
+        Ok((part(before, 0..cut + 1)?, part(after, cut..strip.rows())?))
     }
 
     /// The part between two parameters of the domain, clamped.
-    pub(super) fn between(&self, from: f64, to: f64) -> Result<Self> {
+    pub(super) fn between(&self, (from, to): (f64, f64), listen: &mut Listen<'_>) -> Result<Self> {
         let (start, end) = self.knots.domain();
         if !(start <= from && from < to && to <= end) {
             let must = format!("an increasing pair inside the domain [{start}, {end}]");
             return Err(Error::parameter("range", must, format!("({from}, {to})")));
         }
-        let tail = if from > start { self.split(from)?.1 } else { self.clamped()? };
-        if to < end { Ok(tail.split(to)?.0) } else { Ok(tail) }
+        let tail = if from > start { self.split(from, listen)?.1 } else { self.clamped(listen)? };
+        if to < end { Ok(tail.split(to, listen)?.0) } else { Ok(tail) }
     }
 
     /// The same curves with every inner knot as often as the degree: Bézier curves, end to end.
-    pub(super) fn bezier(&self) -> Result<Self> {
-        let strip = self.clamped()?;
+    pub(super) fn bezier(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        let strip = self.clamped(listen)?;
         let degree = strip.knots.degree();
         let missing = |value| std::iter::repeat_n(value, degree - strip.knots.multiplicity(value));
         let breaks = strip.knots.breaks();
         let new: Vec<f64> = breaks[1..breaks.len() - 1].iter().flat_map(|&v| missing(v)).collect();
-        strip.refined(&new)
-    }
-
-    /// Over the same knots on another domain.
-    pub(super) fn with_domain(&self, domain: (f64, f64)) -> Result<Self> {
-        Ok(Self { knots: self.knots.with_domain(domain)?, ..self.clone() })
+        strip.refined(&new, listen)
     }
 
     /// This and the strip that follows it, which begins where this one ends and has the same
     /// degree; the knots of the second are moved behind those of the first.
-    pub(super) fn joined(&self, next: &Self) -> Result<Self> {
-        let (first, next) = (self.clamped()?, next.clamped()?);
+    pub(super) fn joined(&self, next: &Self, listen: &mut Listen<'_>) -> Result<Self> {
+        let (first, next) = (self.clamped(listen)?, next.clamped(listen)?);
         let degree = first.knots.degree();
         let ((_, end), (start, _)) = (first.knots.domain(), next.knots.domain());
         let shift = end - start;
         let t = first.knots.as_slice();
         let tail = next.knots.as_slice()[degree + 1..].iter().map(|knot| knot + shift);
         let knots = t[..t.len() - 1].iter().copied().chain(tail).collect();
-        let points = [&first.points[..], &next.points[self.width..]].concat();
+        let mut points = first.points;
+        points.extend(next.rows_from(1..next.rows(), listen)?);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 }
 
-impl Strip {
-    /// The row of points at a parameter of the domain.
-    pub(super) fn at(&self, u: f64) -> Result<Vec<DVec4>> {
-        let (start, end) = self.knots.domain();
-        if !(start..=end).contains(&u) {
-            let must = format!("inside the domain [{start}, {end}]");
-            return Err(Error::parameter("parameter", must, u));
-        }
-        let basis = padded(&self.knots, u);
-        let mut sums = vec![DVec4::ZERO; self.width];
-        for k in 0..=self.knots.degree() {
-            for (sum, point) in sums.iter_mut().zip(self.row(basis.first + k)) {
-                *sum += basis.values[k] * *point;
-            }
-        }
-        Ok(sums)
-    }
-
-    /// Whether all curves end where they begin, within a tolerance.
-    pub(super) fn is_closed(&self, tolerance: f64) -> bool {
-        let (start, end) = self.knots.domain();
-        let (Ok(start), Ok(end)) = (self.at(start), self.at(end)) else { return false };
-        // Weights count only up to a factor.
-        let factor = start[0].w / end[0].w;
-        let end: Vec<DVec4> = end.iter().map(|point| *point * factor).collect();
-        deviation(&start, &end) <= tolerance
-    }
+/// Whether two rows of homogeneous points are the same place, within a tolerance.
+pub(super) fn same_row(a: &[DVec4], b: &[DVec4], tolerance: f64) -> bool {
+    // Weights count only up to a factor.
+    let factor = a[0].w / b[0].w;
+    let b: Vec<DVec4> = b.iter().map(|point| *point * factor).collect();
+    deviation(a, &b) <= tolerance
 }
 
 /// Raises strips to the highest degree among them, clamped.
-pub(super) fn unify_degrees(strips: &mut [Strip]) -> Result<()> {
+pub(super) fn unify_degrees(strips: &mut [Strip], listen: &mut Listen<'_>) -> Result<()> {
     let degree = strips.iter().map(|strip| strip.knots.degree()).max().unwrap_or(0);
     strips.iter_mut().try_for_each(|strip| {
-        *strip = strip.elevated(degree - strip.knots.degree(), &mut || Ok(()))?;
+        *strip = strip.elevated(degree - strip.knots.degree(), listen)?;
         Ok(())
     })
 }
@@ -282,20 +285,21 @@ pub(super) fn unify_degrees(strips: &mut [Strip]) -> Result<()> {
 /// # Errors
 ///
 /// [`Error::Parameter`] if the domains differ.
-pub(super) fn unify(strips: &mut [Strip]) -> Result<()> {
-    unify_degrees(strips)?;
+pub(super) fn unify(strips: &mut [Strip], listen: &mut Listen<'_>) -> Result<()> {
+    unify_degrees(strips, listen)?;
     let domain = strips[0].knots.domain();
     if let Some(other) = strips.iter().map(|strip| strip.knots.domain()).find(|d| *d != domain) {
         return Err(Error::parameter("domain", format!("{domain:?} of all"), format!("{other:?}")));
     }
     let mut all: Vec<f64> = Vec::new();
     for strip in &*strips {
+        listen()?;
         let new = difference(strip.knots.inner(), &intersection(strip.knots.inner(), &all));
         all.extend(new);
         all.sort_by(f64::total_cmp);
     }
     strips.iter_mut().try_for_each(|strip| {
-        *strip = strip.refined(&difference(&all, strip.knots.inner()))?;
+        *strip = strip.refined(&difference(&all, strip.knots.inner()), listen)?;
         Ok(())
     })
 }

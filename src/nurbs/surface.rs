@@ -6,6 +6,7 @@ use super::frame::Flats;
 use super::knot_vector::{KnotVector, check_degree};
 use super::net::{bounds, lift, project};
 use crate::error::{Error, Result};
+use crate::progress::Listen;
 
 /// A tensor-product NURBS surface.
 ///
@@ -57,6 +58,16 @@ impl NurbsSurface {
         knots_u: KnotVector,
         knots_v: KnotVector,
     ) -> Result<Self> {
+        Self::assembled(control_points, weights, [knots_u, knots_v], &mut || Ok(()))
+    }
+
+    /// The same, which may be stopped.
+    pub(super) fn assembled(
+        control_points: Vec<DVec3>,
+        weights: Option<Vec<f64>>,
+        [knots_u, knots_v]: [KnotVector; 2],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let (rows, cols) = (knots_u.control_points(), knots_v.control_points());
         if control_points.len() != rows * cols {
             let got = format!(
@@ -69,7 +80,7 @@ impl NurbsSurface {
             });
         }
         let name = |i: usize| format!("{:?}", (i / cols, i % cols));
-        let homogeneous = lift(&control_points, weights.as_deref(), name)?;
+        let homogeneous = lift(&control_points, weights.as_deref(), name, listen)?;
         let flats = Flats::default();
         let surface = Self { control_points, weights, knots_u, knots_v, homogeneous, flats };
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
@@ -80,13 +91,14 @@ impl NurbsSurface {
 
     /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).
     pub(super) fn from_homogeneous(
-        net: &[DVec4],
+        net: Vec<DVec4>,
         rational: bool,
-        knots_u: KnotVector,
-        knots_v: KnotVector,
+        knots: [KnotVector; 2],
+        listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let (points, weights) = project(net, rational);
-        Self::new(points, weights, knots_u, knots_v)
+        let (points, weights) = project(&net, rational, listen)?;
+        drop(net);
+        Self::assembled(points, weights, knots, listen)
     }
 
     /// The polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of `rows`

@@ -133,7 +133,7 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
             fates[index as usize] = Fate::Outlier;
         }
         let Spacings { each, typical, .. } = spacings;
-        spacings = Spacings::of(points, &fates, Some((each, typical)), observer)?;
+        spacings = Spacings::of(points, &fates, Some((&each, typical)), observer)?;
     }
     let kept = indices(&fates);
     if !multiplicity.is_empty() {
@@ -204,13 +204,13 @@ impl<'a> Spacings<'a> {
     fn of(
         points: &'a [DVec3],
         fates: &[Fate],
-        before: Option<(Vec<Spacing>, f32)>,
+        before: Option<(&[Spacing], f32)>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let tree = KdTree::of_subset(points, indices(fates), observer)?;
         let unit = Bounds::of(points).diagonal().recip();
         let each = tree.map(observer, |index, found| {
-            if let Some((each, typical)) = &before
+            if let Some((each, typical)) = before
                 && each[index as usize].mean <= SUSPECT * typical
             {
                 return each[index as usize];

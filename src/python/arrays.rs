@@ -139,6 +139,17 @@ pub(super) fn output<'py>(
     output_of(py, out, shape)
 }
 
+/// These numbers in the caller's `out`, which must fit, or in a new array.
+pub(super) fn filled<'py>(
+    py: Python<'py>,
+    out: Option<&Bound<'py, PyAny>>,
+    values: &[f64],
+) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    let array = output(py, out, &[values.len()])?;
+    writable(&array)?.as_slice_mut()?.copy_from_slice(values);
+    Ok(array)
+}
+
 /// The array for a result: the caller's `out`, which must fit, or a new one.
 pub(super) fn output_of<'py, T: Element>(
     py: Python<'py>,

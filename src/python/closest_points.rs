@@ -114,7 +114,9 @@ impl NurbsSurface {
                 distances: distances.as_slice_mut()?,
                 converged: converged.as_slice_mut()?,
             };
-            call::run(py, None, |watcher| self.search()?.closest_points(points, slices, watcher))?;
+            call::run(py, None, |watcher| {
+                self.search(watcher)?.closest_points(points, slices, watcher)
+            })?;
         }
         if let Some(out) = out {
             return Ok(out.clone().unbind());

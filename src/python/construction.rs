@@ -88,9 +88,10 @@ impl NurbsSurface {
         closed: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let options = grid_options(degree, parametrization, closed)?;
-        let (points, shape) = net(grid, "grid")?;
-        let core = call::run(grid.py(), None, |_| {
-            nurbs::NurbsSurface::interpolate(&points, shape, &options)
+        let (numbers, shape) = net(grid, "grid")?;
+        let points = numbers.as_slice()?;
+        let core = call::run(grid.py(), None, |watcher| {
+            nurbs::NurbsSurface::interpolate(points, shape, &options, watcher)
         })?;
         Self::new(grid.py(), core)
     }
@@ -101,6 +102,8 @@ impl NurbsSurface {
     /// ----------
     /// grid, degree, parametrization, closed
     ///     As there.
+    /// out : (ndarray, ndarray) of shape (n,) and (m,), optional
+    ///     Where to write the results: float64, C-contiguous.
     ///
     /// Returns
     /// -------
@@ -126,24 +129,24 @@ impl NurbsSurface {
     /// array([0. , 0.5, 1. ])
     #[staticmethod]
     #[pyo3(
-        signature = (grid, degree=None, *, parametrization=None, closed=None),
-        text_signature = "(grid, degree=3, *, parametrization='chord', closed=False)"
+        signature = (grid, degree=None, *, parametrization=None, closed=None, out=None),
+        text_signature = "(grid, degree=3, *, parametrization='chord', closed=False, out=None)"
     )]
     fn grid_parameters<'py>(
         grid: &Bound<'py, PyAny>,
         degree: Option<&Bound<'py, PyAny>>,
         parametrization: Option<&Bound<'py, PyAny>>,
         closed: Option<&Bound<'py, PyAny>>,
+        out: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
     ) -> PyResult<(Vectors<'py>, Vectors<'py>)> {
         let options = grid_options(degree, parametrization, closed)?;
-        let (points, shape) = net(grid, "grid")?;
-        let (u, v) = nurbs::NurbsSurface::grid_parameters(&points, shape, &options)?;
-        let array = |values: &[f64]| {
-            let array = arrays::output(grid.py(), None, &[values.len()])?;
-            arrays::writable(&array)?.as_slice_mut()?.copy_from_slice(values);
-            Ok::<_, PyErr>(array)
-        };
-        Ok((array(&u)?, array(&v)?))
+        let (py, (numbers, shape)) = (grid.py(), net(grid, "grid")?);
+        let points = numbers.as_slice()?;
+        let (u, v) = call::run(py, None, |watcher| {
+            nurbs::NurbsSurface::grid_parameters(points, shape, &options, watcher)
+        })?;
+        let (out_u, out_v) = out.unzip();
+        Ok((arrays::filled(py, out_u.as_ref(), &u)?, arrays::filled(py, out_v.as_ref(), &v)?))
     }
 
     /// A surface with a smaller net, as close as possible to a grid of points.
@@ -201,9 +204,10 @@ impl NurbsSurface {
     ) -> PyResult<Self> {
         let options = grid_options(degree, parametrization, closed)?;
         let net = pair("net", net)?;
-        let (points, shape) = self::net(grid, "grid")?;
-        let core = call::run(grid.py(), None, |_| {
-            nurbs::NurbsSurface::approximate(&points, shape, net, &options)
+        let (numbers, shape) = self::net(grid, "grid")?;
+        let points = numbers.as_slice()?;
+        let core = call::run(grid.py(), None, |watcher| {
+            nurbs::NurbsSurface::approximate(points, shape, net, &options, watcher)
         })?;
         Self::new(grid.py(), core)
     }
@@ -294,7 +298,7 @@ impl NurbsSurface {
         let weights = weights.map(|weights| Numbers::sequence(weights, "weights")).transpose()?;
         let weights = weights.as_ref().map(Numbers::as_slice).transpose()?;
         let (points, uv) = (points.as_slice()?, uv.as_slice()?);
-        let core = call::run(py, None, |_| fit(points, uv, weights, &options))?;
+        let core = call::run(py, None, |watcher| fit(points, uv, weights, &options, watcher))?;
         Self::new(py, core)
     }
 
@@ -329,8 +333,8 @@ impl NurbsSurface {
     #[staticmethod]
     #[pyo3(signature = (net, weights=None))]
     fn bezier(net: &Bound<'_, PyAny>, weights: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let (points, shape) = self::net(net, "net")?;
-        let weights = self::weights(weights, shape)?;
+        let (numbers, shape) = self::net(net, "net")?;
+        let (points, weights) = (numbers.as_slice()?.to_vec(), self::weights(weights, shape)?);
         Self::new(net.py(), nurbs::NurbsSurface::bezier(points, weights, shape)?)
     }
 }

@@ -160,8 +160,8 @@ impl NurbsCurve {
         let degree = optional_count("degree", degree)?.unwrap_or(DEGREE);
         let numbers = Numbers::points(points, "points")?;
         let slice = numbers.as_slice()?;
-        let core = call::run(points.py(), None, |_| {
-            nurbs::NurbsCurve::interpolate(slice, degree, parametrization, closed)
+        let core = call::run(points.py(), None, |watcher| {
+            nurbs::NurbsCurve::interpolate(slice, degree, parametrization, closed, watcher)
         })?;
         Self::new(points.py(), core)
     }

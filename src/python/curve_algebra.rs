@@ -178,7 +178,7 @@ impl NurbsCurve {
     /// >>> loose.clamped().knots
     /// array([2., 2., 2., 3., 3., 3.])
     fn clamped(&self, py: Python<'_>) -> PyResult<Self> {
-        self.derived(py, |core, _| core.clamp())
+        self.derived(py, |core, watcher| core.clamp(watcher))
     }
 
     /// The parts before and after a parameter, which keep their parameters.
@@ -205,7 +205,8 @@ impl NurbsCurve {
     /// >>> after.control_points[0]
     /// array([1., 1., 0.])
     fn split(&self, u: &Bound<'_, PyAny>) -> PyResult<(Self, Self)> {
-        let (py, (before, after)) = (u.py(), self.core().split(real("u", u)?)?);
+        let (py, at) = (u.py(), real("u", u)?);
+        let (before, after) = call::run(py, None, |watcher| self.core().split(at, watcher))?;
         Ok((Self::new(py, before)?, Self::new(py, after)?))
     }
 
@@ -233,7 +234,7 @@ impl NurbsCurve {
     /// NurbsCurve(3 control points, degree 2, domain [0.25, 0.75], polynomial, open)
     fn sub_curve(&self, first: &Bound<'_, PyAny>, last: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (from, to) = (real("first", first)?, real("last", last)?);
-        self.derived(first.py(), |core, _| core.sub_curve(from, to))
+        self.derived(first.py(), |core, watcher| core.sub_curve(from, to, watcher))
     }
 
     /// The same curve with another range of its parameter.
@@ -298,7 +299,7 @@ impl NurbsCurve {
         tolerance: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let tolerance = optional_real("tolerance", tolerance)?.unwrap_or(0.0);
-        self.derived(py, |core, _| core.joined(other.core(), tolerance))
+        self.derived(py, |core, watcher| core.joined(other.core(), tolerance, watcher))
     }
 
     /// The same curve run through backwards, on the same domain.
@@ -313,7 +314,7 @@ impl NurbsCurve {
     /// >>> neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1).reversed().evaluate([0])
     /// array([[1., 2., 0.]])
     fn reversed(&self, py: Python<'_>) -> PyResult<Self> {
-        self.derived(py, |core, _| core.reversed())
+        self.derived(py, |core, watcher| core.reversed(watcher))
     }
 
     /// The curve moved by an affine map.

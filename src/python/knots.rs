@@ -21,14 +21,11 @@ pub(super) fn step<T>(
     (u, v): (Option<T>, Option<T>),
     mut f: impl FnMut(&nurbs::NurbsSurface, Direction, T) -> Result<nurbs::NurbsSurface>,
 ) -> Result<nurbs::NurbsSurface> {
-    let mut surface = surface.clone();
-    if let Some(u) = u {
-        surface = f(&surface, Direction::U, u)?;
+    let first = u.map(|u| f(surface, Direction::U, u)).transpose()?;
+    match v {
+        Some(v) => f(first.as_ref().unwrap_or(surface), Direction::V, v),
+        None => Ok(first.unwrap_or_else(|| surface.clone())),
     }
-    if let Some(v) = v {
-        surface = f(&surface, Direction::V, v)?;
-    }
-    Ok(surface)
 }
 
 impl NurbsSurface {
@@ -277,7 +274,7 @@ impl NurbsSurface {
     /// >>> loose.clamped().knots[0]
     /// array([2., 2., 2., 3., 3., 3.])
     fn clamped(&self, py: Python<'_>) -> PyResult<Self> {
-        self.derived(py, |core, _| core.clamp())
+        self.derived(py, |core, watcher| core.clamp(watcher))
     }
 }
 

@@ -67,7 +67,8 @@ impl NurbsSurface {
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Self, Self)> {
         let (direction, at) = one(u, v)?;
-        let (before, after) = call::run(py, None, |_| self.core().split(direction, at))?;
+        let (before, after) =
+            call::run(py, None, |watcher| self.core().split(direction, at, watcher))?;
         Ok((Self::new(py, before)?, Self::new(py, after)?))
     }
 
@@ -106,7 +107,7 @@ impl NurbsSurface {
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let (u, v) = self.ranges(u, v)?;
-        self.derived(py, |core, _| core.sub_surface(u, v))
+        self.derived(py, |core, watcher| core.sub_surface(u, v, watcher))
     }
 
     /// The surface as Bézier patches, one for each pair of knot spans.
@@ -224,6 +225,6 @@ impl NurbsSurface {
         let all = [Direction::U, Direction::V];
         let named = |direction| choice("direction", &all, name, direction);
         let direction = direction.map_or(Ok(Direction::U), named)?;
-        self.derived(py, |core, _| core.joined(direction, other.core(), tolerance))
+        self.derived(py, |core, watcher| core.joined(direction, other.core(), tolerance, watcher))
     }
 }

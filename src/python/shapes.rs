@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 
 use super::arguments::{optional_count, optional_real, real};
 use super::arrays::Numbers;
+use super::call::{self, Watcher};
 use super::construction;
 use super::curve::NurbsCurve;
 use super::errors::bad_argument;
@@ -51,7 +52,9 @@ impl NurbsSurface {
     /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     #[staticmethod]
     fn ruled(py: Python<'_>, start: &NurbsCurve, end: &NurbsCurve) -> PyResult<Self> {
-        Self::new(py, nurbs::NurbsSurface::ruled(start.core(), end.core())?)
+        let ruled =
+            |watcher: &mut Watcher| nurbs::NurbsSurface::ruled(start.core(), end.core(), watcher);
+        Self::new(py, call::run(py, None, ruled)?)
     }
 
     /// A surface through curves.
@@ -102,7 +105,10 @@ impl NurbsSurface {
         let degree = optional_count("degree", degree)?.unwrap_or(3);
         let parametrization = construction::parametrization(parametrization)?;
         let curves: Vec<_> = curves.iter().map(|curve| curve.get().core().clone()).collect();
-        Self::new(py, nurbs::NurbsSurface::lofted(&curves, degree, parametrization)?)
+        let lofted = |watcher: &mut Watcher| {
+            nurbs::NurbsSurface::lofted(&curves, degree, parametrization, watcher)
+        };
+        Self::new(py, call::run(py, None, lofted)?)
     }
 
     /// The surface that a profile sweeps when it turns about an axis, exact.
@@ -148,7 +154,10 @@ impl NurbsSurface {
     ) -> PyResult<Self> {
         let angle = optional_real("angle", angle)?.unwrap_or(TAU);
         let (py, origin, axis) = (origin.py(), vector(origin, "origin")?, vector(axis, "axis")?);
-        Self::new(py, nurbs::NurbsSurface::revolved(profile.core(), origin, axis, angle)?)
+        let revolved = |watcher: &mut Watcher| {
+            nurbs::NurbsSurface::revolved(profile.core(), origin, axis, angle, watcher)
+        };
+        Self::new(py, call::run(py, None, revolved)?)
     }
 
     /// The parallelogram from a corner along two sides.

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 
 use super::arguments;
 use super::arrays::Numbers;
+use super::call::Watcher;
 use super::errors::bad_argument;
 use super::spline::{SplineArrays, SplineItems};
 use crate::error::Result;
@@ -94,12 +95,12 @@ impl NurbsSurface {
     }
 
     /// The prepared search for closest points.
-    pub(super) fn search(&self) -> Result<&ClosestPointSearch> {
+    pub(super) fn search(&self, watcher: &mut Watcher) -> Result<&ClosestPointSearch> {
         if let Some(search) = self.search.get() {
             return Ok(search);
         }
         // Two threads may prepare it at once; the first to end is kept.
-        let search = ClosestPointSearch::new(&self.core)?;
+        let search = ClosestPointSearch::observed(&self.core, watcher)?;
         Ok(self.search.get_or_init(|| search))
     }
 }
@@ -120,13 +121,14 @@ impl NurbsSurface {
     ) -> PyResult<Self> {
         let py = control_points.py();
         let (net, shape) = net(control_points, "control_points")?;
+        let net: &[DVec3] = net.as_slice()?;
         let weights = self::weights(weights, shape)?;
         let (degree, closed) = (degrees(degree)?, self::closed(closed)?);
         let core = match knots {
-            None => nurbs::NurbsSurface::periodic(&net, weights.as_deref(), shape, degree, closed)?,
+            None => nurbs::NurbsSurface::periodic(net, weights.as_deref(), shape, degree, closed)?,
             Some(knots) if closed == (false, false) => {
                 let (u, v) = knot_vectors(knots, degree)?;
-                nurbs::NurbsSurface::new(net, weights, u, v)?
+                nurbs::NurbsSurface::new(net.to_vec(), weights, u, v)?
             }
             Some(knots) => return Err(bad_argument("knots", "None with closed", knots)),
         };
@@ -327,10 +329,14 @@ pub(super) fn knot_vectors<'py>(
 }
 
 /// A net of points and its shape.
-pub(super) fn net(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(Vec<DVec3>, (usize, usize))> {
+pub(super) fn net<'py>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+) -> PyResult<(Numbers<'py>, (usize, usize))> {
     let expected = "real numbers of shape (n_u, n_v, 3)";
     let net = Numbers::new(value, name, expected, &[&[None, None, Some(3)]])?;
-    Ok((net.as_slice()?.to_vec(), (net.shape()[0], net.shape()[1])))
+    let shape = (net.shape()[0], net.shape()[1]);
+    Ok((net, shape))
 }
 
 /// Weights of a net of this shape.

@@ -14,7 +14,8 @@ use crate::fit::{EndedBy, Growth, bounded};
 use crate::inspection;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
-use crate::topology::{Kind, detect, detect_sheet};
+use crate::som::SelfOrganizingMap;
+use crate::topology::{Kind, Topology, detect, detect_sheet};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
@@ -39,10 +40,7 @@ pub(super) fn reconstruct(
     let mut clock = Clock::start();
     let counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
-    let found = match options.topology {
-        Some(Kind::Sheet) => detect_sheet(&counted.points, observer)?,
-        _ => detect(&counted.points, observer)?,
-    };
+    let found = kind(&counted.points, options, observer)?;
     let shape = Shape::of(&found, options, &counted.points);
     clock.lap("topology");
 
@@ -63,19 +61,7 @@ pub(super) fn reconstruct(
         OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
     };
     clock.lap("ordering");
-    let mut map = learn(&sample, &start, told)?;
-    if options.init == Start::Auto
-        && shape.kind == Kind::Sheet
-        && let torn = map.topographic_error(&sample, told)?
-        && torn > TORN
-    {
-        let flat = ReconstructOptions { init: Start::Pca, ..*options };
-        let other = OrderedStart::of(&sample, budget, shape.closed(), None, &frame, &flat, told)?;
-        let flat = learn(&sample, &other, told)?;
-        if flat.topographic_error(&sample, told)? < torn {
-            (start, map) = (other, flat);
-        }
-    }
+    let map = learned(&sample, &mut start, shape, budget, &frame, options, told)?;
     let uv = if shape.up.is_some() {
         Vec::new()
     } else {
@@ -145,6 +131,45 @@ pub(super) fn reconstruct(
         times: clock.times(),
     };
     Ok(Reconstruction { surface, som, uv, distances, inliers, report })
+}
+
+/// The map from an ordered start, or from the principal plane where that turns out to be better.
+fn learned(
+    sample: &[DVec3],
+    start: &mut OrderedStart,
+    shape: Shape,
+    budget: (usize, usize),
+    frame: &Normalization,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<SelfOrganizingMap> {
+    let map = learn(sample, start, observer)?;
+    if options.init == Start::Auto
+        && shape.kind == Kind::Sheet
+        && let torn = map.topographic_error(sample, observer)?
+        && torn > TORN
+    {
+        let flat = ReconstructOptions { init: Start::Pca, ..*options };
+        let other = OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?;
+        let flat = learn(sample, &other, observer)?;
+        if flat.topographic_error(sample, observer)? < torn {
+            *start = other;
+            return Ok(flat);
+        }
+    }
+    Ok(map)
+}
+
+/// What kind of surface the points lie on, as far as that is not known.
+fn kind(
+    points: &[DVec3],
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Topology> {
+    match options.topology {
+        Some(Kind::Sheet) => detect_sheet(points, observer),
+        _ => detect(points, observer),
+    }
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.

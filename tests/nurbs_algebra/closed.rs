@@ -51,15 +51,15 @@ proptest! {
 
     #[test]
     fn algebra_leaves_it_where_it_was(surface in closed_surface(), at in 0.1..0.9_f64) {
-        same(&surface, &surface.clamp().unwrap());
+        same(&surface, &surface.clamp(&mut Silent).unwrap());
         same(&surface, &surface.elevate_degree(1, 2, &mut Silent).unwrap());
         same(&surface, &surface.insert_knots(Direction::U, &[at], &mut Silent).unwrap());
-        same_where(&surface, &surface.transposed().unwrap(), |at| DVec2::new(at.y, at.x));
-        same_where(&surface, &surface.reversed(Direction::U).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
+        same_where(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
+        same_where(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
         for patch in surface.bezier_patches(&mut Silent).unwrap().iter().flatten() {
             same_where(&surface, patch, |at| at);
         }
-        for moved in [surface.clamp(), surface.elevate_degree(1, 1, &mut Silent), surface.reversed(Direction::U)] {
+        for moved in [surface.clamp(&mut Silent), surface.elevate_degree(1, 1, &mut Silent), surface.reversed(Direction::U, &mut Silent)] {
             prop_assert_eq!(moved.unwrap().closed(), surface.closed());
         }
         let far = surface.map_control_points(|p| p + DVec3::new(5e6, 7.5e6, 300.0)).unwrap();
@@ -68,8 +68,8 @@ proptest! {
 
     #[test]
     fn a_tube_cut_open_is_joined_at_another_place(surface in closed_surface(), at in 0.1..0.9_f64) {
-        let (before, after) = surface.split(Direction::U, at).unwrap();
-        let turned = after.joined(Direction::U, &before, 1e-12 * surface.size()).unwrap();
+        let (before, after) = surface.split(Direction::U, at, &mut Silent).unwrap();
+        let turned = after.joined(Direction::U, &before, 1e-12 * surface.size(), &mut Silent).unwrap();
         prop_assert!(turned.closed().0);
         prop_assert_eq!(turned.closed().1, surface.closed().1);
     }

@@ -29,17 +29,17 @@ proptest! {
         let refined = curve.insert_knots(&new, &mut Silent).unwrap();
         prop_assert_eq!(refined.control_points().len(), curve.control_points().len() + new.len());
         same_where(&curve, &refined, |u| u);
-        same_where(&curve, &curve.clamp().unwrap(), |u| u);
+        same_where(&curve, &curve.clamp(&mut Silent).unwrap(), |u| u);
         let raised = curve.elevate_degree(times, &mut Silent).unwrap();
         prop_assert_eq!(raised.knots().degree(), curve.knots().degree() + times);
         same_where(&curve, &raised, |u| u);
-        same_where(&curve, &curve.reversed().unwrap(), |u| 1.0 - u);
+        same_where(&curve, &curve.reversed(&mut Silent).unwrap(), |u| 1.0 - u);
         same_where(&curve, &curve.with_domain(-2.0, 3.0).unwrap(), |u| ((u + 2.0) / 5.0).clamp(0.0, 1.0));
     }
 
     #[test]
     fn what_was_added_is_taken_back(curve in curve(), times in 1_usize..4) {
-        let (tolerance, clamped) = (1e-9 * size(&curve), curve.clamp().unwrap());
+        let (tolerance, clamped) = (1e-9 * size(&curve), curve.clamp(&mut Silent).unwrap());
         let new = room(clamped.knots(), &[0.3125]);
         let refined = clamped.insert_knots(&new, &mut Silent).unwrap();
         let back = refined.remove_knots(Some(&new), tolerance, &mut Silent).unwrap();
@@ -53,13 +53,13 @@ proptest! {
 
     #[test]
     fn parts_are_parts(curve in curve(), at in 0.01..0.99_f64) {
-        let (before, after) = curve.split(at).unwrap();
+        let (before, after) = curve.split(at, &mut Silent).unwrap();
         same_where(&curve, &before, |u| u);
         same_where(&curve, &after, |u| u);
-        same_where(&curve, &curve.sub_curve(0.5 * at, at).unwrap(), |u| u);
-        same_where(&curve, &before.joined(&after, 1e-12 * size(&curve)).unwrap(), |u| u);
+        same_where(&curve, &curve.sub_curve(0.5 * at, at, &mut Silent).unwrap(), |u| u);
+        same_where(&curve, &before.joined(&after, 1e-12 * size(&curve), &mut Silent).unwrap(), |u| u);
         let higher = after.elevate_degree(1, &mut Silent).unwrap();
-        let whole = before.joined(&higher, 1e-12 * size(&curve)).unwrap();
+        let whole = before.joined(&higher, 1e-12 * size(&curve), &mut Silent).unwrap();
         same_where(&curve, &whole, |u| u);
         let length = |curve: &NurbsCurve| curve.length(1e-6, &mut Silent).unwrap();
         prop_assert!(((length(&before) + length(&after)) / length(&curve) - 1.0).abs() < 1e-5);
@@ -88,8 +88,10 @@ fn refusals() {
         message(curve.reduce_degree(3, 1.0, &mut Silent))
             .contains("less than the degree, 3, got 3")
     );
-    assert!(message(curve.sub_curve(0.5, 0.5)).contains("got (0.5, 0.5)"));
+    assert!(message(curve.sub_curve(0.5, 0.5, &mut Silent)).contains("got (0.5, 0.5)"));
     assert!(message(curve.with_domain(1.0, 1.0)).contains("a domain"));
-    assert!(message(curve.joined(&curve, 1.0)).contains("how far the edges are apart"));
+    assert!(
+        message(curve.joined(&curve, 1.0, &mut Silent)).contains("how far the edges are apart")
+    );
     assert!(curve.length(0.0, &mut Silent).is_err());
 }

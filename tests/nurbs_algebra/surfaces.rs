@@ -23,7 +23,7 @@ proptest! {
 
     #[test]
     fn removal_takes_back_what_insertion_gave(surface in surface(), new in 1_u8..80) {
-        let surface = surface.clamp().unwrap();
+        let surface = surface.clamp(&mut Silent).unwrap();
         let new = room(surface.knots_u(), &[f64::from(new) / 80.0]);
         let refined = surface.insert_knots(Direction::U, &new, &mut Silent).unwrap();
         let tolerance = 1e-12 * surface.size();
@@ -57,15 +57,15 @@ proptest! {
 
     #[test]
     fn parts(surface in surface(), at in 0.01..0.99_f64) {
-        same(&surface, &surface.clamp().unwrap());
+        same(&surface, &surface.clamp(&mut Silent).unwrap());
         for direction in [Direction::U, Direction::V] {
-            let (before, after) = surface.split(direction, at).unwrap();
+            let (before, after) = surface.split(direction, at, &mut Silent).unwrap();
             same_where(&surface, &before, |at| at);
             same_where(&surface, &after, |at| at);
-            let whole = before.joined(direction, &after, 1e-12 * surface.size()).unwrap();
+            let whole = before.joined(direction, &after, 1e-12 * surface.size(), &mut Silent).unwrap();
             same(&surface, &whole);
         }
-        let part = surface.sub_surface((0.5 * at, at), (at, 1.0)).unwrap();
+        let part = surface.sub_surface((0.5 * at, at), (at, 1.0), &mut Silent).unwrap();
         prop_assert_eq!(part.knots_u().domain(), (0.5 * at, at));
         same_where(&surface, &part, |at| at);
         for patch in surface.bezier_patches(&mut Silent).unwrap().iter().flatten() {
@@ -86,10 +86,10 @@ proptest! {
 
     #[test]
     fn surfaces_of_other_degrees_are_joined(surface in surface(), at in 0.1..0.9_f64, u in 0_usize..3, v in 0_usize..3) {
-        let (before, after) = surface.split(Direction::V, at).unwrap();
+        let (before, after) = surface.split(Direction::V, at, &mut Silent).unwrap();
         let raised = after.elevate_degree(u, v, &mut Silent).unwrap().insert_knots(Direction::V, &[f64::midpoint(at, 1.0)], &mut Silent);
         let raised = raised.unwrap().with_domain((0.0, 1.0), (7.0, 8.0 - at)).unwrap();
-        let whole = before.joined(Direction::V, &raised, 1e-12 * surface.size()).unwrap();
+        let whole = before.joined(Direction::V, &raised, 1e-12 * surface.size(), &mut Silent).unwrap();
         prop_assert_eq!(whole.knots_v().degree(), surface.knots_v().degree() + v);
         let apart = whole.knots_v().domain().1 - 1.0;
         prop_assert!(apart.abs() < 1e-14);
@@ -101,9 +101,9 @@ proptest! {
 
     #[test]
     fn directions(surface in surface(), at in 0.0..1.0_f64) {
-        same_where(&surface, &surface.transposed().unwrap(), |at| DVec2::new(at.y, at.x));
-        same_where(&surface, &surface.reversed(Direction::U).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
-        same_where(&surface, &surface.reversed(Direction::V).unwrap(), |at| DVec2::new(at.x, 1.0 - at.y));
+        same_where(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
+        same_where(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
+        same_where(&surface, &surface.reversed(Direction::V, &mut Silent).unwrap(), |at| DVec2::new(at.x, 1.0 - at.y));
         let moved = surface.with_domain((-2.0, 1.0), (5.0, 5.5)).unwrap();
         same_where(&surface, &moved, |at| {
             DVec2::new((at.x + 2.0) / 3.0, (at.y - 5.0) * 2.0).clamp(DVec2::ZERO, DVec2::ONE)
@@ -126,10 +126,10 @@ proptest! {
         let whole = area(&surface);
         let raised = area(&surface.elevate_degree(1, 1, &mut Silent).unwrap());
         prop_assert!((raised / whole - 1.0).abs() < 1e-4);
-        let (before, after) = surface.split(Direction::U, at).unwrap();
+        let (before, after) = surface.split(Direction::U, at, &mut Silent).unwrap();
         prop_assert!(((area(&before) + area(&after)) / whole - 1.0).abs() < 1e-4);
         let (low, high) = surface.bounding_box(&mut Silent).unwrap();
-        let (below, above) = surface.transposed().unwrap().bounding_box(&mut Silent).unwrap();
+        let (below, above) = surface.transposed(&mut Silent).unwrap().bounding_box(&mut Silent).unwrap();
         prop_assert!(low.distance(below) <= 1e-9 && high.distance(above) <= 1e-9);
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             let p = surface.point(at.x, at.y);
@@ -164,9 +164,18 @@ fn refusals() {
         message(surface.remove_knots(Direction::U, None, f64::NAN, &mut Silent))
             .contains("got NaN")
     );
-    assert!(message(surface.split(Direction::V, 0.0).map(|parts| parts.0)).contains("got 0"));
-    assert!(message(surface.sub_surface((0.5, 0.5), (0.0, 1.0))).contains("got (0.5, 0.5)"));
+    assert!(
+        message(surface.split(Direction::V, 0.0, &mut Silent).map(|parts| parts.0))
+            .contains("got 0")
+    );
+    assert!(
+        message(surface.sub_surface((0.5, 0.5), (0.0, 1.0), &mut Silent))
+            .contains("got (0.5, 0.5)")
+    );
     let apart = surface.map_control_points(|p| p + DVec3::new(4.0, 0.0, 0.0)).unwrap();
-    assert!(message(surface.joined(Direction::U, &apart, 0.1)).contains("how far the edges are"));
+    assert!(
+        message(surface.joined(Direction::U, &apart, 0.1, &mut Silent))
+            .contains("how far the edges are")
+    );
     assert!(surface.isocurve(Direction::U, 1.5).is_err());
 }
