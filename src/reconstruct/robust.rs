@@ -7,10 +7,13 @@ use crate::fit::{biweight, reach};
 use crate::point_cloud::KdTree;
 use crate::progress::Observer;
 
-/// Points near one another, in a tree's order, whose distances from the surface say what is usual
-/// there: where a surface cannot follow a feature, all of them are far from it, and none is an
-/// outlier.
-const TOGETHER: usize = 16;
+/// Points around each whose distances from the surface say what is usual there: where a surface
+/// cannot follow a feature, all of them are far from it, and none is an outlier.
+const AROUND: usize = 16;
+
+/// Medians of all distances within which a point's weight is hardly less than 1, whatever is usual
+/// around it: five of six points of normal noise.
+const NEAR: f64 = 2.0;
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
 /// the median of the distances around a point, or of all if that is more; `None` if no point is an
@@ -26,18 +29,15 @@ pub(super) fn weights(
         return Ok(None);
     }
     let tree = KdTree::over(points, observer)?;
-    let order = tree.order();
-    let mut weights = vec![1.0; points.len()];
-    for first in (0..order.len()).step_by(TOGETHER) {
-        // The last are taken together with those before them.
-        let from = first.min(order.len().saturating_sub(TOGETHER));
-        let together = &order[from..order.len().min(from + TOGETHER)];
-        let distance = |&index: &u32| distances[index as usize];
-        let there = median(&mut together.iter().map(distance).collect::<Vec<f64>>()).max(usual);
-        for index in &together[first - from..] {
-            weights[*index as usize] = biweight(distance(index), there);
+    let weights = tree.map(observer, |index, found| {
+        let distance = distances[index as usize];
+        if distance <= NEAR * usual {
+            return biweight(distance, usual);
         }
-    }
+        tree.nearest_to(index, AROUND, found);
+        let mut around: Vec<f64> = found.iter().map(|n| distances[n.index as usize]).collect();
+        biweight(distance, median(&mut around).max(usual))
+    })?;
     Ok(weights.contains(&0.0).then_some(weights))
 }
 
