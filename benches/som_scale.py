@@ -1,6 +1,6 @@
 """The cost of an epoch of batch training by points and by nodes, and its memory.
 
-    python benches/som_scale.py [--memory]
+    python benches/som_scale.py [--lattice triangular] [--memory]
 
 Prints the table of docs/benchmarks.md: seconds of the quickest of three epochs on a lattice that
 starts on the principal plane. With ``--memory``, the peak of the process for ten million points
@@ -28,7 +28,7 @@ def sheet(count: int) -> NDArray[np.float64]:
     return points
 
 
-def epoch(points: NDArray[np.float64], side: int) -> float:
+def epoch(points: NDArray[np.float64], side: int, lattice: str) -> float:
     """Return the seconds of the quickest of three epochs."""
     seconds: list[float] = []
     last = time.perf_counter()
@@ -39,7 +39,9 @@ def epoch(points: NDArray[np.float64], side: int) -> float:
         seconds.append(now - last)
         last = now
 
-    som = neurbs.SelfOrganizingMap(side, side, kernel="mean", epochs=3, min_change=1e-300)
+    som = neurbs.SelfOrganizingMap(
+        side, side, lattice=lattice, kernel="mean", epochs=3, min_change=1e-300
+    )
     som.fit(points, observer=note)
     # The first includes the start and the order of the points.
     return min(seconds[1:])
@@ -60,14 +62,16 @@ def main() -> None:
     """Print the table, or the memory."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--memory", action="store_true")
-    if parser.parse_args().memory:
+    parser.add_argument("--lattice", choices=("quad", "triangular"), default="quad")
+    arguments = parser.parse_args()
+    if arguments.memory:
         memory()
         return
     print("| points | " + " | ".join(f"{side}² nodes" for side in SIDES) + " |")
     print("| --- |" + " ---: |" * len(SIDES))
     for count in POINTS:
         points = sheet(count)
-        row = (f"{epoch(points, side):.3f}" for side in SIDES)
+        row = (f"{epoch(points, side, arguments.lattice):.3f}" for side in SIDES)
         print(f"| {count:,} | " + " | ".join(row) + " |", flush=True)
 
 

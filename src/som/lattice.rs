@@ -84,7 +84,7 @@ impl Lattice {
     /// # Errors
     ///
     /// [`Error::Parameter`] if a side has fewer than 2 nodes (a closed one: 3), or all together
-    /// are more than [`MAX_NODES`].
+    /// are more than [`MAX_NODES`]; [`Error::Memory`] if a triangular one does not fit into it.
     pub fn grid(rows: usize, cols: usize, cells: Cells, topology: Topology) -> Result<Self> {
         let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
         let least = |closed| if closed { 3 } else { 2 };
@@ -103,7 +103,9 @@ impl Lattice {
         }
         let mut lattice = Self { grid: Grid { rows, cols, topology }, links: Links::Quad };
         if cells == Cells::Triangular {
-            let graph = Graph::new(rows * cols, &lattice.grid.edges(true))?;
+            lattice.check_memory()?;
+            let neighbors = |node| lattice.grid.triangular_neighbors(node);
+            let graph = Graph::of_neighbors(rows * cols, neighbors);
             lattice.links = Links::Triangular(graph);
         }
         Ok(lattice)
@@ -276,7 +278,7 @@ impl Lattice {
     #[must_use]
     pub fn edges(&self) -> Vec<(usize, usize)> {
         match self.distances() {
-            Distances::Grid(grid) => grid.edges(false),
+            Distances::Grid(grid) => grid.edges(),
             Distances::Graph(graph) => graph.edges().collect(),
         }
     }

@@ -59,6 +59,7 @@ mod state;
 mod stop;
 mod sums;
 mod topology;
+mod triangular;
 
 use glam::DVec3;
 
