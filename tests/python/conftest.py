@@ -1,6 +1,9 @@
 """What several tests start from."""
 
+import os
 import signal
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +17,34 @@ import neurbs
 # they start and interrupt.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def ctrl_c_delay() -> Callable[[Callable[[], object]], float]:
+    """Return what measures the seconds from Ctrl-C to its exception."""
+
+    def repeat(job: Callable[[], object]) -> None:
+        # Again and again, as a fast machine may be done before Ctrl-C.
+        while True:
+            job()
+
+    def delay(job: Callable[[], object], after: float = 0.1) -> float:
+        sent = []
+
+        def interrupt() -> None:
+            sent.append(time.perf_counter())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        timer = threading.Timer(after, interrupt)
+        timer.start()
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                repeat(job)
+            return time.perf_counter() - sent[0]
+        finally:
+            timer.join()
+
+    return delay
 
 
 @pytest.fixture

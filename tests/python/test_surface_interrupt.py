@@ -1,9 +1,5 @@
 """Ctrl-C ends the long jobs of the kernel."""
 
-import os
-import signal
-import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -20,30 +16,6 @@ def noisy() -> neurbs.NurbsSurface:
     u, v = np.meshgrid(np.linspace(0, 1, SIDE), np.linspace(0, 1, SIDE), indexing="ij")
     net = np.stack([u, v, 0.1 * rng.random((SIDE, SIDE))], axis=-1)
     return neurbs.NurbsSurface(net, rng.uniform(0.5, 2, (SIDE, SIDE)))
-
-
-def repeat(job: Callable[[], object]) -> None:
-    """Do a job again and again, as a fast machine may be done before Ctrl-C."""
-    while True:
-        job()
-
-
-def delay(job: Callable[[], object]) -> float:
-    """Seconds from Ctrl-C to its exception."""
-    sent = []
-
-    def interrupt() -> None:
-        sent.append(time.perf_counter())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(0.1, interrupt)
-    timer.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            repeat(job)
-        return time.perf_counter() - sent[0]
-    finally:
-        timer.join()
 
 
 JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
@@ -64,6 +36,10 @@ JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
 
 
 @pytest.mark.parametrize("name", JOBS)
-def test_ctrl_c_ends_long_jobs(noisy: neurbs.NurbsSurface, name: str) -> None:
+def test_ctrl_c_ends_long_jobs(
+    noisy: neurbs.NurbsSurface,
+    name: str,
+    ctrl_c_delay: Callable[[Callable[[], object]], float],
+) -> None:
     # The promise is 0.2 s on a machine with nothing else to do.
-    assert delay(lambda: JOBS[name](noisy)) < 1
+    assert ctrl_c_delay(lambda: JOBS[name](noisy)) < 1
