@@ -1,9 +1,9 @@
 """A picture of each start and each topology of the self-organizing map.
 
-The first row shows the starts themselves, the second what training makes of them: batch training of
-those in order, online training of random ones, whose nodes have to find their order first. The third
-row shows other topologies and kernels. Over each trained map stand how many of its cells are folded over, if
-it has cells, and the share of points whose two nearest nodes are no neighbours.
+The first row shows the starts themselves, the second what training makes of them: batch training
+of those in order, online training of random ones, whose nodes have to find their order first. The
+third row shows other topologies and kernels. Over each trained map stand how many of its cells are
+folded over, if it has cells, and the share of points whose two nearest nodes are no neighbours.
 
 python examples/som_starts.py [PICTURE]
 """

@@ -148,7 +148,8 @@ def test_copies_pickles_and_files_are_the_same_map(tmp_path: Path) -> None:
 
 
 def test_checkpoint_seconds_are_not_negative(tmp_path: Path) -> None:
-    for seconds, message in ((-1.0, "at least 0, got -1"), ("x", "a number, got 'x'")):
+    cases: list[tuple[Any, str]] = [(-1.0, "at least 0, got -1"), ("x", "a number, got 'x'")]
+    for seconds, message in cases:
         with pytest.raises(neurbs.NeurbsError, match=f"checkpoint_seconds must be {message}"):
             SelfOrganizingMap(4, 4).fit(
                 sheet(50), checkpoint=tmp_path / "map.npz", checkpoint_seconds=seconds
