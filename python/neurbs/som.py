@@ -209,8 +209,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
     ) -> SelfOrganizingMap:
         """Learn the points, forgetting what was learned before.
 
-        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes on a
-        quadrilateral grid, a step of online training O(m).
+        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes of a
+        grid, a step of online training O(m).
 
         Parameters
         ----------

@@ -242,9 +242,11 @@ impl Lattice {
     /// ```
     #[must_use]
     pub fn diameter(&self) -> usize {
-        match self.distances() {
-            Distances::Grid(grid) => grid.diameter(),
-            Distances::Graph(graph) => graph.diameter(),
+        match &self.links {
+            Links::Quad => self.grid.diameter(),
+            // The diagonals lead from one corner to the opposite, but not between the other two.
+            Links::Triangular(_) if self.topology() == Topology::Sheet => self.grid.diameter(),
+            Links::Triangular(graph) | Links::Graph(graph) => graph.diameter(),
         }
     }
 
@@ -335,9 +337,13 @@ mod tests {
     #[test]
     fn the_diameter_reaches_everything_and_less_does_not() {
         for topology in Topology::ALL {
-            let lattice = Lattice::grid(4, 7, Cells::Quad, topology).unwrap();
-            assert_eq!(lattice.neighborhood(0, lattice.diameter()).len(), lattice.len());
-            assert!(lattice.neighborhood(0, lattice.diameter() - 1).len() < lattice.len());
+            for cells in Cells::ALL {
+                let lattice = Lattice::grid(4, 7, cells, topology).unwrap();
+                let reached = |node, radius| lattice.neighborhood(node, radius).len();
+                let diameter = lattice.diameter();
+                assert!((0..28).all(|node| reached(node, diameter) == 28));
+                assert!((0..28).any(|node| reached(node, diameter - 1) < 28));
+            }
         }
     }
 
