@@ -146,7 +146,7 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn u_matrix(&self, observer: &mut dyn Observer) -> Result<Vec<f64>> {
         let mean = |node: usize| {
             let (mut sum, mut count) = (0.0, 0.0);
