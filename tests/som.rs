@@ -153,6 +153,16 @@ fn a_lattice_trained_on_a_lattice_is_itself() {
             assert!(got.distance(*expected) < 1e-15);
         }
         assert_eq!((som.reached, som.stopped_by), (48, StoppedBy::Reached));
+        if training == Training::Batch {
+            // An epoch more than it wanted: now the nodes are made anew.
+            let mut again = som.clone();
+            let sums = again.sums(&nodes, &mut Silent).unwrap();
+            again.learn(&sums, &mut Silent).unwrap();
+            assert_eq!(again.steps, som.steps + 1);
+            for (got, expected) in again.codebook().iter().zip(&nodes) {
+                assert!(got.distance(*expected) < 1e-15);
+            }
+        }
         assert_eq!(som.predict(&nodes, &mut Silent).unwrap(), (0..48).collect::<Vec<_>>());
     }
 }
@@ -161,6 +171,7 @@ fn a_lattice_trained_on_a_lattice_is_itself() {
 fn the_same_bits_on_any_number_of_threads() {
     let points = sheet(70_000);
     let lattice = Lattice::quad(12, 15).unwrap();
+    let triangular = Lattice::grid(12, 15, Cells::Triangular, Topology::Torus).unwrap();
     let batch = SomOptions { epochs: Some(3), ..SomOptions::default() };
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -171,7 +182,8 @@ fn the_same_bits_on_any_number_of_threads() {
                 som.quantization_error(&points, &mut Silent).unwrap().to_bits(),
                 som.topographic_error(&points, &mut Silent).unwrap().to_bits(),
             );
-            (som, uv, errors, fit(&points, &lattice, &online()))
+            let others = [fit(&points, &triangular, &batch), fit(&points, &lattice, &online())];
+            (som, uv, errors, others)
         })
     };
     let expected = run(1);

@@ -209,8 +209,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
     ) -> SelfOrganizingMap:
         """Learn the points, forgetting what was learned before.
 
-        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes on a
-        quadrilateral grid, a step of online training O(m).
+        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes of a
+        grid, a step of online training O(m).
 
         Parameters
         ----------
@@ -344,10 +344,12 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
     def _lattice(self) -> Lattice:
         if isinstance(self.lattice, Lattice):
             return self.lattice
-        if self.lattice not in ("quad", "triangular"):
+        if not isinstance(self.lattice, str) or self.lattice not in ("quad", "triangular"):
             raise _core.NeurbsError(
                 f"lattice must be 'quad', 'triangular' or a Lattice, got {self.lattice!r}"
             )
+        if self.topology is None:
+            raise _core.NeurbsError("topology must be 'sheet', 'tube' or 'torus', got None")
         return Lattice.grid(self.rows, self.cols, cells=self.lattice, topology=self.topology)
 
     def _options(self) -> dict[str, Any]:

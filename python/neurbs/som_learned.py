@@ -102,11 +102,17 @@ class LearnedMap:
         return self._learned().parametrize(points, extrapolation, out)
 
     def quantization_error(self, points: ArrayLike) -> float:
-        """Return the mean distance from a point to its nearest node, in the points' unit."""
+        """Return the mean distance from a point to its nearest node, in the points' unit.
+
+        NaN of no points, as means are.
+        """
         return self._learned().quantization_error(points)
 
     def topographic_error(self, points: ArrayLike) -> float:
-        """Return the share of points whose two nearest nodes share neither an edge nor a cell."""
+        """Return the share of points whose two nearest nodes share neither an edge nor a cell.
+
+        NaN of no points, as means are.
+        """
         return self._learned().topographic_error(points)
 
     def hits(self, points: ArrayLike) -> NDArray[np.int64]:

@@ -1,4 +1,6 @@
 //! Numbers from Python: whatever behaves like one, with an error that names the argument.
+//!
+//! True and False behave like 1 and 0, but are none: who gives them has mistaken the argument.
 
 use pyo3::prelude::*;
 
@@ -12,7 +14,7 @@ pub(super) fn count<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     value: &Bound<'py, PyAny>,
 ) -> PyResult<T> {
-    extract(name, COUNT, value)
+    extract_number(name, COUNT, value)
 }
 
 /// A count that may be left out.
@@ -30,7 +32,7 @@ pub(super) fn truth(name: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
 
 /// A real number.
 pub(super) fn real(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    extract(name, "a number", value)
+    extract_number(name, "a number", value)
 }
 
 /// A real number that may be left out.
@@ -63,6 +65,17 @@ pub(super) fn range(
 pub(super) fn two<'py>(value: &Bound<'py, PyAny>) -> Option<[Bound<'py, PyAny>; 2]> {
     let items: Vec<_> = value.try_iter().ok()?.take(3).collect::<PyResult<_>>().ok()?;
     items.try_into().ok()
+}
+
+fn extract_number<'py, T: FromPyObjectOwned<'py>>(
+    name: &str,
+    must: &str,
+    value: &Bound<'py, PyAny>,
+) -> PyResult<T> {
+    if value.extract::<bool>().is_ok() {
+        return Err(bad_argument(name, must, value));
+    }
+    extract(name, must, value)
 }
 
 fn extract<'py, T: FromPyObjectOwned<'py>>(

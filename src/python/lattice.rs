@@ -117,7 +117,12 @@ impl Lattice {
     }
 
     /// The nodes at most `radius` edges from `node`, ascending.
-    fn neighborhood(&self, node: usize, radius: usize) -> PyResult<Vec<usize>> {
+    fn neighborhood(
+        &self,
+        node: &Bound<'_, PyAny>,
+        radius: &Bound<'_, PyAny>,
+    ) -> PyResult<Vec<usize>> {
+        let (node, radius) = (arguments::count("node", node)?, arguments::count("radius", radius)?);
         if node >= self.0.len() {
             let must = format!("a node from 0 to {}", self.0.len() - 1);
             return Err(Error::parameter("node", must, node).into());

@@ -10,6 +10,7 @@ use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
+use super::arguments;
 use super::arrays::{self, Numbers};
 use super::batch_sums::BatchSums;
 use super::call::{self, Callbacks, Watcher};
@@ -99,8 +100,12 @@ impl Map {
         points: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
         observer: Option<Py<PyAny>>,
-        seconds: Option<f64>,
+        seconds: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<bool> {
+        let seconds = arguments::optional_real("checkpoint_seconds", seconds)?;
+        if let Some(seconds) = seconds.filter(|seconds| seconds.is_nan() || *seconds < 0.0) {
+            return Err(Error::parameter("checkpoint_seconds", "at least 0", seconds).into());
+        }
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         self.work(points.py(), Callbacks { progress, observer }, |map, watcher| {
@@ -219,10 +224,11 @@ impl Map {
     fn parametrize<'py>(
         &self,
         points: &Bound<'py, PyAny>,
-        extrapolation: f64,
+        extrapolation: &Bound<'py, PyAny>,
         out: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = points.py();
+        let extrapolation = arguments::real("extrapolation", extrapolation)?;
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let array = arrays::output(py, out, &[slice.len(), 2])?;

@@ -97,13 +97,12 @@ fn schedule(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Schedule> {
         let at = |place: u32| -> PyResult<f64> {
             let share = f64::from(place) / f64::from(PLACES - 1);
             let answer = value.call1((share,))?;
-            answer
-                .extract()
+            arguments::real(name, &answer)
                 .map_err(|_| bad_argument(name, "a callable that returns numbers", &answer))
         };
         return Ok(Schedule::Table((0..PLACES).map(at).collect::<PyResult<_>>()?));
     }
-    if let Ok(constant) = value.extract::<f64>() {
+    if let Ok(constant) = arguments::real(name, value) {
         return Ok(Schedule::Constant(constant));
     }
     let wrong = || bad_argument(name, must, value);
@@ -111,7 +110,9 @@ fn schedule(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Schedule> {
     let kind: String = parts.get_item(0).and_then(|kind| kind.extract()).map_err(|_| wrong())?;
     let part = |place: usize| -> PyResult<Option<f64>> {
         match parts.get_item(place) {
-            Ok(part) if !part.is_none() => Ok(Some(part.extract().map_err(|_| wrong())?)),
+            Ok(part) if !part.is_none() => {
+                Ok(Some(arguments::real(name, &part).map_err(|_| wrong())?))
+            }
             _ => Ok(None),
         }
     };

@@ -46,10 +46,15 @@ impl Frame {
         local + self.centre
     }
 
+    /// Largest distance of a coordinate from the centre.
+    pub(super) fn farthest(&self, bounds: &Bounds) -> f64 {
+        let (low, high) = (self.apply(bounds.min), self.apply(bounds.max));
+        low.abs().max(high.abs()).max_element()
+    }
+
     /// Refuses points that are too far outside for exact sums.
     pub(super) fn check(&self, bounds: &Bounds) -> Result<()> {
-        let (low, high) = (self.apply(bounds.min), self.apply(bounds.max));
-        let farthest = low.abs().max(high.abs()).max_element();
+        let farthest = self.farthest(bounds);
         if farthest <= ROOM * self.size {
             return Ok(());
         }

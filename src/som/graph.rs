@@ -43,6 +43,22 @@ impl Graph {
         Err(Error::parameter("edges", "such that all nodes hang together", got))
     }
 
+    /// The graph in which `neighbors` names each node's neighbours, in ascending order; it is in one
+    /// piece.
+    #[expect(clippy::cast_possible_truncation, reason = "a node's number is under MAX_NODES")]
+    pub(super) fn of_neighbors<T: Iterator<Item = usize>>(
+        nodes: usize,
+        neighbors: impl Fn(usize) -> T,
+    ) -> Self {
+        let mut graph = Self { starts: Vec::with_capacity(nodes + 1), neighbors: Vec::new() };
+        graph.starts.push(0);
+        for node in 0..nodes {
+            graph.neighbors.extend(neighbors(node).map(|other| other as u32));
+            graph.starts.push(graph.neighbors.len() as u32);
+        }
+        graph
+    }
+
     pub(super) fn len(&self) -> usize {
         self.starts.len() - 1
     }

@@ -32,7 +32,8 @@ impl Grid {
             && around(cols, self.cols, self.topology.closed().1) <= 1
     }
 
-    /// Calls `visit` with the nodes at most `radius` edges from `node` as ranges of node numbers: one or two for each row.
+    /// Calls `visit` with the nodes at most `radius` edges from `node` as ranges of node numbers: one
+    /// or two for each row.
     pub(super) fn visit_ball(
         &self,
         node: usize,
@@ -62,10 +63,30 @@ impl Grid {
         }
     }
 
-    /// The edges along rows and columns, and on request along one diagonal of each cell.
-    pub(super) fn edges(&self, diagonals: bool) -> Vec<(usize, usize)> {
+    /// The nodes that edges along rows, columns and one diagonal of each cell join to `node`,
+    /// ascending.
+    pub(super) fn triangular_neighbors(&self, node: usize) -> impl Iterator<Item = usize> {
+        let (row, col) = (node / self.cols, node % self.cols);
         let (closed_u, closed_v) = self.topology.closed();
-        let mut edges = Vec::with_capacity(3 * self.rows * self.cols);
+        let (above, below) = (previous(row, self.rows, closed_u), next(row, self.rows, closed_u));
+        let (left, right) = (previous(col, self.cols, closed_v), next(col, self.cols, closed_v));
+        let pairs = [
+            above.zip(left),
+            above.zip(Some(col)),
+            Some(row).zip(left),
+            Some(row).zip(right),
+            below.zip(Some(col)),
+            below.zip(right),
+        ];
+        let mut nodes = pairs.map(|pair| pair.map(|(row, col)| row * self.cols + col));
+        nodes.sort_unstable();
+        nodes.into_iter().flatten()
+    }
+
+    /// The edges along rows and columns, each once, the lower node first.
+    pub(super) fn edges(&self) -> Vec<(usize, usize)> {
+        let (closed_u, closed_v) = self.topology.closed();
+        let mut edges = Vec::with_capacity(2 * self.rows * self.cols);
         for node in 0..self.rows * self.cols {
             let (row, col) = (node / self.cols, node % self.cols);
             let below = next(row, self.rows, closed_u).map(|r| r * self.cols);
@@ -76,9 +97,6 @@ impl Grid {
             }
             if let Some(first) = below {
                 join(first + col);
-                if let (true, Some(col)) = (diagonals, right) {
-                    join(first + col);
-                }
             }
         }
         edges
@@ -88,6 +106,11 @@ impl Grid {
 /// The number after `index` on a line or ring of `count`.
 fn next(index: usize, count: usize, closed: bool) -> Option<usize> {
     if index + 1 < count { Some(index + 1) } else { closed.then_some(0) }
+}
+
+/// The number before `index` on a line or ring of `count`.
+fn previous(index: usize, count: usize, closed: bool) -> Option<usize> {
+    index.checked_sub(1).or(closed.then(|| count - 1))
 }
 
 /// A distance on a line or the shorter way round a ring of `count`.

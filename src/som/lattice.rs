@@ -84,7 +84,7 @@ impl Lattice {
     /// # Errors
     ///
     /// [`Error::Parameter`] if a side has fewer than 2 nodes (a closed one: 3), or all together
-    /// are more than [`MAX_NODES`].
+    /// are more than [`MAX_NODES`]; [`Error::Memory`] if a triangular one does not fit into it.
     pub fn grid(rows: usize, cols: usize, cells: Cells, topology: Topology) -> Result<Self> {
         let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
         let least = |closed| if closed { 3 } else { 2 };
@@ -103,7 +103,9 @@ impl Lattice {
         }
         let mut lattice = Self { grid: Grid { rows, cols, topology }, links: Links::Quad };
         if cells == Cells::Triangular {
-            let graph = Graph::new(rows * cols, &lattice.grid.edges(true))?;
+            lattice.check_memory()?;
+            let neighbors = |node| lattice.grid.triangular_neighbors(node);
+            let graph = Graph::of_neighbors(rows * cols, neighbors);
             lattice.links = Links::Triangular(graph);
         }
         Ok(lattice)
@@ -240,9 +242,11 @@ impl Lattice {
     /// ```
     #[must_use]
     pub fn diameter(&self) -> usize {
-        match self.distances() {
-            Distances::Grid(grid) => grid.diameter(),
-            Distances::Graph(graph) => graph.diameter(),
+        match &self.links {
+            Links::Quad => self.grid.diameter(),
+            // The diagonals lead from one corner to the opposite, but not between the other two.
+            Links::Triangular(_) if self.topology() == Topology::Sheet => self.grid.diameter(),
+            Links::Triangular(graph) | Links::Graph(graph) => graph.diameter(),
         }
     }
 
@@ -276,7 +280,7 @@ impl Lattice {
     #[must_use]
     pub fn edges(&self) -> Vec<(usize, usize)> {
         match self.distances() {
-            Distances::Grid(grid) => grid.edges(false),
+            Distances::Grid(grid) => grid.edges(),
             Distances::Graph(graph) => graph.edges().collect(),
         }
     }
@@ -333,9 +337,13 @@ mod tests {
     #[test]
     fn the_diameter_reaches_everything_and_less_does_not() {
         for topology in Topology::ALL {
-            let lattice = Lattice::grid(4, 7, Cells::Quad, topology).unwrap();
-            assert_eq!(lattice.neighborhood(0, lattice.diameter()).len(), lattice.len());
-            assert!(lattice.neighborhood(0, lattice.diameter() - 1).len() < lattice.len());
+            for cells in Cells::ALL {
+                let lattice = Lattice::grid(4, 7, cells, topology).unwrap();
+                let reached = |node, radius| lattice.neighborhood(node, radius).len();
+                let diameter = lattice.diameter();
+                assert!((0..28).all(|node| reached(node, diameter) == 28));
+                assert!((0..28).any(|node| reached(node, diameter - 1) < 28));
+            }
         }
     }
 

@@ -59,6 +59,7 @@ mod state;
 mod stop;
 mod sums;
 mod topology;
+mod triangular;
 
 use glam::DVec3;
 
@@ -236,7 +237,7 @@ impl SelfOrganizingMap {
     /// was made for. A training that has ended stays as it is.
     ///
     /// The same seed gives the same bits on any number of threads. A step of online training costs
-    /// O(m), an epoch of batch training O(n log m + m (rows + cols)) on a quadrilateral grid.
+    /// O(m), an epoch of batch training O(n log m + m (rows + cols)) on a grid.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};

@@ -17,6 +17,9 @@ use crate::progress::Observer;
 /// Pairs of point and node compared between two reports: a few milliseconds.
 const VISITS_PER_REPORT: usize = 1 << 22;
 
+/// What a node costs that is visited along the edges of a graph, in such comparisons.
+const EDGE_COST: usize = 16;
+
 /// What online training remembers between presentations.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct OnlineState {
@@ -96,7 +99,11 @@ fn on_field(
 }
 
 fn steps_per_report(map: &SelfOrganizingMap) -> u64 {
-    (VISITS_PER_REPORT / map.lattice.len()).max(1) as u64
+    let cost = match map.lattice.distances() {
+        Distances::Grid(_) => 1,
+        Distances::Graph(_) => EDGE_COST,
+    };
+    (VISITS_PER_REPORT / (cost * map.lattice.len())).max(1) as u64
 }
 
 /// The step at which the epoch that has begun will end.

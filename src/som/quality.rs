@@ -5,12 +5,16 @@ use rayon::prelude::*;
 
 use super::candidates::Walk;
 use super::{SelfOrganizingMap, search};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::point_cloud;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Nodes looked at between two reports: a few milliseconds.
 const NODES_PER_REPORT: usize = 1 << 18;
+
+/// Farthest that a coordinate may lie from the middle of the points that the map was made for:
+/// beyond, squares of distances are no numbers any more.
+const FARTHEST: f64 = 1e150;
 
 impl SelfOrganizingMap {
     /// The number of each point's nearest node, the lowest among equals.
@@ -31,8 +35,8 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`](crate::Error::NotFinite) for such a point;
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// [`Error::NotFinite`] for such a point; [`Error::Parameter`] if points lie more than 1e150 away
+    /// from those that the map was made for; [`Error::Interrupted`] if the observer stops it.
     pub fn predict(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<usize>> {
         let mut winners = Vec::with_capacity(points.len());
         self.winners(points, observer, |piece| winners.extend_from_slice(piece))?;
@@ -142,7 +146,7 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn u_matrix(&self, observer: &mut dyn Observer) -> Result<Vec<f64>> {
         let mean = |node: usize| {
             let (mut sum, mut count) = (0.0, 0.0);
@@ -238,6 +242,15 @@ impl SelfOrganizingMap {
             progress::report(observer, &progress)
         };
         let bounds = point_cloud::finite_bounds(points, &mut || report(0))?;
+        let farthest = self.frame.farthest(&bounds);
+        if farthest > FARTHEST && !points.is_empty() {
+            let must = format!("at most {FARTHEST:e} from where the first points lay");
+            return Err(Error::parameter(
+                "points",
+                must,
+                format!("a coordinate {farthest:e} away"),
+            ));
+        }
         search::ask(&self.nodes, &self.frame, (points, &bounds), wanted, &mut report, ask, take)
     }
 }

@@ -1,5 +1,7 @@
 //! What many points find on a lattice that does not move: winners, distances, sums.
 
+use std::time::{Duration, Instant};
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -22,6 +24,16 @@ const POINTS_PER_TASK: usize = 1 << 16;
 /// each looks at many nodes.
 const ASKED_PER_REPORT: usize = 1 << 16;
 const ASKED_PER_TASK: usize = 1 << 14;
+
+/// Time after which tasks give back what they have not done yet, for a report to be made: where
+/// many nodes are equally near, as to the middle of a ring, each point looks at all of them.
+const SLICE: Duration = Duration::from_millis(30);
+
+/// Points between two looks at the clock.
+const POINTS_PER_LOOK: usize = 128;
+
+/// Some points and their ranks.
+type Piece<'a> = (&'a [DVec3], &'a [u32]);
 
 /// Points and each one's rank in the order in which its task looks at them.
 pub(super) struct Ordered<'a> {
@@ -53,7 +65,7 @@ impl<'a> Ordered<'a> {
                 boxes.rank(points.iter().map(|&point| frame.apply(point)), ranks);
             });
         }
-        let farthest = local.min.abs().max(local.max.abs()).max_element();
+        let farthest = frame.farthest(bounds);
         Ok(Self { frame, points, boxes, ranks, farthest })
     }
 
@@ -68,31 +80,52 @@ impl<'a> Ordered<'a> {
         let reach_squared = reach * reach;
         let tree = Candidates::new(nodes, self.boxes, 1, listen)?;
         let scratch = || (tree.walk(), vec![DVec3::ZERO; POINTS_PER_TASK.min(self.points.len())]);
-        let task = |(walk, sorted): &mut (Walk<'_>, Vec<DVec3>), pieces: &[(&[DVec3], &[u32])]| {
+        // `begun` is the number of the piece to go on with, and of the point in it.
+        let task = |(walk, sorted): &mut (Walk<'_>, Vec<DVec3>),
+                    pieces: &[Piece<'_>],
+                    begun: &mut (usize, usize),
+                    end: Instant| {
             let mut part = PartSums::new(&self.frame, nodes.len());
-            for (points, ranks) in pieces {
+            while let Some((points, ranks)) = pieces.get(begun.0) {
                 // Memory is read from one end to the other, and only this copy here and there.
                 for (&point, &rank) in points.iter().zip(*ranks) {
                     sorted[rank as usize] = self.frame.apply(point);
                 }
-                for &point in &sorted[..points.len()] {
-                    let (winner, squared) = walk.nearest(point);
-                    part.add(winner, point, squared.sqrt(), squared <= reach_squared);
+                for some in sorted[begun.1..points.len()].chunks(POINTS_PER_LOOK) {
+                    for &point in some {
+                        let (winner, squared) = walk.nearest(point);
+                        part.add(winner, point, squared.sqrt(), squared <= reach_squared);
+                    }
+                    begun.1 += some.len();
+                    if begun.1 < points.len() && Instant::now() >= end {
+                        return part;
+                    }
                 }
+                *begun = (begun.0 + 1, 0);
             }
             part
         };
-        let pieces: Vec<(&[DVec3], &[u32])> =
+        let pieces: Vec<Piece<'_>> =
             self.points.chunks(POINTS_PER_TASK).zip(self.ranks.chunks(POINTS_PER_TASK)).collect();
         // Each part has sums for all nodes: there should be many more points to a part than nodes.
         let most = PartSums::capacity(&self.frame, self.farthest) / POINTS_PER_TASK;
         let per_part = (4 * nodes.len() / POINTS_PER_TASK).clamp(1, most);
         let per_report = (POINTS_PER_REPORT / POINTS_PER_TASK).max(2 * per_part);
         for pieces in pieces.chunks(per_report) {
-            listen()?;
-            let tasks = pieces.par_chunks(per_part).map_init(scratch, task);
-            for part in tasks.collect::<Vec<PartSums>>() {
-                sums.absorb(&part);
+            let mut begun = vec![(0, 0); pieces.len().div_ceil(per_part)];
+            let mut unfinished = true;
+            while unfinished {
+                listen()?;
+                let end = Instant::now() + SLICE;
+                let tasks = pieces.par_chunks(per_part).zip(&mut begun);
+                let parts = tasks.map_init(scratch, |scratch, (pieces, begun)| {
+                    task(scratch, pieces, begun, end)
+                });
+                for part in parts.collect::<Vec<PartSums>>() {
+                    sums.absorb(&part);
+                }
+                let mut tasks = pieces.chunks(per_part).zip(&begun);
+                unfinished = tasks.any(|(pieces, begun)| begun.0 < pieces.len());
             }
         }
         Ok(())
@@ -114,15 +147,27 @@ pub(super) fn ask<T: Send + Clone + Default>(
     let tree = Candidates::new(nodes, boxes, wanted, &mut || report(0))?;
     let mut answers = vec![T::default(); points.len().min(ASKED_PER_REPORT)];
     for (number, points) in points.chunks(ASKED_PER_REPORT).enumerate() {
-        report(number * ASKED_PER_REPORT)?;
         let answers = &mut answers[..points.len()];
-        let tasks = answers.par_chunks_mut(ASKED_PER_TASK);
-        tasks.zip(points.par_chunks(ASKED_PER_TASK)).for_each(|(answers, points)| {
-            let mut walk = tree.walk();
-            for index in boxes.order(points.iter().map(|&point| frame.apply(point))) {
-                answers[index] = ask(&mut walk, frame.apply(points[index]));
-            }
-        });
+        let mut begun = vec![0; points.len().div_ceil(ASKED_PER_TASK)];
+        let mut done = 0;
+        while done < points.len() {
+            report(number * ASKED_PER_REPORT + done)?;
+            let end = Instant::now() + SLICE;
+            let tasks = answers.par_chunks_mut(ASKED_PER_TASK);
+            let tasks = tasks.zip(points.par_chunks(ASKED_PER_TASK)).zip(&mut begun);
+            tasks.for_each(|((answers, points), begun)| {
+                let mut walk = tree.walk();
+                let order = boxes.order(points.iter().map(|&point| frame.apply(point)));
+                for index in order.skip(*begun) {
+                    answers[index] = ask(&mut walk, frame.apply(points[index]));
+                    *begun += 1;
+                    if begun.is_multiple_of(POINTS_PER_LOOK) && Instant::now() >= end {
+                        break;
+                    }
+                }
+            });
+            done = begun.iter().sum();
+        }
         take(answers);
     }
     Ok(())

@@ -11,6 +11,8 @@ use super::graph::{Graph, Visits};
 use super::grid::Grid;
 use super::lattice::{Distances, Lattice};
 use super::options::{Kernel, Neighborhood};
+use super::topology::Cells;
+use super::triangular;
 use crate::error::Result;
 use crate::progress::Listen;
 
@@ -19,11 +21,11 @@ use crate::progress::Listen;
 const RIDGE: f64 = 1e-3;
 
 /// A Gaussian counts as zero where it is under this share of its middle, when distances are
-/// searched in a graph: 7.4 radii away.
+/// numbers of edges: 7.4 radii away.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Values looked at between two reports: some ten milliseconds.
-const VALUES_PER_REPORT: usize = 1 << 23;
+pub(super) const VALUES_PER_REPORT: usize = 1 << 23;
 
 /// Nodes of a graph visited between two reports: some ten milliseconds.
 const VISITS_PER_REPORT: usize = 1 << 18;
@@ -35,8 +37,9 @@ pub(super) type Channels = [f64; 4];
 /// where no points weigh anything. Places are in the unit of the sums.
 ///
 /// On a quadrilateral grid a Gaussian is a product of one along the rows and one along the columns,
-/// which costs O(m (rows + cols)); a bubble, by running sums, O(m rows). On other lattices each
-/// node that has won points tells its neighbours, as far as the neighbourhood reaches.
+/// which costs O(m (rows + cols)); a bubble, by running sums, O(m rows), as both do on a triangular
+/// one. On a graph each node that has won points visits its neighbours, as far as the neighbourhood
+/// reaches.
 pub(super) fn smooth(
     lattice: &Lattice,
     sums: &[Channels],
@@ -54,19 +57,17 @@ pub(super) fn smooth(
             let along_rows = around.over_rows(0, sums, listen)?;
             around.over_cols(0, &along_rows, listen)?
         }
-        (Neighborhood::Gaussian, Distances::Graph(graph)) => {
-            // The winner itself counts even when the radius is zero.
-            let weight =
-                |hops| if hops == 0 { 1.0 } else { (-0.5 * (hops as f64 / radius).powi(2)).exp() };
-            let reach = (0..lattice.len()).take_while(|&hops| weight(hops) > NEGLIGIBLE).last();
-            spread(graph, sums, reach.unwrap_or(0), weight, listen)?
-        }
         (Neighborhood::Bubble, Distances::Grid(grid)) => {
             let around = bubble(grid, sums, edges_within(radius));
             by_nodes(lattice, grid.rows, listen, around)?
         }
-        (Neighborhood::Bubble, Distances::Graph(graph)) => {
-            spread(graph, sums, edges_within(radius), |_| 1.0, listen)?
+        (_, Distances::Graph(graph)) => {
+            let weights = by_edges(lattice, neighborhood, radius);
+            if lattice.cells() == Some(Cells::Triangular) {
+                triangular::sums_around(lattice, sums, &weights, listen)?
+            } else {
+                spread(graph, sums, &weights, listen)?
+            }
         }
     };
     by_nodes(lattice, 1, listen, |node| {
@@ -83,6 +84,25 @@ pub(super) fn smooth(
 )]
 pub(super) fn edges_within(radius: f64) -> usize {
     radius as usize
+}
+
+/// The weights by number of edges, as far as they count.
+fn by_edges(lattice: &Lattice, neighborhood: Neighborhood, radius: f64) -> Vec<f64> {
+    let (rows, cols) = lattice.shape();
+    // No two nodes are farther apart.
+    let farthest = 0..rows + cols;
+    match neighborhood {
+        Neighborhood::Bubble => {
+            farthest.take_while(|&edges| edges <= edges_within(radius)).map(|_| 1.0).collect()
+        }
+        Neighborhood::Gaussian => {
+            // The winner itself counts even when the radius is zero.
+            let weight = |edges: usize| {
+                if edges == 0 { 1.0 } else { (-0.5 * (edges as f64 / radius).powi(2)).exp() }
+            };
+            farthest.map(weight).take_while(|&weight| weight > NEGLIGIBLE).collect()
+        }
+    }
 }
 
 /// The weights along a side of the lattice, times the signed distance to the power of 0, 1 and 2.
@@ -287,26 +307,24 @@ fn bubble(grid: &Grid, sums: &[Channels], radius: usize) -> impl Fn(usize) -> Ch
     }
 }
 
-/// Each node gives its sums to those at most `reach` edges away, times a weight.
-fn spread(
+/// Each node gives its sums to all in reach, times the weight for their number of edges.
+pub(super) fn spread(
     graph: &Graph,
     sums: &[Channels],
-    reach: usize,
-    weight: impl Fn(usize) -> f64,
+    weights: &[f64],
     listen: &mut Listen<'_>,
 ) -> Result<Vec<Channels>> {
     let mut result = vec![Channels::default(); sums.len()];
-    let weights: Vec<f64> = (0..=reach.min(graph.len())).map(weight).collect();
     let mut visits = Visits::default();
     let mut visited = 0;
-    for (node, sum) in sums.iter().enumerate().filter(|(_, sum)| sum[0] > 0.0) {
+    for (node, sum) in sums.iter().enumerate().filter(|(_, sum)| **sum != Channels::default()) {
         if visited > VISITS_PER_REPORT {
             listen()?;
             visited = 0;
         }
-        graph.visit(node, reach, &mut visits, |other, hops| {
+        graph.visit(node, weights.len() - 1, &mut visits, |other, edges| {
             for (total, value) in result[other].iter_mut().zip(sum) {
-                *total += weights[hops] * value;
+                *total += weights[edges] * value;
             }
             visited += 1;
         });

@@ -1,6 +1,9 @@
 """What several tests start from."""
 
+import os
 import signal
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +17,42 @@ import neurbs
 # they start and interrupt.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+PROMISE = 0.2
+"""Seconds within which Ctrl-C is answered, where nothing else is to be done."""
+
+
+@pytest.fixture
+def answers_ctrl_c() -> Callable[..., bool]:
+    """Return what says whether a job answers Ctrl-C, some seconds after its start, in time."""
+
+    def repeat(job: Callable[[], object]) -> None:
+        # Again and again, as a fast machine may be done before Ctrl-C.
+        while True:
+            job()
+
+    def delay(job: Callable[[], object], after: float) -> float:
+        sent = []
+
+        def interrupt() -> None:
+            sent.append(time.perf_counter())
+            os.kill(os.getpid(), signal.SIGINT)
+
+        timer = threading.Timer(after, interrupt)
+        timer.start()
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                repeat(job)
+            return time.perf_counter() - sent[0]
+        finally:
+            timer.join()
+
+    def answers(job: Callable[[], object], after: float = 0.1) -> bool:
+        # The best of three: other programs take time, too.
+        return any(delay(job, after) < PROMISE for _ in range(3))
+
+    return answers
 
 
 @pytest.fixture

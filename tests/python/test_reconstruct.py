@@ -218,6 +218,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
         for job in (
             lambda: neurbs.reconstruct(points, method="paper", grid=(4000, 4000)),
             lambda: neurbs.SelfOrganizingMap(4000, 4000).fit(points),
+            lambda: neurbs.SelfOrganizingMap(4000, 4000, lattice="triangular").fit(points),
         ):
             try:
                 job()
@@ -228,7 +229,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
         [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120
     )
     assert run.returncode == 0, run.stderr
-    assert run.stdout.count("a lattice of 16000000 nodes takes about 8.2 GB of memory") == 2
+    assert run.stdout.count("a lattice of 16000000 nodes takes about 8.2 GB of memory") == 3
 
 
 def test_lists_and_arrays_do_as_well_as_tuples(terrain_points: Points) -> None:

@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 import neurbs
-from neurbs import SelfOrganizingMap, _core
+from neurbs import Lattice, SelfOrganizingMap, _core
 
 Points = NDArray[np.float64]
 
@@ -91,6 +92,8 @@ def test_parametrize_gives_the_foot_on_the_lattice() -> None:
     assert distances.mean() < 0.2 * nearest.mean()
     with pytest.raises(neurbs.NeurbsError, match="extrapolation must be from 0 to 1"):
         som.parametrize(points, extrapolation=1.5)
+    with pytest.raises(neurbs.NeurbsError, match="extrapolation must be a number, got True"):
+        som.parametrize(points, extrapolation=True)
 
 
 def test_manners_of_an_estimator() -> None:
@@ -144,6 +147,15 @@ def test_copies_pickles_and_files_are_the_same_map(tmp_path: Path) -> None:
         SelfOrganizingMap.load(tmp_path / "missing.npz")
 
 
+def test_checkpoint_seconds_are_not_negative(tmp_path: Path) -> None:
+    cases: list[tuple[Any, str]] = [(-1.0, "at least 0, got -1"), ("x", "a number, got 'x'")]
+    for seconds, message in cases:
+        with pytest.raises(neurbs.NeurbsError, match=f"checkpoint_seconds must be {message}"):
+            SelfOrganizingMap(4, 4).fit(
+                sheet(50), checkpoint=tmp_path / "map.npz", checkpoint_seconds=seconds
+            )
+
+
 def test_a_stopped_training_resumes_to_the_same_bits(tmp_path: Path) -> None:
     points = sheet(500)
     for options in ({}, {"training": "online", "presentation": "shuffled", "max_steps": 20_000}):
@@ -183,6 +195,26 @@ def test_ctrl_c_keeps_what_was_learned() -> None:
     assert som.n_iter_ > 0
     assert som.stopped_by_ == "unfinished"
     assert som.quantization_error(sheet(5000)) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("options", "count"),
+    [
+        ({"init": "geodesic", "rows": 50, "cols": 50}, 1_000_000),
+        ({"lattice": "triangular", "rows": 150, "cols": 150}, 100_000),
+        ({"lattice": "triangular", "rows": 150, "cols": 150, "training": "online"}, 100_000),
+        # The radius is so wide at first that all nodes meet in the middle, equally near to all.
+        ({"neighborhood": "bubble", "rows": 150, "cols": 150}, 200_000),
+        # A ring, to whose nodes the points in its middle are equally near.
+        ({"lattice": Lattice.graph(9000, [(i, (i + 1) % 9000) for i in range(9000)])}, 100_000),
+    ],
+)
+def test_ctrl_c_is_answered_at_once(
+    options: dict[str, Any], count: int, answers_ctrl_c: Callable[..., bool]
+) -> None:
+    points = sheet(count)
+    for after in (0.1, 0.5):
+        assert answers_ctrl_c(lambda: SelfOrganizingMap(**options).fit(points), after)
 
 
 def test_the_observer_sees_error_radius_and_lattice() -> None:
@@ -386,6 +418,9 @@ def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
         ({"rows": 1}, r"grid must be \(rows, cols\) of at least \(2, 2\)"),
         ({"rows": 10**9, "cols": 10**9}, "at most 16777216 nodes in all, got .*GB of memory"),
         ({"rows": 2.5}, "rows must be an integer"),
+        ({"rows": True}, "rows must be an integer from 0 .*, got True"),
+        ({"topology": None}, "topology must be 'sheet', 'tube' or 'torus', got None"),
+        ({"lattice": np.zeros(3)}, "lattice must be 'quad', 'triangular' or a Lattice, got array"),
         ({"topology": "ring"}, "topology must be 'sheet' or 'tube' or 'torus', got 'ring'"),
         ({"lattice": "hex"}, "lattice must be 'quad', 'triangular' or a Lattice, got 'hex'"),
         ({"training": "fast"}, "training must be 'batch' or 'online', got 'fast'"),
@@ -396,13 +431,18 @@ def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
         ({"presentation": "all"}, "presentation must be 'random' or"),
         ({"gain": 2.0}, "gain must be from 0 to 1"),
         ({"gain": ("linear", 1.0)}, "gain must be a number, "),
+        ({"gain": True}, "gain must be a number, .*, got True"),
+        ({"radius": ("linear", True, 1.0)}, "radius must be a number, "),
         ({"radius": lambda t: "wide"}, "radius must be a callable that returns numbers"),
         ({"radius": -1.0}, "radius must be finite and at least 0"),
         ({"epochs": 0}, "epochs must be at least 1"),
+        ({"epochs": True}, "epochs must be an integer from 0 .*, got True"),
         ({"max_steps": -1}, "max_steps must be an integer from 0"),
         ({"reach": 0.0}, "reach must be positive and finite"),
+        ({"reach": np.True_}, "reach must be a number, got np.True_"),
         ({"min_change": np.nan}, "min_change must be positive and finite"),
         ({"seed": "x"}, "seed must be an integer"),
+        ({"seed": False}, "seed must be an integer from 0 .*, got False"),
     ],
 )
 def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) -> None:
@@ -417,6 +457,7 @@ def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) 
         (4, [(0, 1), (2, 3)], "got a graph in pieces: 2 of 4 nodes"),
         (3, [(0, 1, 2)], "edges must be a sequence of pairs"),
         (3, 5, "edges must be a sequence"),
+        (True, [(0, 1)], "nodes must be an integer from 0 .*, got True"),
         (1, [], "nodes must be from 2"),
     ],
 )
@@ -436,6 +477,14 @@ def test_graphs_that_are_none(nodes: int, edges: Any, message: str) -> None:
 def test_points_that_are_no_surface(points: Points, message: str) -> None:
     with pytest.raises(neurbs.NeurbsError, match=message):
         SelfOrganizingMap(5, 5).fit(points)
+
+
+def test_measures_refuse_points_too_far_for_their_squares() -> None:
+    som = SelfOrganizingMap(4, 4).fit(sheet(50))
+    assert som.predict(1e100 * sheet(50)).shape == (50,)
+    with pytest.raises(neurbs.NeurbsError, match="points must be at most 1e150 from where"):
+        som.predict(1e200 * sheet(50))
+    assert np.isnan(som.quantization_error(np.empty((0, 3))))
 
 
 def test_points_may_coincide() -> None:

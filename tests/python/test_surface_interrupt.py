@@ -1,9 +1,5 @@
 """Ctrl-C ends the long jobs of the kernel."""
 
-import os
-import signal
-import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -13,13 +9,11 @@ from numpy.typing import NDArray
 import neurbs
 
 Array = NDArray[np.float64]
+Answers = Callable[..., bool]
 
 # Sides of nets and grids: control points by the ten thousands, and by the millions.
 SIDE = 300
 LARGE = 1500
-
-# Seconds within which Ctrl-C is answered.
-PROMISE = 0.2
 
 
 @pytest.fixture(scope="module")
@@ -28,35 +22,6 @@ def noisy() -> neurbs.NurbsSurface:
     u, v = np.meshgrid(np.linspace(0, 1, SIDE), np.linspace(0, 1, SIDE), indexing="ij")
     net = np.stack([u, v, 0.1 * rng.random((SIDE, SIDE))], axis=-1)
     return neurbs.NurbsSurface(net, rng.uniform(0.5, 2, (SIDE, SIDE)))
-
-
-def repeat(job: Callable[[], object]) -> None:
-    """Do a job again and again, as a fast machine may be done before Ctrl-C."""
-    while True:
-        job()
-
-
-def delay(job: Callable[[], object], after: float) -> float:
-    """Seconds from Ctrl-C, so many seconds after the start, to its exception."""
-    sent = []
-
-    def interrupt() -> None:
-        sent.append(time.perf_counter())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    timer = threading.Timer(after, interrupt)
-    timer.start()
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            repeat(job)
-        return time.perf_counter() - sent[0]
-    finally:
-        timer.join()
-
-
-def answers(job: Callable[[], object], after: float) -> bool:
-    """Say whether Ctrl-C is answered in time, in one of three tries: other programs take time."""
-    return any(delay(job, after) < PROMISE for _ in range(3))
 
 
 JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
@@ -77,8 +42,10 @@ JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
 
 
 @pytest.mark.parametrize("name", JOBS)
-def test_ctrl_c_ends_long_jobs(noisy: neurbs.NurbsSurface, name: str) -> None:
-    assert answers(lambda: JOBS[name](noisy), 0.1)
+def test_ctrl_c_ends_long_jobs(
+    noisy: neurbs.NurbsSurface, name: str, answers_ctrl_c: Answers
+) -> None:
+    assert answers_ctrl_c(lambda: JOBS[name](noisy), 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -135,21 +102,23 @@ FROM_CURVES: dict[str, Callable[[list[neurbs.NurbsCurve]], object]] = {
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("name", FROM_GRIDS)
-def test_ctrl_c_ends_what_starts_from_many_points(grid: Array, name: str, moment: float) -> None:
-    assert answers(lambda: FROM_GRIDS[name](grid), moment)
+def test_ctrl_c_ends_what_starts_from_many_points(
+    grid: Array, name: str, moment: float, answers_ctrl_c: Answers
+) -> None:
+    assert answers_ctrl_c(lambda: FROM_GRIDS[name](grid), moment)
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("name", OF_LARGE)
 def test_ctrl_c_ends_the_algebra_of_large_nets(
-    large: neurbs.NurbsSurface, name: str, moment: float
+    large: neurbs.NurbsSurface, name: str, moment: float, answers_ctrl_c: Answers
 ) -> None:
-    assert answers(lambda: OF_LARGE[name](large), moment)
+    assert answers_ctrl_c(lambda: OF_LARGE[name](large), moment)
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("name", FROM_CURVES)
 def test_ctrl_c_ends_what_starts_from_long_curves(
-    curves: list[neurbs.NurbsCurve], name: str, moment: float
+    curves: list[neurbs.NurbsCurve], name: str, moment: float, answers_ctrl_c: Answers
 ) -> None:
-    assert answers(lambda: FROM_CURVES[name](curves), moment)
+    assert answers_ctrl_c(lambda: FROM_CURVES[name](curves), moment)
