@@ -96,6 +96,14 @@ pub struct ClosestPointSearch {
 impl ClosestPointSearch {
     /// Prepares a surface: O(patches).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(3.0 * DVec3::X);
+    /// assert!((foot.distance - 2.0).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// None; every surface can be searched.
@@ -104,6 +112,16 @@ impl ClosestPointSearch {
     }
 
     /// The same for a net so large that one may want to stop it.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, nurbs::{ClosestPointSearch, NurbsSurface}, progress::Progress};
+    /// use std::ops::ControlFlow;
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let mut stop = |_: &Progress| ControlFlow::Break(());
+    /// let search = ClosestPointSearch::observed(&sphere, &mut stop);
+    /// assert!(matches!(search, Err(Error::Interrupted)));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -125,12 +143,38 @@ impl ClosestPointSearch {
     ///
     /// Its parameters are clamped to the domain; in closed directions the search goes on beyond
     /// the seam. For a point that is not finite it is NaN.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(DVec3::new(0.0, 0.0, 5.0));
+    /// assert!(foot.converged && foot.point.distance(DVec3::Z) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn closest_point(&self, point: DVec3) -> ClosestPoint {
         self.search(point, &mut Vec::new())
     }
 
     /// The closest points of many points, in parallel.
+    ///
+    /// ```
+    /// use neurbs::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
+    /// use neurbs::{DVec2, DVec3, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let (mut uv, mut points) = ([DVec2::ZERO; 2], [DVec3::ZERO; 2]);
+    /// let (mut distances, mut converged) = ([0.0; 2], [false; 2]);
+    /// let out = ClosestPointSlices {
+    ///     uv: &mut uv,
+    ///     points: &mut points,
+    ///     distances: &mut distances,
+    ///     converged: &mut converged,
+    /// };
+    /// let search = ClosestPointSearch::new(&sphere)?;
+    /// search.closest_points(&[2.0 * DVec3::X, 0.5 * DVec3::Z], out, &mut Silent)?;
+    /// assert!(points[0].distance(DVec3::X) < 1e-14 && (distances[1] - 0.5).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
