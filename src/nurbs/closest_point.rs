@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_rows, listening};
+use super::batch::{check_length, in_timed_blocks, listening};
 use super::bezier::Patch;
 use super::piece_tree::{Inside, Node, Piece};
 use super::surface::NurbsSurface;
@@ -40,11 +40,8 @@ const STATIONARY: f64 = 1e-14;
 /// Share by which rounding changes a square of a distance.
 const ROUNDING: f64 = 1e-15;
 
-/// Points that a thread takes at a time.
+/// Points that a thread takes at a time at most.
 const POINTS_PER_TASK: usize = 64;
-
-/// Points whose evaluation takes as long as the worst search; what reports count with.
-const POINTS_PER_SEARCH: usize = 1 << 10;
 
 /// The foot of a point on a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -193,11 +190,12 @@ impl ClosestPointSearch {
         if let Some(index) = points.iter().position(|point| !point.is_finite()) {
             return Err(Error::NotFinite { index, point: points[index] });
         }
-        in_rows(points.len(), POINTS_PER_SEARCH, observer, |from, to| {
+        in_timed_blocks(points.len(), observer, |from, to| {
             let feet = uv[from..to].par_iter_mut().zip(&mut feet[from..to]);
             let rest = distances[from..to].par_iter_mut().zip(&mut converged[from..to]);
             let tasks = points[from..to].par_iter().zip(feet.zip(rest));
-            let tasks = tasks.with_min_len(POINTS_PER_TASK);
+            let share = (to - from) / (4 * rayon::current_num_threads());
+            let tasks = tasks.with_min_len(share.clamp(1, POINTS_PER_TASK));
             tasks.for_each_init(Vec::new, |stack, (&point, ((uv, foot), (distance, done)))| {
                 let found = self.search(point, stack);
                 (*uv, *foot) = (found.uv, found.point);
