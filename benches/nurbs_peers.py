@@ -27,6 +27,7 @@ import functools
 import math
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -487,6 +488,14 @@ def clock(f: Callable[..., Any], arguments: tuple[Any, ...]) -> float:
     return time.perf_counter() - start
 
 
+def floor(shape: tuple[int, ...]) -> float:
+    """Time the filling of an array on two threads: what to write a result takes at least."""
+    halves = np.array_split(np.empty(shape).reshape(-1), 2)
+    with ThreadPoolExecutor(2) as pool:
+        fill = functools.partial(pool.map, lambda half: half.fill(1.0), halves)
+        return min(clock(lambda: list(fill()), ()) for _ in range(100))
+
+
 def run(case: str, surface: Surface, peers: dict[str, Cases], repeat: int, budget: float) -> None:
     """Time a case and print its table."""
     whole = work(case, surface)
@@ -519,6 +528,9 @@ def run(case: str, surface: Surface, peers: dict[str, Cases], repeat: int, budge
         about = "~" if chosen[name][2] > 1 else ""
         row = f"{about}{best[name] * 1e3:.3g} | {best[name] / own:.1f} | {errors[name]:.1e}"
         print(f"| {name} | {row} | {notes[name]} |")
+    if case == "a":
+        shape = (len(whole[0]), len(whole[1]), 3)
+        print(f"\nfilling {np.prod(shape) * 8 / 1e6:.0f} MB: {floor(shape) * 1e3:.2f} ms")
 
 
 def main() -> None:

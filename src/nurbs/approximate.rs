@@ -2,12 +2,13 @@
 
 use glam::{DVec3, DVec4};
 
-use super::algebra::turned;
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
 use super::batch::listening;
-use super::interpolate::{GridOptions, Sites, check_counts, homogeneous, singular, wrapped};
+use super::direction::turned;
+use super::interpolate::{check_counts, homogeneous, singular, wrapped};
 use super::knot_vector::KnotVector;
+use super::parametrization::{GridOptions, Sites};
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
@@ -18,10 +19,24 @@ impl NurbsSurface {
     /// squares in u and then in v. Knots follow the density of the points (The NURBS Book, section
     /// 9.4.1). In closed directions `net` counts the different control points.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}, progress::Silent};
+    /// let grid: Vec<DVec3> = (0..400)
+    ///     .map(|i| (f64::from(i / 20) / 19.0, f64::from(i % 20) / 19.0))
+    ///     .map(|(x, y)| DVec3::new(x, y, x * y))
+    ///     .collect();
+    /// let options = GridOptions::default();
+    /// let near = NurbsSurface::approximate(&grid, (20, 20), (6, 5), &options, &mut Silent)?;
+    /// assert_eq!(near.shape(), (6, 5));
+    /// assert!(near.point(0.5, 0.5).distance(DVec3::new(0.5, 0.5, 0.25)) < 1e-3);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`](crate::Error::Parameter) if a side of the net
-    /// has not more control points than the degree, or more than the grid has points;
+    /// Those of [`NurbsSurface::grid_parameters`], and
+    /// [`Error::Parameter`](crate::Error::Parameter) if a side of the net has not more control points
+    /// than the degree, or more than the grid has points;
     /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],

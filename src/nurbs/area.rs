@@ -1,5 +1,6 @@
 //! The area of a surface.
 
+use pulp::Arch;
 use rayon::prelude::*;
 
 use super::basis::Row;
@@ -81,8 +82,14 @@ struct Piece {
 }
 
 impl Piece {
-    fn new((patch, extent): (Patch, f64), [fine, coarse]: &[Rule; 2]) -> Self {
-        let ((area, lengths), (rough, _)) = (fine.integrate(&patch), coarse.integrate(&patch));
+    fn new((patch, extent): (Patch, f64), rules: &[Rule; 2], arch: Arch) -> Self {
+        let integrate = |rule: &Rule| {
+            arch.dispatch(
+                #[inline(always)]
+                || rule.integrate(&patch),
+            )
+        };
+        let ((area, lengths), (rough, _)) = (integrate(&rules[0]), integrate(&rules[1]));
         let difference = (area - rough).abs();
         let doubt = if difference <= ROUNDING * extent * lengths { 0.0 } else { difference };
         Self { patch, extent, area, doubt }
@@ -102,10 +109,10 @@ fn measured<T: Sync>(
     rules: &[Rule; 2],
     observer: &mut dyn Observer,
 ) -> Result<Vec<Piece>> {
-    let mut pieces = Vec::with_capacity(patches.len());
+    let (mut pieces, arch) = (Vec::with_capacity(patches.len()), Arch::new());
     in_rows(patches.len(), POINTS_PER_PIECE, observer, |from, to| {
         let tasks = patches[from..to].par_iter();
-        pieces.par_extend(tasks.map(|patch| Piece::new(part(patch), rules)));
+        pieces.par_extend(tasks.map(|patch| Piece::new(part(patch), rules, arch)));
     })?;
     Ok(pieces)
 }
@@ -136,6 +143,8 @@ impl Rule {
     }
 
     /// The area, and the lengths of both tangents, integrated likewise.
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
     fn integrate(&self, patch: &Patch) -> (f64, f64) {
         let (mut area, mut lengths) = (0.0, 0.0);
         for u in &self.u {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -20,6 +21,10 @@ pub(super) const POINTS_PER_TASK: usize = 1 << 10;
 
 /// Points that work without threads goes through before it listens again: a millisecond at most.
 const POINTS_PER_STEP: usize = 1 << 15;
+
+/// How long a block of tasks of unknown cost should take, and how many are tried first.
+const BLOCK_TIME: Duration = Duration::from_millis(20);
+const FIRST_BLOCK: usize = 2;
 
 /// What to do with parameters outside the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -72,6 +77,28 @@ pub(super) fn in_rows(
     for from in (0..rows).step_by(block) {
         report(observer, from * width, total)?;
         work(from, rows.min(from + block));
+    }
+    report(observer, total, total)
+}
+
+/// Does `total` tasks, of which nobody knows how long one takes, in blocks from..to that take some
+/// [`BLOCK_TIME`] each, with a report after each.
+pub(super) fn in_timed_blocks(
+    total: usize,
+    observer: &mut dyn Observer,
+    mut work: impl FnMut(usize, usize),
+) -> Result<()> {
+    let (mut from, mut block) = (0, FIRST_BLOCK);
+    while from < total {
+        report(observer, from, total)?;
+        let (started, to) = (Instant::now(), total.min(from + block));
+        work(from, to);
+        if started.elapsed() > BLOCK_TIME {
+            block = (block / 2).max(1);
+        } else if started.elapsed() < BLOCK_TIME / 4 {
+            block *= 2;
+        }
+        from = to;
     }
     report(observer, total, total)
 }

@@ -122,6 +122,8 @@ impl Patch {
     }
 
     /// The control points of a curve across the patch: the rows of its net by these factors.
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
     pub(super) fn row(&self, factors: &Row) -> PatchRow {
         let mut points = [DVec4::ZERO; MAX_ORDER];
         for (row, factor) in self.net.chunks_exact(self.degree_v + 1).zip(factors) {
@@ -147,6 +149,8 @@ pub(super) struct PatchRow {
 
 impl PatchRow {
     /// The points by these factors, added up.
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
     pub(super) fn sum(&self, factors: &Row) -> DVec4 {
         let points = self.points[..self.order].iter().zip(factors);
         points.map(|(point, factor)| *factor * *point).sum()

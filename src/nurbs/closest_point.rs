@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_rows, listening};
+use super::batch::{check_length, in_timed_blocks, listening};
 use super::bezier::Patch;
 use super::piece_tree::{Inside, Node, Piece};
 use super::surface::NurbsSurface;
@@ -40,11 +40,8 @@ const STATIONARY: f64 = 1e-14;
 /// Share by which rounding changes a square of a distance.
 const ROUNDING: f64 = 1e-15;
 
-/// Points that a thread takes at a time.
+/// Points that a thread takes at a time at most.
 const POINTS_PER_TASK: usize = 64;
-
-/// Points whose evaluation takes as long as the worst search; what reports count with.
-const POINTS_PER_SEARCH: usize = 1 << 10;
 
 /// The foot of a point on a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -96,6 +93,14 @@ pub struct ClosestPointSearch {
 impl ClosestPointSearch {
     /// Prepares a surface: O(patches).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(3.0 * DVec3::X);
+    /// assert!((foot.distance - 2.0).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// None; every surface can be searched.
@@ -104,6 +109,16 @@ impl ClosestPointSearch {
     }
 
     /// The same for a net so large that one may want to stop it.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, nurbs::{ClosestPointSearch, NurbsSurface}, progress::Progress};
+    /// use std::ops::ControlFlow;
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let mut stop = |_: &Progress| ControlFlow::Break(());
+    /// let search = ClosestPointSearch::observed(&sphere, &mut stop);
+    /// assert!(matches!(search, Err(Error::Interrupted)));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -125,12 +140,38 @@ impl ClosestPointSearch {
     ///
     /// Its parameters are clamped to the domain; in closed directions the search goes on beyond
     /// the seam. For a point that is not finite it is NaN.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(DVec3::new(0.0, 0.0, 5.0));
+    /// assert!(foot.converged && foot.point.distance(DVec3::Z) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn closest_point(&self, point: DVec3) -> ClosestPoint {
         self.search(point, &mut Vec::new())
     }
 
     /// The closest points of many points, in parallel.
+    ///
+    /// ```
+    /// use neurbs::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
+    /// use neurbs::{DVec2, DVec3, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// let (mut uv, mut points) = ([DVec2::ZERO; 2], [DVec3::ZERO; 2]);
+    /// let (mut distances, mut converged) = ([0.0; 2], [false; 2]);
+    /// let out = ClosestPointSlices {
+    ///     uv: &mut uv,
+    ///     points: &mut points,
+    ///     distances: &mut distances,
+    ///     converged: &mut converged,
+    /// };
+    /// let search = ClosestPointSearch::new(&sphere)?;
+    /// search.closest_points(&[2.0 * DVec3::X, 0.5 * DVec3::Z], out, &mut Silent)?;
+    /// assert!(points[0].distance(DVec3::X) < 1e-14 && (distances[1] - 0.5).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -149,11 +190,12 @@ impl ClosestPointSearch {
         if let Some(index) = points.iter().position(|point| !point.is_finite()) {
             return Err(Error::NotFinite { index, point: points[index] });
         }
-        in_rows(points.len(), POINTS_PER_SEARCH, observer, |from, to| {
+        in_timed_blocks(points.len(), observer, |from, to| {
             let feet = uv[from..to].par_iter_mut().zip(&mut feet[from..to]);
             let rest = distances[from..to].par_iter_mut().zip(&mut converged[from..to]);
             let tasks = points[from..to].par_iter().zip(feet.zip(rest));
-            let tasks = tasks.with_min_len(POINTS_PER_TASK);
+            let share = (to - from) / (4 * rayon::current_num_threads());
+            let tasks = tasks.with_min_len(share.clamp(1, POINTS_PER_TASK));
             tasks.for_each_init(Vec::new, |stack, (&point, ((uv, foot), (distance, done)))| {
                 let found = self.search(point, stack);
                 (*uv, *foot) = (found.uv, found.point);

@@ -1,4 +1,4 @@
-//! Fundamental forms and curvatures.
+//! Curvatures.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -17,7 +17,7 @@ use crate::progress::Observer;
 const UMBILIC: f64 = 1e-7;
 
 /// Points whose evaluation costs as much as a curvature; what reports count with.
-const POINTS_PER_CURVATURE: usize = 8;
+pub(super) const POINTS_PER_CURVATURE: usize = 8;
 
 /// How a surface bends at a point.
 ///
@@ -37,18 +37,6 @@ pub struct Curvature {
     /// Unit tangents along which the surface bends so, at right angles to each other; the second
     /// is `normal × first`. At an umbilic point the first runs along u.
     pub directions: [DVec3; 2],
-}
-
-/// A fundamental form: a symmetric matrix in (du, dv).
-pub type Form = [[f64; 2]; 2];
-
-/// The first and second fundamental forms at a point.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FundamentalForms {
-    /// [[E, F], [F, G]]: products of the tangents.
-    pub first: Form,
-    /// [[L, M], [M, N]]: second derivatives along the normal.
-    pub second: Form,
 }
 
 /// Where curvatures are written: slices of one element for each parameter.
@@ -177,44 +165,27 @@ impl NurbsSurface {
         Curvature { point: frame.point, normal, ..beside.unwrap_or_default() }
     }
 
-    /// The fundamental forms at (u, v); see [`NurbsSurface::normal`] for the normal of the second.
-    #[must_use]
-    pub fn fundamental_forms(&self, u: f64, v: f64) -> FundamentalForms {
-        let frame = self.frame(u, v);
-        let normal = self.normal(u, v);
-        let mixed = (frame.u.dot(frame.v), frame.uv.dot(normal));
-        FundamentalForms {
-            first: [[frame.u.length_squared(), mixed.0], [mixed.0, frame.v.length_squared()]],
-            second: [[frame.uu.dot(normal), mixed.1], [mixed.1, frame.vv.dot(normal)]],
-        }
-    }
-
-    /// The fundamental forms at scattered parameters.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`NurbsSurface::evaluate`](NurbsSurface::evaluate).
-    pub fn fundamental_form_arrays(
-        &self,
-        uv: &[DVec2],
-        first: &mut [Form],
-        second: &mut [Form],
-        outside: Outside,
-        observer: &mut dyn Observer,
-    ) -> Result<()> {
-        check_length(first.len(), uv.len())?;
-        self.check_scattered(uv, second.len(), outside)?;
-        in_rows(uv.len(), POINTS_PER_CURVATURE, observer, |from, to| {
-            let out = first[from..to].par_iter_mut().zip(&mut second[from..to]);
-            let tasks = uv[from..to].par_iter().zip(out).with_min_len(POINTS_PER_TASK);
-            tasks.for_each(|(at, (first, second))| {
-                let forms = self.fundamental_forms(at.x, at.y);
-                (*first, *second) = (forms.first, forms.second);
-            });
-        })
-    }
-
     /// Points, normals and curvatures at scattered parameters.
+    ///
+    /// ```
+    /// use neurbs::nurbs::{CurvatureSlices, NurbsSurface, Outside};
+    /// use neurbs::{DVec2, DVec3, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 2.0)?;
+    /// let (mut points, mut normals) = ([DVec3::ZERO], [DVec3::ZERO]);
+    /// let (mut gaussian, mut mean) = ([0.0], [0.0]);
+    /// let (mut principal, mut directions) = ([[0.0; 2]], [[DVec3::ZERO; 2]]);
+    /// let out = CurvatureSlices {
+    ///     points: &mut points,
+    ///     normals: &mut normals,
+    ///     gaussian: &mut gaussian,
+    ///     mean: &mut mean,
+    ///     principal: &mut principal,
+    ///     directions: &mut directions,
+    /// };
+    /// sphere.curvatures(&[DVec2::new(0.3, 0.4)], out, Outside::Refuse, &mut Silent)?;
+    /// assert!((gaussian[0] - 0.25).abs() < 1e-14 && (mean[0] + 0.5).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -237,6 +208,25 @@ impl NurbsSurface {
 
     /// Points, normals and curvatures on the grid of all pairs of `u` and `v`, row by row, `v`
     /// fastest, in one pass.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{CurvatureSlices, NurbsSurface, Outside}, progress::Silent};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 2.0)?;
+    /// let (mut points, mut normals) = ([DVec3::ZERO], [DVec3::ZERO]);
+    /// let (mut gaussian, mut mean) = ([0.0], [0.0]);
+    /// let (mut principal, mut directions) = ([[0.0; 2]], [[DVec3::ZERO; 2]]);
+    /// let out = CurvatureSlices {
+    ///     points: &mut points,
+    ///     normals: &mut normals,
+    ///     gaussian: &mut gaussian,
+    ///     mean: &mut mean,
+    ///     principal: &mut principal,
+    ///     directions: &mut directions,
+    /// };
+    /// sphere.curvature_grid(&[0.3], &[0.4], out, Outside::Refuse, &mut Silent)?;
+    /// assert!((gaussian[0] - 0.25).abs() < 1e-14 && (mean[0] + 0.5).abs() < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

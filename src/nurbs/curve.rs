@@ -41,6 +41,15 @@ impl PartialEq for NurbsCurve {
 impl NurbsCurve {
     /// A curve from its parts; without weights it is polynomial (all weights are 1).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{KnotVector, NurbsCurve}};
+    /// let points = vec![DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+    /// let weights = Some(vec![1.0, 0.5_f64.sqrt(), 1.0]);
+    /// let quarter = NurbsCurve::new(points, weights, KnotVector::clamped_uniform(2, 3)?)?;
+    /// assert!((quarter.point(0.3).length() - 1.0).abs() < 1e-15);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
@@ -74,6 +83,13 @@ impl NurbsCurve {
 
     /// The polynomial curve on `[0, 1]` with clamped, evenly spaced knots.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert_eq!(arch.point(0.5), DVec3::new(1.0, 0.5, 0.5));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if there are not more control points than the degree.
@@ -83,6 +99,13 @@ impl NurbsCurve {
     }
 
     /// The straight line from one point to another, on `[0, 1]`.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let line = NurbsCurve::line(DVec3::ZERO, DVec3::X)?;
+    /// assert_eq!(line.point(0.25), 0.25 * DVec3::X);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -124,24 +147,52 @@ impl NurbsCurve {
     }
 
     /// The control points.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert_eq!(arch.control_points()[1], DVec3::ONE);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn control_points(&self) -> &[DVec3] {
         &self.control_points
     }
 
     /// The weights; `None` if the curve is polynomial.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert!(arch.weights().is_none());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn weights(&self) -> Option<&[f64]> {
         self.weights.as_deref()
     }
 
     /// The knots.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert_eq!(arch.knots().as_slice(), [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn knots(&self) -> &KnotVector {
         &self.strip.knots
     }
 
     /// Whether the curve ends where it begins.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert!(!arch.closed());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn closed(&self) -> bool {
         let (start, end) = self.knots().domain();
@@ -154,6 +205,13 @@ impl NurbsCurve {
     }
 
     /// The point at a parameter; outside the domain the outermost piece is continued.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// assert_eq!(arch.point(1.0), 2.0 * DVec3::X);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn point(&self, u: f64) -> DVec3 {
         let mut out = [DVec3::ZERO];
@@ -163,6 +221,15 @@ impl NurbsCurve {
 
     /// Points and derivatives up to `order` at parameters: for each of them `order + 1` vectors in
     /// `out` (The NURBS Book, A4.2).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{NurbsCurve, Outside}, progress::Silent};
+    /// let arch = NurbsCurve::clamped(vec![DVec3::ZERO, DVec3::ONE, 2.0 * DVec3::X], 2)?;
+    /// let mut out = [DVec3::ZERO; 2];
+    /// arch.derivatives(&[0.5], 1, &mut out, Outside::Refuse, &mut Silent)?;
+    /// assert_eq!(out, [DVec3::new(1.0, 0.5, 0.5), 2.0 * DVec3::X]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -89,8 +89,8 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would be 0, or the tolerance
-    /// cannot be held: the message says what can.
+    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would be 0, a weight would not
+    /// stay positive, or the tolerance cannot be held: the message says what can.
     pub fn reduce_degree(
         &self,
         times: usize,

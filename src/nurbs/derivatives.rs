@@ -46,7 +46,9 @@ impl NurbsSurface {
         let side = order + 1;
         check_length(out.len(), uv.len() * side * side)?;
         self.check_scattered(uv, uv.len(), outside)?;
-        in_rows(uv.len(), side * side, observer, |from, to| {
+        // The quotient rule mixes each derivative with all lower ones.
+        let cost = side.pow(4).div_ceil(4);
+        in_rows(uv.len(), cost, observer, |from, to| {
             let tasks = uv[from..to].par_iter();
             let tasks = tasks.zip(out[from * side * side..].par_chunks_mut(side * side));
             let tasks = tasks.with_min_len(POINTS_PER_TASK / (side * side));

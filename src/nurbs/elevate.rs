@@ -62,7 +62,8 @@ impl Strip {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the degree would be 0, or the tolerance cannot be held.
+    /// [`Error::Parameter`] if the degree would be 0, a weight would not stay positive, or the
+    /// tolerance cannot be held.
     pub(super) fn reduced(
         &self,
         times: usize,
@@ -77,6 +78,14 @@ impl Strip {
         let original = self.clamped(listen)?;
         let reduced =
             (0..times).try_fold(original.clone(), |strip, _| strip.reduced_once(listen))?;
+        let least = reduced.points.iter().map(|point| point.w).fold(f64::INFINITY, f64::min);
+        if least <= 0.0 {
+            let must = format!(
+                "fewer, as weights must stay positive and one would become {least:.2e} (insert \
+                 knots first, or fit a surface of the lower degree)"
+            );
+            return Err(Error::parameter("degrees to take away", must, times));
+        }
         let back = reduced.elevated(times, listen)?;
         let new = difference(back.knots.inner(), original.knots.inner());
         let original = original.refined(&new, listen)?;
@@ -159,6 +168,11 @@ mod tests {
         assert_eq!(heights, [0.0, 2.0, 2.0, 0.0]);
         let parabola = cubic.reduced(1, 1e-12, &mut || Ok(())).unwrap();
         assert!((parabola.points[1].y - 3.0).abs() < 1e-14);
+        // Weights that fall and rise steeply have no positive ones of a lower degree.
+        let weights = [1.0, 0.1, 0.1, 1.0].map(DVec4::splat).to_vec();
+        let steep = Strip { points: weights, ..cubic };
+        let refused = steep.reduced(1, 1e3, &mut || Ok(())).unwrap_err().to_string();
+        assert!(refused.contains("weights must stay positive and one would become -3.5"));
         let refused = parabola.reduced(1, 0.1, &mut || Ok(())).unwrap_err();
         assert!(refused.to_string().starts_with("tolerance must"));
     }

@@ -83,6 +83,15 @@ impl NurbsSurface {
 
     /// The unit normals at scattered parameters, written to `out`; see [`NurbsSurface::normal`].
     ///
+    /// ```
+    /// use neurbs::{DVec2, DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// let (uv, mut out) = ([DVec2::new(0.5, 0.5)], [DVec3::ZERO]);
+    /// plane.normals(&uv, &mut out, Outside::Refuse, &mut Silent)?;
+    /// assert_eq!(out[0], DVec3::Z);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// Those of [`NurbsSurface::evaluate`].

@@ -6,13 +6,6 @@ use crate::error::{Error, Result};
 /// Highest degree in either direction.
 pub const MAX_DEGREE: usize = 9;
 
-/// Most control points along a direction with evenly spaced knots: a larger number was hardly
-/// meant, and memory for it must not be asked for.
-const MOST_CONTROL_POINTS: usize = 1 << 24;
-
-/// Differences of knots that should be one period agree to this share of it.
-const PERIOD_ROUNDING: f64 = 1e-12;
-
 /// A non-decreasing sequence of knots that belongs to its degree.
 ///
 /// [`KnotVector::new`] is the only door; what has passed it needs no second check: the degree is
@@ -108,81 +101,53 @@ impl KnotVector {
         Self { degree, knots, reciprocals, table }
     }
 
-    /// Knots that repeat with the period of `[0, 1]`, evenly spaced, for a closed curve or
-    /// surface: the last `degree` control points are the first ones again, and the seam is as
-    /// smooth as every other knot.
+    /// The degree of the basis functions.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
-    /// let knots = KnotVector::periodic_uniform(2, 4)?;
-    /// assert_eq!(knots.control_points(), 4 + 2);
-    /// assert_eq!(knots.as_slice()[..4], [-0.5, -0.25, 0.0, 0.25]);
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.degree(), 2);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the degree is out of range or there are not more different control
-    /// points than the degree.
-    pub fn periodic_uniform(degree: usize, distinct: usize) -> Result<Self> {
-        check_count(degree, distinct)?;
-        let breaks: Vec<f64> = (0..=distinct).map(|i| i as f64 / distinct as f64).collect();
-        Self::periodic(degree, &breaks)
-    }
-
-    /// Knots that repeat with the period from the first to the last of `breaks`, which increase.
-    pub(crate) fn periodic(degree: usize, breaks: &[f64]) -> Result<Self> {
-        let (count, period) = (breaks.len() - 1, breaks[breaks.len() - 1] - breaks[0]);
-        let before = (1..=degree).rev().map(|i| {
-            let turns = i.div_ceil(count);
-            breaks[turns * count - i] - turns as f64 * period
-        });
-        let after = (1..=degree).map(|i| breaks[i % count] + (i / count) as f64 * period);
-        let after = after.map(|knot| knot + period);
-        Self::new(degree, before.chain(breaks.iter().copied()).chain(after).collect())
-    }
-
-    /// Clamped knots with these inner ones.
-    pub(crate) fn clamped(
-        degree: usize,
-        (start, end): (f64, f64),
-        inner: impl IntoIterator<Item = f64>,
-    ) -> Result<Self> {
-        let ends = |value| std::iter::repeat_n(value, degree + 1);
-        Self::new(degree, ends(start).chain(inner).chain(ends(end)).collect())
-    }
-
-    /// The clamped knot vector on `[0, 1]` with evenly spaced inner knots.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] if the degree is out of range or there are not more control points
-    /// than the degree.
-    pub fn clamped_uniform(degree: usize, control_points: usize) -> Result<Self> {
-        check_count(degree, control_points)?;
-        let spans = control_points - degree;
-        Self::clamped(degree, (0.0, 1.0), (1..spans).map(|i| i as f64 / spans as f64))
-    }
-
-    /// The degree of the basis functions.
     #[must_use]
     pub fn degree(&self) -> usize {
         self.degree
     }
 
     /// How many basis functions, and so control points, there are.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.control_points(), 5);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn control_points(&self) -> usize {
         self.knots.len() - self.degree - 1
     }
 
     /// All knots, with repetitions.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.as_slice()[2..5], [0.0, 0.5, 0.5]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn as_slice(&self) -> &[f64] {
         &self.knots
     }
 
     /// First and last parameter of the curve or surface.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.domain(), (0.0, 1.0));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn domain(&self) -> (f64, f64) {
         (self.knots[self.degree], self.knots[self.control_points()])
@@ -190,6 +155,14 @@ impl KnotVector {
 
     /// Whether the curve or surface begins and ends at its outermost control points: the first and
     /// the last `degree` knots before the domain's ends equal them.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert!(knots.is_clamped());
+    /// assert!(!KnotVector::periodic_uniform(2, 4)?.is_clamped());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn is_clamped(&self) -> bool {
         let (start, end) = self.domain();
@@ -197,6 +170,13 @@ impl KnotVector {
     }
 
     /// The knots strictly inside the domain, with repetitions.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.inner(), [0.5, 0.5]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn inner(&self) -> &[f64] {
         let (start, end) = self.domain();
@@ -205,6 +185,13 @@ impl KnotVector {
     }
 
     /// Ends of the domain and distinct knots inside it: between two neighbours lies one span.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.breaks(), [0.0, 0.5, 1.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn breaks(&self) -> Vec<f64> {
         let (start, end) = self.domain();
@@ -215,6 +202,13 @@ impl KnotVector {
     }
 
     /// The Greville abscissae, one for each control point: averages of `degree` knots.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.greville(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn greville(&self) -> Vec<f64> {
         let average = |knots: &[f64]| knots.iter().sum::<f64>() / self.degree as f64;
@@ -222,24 +216,27 @@ impl KnotVector {
         windows.map(average).collect()
     }
 
-    /// Whether the knots repeat with the length of the domain as their period, so that the basis
-    /// functions of a closed curve or surface fit together at the seam.
-    #[must_use]
-    pub fn is_periodic(&self) -> bool {
-        let (start, end) = self.domain();
-        let (period, n) = (end - start, self.control_points());
-        let tolerance = PERIOD_ROUNDING * period;
-        let pairs = self.knots.iter().zip(&self.knots[n - self.degree..]);
-        pairs.into_iter().all(|(a, b)| (b - a - period).abs() <= tolerance)
-    }
-
     /// How often a value stands among the knots.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!((knots.multiplicity(0.5), knots.multiplicity(0.7)), (2, 0));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn multiplicity(&self, value: f64) -> usize {
         self.knots.iter().filter(|&&knot| knot == value).count()
     }
 
     /// The same knots on another domain.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.with_domain((0.0, 4.0))?.inner(), [2.0, 2.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -256,6 +253,13 @@ impl KnotVector {
     }
 
     /// The knots of the reversed curve on the same domain.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(1, vec![0.0, 0.0, 0.25, 1.0, 1.0])?;
+    /// assert_eq!(knots.reversed().inner(), [0.75]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn reversed(&self) -> Self {
         let (start, end) = self.domain();
@@ -268,12 +272,26 @@ impl KnotVector {
     }
 
     /// The distinct knots with their multiplicities, in order.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.distinct().collect::<Vec<_>>(), [(0.0, 3), (0.5, 2), (1.0, 3)]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     pub fn distinct(&self) -> impl Iterator<Item = (f64, usize)> {
         let runs = self.knots.chunk_by(|a, b| a == b);
         runs.map(|run| (run[0], run.len()))
     }
 
     /// The number of spans of the domain that are not empty.
+    ///
+    /// ```
+    /// use neurbs::nurbs::KnotVector;
+    /// let knots = KnotVector::new(2, vec![0.0, 0.0, 0.0, 0.5, 0.5, 1.0, 1.0, 1.0])?;
+    /// assert_eq!(knots.spans(), 2);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn spans(&self) -> usize {
         self.breaks().len() - 1
@@ -291,20 +309,6 @@ impl KnotVector {
     pub(super) fn reciprocals(&self, k: usize) -> &[f64] {
         &self.reciprocals[(k - 1) * self.knots.len()..k * self.knots.len()]
     }
-}
-
-/// Checks that there are enough control points for a degree that the kernel works with.
-fn check_count(degree: usize, control_points: usize) -> Result<()> {
-    check_degree(degree)?;
-    if (degree + 1..=MOST_CONTROL_POINTS).contains(&control_points) {
-        return Ok(());
-    }
-    let must = if control_points > degree {
-        format!("at most {MOST_CONTROL_POINTS}")
-    } else {
-        format!("more than the degree, {degree}")
-    };
-    Err(Error::parameter("number of control points", must, control_points))
 }
 
 /// Checks that a degree is one that the kernel works with.
@@ -341,33 +345,5 @@ mod tests {
     fn unclamped_and_repeated_knots_are_accepted() {
         assert!(KnotVector::new(2, (0..8).map(f64::from).collect()).is_ok());
         assert!(KnotVector::new(2, vec![0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 2.0, 2.0]).is_ok());
-    }
-
-    #[test]
-    fn periodic_knots_repeat() {
-        for degree in 1..=MAX_DEGREE {
-            let knots = KnotVector::periodic(degree, &[1.0, 1.5, 4.0]).unwrap();
-            assert!(knots.is_periodic());
-            // A polygon begins at its first control point, whatever the knot before it.
-            assert_eq!(knots.is_clamped(), degree == 1);
-            assert_eq!((knots.control_points(), knots.domain()), (degree + 2, (1.0, 4.0)));
-            assert!(knots.reversed().is_periodic());
-            assert!(knots.with_domain((-7.0, 0.1)).unwrap().is_periodic());
-        }
-        assert!(!KnotVector::clamped_uniform(3, 9).unwrap().is_periodic());
-    }
-
-    #[test]
-    fn clamped_uniform_is_what_new_accepts() {
-        for degree in 1..=MAX_DEGREE {
-            for count in degree + 1..degree + 6 {
-                let knots = KnotVector::clamped_uniform(degree, count).unwrap();
-                assert_eq!(knots.control_points(), count);
-                assert_eq!(KnotVector::new(degree, knots.as_slice().to_vec()).unwrap(), knots);
-            }
-        }
-        assert!(KnotVector::clamped_uniform(3, 3).is_err());
-        assert!(KnotVector::clamped_uniform(3, usize::MAX).is_err());
-        assert!(KnotVector::periodic_uniform(3, usize::MAX).is_err());
     }
 }

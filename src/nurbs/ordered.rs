@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::interpolate::{GridOptions, Parametrization};
 use super::knot_vector::{MAX_DEGREE, check_degree};
+use super::parametrization::{GridOptions, Parametrization};
 use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Silent;
@@ -27,6 +27,11 @@ impl OrderedSurface {
     pub const ALL: [Self; 3] = [Self::ControlNet, Self::Interpolate, Self::Bezier];
 
     /// The name, as Python and the command line spell it.
+    ///
+    /// ```
+    /// use neurbs::nurbs::OrderedSurface;
+    /// assert_eq!(OrderedSurface::ControlNet.name(), "control-net");
+    /// ```
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -37,6 +42,12 @@ impl OrderedSurface {
     }
 
     /// Checks that a grid of this shape can become such a surface.
+    ///
+    /// ```
+    /// use neurbs::nurbs::OrderedSurface;
+    /// assert!(OrderedSurface::Bezier.check_shape((10, 10)).is_ok());
+    /// assert!(OrderedSurface::Bezier.check_shape((11, 10)).is_err());
+    /// ```
     ///
     /// # Errors
     ///

@@ -1,9 +1,10 @@
 //! Parts of a surface, and one of two.
 
-use super::algebra::{Direction, check_tolerance};
+use super::algebra::check_tolerance;
 use super::batch::listening;
 use super::bezier::Patch;
 use super::curve::NurbsCurve;
+use super::direction::Direction;
 use super::remove::deviation;
 use super::strip::{Strip, unify, unify_degrees};
 use super::surface::NurbsSurface;

@@ -2,7 +2,7 @@
 
 use glam::DVec4;
 
-use super::algebra::{Direction, transpose};
+use super::direction::{Direction, transpose};
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;

@@ -48,6 +48,17 @@ impl PartialEq for NurbsSurface {
 impl NurbsSurface {
     /// A surface from its parts; without weights it is polynomial (all weights are 1).
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::{KnotVector, NurbsSurface}};
+    /// let knots = KnotVector::clamped_uniform(1, 2)?;
+    /// let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE];
+    /// let weights = Some(vec![1.0, 1.0, 1.0, 3.0]);
+    /// let surface = NurbsSurface::new(net, weights, knots.clone(), knots)?;
+    /// // The corner with the largest weight pulls the middle to itself.
+    /// assert_eq!(surface.point(0.5, 0.5), DVec3::new(4.0, 4.0, 3.0) / 6.0);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
@@ -105,6 +116,14 @@ impl NurbsSurface {
     /// × `cols` control points. Where the net has no more rows (columns) than `degree`, the degree
     /// in that direction is the highest that it can hold.
     ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let net = (0..12).map(|i| DVec3::new(f64::from(i / 4), f64::from(i % 4), 0.0)).collect();
+    /// let surface = NurbsSurface::clamped(net, (3, 4), 3)?;
+    /// assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (2, 3));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`Error::Parameter`] for a degree out of range or a side with fewer than 2 control points;
@@ -119,42 +138,92 @@ impl NurbsSurface {
     }
 
     /// The net's control points, row by row.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// assert_eq!(plane.control_points()[1], 2.0 * DVec3::Y);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn control_points(&self) -> &[DVec3] {
         &self.control_points
     }
 
     /// The net's weights, row by row; `None` if the surface is polynomial.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// assert!(plane.weights().is_none());
+    /// assert!(NurbsSurface::sphere(DVec3::ZERO, 1.0)?.weights().is_some());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn weights(&self) -> Option<&[f64]> {
         self.weights.as_deref()
     }
 
     /// The knots in u, along the rows.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert_eq!(sphere.knots_u().breaks(), [0.0, 0.25, 0.5, 0.75, 1.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn knots_u(&self) -> &KnotVector {
         &self.knots_u
     }
 
     /// The knots in v, along the columns.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert_eq!(sphere.knots_v().breaks(), [0.0, 0.5, 1.0]);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn knots_v(&self) -> &KnotVector {
         &self.knots_v
     }
 
     /// Rows and columns of the net.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
+    /// assert_eq!(sphere.shape(), (9, 5));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn shape(&self) -> (usize, usize) {
         (self.knots_u.control_points(), self.knots_v.control_points())
     }
 
     /// Smallest and largest coordinates of the control points: a box that holds the surface.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// assert_eq!(plane.net_box(), (DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0)));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn net_box(&self) -> (DVec3, DVec3) {
         bounds(self.control_points.iter().copied())
     }
 
     /// The diagonal of the net's box, in the points' unit: what "the size" means in tolerances.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// assert_eq!(plane.size(), 5_f64.sqrt());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     #[must_use]
     pub fn size(&self) -> f64 {
         let (low, high) = self.net_box();
@@ -167,6 +236,14 @@ impl NurbsSurface {
 
     /// The same surface with each control point moved by `f`, which must be affine for the surface
     /// to move with it.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsSurface};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y)?;
+    /// let raised = plane.map_control_points(|p| p + DVec3::Z)?;
+    /// assert_eq!(raised.point(0.5, 0.5), DVec3::new(0.5, 1.0, 1.0));
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
     ///
     /// # Errors
     ///

@@ -7,7 +7,8 @@ use super::arguments::{choice, optional_real, pair};
 use super::arrays::{self, Numbers};
 use super::call;
 use super::errors::NeurbsError;
-use super::surface::{NurbsSurface, closed, degrees, knot_vectors, net, weights};
+use super::surface::NurbsSurface;
+use super::surface_arguments::{closed, degrees, knot_vectors, net, weights};
 use crate::fit::{FitOptions, fit};
 use crate::nurbs::{self, GridOptions, Parametrization};
 
@@ -247,8 +248,8 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// Sparse normal equations and Cholesky's factorization; memory does not grow with the number
-    /// of points.
+    /// Sparse normal equations and Cholesky's factorization; memory grows by some 90 bytes for each
+    /// point.
     ///
     /// Examples
     /// --------

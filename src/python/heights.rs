@@ -6,7 +6,8 @@ use numpy::ndarray::IxDyn;
 use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};
-use super::surface::{NurbsSurface, degrees};
+use super::surface::NurbsSurface;
+use super::surface_arguments::degrees;
 use super::{arguments, call};
 use crate::fit::{self, HeightOptions};
 use crate::point_cloud;

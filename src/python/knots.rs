@@ -223,7 +223,8 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a degree would be 0, or the tolerance cannot be held: the message says what can.
+    ///     If a degree would be 0, a weight would not stay positive, or the tolerance cannot be
+    ///     held: the message says what can.
     ///
     /// See Also
     /// --------

@@ -16,7 +16,9 @@ mod construction;
 mod curvature;
 mod curve;
 mod curve_algebra;
+mod curve_construction;
 mod curve_evaluation;
+mod curve_parts;
 mod epoch;
 mod errors;
 mod evaluation;
@@ -37,6 +39,8 @@ mod som;
 mod som_options;
 mod spline;
 mod surface;
+mod surface_arguments;
+mod swept;
 mod tessellation;
 
 use pyo3::pymodule;

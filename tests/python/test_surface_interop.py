@@ -140,6 +140,21 @@ def test_out_takes_results_and_refuses_what_does_not_fit(rng: np.random.Generato
     np.testing.assert_allclose(bends.gaussian, surface.curvatures(uv[::-1]).gaussian)
     feet = surface.closest_points(rng.random((4, 3)))
     assert surface.closest_points(rng.random((4, 3)), out=feet) is feet
+    first, second = np.empty((5, 2, 2)), np.empty((5, 2, 2))
+    forms = surface.fundamental_forms(uv, out=(first, second))
+    assert forms[0] is first
+    assert forms[1] is second
+    low, high = np.empty(3), np.empty(3)
+    assert surface.bounding_box(out=(low, high))[1] is high
+    np.testing.assert_array_equal(low, surface.bounding_box()[0])
+    grid = np.stack(np.meshgrid(np.arange(5.0), np.arange(6.0), [0.0], indexing="ij"), axis=-1)
+    u, v = np.empty(5), np.empty(6)
+    got = neurbs.NurbsSurface.grid_parameters(grid[:, :, 0], out=(u, v))
+    assert got[0] is u
+    assert got[1] is v
+    np.testing.assert_allclose(u, np.linspace(0, 1, 5), rtol=0, atol=1e-15)
+    with pytest.raises(neurbs.NeurbsError, match="out must be"):
+        neurbs.NurbsSurface.grid_parameters(grid[:, :, 0], out=(v, u))
     with pytest.raises(neurbs.NeurbsError, match="out must be"):
         surface.curvatures(uv[:3], out=bends)
     with pytest.raises(neurbs.NeurbsError, match="out must be"):

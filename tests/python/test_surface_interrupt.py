@@ -24,6 +24,8 @@ def noisy() -> neurbs.NurbsSurface:
     return neurbs.NurbsSurface(net, rng.uniform(0.5, 2, (SIDE, SIDE)))
 
 
+SPHERE = neurbs.NurbsSurface.sphere([0, 0, 0], 1)
+
 JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
     "insert_knots": lambda s: s.insert_knots(u=np.linspace(0.001, 0.999, 20_000)),
     "remove_knots": lambda s: s.remove_knots(tolerance=10.0),
@@ -33,6 +35,7 @@ JOBS: dict[str, Callable[[neurbs.NurbsSurface], object]] = {
     "area": lambda s: s.area(),
     "bezier_patches": lambda s: s.bezier_patches(),
     "closest_points": lambda s: s.closest_points(np.full((100_000, 3), 0.5)),
+    "closest points near a focus": lambda s: SPHERE.closest_points(np.full((10_000, 3), 0.01)),
     "derivatives": lambda s: s.derivatives(np.full((20_000, 2), 0.5), order=12),
     "curvatures": lambda s: s.curvatures(np.full((1_000_000, 2), 0.5)),
     "curve": lambda s: s.isocurve(u=0.5).evaluate(np.full(2_000_000, 0.5)),
