@@ -488,7 +488,7 @@ def test_one_file_may_go_into_a_folder(
     ending: str, points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "made"
-    words = ["reconstruct", points_file, "-o", f"{folder}{ending}", *QUICK]
+    words: list[str | Path] = ["reconstruct", points_file, "-o", f"{folder}{ending}", *QUICK]
     done = Outcome(capsys, *words)
     assert done.code == 1
     assert "there is no such folder" in done.err
@@ -511,14 +511,15 @@ def test_columns_are_chosen_and_points_dropped(
     surface = tmp_path / "a.json"
     chosen = ["--columns", "east,north,up", "--nan", "drop"]
     numbers = ["--columns", "1, 3, 2", "--nan", "drop"]
-    for words in (
+    commands: list[list[str | Path]] = [
         ["reconstruct", table, "-o", surface],
         ["train", table, "-o", tmp_path / "a.npz", "--rows", "5", "--cols", "5"],
         ["compare", surface, table, "--tolerance", "0.01"],
         ["info", table],
         ["convert", table, tmp_path / "a.ply"],
         ["view", table, "-o", tmp_path / "a.png"],
-    ):
+    ]
+    for words in commands:
         for reading in (chosen, numbers):
             done = Outcome(capsys, *words, *reading)
             assert done.code == 0, done.err

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import typer
 
@@ -49,11 +49,11 @@ def check_points(context: typer.Context, path: Path) -> None:
 
 def read(context: typer.Context, path: Path, columns: str | None, nan: str | None) -> PointCloud:
     """Read a file of points, and say how many of them were dropped if that was asked for."""
-    given = {
-        "columns": None if columns is None else [_column(name) for name in columns.split(",")],
-        "nan": nan,
-    }
-    given = {name: value for name, value in given.items() if value is not None}
+    given: dict[str, Any] = {}
+    if columns is not None:
+        given["columns"] = [_column(name) for name in columns.split(",")]
+    if nan is not None:
+        given["nan"] = nan
     with blamed(context, given):
         cloud = neurbs.read_point_cloud(path, **given)
     if nan is not None and cloud.dropped:

@@ -13,6 +13,7 @@ import typer
 
 import neurbs
 from neurbs import Reconstruction, io
+from neurbs._core import LENGTH_UNITS
 from neurbs.cli.command import FAILED, app, failure, failure_message, print_json, print_table
 from neurbs.cli.options import (
     AsJson,
@@ -26,7 +27,7 @@ from neurbs.cli.options import (
 )
 from neurbs.cli.points import Columns, Nan, check_points, read
 from neurbs.cli.progress import progress_bar
-from neurbs.io.units import LENGTH_UNITS, check_unit
+from neurbs.io.units import check_unit
 
 _WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
 
