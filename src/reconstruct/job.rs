@@ -18,8 +18,9 @@ const BORDER: f64 = 0.5;
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
-/// Fits with more fairness than cross-validation has found, at most, and how much more each time.
-const FLATTENINGS: usize = 3;
+/// Fits with more fairness than cross-validation has found, at most, and how much more each time:
+/// where a net cannot follow what bends more than it can, cross-validation sees no use in any.
+const FLATTENINGS: usize = 5;
 const FLATTER: f64 = 10.0;
 
 /// The kind of surface that is fitted.
@@ -149,7 +150,8 @@ impl Job<'_> {
     }
 
     /// The fit with more fairness, where it folds over and the points do not: the least that leaves
-    /// no fold, or the fewest, and keeps a tolerance that was kept.
+    /// no fold, or the fewest, and keeps a tolerance that was kept. A surface that runs away from
+    /// the points folds over, too.
     fn unfolded(
         &self,
         fit: Fit,
@@ -165,22 +167,21 @@ impl Job<'_> {
         let tolerance = growth.and_then(|growth| growth.tolerance);
         let mut fewest = folds(&fit, observer)?;
         let mut fairness = fit.fairness;
+        let net = self.different(&fit.surface);
         let mut best = fit;
         for _ in 0..FLATTENINGS {
             if fewest == 0 {
                 break;
             }
             fairness *= FLATTER;
-            let net = self.different(&best.surface);
             let flatter = self.approximated(net, None, Some(fairness), observer)?;
             let kept = |tolerance: f64| self.largest(&flatter.distances) <= tolerance;
             if best.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
                 break;
             }
             let count = folds(&flatter, observer)?;
-            // Where layers lie on one another, no fairness helps.
-            if 2 * count > fewest {
-                break;
+            if count >= fewest {
+                continue;
             }
             let iterations = best.iterations + flatter.iterations;
             (fewest, best) = (count, Fit { ended_by: best.ended_by, iterations, ..flatter });
