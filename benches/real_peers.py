@@ -2,8 +2,8 @@
 
     NEURBS_DATA=FOLDER python benches/real_peers.py [--clouds owl,leaf] [--pictures FOLDER]
 
-Reads FOLDER/npy/*.npy, arrays of points. Each is fitted as it is, by default settings, and beside
-it by those peers that are installed, with as many poles as neurbs chose (144 at most):
+Reads FOLDER/npy/*.npy, arrays of points. Each is fitted as it is, by default settings, then with as
+many poles as that chose, but 144 at most, and so by those peers that are installed:
 
 freecad
     `ReverseEngineering.approxSurface`: least squares over the principal plane with parameter
@@ -25,6 +25,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -68,7 +69,26 @@ def of_freecad(points: Array, poles: int) -> tuple[Array, str, float]:
         return found["grid"], f"{poles} × {poles}", float(found["seconds"])
 
 
-def of_opencascade(points: Array, _: int) -> tuple[Array, str, float]:
+def of_neurbs(points: Array, poles: int) -> tuple[Array, str, float]:
+    start = time.perf_counter()
+    result = neurbs.reconstruct(points, grid=(poles, poles))
+    return sampled(result, time.perf_counter() - start)
+
+
+def sampled(result: neurbs.Reconstruction, seconds: float) -> tuple[Array, str, float]:
+    u, v = (np.linspace(*ends, SIDE) for ends in result.surface.domain)
+    rows, cols = result.report.grid
+    grid = result.surface.evaluate_grid(u, v).reshape(-1, 3)
+    return grid, f"{rows} × {cols}", seconds
+
+
+def of_opencascade(points: Array, poles: int) -> tuple[Array, str, float]:
+    # In a process of its own: points that coincide crash it.
+    with ProcessPoolExecutor(1) as pool:
+        return pool.submit(plate, points, poles).result(SECONDS)
+
+
+def plate(points: Array, _: int) -> tuple[Array, str, float]:
     from OCP.GeomPlate import (
         GeomPlate_BuildPlateSurface,
         GeomPlate_MakeApprox,
@@ -79,12 +99,12 @@ def of_opencascade(points: Array, _: int) -> tuple[Array, str, float]:
     tolerance = 1e-4 * float(np.linalg.norm(np.ptp(points, axis=0)))
     chosen = np.random.default_rng(0).permutation(len(points))[:PLATE_POINTS]
     start = time.perf_counter()
-    plate = GeomPlate_BuildPlateSurface(3, 10, 2, 1e-5, tolerance, 0.01, 0.1, False)
+    builder = GeomPlate_BuildPlateSurface(3, 10, 2, 1e-5, tolerance, 0.01, 0.1, False)
     for point in points[chosen]:
-        plate.Add(GeomPlate_PointConstraint(gp_Pnt(*map(float, point)), 0, tolerance))
-    plate.Perform()
-    error = max(1e-4, 10 * plate.G0Error())
-    surface = GeomPlate_MakeApprox(plate.Surface(), tolerance, 16, 8, error, 0).Surface()
+        builder.Add(GeomPlate_PointConstraint(gp_Pnt(*map(float, point)), 0, tolerance))
+    builder.Perform()
+    error = max(1e-4, 10 * builder.G0Error())
+    surface = GeomPlate_MakeApprox(builder.Surface(), tolerance, 16, 8, error, 0).Surface()
     seconds = time.perf_counter() - start
     u0, u1, v0, v1 = surface.Bounds()
     grid = [
@@ -97,6 +117,7 @@ def of_opencascade(points: Array, _: int) -> tuple[Array, str, float]:
 
 
 PEERS: dict[str, Callable[[Array, int], tuple[Array, str, float]]] = {
+    "neurbs, as many": of_neurbs,
     "freecad": of_freecad,
     "opencascade": of_opencascade,
 }
@@ -116,7 +137,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--clouds", help="parts of the names of those that are wanted")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of each result")
-    parser.add_argument("--peers", default=",".join(PEERS))
+    parser.add_argument("--peers", default=";".join(PEERS))
     options = parser.parse_args()
     folder = os.environ.get("NEURBS_DATA")
     if folder is None:
@@ -132,12 +153,10 @@ def main() -> None:
             start = time.perf_counter()
             result = neurbs.reconstruct(points)
             seconds = time.perf_counter() - start
-        u, v = (np.linspace(*ends, SIDE) for ends in result.surface.domain)
-        grid = result.surface.evaluate_grid(u, v).reshape(-1, 3)
         rows, cols = result.report.grid
-        print(line(file.stem, "neurbs", points, (grid, f"{rows} × {cols}", seconds)), flush=True)
+        print(line(file.stem, "neurbs", points, sampled(result, seconds)), flush=True)
         poles = round(min(rows * cols, MOST_POLES) ** 0.5)
-        for name in filter(None, options.peers.split(",")):
+        for name in filter(None, options.peers.split(";")):
             try:
                 found = PEERS[name](points, poles)
             except (ImportError, RuntimeError, OSError, subprocess.SubprocessError) as error:
