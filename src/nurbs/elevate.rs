@@ -42,6 +42,7 @@ impl Strip {
             // control point, by its number behind the clamped start.
             let mut source = 0;
             for (i, row) in points.chunks_mut(self.width).enumerate() {
+                listen()?;
                 if i > 0 && kept(&(i + p + 1)) {
                     source += 1;
                 }
@@ -50,8 +51,9 @@ impl Strip {
                 }
             }
         }
-        for point in &mut points {
-            *point /= (p + 1) as f64;
+        for row in points.chunks_mut(self.width) {
+            listen()?;
+            row.iter_mut().for_each(|point| *point /= (p + 1) as f64);
         }
         Ok(Self { knots: raised, points, width: self.width })
     }
