@@ -53,7 +53,9 @@ impl Strip {
         }
         for row in points.chunks_mut(self.width) {
             listen()?;
-            row.iter_mut().for_each(|point| *point /= (p + 1) as f64);
+            for point in row {
+                *point /= (p + 1) as f64;
+            }
         }
         Ok(Self { knots: raised, points, width: self.width })
     }
