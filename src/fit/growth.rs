@@ -59,11 +59,11 @@ const ITERATIONS: usize = 6;
 const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows.
-const POINTS_PER_CONTROL_POINT: usize = 4;
+pub(crate) const POINTS_PER_CONTROL_POINT: usize = 4;
 
 /// Root mean square error, as a share of the diagonal of the points' box, below which nobody sees
 /// what more control points would do.
-const EXACT: f64 = 1e-5;
+pub(crate) const EXACT: f64 = 1e-5;
 
 impl Fitting<'_> {
     /// Divides spans and solves again until the tolerance holds or something forbids more.

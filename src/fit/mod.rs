@@ -28,6 +28,7 @@ pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 use self::band::Band;
 pub use self::border::bounded;
 pub use self::correct::project;
+pub(crate) use self::growth::{EXACT, POINTS_PER_CONTROL_POINT};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 use self::normal_equations::{NormalEquations, Sample};

@@ -4,11 +4,9 @@ use glam::{DVec3, DVec4};
 
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
-use super::batch::listening;
-use super::direction::turned;
-use super::interpolate::{check_counts, homogeneous, singular, wrapped};
+use super::interpolate::{by_strips, check_counts, singular, wrapped};
 use super::knot_vector::KnotVector;
-use super::parametrization::{GridOptions, Sites};
+use super::parametrization::GridOptions;
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
@@ -45,16 +43,11 @@ impl NurbsSurface {
         options: &GridOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let listen = &mut listening(observer);
-        let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
-        let points = homogeneous(grid, listen)?;
         let GridOptions { degree, closed, .. } = *options;
-        let along = approximate_strip(&points, shape.1, &u, (net.0, degree.0, closed.0), listen)?;
-        let (rows, knots_u) = (along.rows(), along.knots.clone());
-        let across = turned(along, listen)?;
-        let across = approximate_strip(&across, rows, &v, (net.1, degree.1, closed.1), listen)?;
-        let knots = [knots_u, across.knots.clone()];
-        Self::from_homogeneous(turned(across, listen)?, false, knots, listen)
+        let sides = [(net.0, degree.0, closed.0), (net.1, degree.1, closed.1)];
+        by_strips(grid, shape, options, observer, |d, points, width, sites, listen| {
+            approximate_strip(&points, width, sites, sides[d], listen)
+        })
     }
 }
 

@@ -40,21 +40,37 @@ impl NurbsSurface {
         options: &GridOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let listen = &mut listening(observer);
-        let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
-        let points = homogeneous(grid, listen)?;
         let GridOptions { degree, closed, .. } = *options;
-        let along = interpolate_strip(points, shape.1, &u, degree.0, closed.0, listen)?;
-        let (rows, knots_u) = (along.rows(), along.knots.clone());
-        let across = turned(along, listen)?;
-        let across = interpolate_strip(across, rows, &v, degree.1, closed.1, listen)?;
-        let knots = [knots_u, across.knots.clone()];
-        Self::from_homogeneous(turned(across, listen)?, false, knots, listen)
+        let (degree, closed) = ([degree.0, degree.1], [closed.0, closed.1]);
+        by_strips(grid, shape, options, observer, |d, points, width, sites, listen| {
+            interpolate_strip(points, width, sites, degree[d], closed[d], listen)
+        })
     }
 }
 
+/// The surface that `strip` makes of the columns of a grid, and then of the rows of what comes out:
+/// it is given the direction, 0 or 1, the points of the curves, how many these are, and their
+/// parameters.
+pub(super) fn by_strips(
+    grid: &[DVec3],
+    shape: (usize, usize),
+    options: &GridOptions,
+    observer: &mut dyn Observer,
+    strip: impl Fn(usize, Vec<DVec4>, usize, &[f64], &mut Listen<'_>) -> Result<Strip>,
+) -> Result<NurbsSurface> {
+    let listen = &mut listening(observer);
+    let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
+    let points = homogeneous(grid, listen)?;
+    let along = strip(0, points, shape.1, &u, listen)?;
+    let (rows, knots_u) = (along.rows(), along.knots.clone());
+    let across = turned(along, listen)?;
+    let across = strip(1, across, rows, &v, listen)?;
+    let knots = [knots_u, across.knots.clone()];
+    NurbsSurface::from_homogeneous(turned(across, listen)?, false, knots, listen)
+}
+
 /// Points of weight 1.
-pub(super) fn homogeneous(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+fn homogeneous(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
     in_steps((points.len(), 1), listen, |part| points[part].iter().map(|point| point.extend(1.0)))
 }
 

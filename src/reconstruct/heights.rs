@@ -7,7 +7,10 @@ use super::job::{Fit, Job};
 use super::outline::{area, bounds};
 use super::start::whole;
 use crate::error::Result;
-use crate::fit::{EndedBy, Growth, HeightFit, HeightOptions, fit_heights, height_axes, project};
+use crate::fit::{
+    EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, fit_heights,
+    height_axes, project,
+};
 use crate::point_cloud::Bounds;
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::som;
@@ -18,12 +21,6 @@ const LONGER: f64 = 1.5;
 /// Share of the error expected of unseen points that may be left after growing, for the growth to
 /// go on.
 const LEAST_GAIN: f64 = 0.95;
-
-/// Least number of points for each control point of a net that grows.
-const POINTS_PER_CONTROL_POINT: usize = 4;
-
-/// Share of the diagonal below which an error cannot be seen.
-const EXACT: f64 = 1e-5;
 
 /// Share of the rectangle around the points that their convex hull fills at least, where the
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.

@@ -18,7 +18,7 @@ from neurbs.cli.options import (
     Surface,
     check_output,
 )
-from neurbs.cli.points import Columns, Nan, Points, check_points, read
+from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.deviation import Deviation
 
 _SHARES = (50.0, 90.0, 95.0, 99.0)
@@ -70,7 +70,7 @@ def compare(
         check_output(context, path, points, surface)
     check_points(context, points)
     loaded = neurbs.load_surface(surface)
-    cloud = read(context, points, columns, nan).points
+    cloud = read_points(context, points, columns, nan)
     deviation = Deviation.of(loaded, cloud)
     for path in output or []:
         neurbs.save(PointCloud(cloud, distances=deviation.distances), path)

@@ -13,7 +13,7 @@ import typer
 from neurbs import NeurbsError, NurbsSurface, PointCloud, SelfOrganizingMap
 from neurbs.cli.command import app, print_json, print_table
 from neurbs.cli.options import AsJson, Config, Quiet, blamed, options_of, values
-from neurbs.cli.points import Columns, Nan, read
+from neurbs.cli.points import Columns, Nan, read_points
 from neurbs.cli.surfaces import load
 from neurbs.plot import plot_points, plot_surface, save_picture
 
@@ -83,7 +83,7 @@ def view(
         _check_display()
     thing, given = load(context, file, columns, nan), values(options)
     backend = "pyvista" if output is None else "matplotlib"
-    cloud = None if points is None else read(context, points, columns, nan).points
+    cloud = None if points is None else read_points(context, points, columns, nan)
     with blamed(context, given):
         if isinstance(thing, NurbsSurface):
             drawn = plot_surface(thing, cloud, backend=backend, **given)

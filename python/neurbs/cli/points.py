@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 import neurbs
 from neurbs import PointCloud, io
 from neurbs.cli.options import blamed
+from neurbs.io.points import warn_dropped
 
 Points: TypeAlias = Annotated[
     Path,
@@ -47,22 +49,36 @@ def check_points(context: typer.Context, path: Path) -> None:
             raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
 
 
-def read(context: typer.Context, path: Path, columns: str | None, nan: str | None) -> PointCloud:
-    """Read a file of points, and say how many of them were dropped if that was asked for."""
+def read_points(
+    context: typer.Context, path: Path, columns: str | None, nan: str | None
+) -> NDArray[np.float64]:
+    """Read the points of a file alone."""
+    given = _given(columns, nan)
+    with blamed(context, given):
+        points: NDArray[np.float64] = neurbs.read_points(path, **given)
+    return points
+
+
+def read_point_cloud(
+    context: typer.Context, path: Path, columns: str | None, nan: str | None
+) -> PointCloud:
+    """Read a file of points with all that it knows, and say how many were dropped if asked for."""
+    given = _given(columns, nan)
+    with blamed(context, given):
+        cloud = neurbs.read_point_cloud(path, **given)
+    if nan == "drop":
+        warn_dropped(path, cloud.dropped, len(cloud))
+    return cloud
+
+
+def _given(columns: str | None, nan: str | None) -> dict[str, Any]:
+    """Return the options of reading that were given, as Python takes them."""
     given: dict[str, Any] = {}
     if columns is not None:
         given["columns"] = [_column(name) for name in columns.split(",")]
     if nan is not None:
         given["nan"] = nan
-    with blamed(context, given):
-        cloud = neurbs.read_point_cloud(path, **given)
-    if nan is not None and cloud.dropped:
-        total = cloud.dropped + len(cloud)
-        warnings.warn(
-            f"{path}: {cloud.dropped} of {total} points are not finite and were dropped",
-            stacklevel=2,
-        )
-    return cloud
+    return given
 
 
 def _column(name: str) -> str | int:

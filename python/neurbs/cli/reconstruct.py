@@ -25,7 +25,7 @@ from neurbs.cli.options import (
     options_of,
     values,
 )
-from neurbs.cli.points import Columns, Nan, check_points, read
+from neurbs.cli.points import Columns, Nan, check_points, read_point_cloud
 from neurbs.cli.progress import progress_bar
 from neurbs.io.units import check_unit
 
@@ -90,7 +90,7 @@ def reconstruct(
     documents: list[dict[str, Any]] = []
     for file, targets in jobs.items():
         try:
-            cloud = read(context, file, columns, nan)
+            cloud = read_point_cloud(context, file, columns, nan)
             name = file.name if batch else ""
             with blamed(context, given), progress_bar(not quiet, name) as progress:
                 found = neurbs.reconstruct(cloud, progress=progress, **given)

@@ -21,7 +21,7 @@ from neurbs.cli.options import (
     options_of,
     values,
 )
-from neurbs.cli.points import Columns, Nan, read
+from neurbs.cli.points import Columns, Nan, read_point_cloud
 
 
 @app.command()
@@ -108,4 +108,4 @@ def load(
     """Read what a file holds, by its suffix: a surface or points."""
     if path.suffix.lower() in io.LOADABLE:
         return neurbs.load_surface(path)
-    return read(context, path, columns, nan)
+    return read_point_cloud(context, path, columns, nan)

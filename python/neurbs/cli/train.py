@@ -17,7 +17,7 @@ from neurbs.cli.options import (
     options_of,
     values,
 )
-from neurbs.cli.points import Columns, Nan, Points, check_points, read
+from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
 from neurbs.plot import save_picture
@@ -63,7 +63,7 @@ def train(
     for path in output:
         _check(context, path, films)
     check_points(context, points)
-    cloud = read(context, points, columns, nan).points
+    cloud = read_points(context, points, columns, nan)
     given = values(options)
     with blamed(context, given):
         som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)

@@ -145,7 +145,7 @@ def read_points(
         return _chunks(path, source, request, chunks)
     cloud = _collected(path, source, request)
     if nan == "drop":
-        _warn_dropped(path, cloud.dropped, len(cloud))
+        warn_dropped(path, cloud.dropped, len(cloud))
     return cloud.points
 
 
@@ -309,7 +309,7 @@ def _chunks(
     if filled:
         yield chunk[:filled]
     if request.nan == "drop":
-        _warn_dropped(path, dropped, total)
+        warn_dropped(path, dropped, total)
 
 
 def _check_any(path: Path, points: int, dropped: int) -> None:
@@ -318,7 +318,8 @@ def _check_any(path: Path, points: int, dropped: int) -> None:
         raise NeurbsError(f"{path}: must hold at least one point, but {got}")
 
 
-def _warn_dropped(path: Path, dropped: int, kept: int) -> None:
+def warn_dropped(path: Path, dropped: int, kept: int) -> None:
+    """Say how many points were left out, if any were."""
     if dropped:
         warnings.warn(
             f"{path}: {dropped} of {dropped + kept} points are not finite and were dropped",
