@@ -1,5 +1,7 @@
 //! What can be done to a surface without moving it: knots, degree, directions, domains.
 
+use std::borrow::Cow;
+
 use glam::DAffine3;
 
 use super::batch::listening;
@@ -83,15 +85,7 @@ impl NurbsSurface {
     /// [`Error::Parameter`] if a degree would pass [`MAX_DEGREE`](super::MAX_DEGREE),
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn elevate_degree(&self, u: usize, v: usize, observer: &mut dyn Observer) -> Result<Self> {
-        let mut listen = listening(observer);
-        let mut raised = |surface: &Self, direction, times| match times {
-            0 => Ok(surface.clone()),
-            times => {
-                surface.along(direction, &mut listen, |strip, listen| strip.elevated(times, listen))
-            }
-        };
-        let along_u = raised(self, Direction::U, u)?;
-        raised(&along_u, Direction::V, v)
+        self.in_turn([u, v], &mut listening(observer), Strip::elevated)
     }
 
     /// A surface of lower degrees, by `u` and `v`, no point of which lies further from where it
@@ -119,14 +113,27 @@ impl NurbsSurface {
         check_tolerance(tolerance)?;
         // Both steps may move a point: each gets its share.
         let share = if u > 0 && v > 0 { tolerance / 2.0 } else { tolerance };
-        let mut listen = listening(observer);
-        let mut lowered = |surface: &Self, direction, times| match times {
-            0 => Ok(surface.clone()),
-            times => surface
-                .along(direction, &mut listen, |strip, listen| strip.reduced(times, share, listen)),
-        };
-        let along_u = lowered(self, Direction::U, u)?;
-        lowered(&along_u, Direction::V, v)
+        self.in_turn([u, v], &mut listening(observer), |strip, times, listen| {
+            strip.reduced(times, share, listen)
+        })
+    }
+
+    /// What `f` makes of the surface in the directions whose degree changes, by u and by v.
+    fn in_turn(
+        &self,
+        [u, v]: [usize; 2],
+        listen: &mut Listen<'_>,
+        f: impl Fn(&Strip, usize, &mut Listen<'_>) -> Result<Strip>,
+    ) -> Result<Self> {
+        let mut surface = Cow::Borrowed(self);
+        for (direction, times) in [(Direction::U, u), (Direction::V, v)] {
+            if times > 0 {
+                let changed =
+                    surface.along(direction, listen, |strip, listen| f(strip, times, listen))?;
+                surface = Cow::Owned(changed);
+            }
+        }
+        Ok(surface.into_owned())
     }
 
     /// The same surface with clamped knots in both directions.

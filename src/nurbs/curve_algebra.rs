@@ -211,7 +211,7 @@ impl NurbsCurve {
     pub fn joined(&self, next: &Self, tolerance: f64, observer: &mut dyn Observer) -> Result<Self> {
         check_tolerance(tolerance)?;
         let listen = &mut listening(observer);
-        let mut strips = [self.strip().clone(), next.strip().clone()];
+        let mut strips = [self.strip().copied(listen)?, next.strip().copied(listen)?];
         unify_degrees(&mut strips, listen)?;
         let joined = joined(&strips[0], &strips[1], tolerance, listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();

@@ -3,6 +3,7 @@
 use glam::DVec4;
 
 use super::banded::Banded;
+use super::batch::in_steps;
 use super::knot_vector::{KnotVector, MAX_DEGREE};
 use super::remove::deviation;
 use super::strip::Strip;
@@ -31,7 +32,9 @@ impl Strip {
         let inner = inner.flat_map(|&v| std::iter::repeat_n(v, self.knots.multiplicity(v) + 1));
         let raised = KnotVector::clamped(p + 1, (start, end), inner)?;
         let rows = raised.control_points();
-        let mut points = vec![DVec4::ZERO; rows * self.width];
+        let mut points = in_steps((rows, self.width), listen, |rows| {
+            std::iter::repeat_n(DVec4::ZERO, rows.len() * self.width)
+        })?;
         let new = raised.as_slice();
         for left_out in 0..=p {
             let kept = |i: &usize| i % (p + 1) != left_out;
@@ -81,7 +84,7 @@ impl Strip {
         }
         let original = self.clamped(listen)?;
         let reduced =
-            (0..times).try_fold(original.clone(), |strip, _| strip.reduced_once(listen))?;
+            (0..times).try_fold(original.copied(listen)?, |strip, _| strip.reduced_once(listen))?;
         let least = reduced.points.iter().map(|point| point.w).fold(f64::INFINITY, f64::min);
         if least <= 0.0 {
             let must = format!(

@@ -162,7 +162,7 @@ impl Strip {
     }
 
     /// The same curves once more.
-    fn copied(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn copied(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let points = self.rows_from(0..self.rows(), listen)?;
         Ok(Self { knots: self.knots.clone(), points, width: self.width })
     }

@@ -61,7 +61,9 @@ impl NurbsSurface {
             return Err(Error::parameter("curves", "at least two", curves.len()));
         }
         let listen = &mut listening(observer);
-        let mut strips: Vec<Strip> = curves.iter().map(|curve| curve.strip().clone()).collect();
+        let strips: Result<Vec<Strip>> =
+            curves.iter().map(|curve| curve.strip().copied(listen)).collect();
+        let mut strips = strips?;
         unify(&mut strips, listen)?;
         let (count, width) = (strips.len(), strips[0].rows());
         let points = in_steps((count, width), listen, |rows| {
