@@ -24,6 +24,17 @@ pub(super) fn blossom(arguments: &[(f64, usize)]) -> Weights {
     weights[0] = 1.0;
     let mut degree = 0;
     for &(x, times) in arguments {
+        // The ends are the commonest arguments.
+        if x == 0.0 {
+            degree += times;
+            continue;
+        }
+        if x == 1.0 {
+            weights.copy_within(..=degree, times);
+            weights[..times].fill(0.0);
+            degree += times;
+            continue;
+        }
         for _ in 0..times {
             degree += 1;
             for i in (1..=degree).rev() {
@@ -51,9 +62,9 @@ pub(super) struct Bernstein {
     /// The same for the halves of the square, by the corner that they lack, in the order of
     /// [`UNIT`]; the indices are those of coefficients.
     halves: [Means; 4],
-    /// For each coefficient of a segment, the blossoms that it is the mean of; their indices are
-    /// those of coefficients.
-    segment: Means,
+    /// For each coefficient of the diagonal from (0, 0) and of the one from (0, 1), the coefficients
+    /// that it is the mean of.
+    diagonals: [Means; 2],
 }
 
 /// The corners of the unit square, counter-clockwise.
@@ -137,13 +148,14 @@ impl Bernstein {
                 }));
             }
         }
-        let mut segment = Means::default();
+        let mut diagonals = <[Means; 2]>::default();
         for m in 0..=n {
-            let shares = (0..=p).filter(|&a| a <= m && m - a <= q);
+            let shares = || (0..=p).filter(|&a| a <= m && m - a <= q);
             let weight = |a: usize| binomial(p, a) * binomial(q, m - a) / binomial(n, m);
-            segment.push(shares.map(|a| (a * (q + 1) + m - a, weight(a))));
+            diagonals[0].push(shares().map(|a| (a * (q + 1) + m - a, weight(a))));
+            diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
         }
-        Self { p, q, u, v, triangle, halves, segment }
+        Self { p, q, u, v, triangle, halves, diagonals }
     }
 
     /// The part of a net over a rectangle of its square, appended to `out`.
@@ -185,10 +197,12 @@ impl Bernstein {
         } else if from.y == to.y && end(from.y) {
             let column = if from.y == 0.0 { 0 } else { self.q };
             part(net[column..].iter().step_by(width), p, (from.x, to.x), out);
+        } else if UNIT.contains(&from) && UNIT.contains(&to) {
+            out.extend(self.diagonals[usize::from(from.x != from.y)].of(net));
         } else {
             blossoms.clear();
             self.rectangle(net, (from.x, to.x), (from.y, to.y), blossoms);
-            out.extend(self.segment.of(blossoms));
+            out.extend(self.diagonals[0].of(blossoms));
         }
     }
 
@@ -214,7 +228,8 @@ impl Bernstein {
         blossoms.clear();
         for counts in &self.u {
             let mut row = [DVec2::ZERO; MAX_ORDER];
-            for (of, weight) in of.chunks_exact(width).zip(weights(counts, |at| at.x)) {
+            let rows = of.chunks_exact(width).zip(weights(counts, |at| at.x));
+            for (of, weight) in rows.filter(|(_, weight)| *weight != 0.0) {
                 for (sum, of) in row.iter_mut().zip(of) {
                     *sum += weight * *of;
                 }
@@ -246,7 +261,8 @@ impl Bernstein {
     /// The row of points that these weights make of the rows of a net.
     fn contracted(&self, net: &[DVec4], weights: &Weights) -> [DVec4; MAX_ORDER] {
         let mut row = [DVec4::ZERO; MAX_ORDER];
-        for (points, weight) in net.chunks_exact(self.q + 1).zip(weights) {
+        let rows = net.chunks_exact(self.q + 1).zip(weights);
+        for (points, weight) in rows.filter(|(_, weight)| **weight != 0.0) {
             row.iter_mut().zip(points).for_each(|(sum, point)| *sum += *weight * *point);
         }
         row

@@ -38,7 +38,12 @@ pub(super) struct Workspace {
     coefficients: Vec<DVec2>,
     blossoms: Vec<DVec4>,
     curve: Vec<DVec4>,
+    /// The normals of the faces, of those that have one.
     normals: Vec<Option<DVec3>>,
+    /// The normals of the planes that stand for the faces.
+    planes: Vec<DVec3>,
+    /// The largest heights over the planes.
+    overs: Vec<f64>,
 }
 
 /// A bound up to this multiple of the limit may be of a distance within it: then it is worth
@@ -60,7 +65,8 @@ pub(super) fn distance(
         let centre = corners[0].point;
         net.iter().map(|&h| project(h).distance(centre)).fold(0.0, f64::max)
     };
-    let mut most = 0.0_f64;
+    work.planes.clear();
+    work.overs.clear();
     for (k, &face) in faces.iter().enumerate() {
         let Some(plane) = work.normals[k].or_else(|| borrowed(faces, &work.normals, face)) else {
             return ball();
@@ -73,30 +79,77 @@ pub(super) fn distance(
         if over > limit {
             return over;
         }
-        let (mut inside, mut outside) = (0.0_f64, 0.0_f64);
-        for (i, j) in edges(face) {
-            let neighbour = faces.iter().position(|other| edges(*other).contains(&(j, i)));
-            let tilt = match neighbour.and_then(|other| work.normals[other]) {
-                Some(other) if other.dot(plane) < SHEET => return ball(),
-                Some(other) => Some(other.distance(plane)),
-                None => None,
-            };
-            let (a, b) = (corners[i], corners[j]);
-            work.curve.clear();
-            bernstein.segment(net, (a.at, b.at), &mut work.blossoms, &mut work.curve);
-            closer(&mut work.curve);
-            let aside = sideways(&work.curve, a.point, b.point, plane);
-            match tilt {
-                Some(tilt) => inside = inside.max(aside * tilt),
-                None => outside = outside.max(aside),
-            }
-        }
-        most = most.max((over + inside).hypot(outside));
-        if most > limit {
-            break;
+        work.planes.push(plane);
+        work.overs.push(over);
+    }
+    if work.normals.windows(2).any(|pair| folded(pair[0], pair[1])) {
+        return ball();
+    }
+    let near = beyond(bernstein, net, (corners, faces), false, work);
+    if near > limit { beyond(bernstein, net, (corners, faces), true, work) } else { near }
+}
+
+/// What sticks out of a triangle sideways.
+#[derive(Default)]
+struct Beyond {
+    /// Over another triangle of the piece: what the planes differ there.
+    inside: f64,
+    /// Over nothing.
+    outside: f64,
+}
+
+impl Beyond {
+    /// Adds what sticks out beyond an edge; `tilt` is of the triangle behind it, if there is one.
+    fn add(&mut self, aside: f64, tilt: Option<f64>) {
+        match tilt {
+            Some(tilt) => self.inside = self.inside.max(aside * tilt),
+            None => self.outside = self.outside.max(aside),
         }
     }
+}
+
+/// The largest distance that follows from the heights over the faces, which are a strip, and from
+/// what sticks out of them sideways; with halved curves if `halved`.
+fn beyond(
+    bernstein: &Bernstein,
+    net: &[DVec4],
+    (corners, faces): (&[Corner], &[Face]),
+    halved: bool,
+    work: &mut Workspace,
+) -> f64 {
+    let Workspace { normals, planes, overs, blossoms, curve, .. } = work;
+    let (mut most, mut next) = (0.0_f64, Beyond::default());
+    for (k, &face) in faces.iter().enumerate() {
+        let mut here = std::mem::take(&mut next);
+        for (i, j) in edges(face) {
+            let shared = |other: &Face| edges(*other).contains(&(j, i));
+            if k > 0 && shared(&faces[k - 1]) {
+                continue;
+            }
+            let (a, b) = (corners[i], corners[j]);
+            curve.clear();
+            bernstein.segment(net, (a.at, b.at), blossoms, curve);
+            if halved {
+                closer(curve);
+            }
+            let aside = |plane: DVec3| sideways(curve, a.point, b.point, plane);
+            if faces.get(k + 1).is_some_and(shared) {
+                let tilt = planes[k].distance(planes[k + 1]);
+                here.add(aside(planes[k]), normals[k + 1].map(|_| tilt));
+                next.add(aside(planes[k + 1]), normals[k].map(|_| tilt));
+            } else {
+                here.add(aside(planes[k]), None);
+            }
+        }
+        let over = overs[k] + here.inside;
+        most = most.max((over * over + here.outside * here.outside).sqrt());
+    }
     most
+}
+
+/// Whether neighbours turn away from one another too far to be a sheet.
+fn folded(a: Option<DVec3>, b: Option<DVec3>) -> bool {
+    a.zip(b).is_some_and(|(a, b)| a.dot(b) < SHEET)
 }
 
 /// The largest height on a triangle of the square, from above: its largest coefficient there, or,
@@ -195,7 +248,8 @@ fn edges([a, b, c]: Face) -> [(usize, usize); 3] {
 fn normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let longest = (b - a).length_squared().max((c - a).length_squared());
     let cross = (b - a).cross(c - a);
-    (cross.length() > NO_AREA * longest).then(|| cross.normalize())
+    let length = cross.length();
+    (length > NO_AREA * longest).then(|| cross / length)
 }
 
 /// For a face without area (its corners lie on a pole): the normal of a face beside it.
@@ -220,15 +274,14 @@ fn sideways(curve: &[DVec4], a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let along = if length > 0.0 { chord / length } else { DVec3::ZERO };
     let across = normal.cross(along);
     let aside = |&h: &DVec4| {
-        let away = project(h) - a;
-        if length == 0.0 {
-            return away.length();
-        }
+        // Times the weight.
+        let away = h.truncate() - h.w * a;
         let (t, s) = (away.dot(along), away.dot(across));
-        let beyond = (-t).max(t - length).max(0.0);
-        (s * s + beyond * beyond).sqrt()
+        let beyond = (-t).max(t - h.w * length).max(0.0);
+        let rest = if length > 0.0 { s * s } else { away.length_squared() };
+        (rest + beyond * beyond) / (h.w * h.w)
     };
-    curve.iter().map(aside).fold(0.0, f64::max)
+    curve.iter().map(aside).fold(0.0, f64::max).sqrt()
 }
 
 fn project(h: DVec4) -> DVec3 {

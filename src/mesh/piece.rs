@@ -200,22 +200,19 @@ impl Divider<'_> {
     /// The direction whose curves bend more, or, if neither does, are longer.
     fn steeper(&self, net: &[DVec4]) -> Direction {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
-        let point = |i: usize, j: usize| project(net[i * (q + 1) + j]);
-        let (mut sag_u, mut sag_v) = (0.0_f64, 0.0_f64);
-        let (mut length_u, mut length_v) = (0.0_f64, 0.0_f64);
+        let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
-            let (a, b) = (point(0, j), point(p, j));
-            length_u = length_u.max(a.distance(b));
-            sag_u = (1..p).map(|i| aside(point(i, j), a, b)).fold(sag_u, f64::max);
+            u.add(net[j..].iter().step_by(q + 1).take(p + 1));
         }
-        for i in 0..=p {
-            let (a, b) = (point(i, 0), point(i, q));
-            length_v = length_v.max(a.distance(b));
-            sag_v = (1..q).map(|j| aside(point(i, j), a, b)).fold(sag_v, f64::max);
+        for row in net.chunks_exact(q + 1) {
+            v.add(row.iter());
         }
-        let bent = sag_u.max(sag_v) > self.limits.tolerance / 4.0;
-        let u = if bent { sag_u >= sag_v } else { length_u >= length_v };
-        if u { Direction::U } else { Direction::V }
+        let bent = u.sag.max(v.sag) > (self.limits.tolerance / 4.0).powi(2);
+        if if bent { u.sag >= v.sag } else { u.length >= v.length } {
+            Direction::U
+        } else {
+            Direction::V
+        }
     }
 
     /// The direction to divide a piece in because its triangles do not meet the limits of edges,
@@ -390,11 +387,26 @@ fn share(x: u32, (from, to): (u32, u32)) -> f64 {
     f64::from(x - from) / f64::from(to - from)
 }
 
-/// The distance of a point from the line through a and b.
-fn aside(point: DVec3, a: DVec3, b: DVec3) -> f64 {
-    let along = (b - a).normalize_or_zero();
-    let away = point - a;
-    (away - away.dot(along) * along).length()
+/// Squares of the largest length of some curves' chords, and of the largest distance of their
+/// control points from these.
+#[derive(Default)]
+struct Line {
+    length: f64,
+    sag: f64,
+}
+
+impl Line {
+    fn add<'a>(&mut self, curve: impl DoubleEndedIterator<Item = &'a DVec4> + Clone) {
+        let mut inner = curve.map(|&h| project(h));
+        let (Some(a), Some(b)) = (inner.next(), inner.next_back()) else { return };
+        let length = a.distance_squared(b);
+        let along = (b - a) / length.sqrt().max(f64::MIN_POSITIVE);
+        self.length = self.length.max(length);
+        for point in inner {
+            let away = point - a;
+            self.sag = self.sag.max((away - away.dot(along) * along).length_squared());
+        }
+    }
 }
 
 fn project(h: DVec4) -> DVec3 {
