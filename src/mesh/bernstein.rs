@@ -12,9 +12,6 @@ use glam::{DVec2, DVec4};
 
 use crate::nurbs::MAX_ORDER;
 
-/// Triples of counts with the highest degree as their sum.
-const MOST_TRIPLES: usize = MAX_ORDER * (MAX_ORDER + 1) / 2;
-
 /// The weights of a curve's control points in a blossom.
 pub(super) type Weights = [f64; MAX_ORDER];
 
@@ -57,7 +54,7 @@ pub(super) struct Bernstein {
     /// The same in v.
     v: Vec<[usize; 3]>,
     /// For each coefficient of a triangle, the blossoms that it is the mean of; their indices are
-    /// `u * v.len() + v`.
+    /// `v * u.len() + u`.
     triangle: Means,
     /// The same for the halves of the square, by the corner that they lack, in the order of
     /// [`UNIT`]; the indices are those of coefficients.
@@ -132,7 +129,7 @@ impl Bernstein {
                 let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
                 shares.push((i, j, ways / binomial(n, p)));
             }
-            triangle.push(shares.iter().map(|&(i, j, weight)| (i * v.len() + j, weight)));
+            triangle.push(shares.iter().map(|&(i, j, weight)| (j * u.len() + i, weight)));
             for (lacking, half) in halves.iter_mut().enumerate() {
                 let corners = [1, 2, 3].map(|k| UNIT[(lacking + k) % 4]);
                 let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
@@ -162,17 +159,15 @@ impl Bernstein {
     pub(super) fn rectangle(
         &self,
         net: &[DVec4],
-        (x0, x1): (f64, f64),
-        (y0, y1): (f64, f64),
+        x: (f64, f64),
+        y: (f64, f64),
         out: &mut Vec<DVec4>,
     ) {
-        let (p, q) = (self.p, self.q);
-        let columns: [Weights; MAX_ORDER] =
-            std::array::from_fn(|b| blossom(&[(y0, q.saturating_sub(b)), (y1, b.min(q))]));
-        for a in 0..=p {
-            let row = self.contracted(net, &blossom(&[(x0, p - a), (x1, a)]));
-            out.extend(columns[..=q].iter().map(|weights| sum(&row[..=q], weights)));
-        }
+        let (width, start) = (self.q + 1, out.len());
+        out.extend_from_slice(net);
+        let net = &mut out[start..];
+        (0..width).for_each(|column| restrict(net, (column, width), self.p, x));
+        (0..=self.p).for_each(|row| restrict(net, (row * width, 1), self.q, y));
     }
 
     /// The point of a net at a place in its square.
@@ -181,28 +176,31 @@ impl Bernstein {
         sum(&row[..=self.q], &blossom(&[(at.y, self.q)]))
     }
 
-    /// The control points of the curve above a segment of the square, appended to `out`.
+    /// The control points of the curve above a segment of the square, in the direction of growing
+    /// x, or else y, appended to `out`.
     pub(super) fn segment(
         &self,
         net: &[DVec4],
         (from, to): (DVec2, DVec2),
-        blossoms: &mut Vec<DVec4>,
+        part: &mut Vec<DVec4>,
         out: &mut Vec<DVec4>,
     ) {
-        let (p, width) = (self.p, self.q + 1);
+        let (p, width, start) = (self.p, self.q + 1, out.len());
+        let (low, high) = (from.min(to), from.max(to));
         let end = |x: f64| x == 0.0 || x == 1.0;
-        if from.x == to.x && end(from.x) {
-            let row = if from.x == 0.0 { 0 } else { p * width };
-            part(net[row..row + width].iter(), self.q, (from.y, to.y), out);
-        } else if from.y == to.y && end(from.y) {
-            let column = if from.y == 0.0 { 0 } else { self.q };
-            part(net[column..].iter().step_by(width), p, (from.x, to.x), out);
-        } else if UNIT.contains(&from) && UNIT.contains(&to) {
-            out.extend(self.diagonals[usize::from(from.x != from.y)].of(net));
+        if low.x == high.x && end(low.x) {
+            let row = if low.x == 0.0 { 0 } else { p * width };
+            out.extend_from_slice(&net[row..row + width]);
+            restrict(&mut out[start..], (0, 1), self.q, (low.y, high.y));
+        } else if low.y == high.y && end(low.y) {
+            let column = if low.y == 0.0 { 0 } else { self.q };
+            out.extend((0..=p).map(|row| net[row * width + column]));
+            restrict(&mut out[start..], (0, 1), p, (low.x, high.x));
         } else {
-            blossoms.clear();
-            self.rectangle(net, (from.x, to.x), (from.y, to.y), blossoms);
-            out.extend(self.diagonals[0].of(blossoms));
+            part.clear();
+            self.rectangle(net, (low.x, high.x), (low.y, high.y), part);
+            let falls = (from.x < to.x) != (from.y < to.y);
+            out.extend(self.diagonals[usize::from(falls)].of(part));
         }
     }
 
@@ -220,29 +218,29 @@ impl Bernstein {
         let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
             blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
         };
-        let mut columns = [Weights::default(); MOST_TRIPLES];
-        for (column, counts) in columns.iter_mut().zip(&self.v) {
-            *column = weights(counts, |at| at.y);
-        }
+        // First in u: as many rows of the net's width; then each of these in v.
         let width = self.q + 1;
         blossoms.clear();
         for counts in &self.u {
-            let mut row = [DVec2::ZERO; MAX_ORDER];
+            let start = blossoms.len();
+            blossoms.resize(start + width, DVec2::ZERO);
             let rows = of.chunks_exact(width).zip(weights(counts, |at| at.x));
             for (of, weight) in rows.filter(|(_, weight)| *weight != 0.0) {
-                for (sum, of) in row.iter_mut().zip(of) {
+                for (sum, of) in blossoms[start..].iter_mut().zip(of) {
                     *sum += weight * *of;
                 }
             }
-            for column in &columns[..self.v.len()] {
-                let mut sum = DVec2::ZERO;
-                for (of, weight) in row[..width].iter().zip(column) {
-                    sum += *weight * *of;
-                }
+        }
+        let rows = blossoms.len();
+        for counts in &self.v {
+            let column = weights(counts, |at| at.y);
+            for start in (0..rows).step_by(width) {
+                let terms = blossoms[start..start + width].iter().zip(&column);
+                let sum = terms.fold(DVec2::ZERO, |sum, (of, weight)| sum + *weight * *of);
                 blossoms.push(sum);
             }
         }
-        self.triangle.of(blossoms)
+        self.triangle.of(&blossoms[rows..])
     }
 
     /// The coefficients of a function on the quarter of the square at one of its corners.
@@ -286,20 +284,30 @@ fn halve(of: &mut [DVec2], (start, stride): (usize, usize), degree: usize, first
     }
 }
 
-/// The control points of a part of a curve, appended to `out`.
-fn part<'a>(
-    curve: impl Iterator<Item = &'a DVec4> + Clone,
+/// Turns control points, which follow one another by `stride` from `start`, into those of a part of
+/// their curve (de Casteljau's algorithm, once for each end).
+fn restrict(
+    of: &mut [DVec4],
+    (start, stride): (usize, usize),
     degree: usize,
     (from, to): (f64, f64),
-    out: &mut Vec<DVec4>,
 ) {
-    if (from.min(to), from.max(to)) == (0.0, 1.0) {
-        out.extend(curve.take(degree + 1));
-        return;
+    if from != 0.0 {
+        for level in 1..=degree {
+            for k in 0..=degree - level {
+                let at = start + k * stride;
+                of[at] = (1.0 - from) * of[at] + from * of[at + stride];
+            }
+        }
     }
-    for k in 0..=degree {
-        let weights = blossom(&[(from, degree - k), (to, k)]);
-        out.push(curve.clone().zip(&weights[..=degree]).map(|(point, b)| *b * *point).sum());
+    if to != 1.0 {
+        let share = (to - from) / (1.0 - from);
+        for level in 1..=degree {
+            for k in (level..=degree).rev() {
+                let at = start + k * stride;
+                of[at] = (1.0 - share) * of[at - stride] + share * of[at];
+            }
+        }
     }
 }
 

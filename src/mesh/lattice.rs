@@ -79,8 +79,13 @@ impl Lattice {
         self.shape().0 * self.shape().1
     }
 
+    /// The row and the column of a block.
+    pub(super) fn at(&self, index: usize) -> (usize, usize) {
+        (index / self.shape().1, index % self.shape().1)
+    }
+
     pub(super) fn block(&self, index: usize) -> Block {
-        let (i, j) = (index / self.shape().1, index % self.shape().1);
+        let (i, j) = self.at(index);
         Block { rows: (self.u[i], self.u[i + 1]), cols: (self.v[j], self.v[j + 1]) }
     }
 }
@@ -113,10 +118,6 @@ impl Lattice {
     /// Whether the border at this cut in v is a pole.
     pub(super) fn is_pole_v(&self, line: usize) -> bool {
         (line == 0 && self.poles_v[0]) || (line == self.shape().1 && self.poles_v[1])
-    }
-
-    pub(super) fn has_poles(&self) -> bool {
-        self.poles_u.contains(&true) || self.poles_v.contains(&true)
     }
 
     /// The corner of blocks that is the same vertex as this one and comes first.

@@ -4,7 +4,9 @@ mod adaptive;
 mod bernstein;
 mod certify;
 mod distance;
+mod conform;
 mod estimate;
+mod groups;
 mod lattice;
 mod measure;
 mod numbering;
@@ -13,6 +15,7 @@ mod outline;
 mod piece;
 mod stitch;
 mod uniform;
+mod write;
 
 use glam::{DVec2, DVec3};
 

@@ -5,11 +5,9 @@
 
 use glam::DVec2;
 
-use super::adaptive::{Local, Tessellation, in_groups};
+use super::adaptive::Tessellation;
 use super::piece::Piece;
-use super::stitch::parameter;
-use crate::error::Result;
-use crate::progress::Observer;
+use super::stitch::{Vertices, parameter};
 
 /// The numbers of vertices and triangles.
 #[derive(Debug, Default)]
@@ -30,7 +28,7 @@ pub(super) struct Numbers {
 impl Tessellation<'_> {
     /// Gives numbers to vertices and triangles: first to the corners of blocks, then to their
     /// borders, then to what is inside.
-    pub(super) fn number(&mut self, split: bool, observer: &mut dyn Observer) -> Result<()> {
+    pub(super) fn number(&mut self, split: bool) {
         let lattice = &self.lattice;
         let (rows, cols) = lattice.shape();
         let closed = if split { (false, false) } else { lattice.closed };
@@ -80,51 +78,53 @@ impl Tessellation<'_> {
         }
         self.numbers = numbers;
         let (mut vertices, mut triangles) = (vec![self.numbers.on_borders.len()], vec![0]);
-        let count = |local: &mut Local, index: usize| self.count(local, index);
-        in_groups(0..lattice.blocks(), observer, count, |(inside, faces)| {
-            vertices.push(vertices[vertices.len() - 1] + inside);
-            triangles.push(triangles[triangles.len() - 1] + faces);
-            Ok(())
-        })?;
+        for index in 0..self.lattice.blocks() {
+            let (inside, faces) = self.count(index);
+            vertices.push(vertices[index] + inside);
+            triangles.push(triangles[index] + faces);
+        }
         (self.numbers.vertices, self.numbers.triangles) = (vertices, triangles);
-        Ok(())
     }
 
     /// The inner vertices and the triangles of a block.
-    fn count(&self, local: &mut Local, index: usize) -> (usize, usize) {
-        let pieces = &self.pieces[index];
-        local.vertices.collect(self.lattice.block(index), pieces, self.sides(index));
-        let on_borders = 4 + self.sides(index).iter().map(|side| side.len()).sum::<usize>();
-        self.names(local, index, number_of(self.numbers.on_borders.len()));
-        let mut triangles = 0;
-        for piece in pieces {
-            local.outline.clear();
-            local.vertices.outline(piece, &mut local.outline);
-            let name = |k: usize| local.numbers[local.outline[k % local.outline.len()].0 as usize];
-            let n = local.outline.len();
-            // At a pole, triangles of which two corners are the pole are left out.
-            let collapsed = if self.lattice.has_poles() {
-                (0..n).filter(|&k| name(k) == name(k + 1)).count()
-            } else {
-                0
-            };
-            triangles += n - 2 - collapsed;
-        }
-        (local.vertices.places().len() - on_borders, triangles)
+    fn count(&self, index: usize) -> (usize, usize) {
+        let triangles = self.pieces[index].iter().map(|piece| piece.cut.corners as usize - 2);
+        let (triangles, sides) = (triangles.sum::<usize>(), self.sides(index).map(<[u32]>::len));
+        let border = 4 + sides.iter().sum::<usize>();
+        // A triangulated disc has two triangles for each inner vertex and one for each vertex of
+        // its border, but for two.
+        let inside = (triangles + 2 - border) / 2;
+        // Triangles of which two corners are the same pole are left out: one at each edge there.
+        let (i, j) = self.lattice.at(index);
+        let lattice = &self.lattice;
+        let poles = [
+            lattice.is_pole_u(i),
+            lattice.is_pole_u(i + 1),
+            lattice.is_pole_v(j),
+            lattice.is_pole_v(j + 1),
+        ];
+        let collapsed = poles.iter().zip(sides).filter(|(pole, _)| **pole).map(|(_, n)| n + 1);
+        (inside, triangles - collapsed.sum::<usize>())
     }
 
-    /// Puts the numbers of a block's vertices on the desk, in order of their places.
-    pub(super) fn names(&self, local: &mut Local, index: usize, mut inner: u32) {
+    /// The numbers of a block's vertices, in order of their places.
+    pub(super) fn names(
+        &self,
+        vertices: &Vertices,
+        index: usize,
+        mut inner: u32,
+        names: &mut Vec<u32>,
+    ) {
         let (_, cols) = self.lattice.shape();
-        let (i, j) = (index / cols, index % cols);
+        let (i, j) = self.lattice.at(index);
         let whole = Piece::of(self.lattice.block(index));
         let numbers = &self.numbers;
         let sides = self.sides(index);
         let border = |(first, pole): (u32, bool), places: &[u32], place: u32| {
             if pole { first } else { first + number_of(places.partition_point(|&at| at < place)) }
         };
-        local.numbers.clear();
-        local.numbers.extend(local.vertices.places().iter().map(|&(u, v)| {
+        names.clear();
+        names.extend(vertices.places().map(|(u, v)| {
             let (last_u, last_v) = (u == whole.u.1, v == whole.v.1);
             let (on_u, on_v) = (u == 0 || last_u, v == 0 || last_v);
             let (line_u, line_v) = (i + usize::from(last_u), j + usize::from(last_v));

@@ -86,8 +86,8 @@ impl Piece {
     }
 
     /// Where its corners stand in an outline.
-    pub(super) fn ends(&self, outline: &(impl Iterator<Item = Place> + Clone)) -> [usize; 4] {
-        self.corners().map(|corner| outline.clone().position(|at| at == corner).unwrap_or(0))
+    pub(super) fn ends(&self, outline: &[Place]) -> [usize; 4] {
+        self.corners().map(|corner| outline.iter().position(|at| *at == corner).unwrap_or(0))
     }
 
     /// The one patch it lies in, and its part of the patch's unit square.
@@ -281,7 +281,7 @@ impl Divider<'_> {
         let tolerance = self.limits.tolerance;
         let cut = Zip::best(corners, Bending::of(nets, self.nets.degrees), tolerance);
         faces.clear();
-        cut.faces(piece.ends(&outline.iter().copied()), faces);
+        cut.faces(piece.ends(outline), faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
             certify::distance(self.bernstein, nets, mesh, tolerance, work)

@@ -101,69 +101,77 @@ pub(super) fn own_borders(block: Block, pieces: &[Piece]) -> [Vec<u32>; 4] {
 /// The vertices of a block, to be found by the lines that they lie on.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    /// (u, v) of each, in order.
-    by_u: Vec<(u32, u32)>,
-    /// (v, u) of each in order, and its rank in `by_u`.
-    by_v: Vec<(u32, u32, u32)>,
+    /// The key of (u, v) of each, in order.
+    by_u: Vec<u64>,
+    /// The key of (v, u) of each, in order.
+    by_v: Vec<u64>,
+}
+
+/// Both numbers in one, of which the first counts first.
+fn key(first: u32, second: u32) -> u64 {
+    u64::from(first) << 32 | u64::from(second)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the lower half of a key")]
+fn second(key: u64) -> u32 {
+    key as u32
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the upper half of a key")]
+fn first(key: u64) -> u32 {
+    (key >> 32) as u32
 }
 
 impl Vertices {
     /// Of the pieces of a block and its neighbours' vertices on its borders.
     pub(super) fn collect(&mut self, block: Block, pieces: &[Piece], borders: [&[u32]; 4]) {
-        let whole = Piece::of(block);
+        let Piece { u: (u0, u1), v: (v0, v1), .. } = Piece::of(block);
         self.by_u.clear();
-        self.by_u.extend([(whole.u.0, whole.v.0), (whole.u.0, whole.v.1), (whole.u.1, whole.v.0)]);
-        // Every other vertex is the last corner of a piece, or on a border.
-        self.by_u.extend(pieces.iter().map(|piece| (piece.u.1, piece.v.1)));
-        self.by_u.extend(pieces.iter().map(|piece| (piece.u.0, piece.v.1)));
-        self.by_u.extend(pieces.iter().map(|piece| (piece.u.1, piece.v.0)));
-        self.by_u.extend(borders[0].iter().map(|&v| (whole.u.0, v)));
-        self.by_u.extend(borders[1].iter().map(|&v| (whole.u.1, v)));
-        self.by_u.extend(borders[2].iter().map(|&u| (u, whole.v.0)));
-        self.by_u.extend(borders[3].iter().map(|&u| (u, whole.v.1)));
+        self.by_u.extend([key(u0, v0), key(u0, v1), key(u1, v0)]);
+        // Every other vertex is a corner, not the first, of a piece, or on a border.
+        for Piece { u, v, .. } in pieces {
+            self.by_u.extend([key(u.1, v.1), key(u.0, v.1), key(u.1, v.0)]);
+        }
+        self.by_u.extend(borders[0].iter().map(|&v| key(u0, v)));
+        self.by_u.extend(borders[1].iter().map(|&v| key(u1, v)));
+        self.by_u.extend(borders[2].iter().map(|&u| key(u, v0)));
+        self.by_u.extend(borders[3].iter().map(|&u| key(u, v1)));
         self.by_u.sort_unstable();
         self.by_u.dedup();
-        let ranked = self.by_u.iter().zip(0..).map(|(&(u, v), rank)| (v, u, rank));
         self.by_v.clear();
-        self.by_v.extend(ranked);
+        self.by_v.extend(self.by_u.iter().map(|key| key.rotate_left(32)));
         self.by_v.sort_unstable();
     }
 
     /// All vertices, sorted by u, then v.
-    pub(super) fn places(&self) -> &[Place] {
-        &self.by_u
+    pub(super) fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        self.by_u.iter().map(|&key| (first(key), second(key)))
     }
 
-    /// The ranks and places of the vertices around a piece, counter-clockwise from its first
-    /// corner, appended to `out`.
-    pub(super) fn outline(&self, piece: &Piece, out: &mut Vec<(u32, Place)>) {
-        let Piece { u: (u0, u1), v: (v0, v1), .. } = *piece;
-        let in_u = |v: u32| {
-            let from = self.by_v.partition_point(|&(at, u, _)| (at, u) < (v, u0));
-            let row = self.by_v[from..].iter().take_while(move |&&(at, u, _)| (at, u) <= (v, u1));
-            row.map(|&(v, u, rank)| (rank, (u, v)))
-        };
-        let in_v = |u: u32| {
-            let from = self.by_u.partition_point(|&at| at < (u, v0));
-            let row = self.by_u[from..].iter().zip(from..);
-            let row = row.take_while(move |&(&at, _)| at <= (u, v1));
-            #[expect(clippy::cast_possible_truncation, reason = "places are 32 bits")]
-            row.map(|(&place, rank)| (rank as u32, place))
-        };
-        // The last vertex of each side is the first of the next one.
-        out.extend(in_u(v0));
-        out.pop();
-        out.extend(in_v(u1));
-        out.pop();
-        let from = out.len();
-        out.extend(in_u(v1));
-        out[from..].reverse();
-        out.pop();
-        let from = out.len();
-        out.extend(in_v(u0));
-        out[from..].reverse();
-        out.pop();
+    /// The place among all of the vertex at a place.
+    pub(super) fn rank(&self, (u, v): Place) -> usize {
+        self.by_u.partition_point(|&at| at < key(u, v))
     }
+
+    /// The places of the vertices around a piece, counter-clockwise from its first corner, appended
+    /// to `out`.
+    pub(super) fn outline(&self, piece: &Piece, out: &mut Vec<Place>) {
+        let Piece { u: (u0, u1), v: (v0, v1), .. } = *piece;
+        out.extend(line(&self.by_v, v0, (u0, u1)).map(|u| (u, v0)));
+        out.extend(line(&self.by_u, u1, (v0, v1)).map(|v| (u1, v)));
+        let from = out.len();
+        out.extend(line(&self.by_v, v1, (u0 + 1, u1 + 1)).map(|u| (u, v1)));
+        out[from..].reverse();
+        let from = out.len();
+        out.extend(line(&self.by_u, u0, (v0 + 1, v1 + 1)).map(|v| (u0, v)));
+        out[from..].reverse();
+    }
+}
+
+/// The second numbers of the keys with this first one, from `from` to before `to`.
+fn line(keys: &[u64], at: u32, (from, to): (u32, u32)) -> impl Iterator<Item = u32> + '_ {
+    let start = keys.partition_point(|&other| other < key(at, from));
+    keys[start..].iter().take_while(move |&&other| other < key(at, to)).map(|&key| second(key))
 }
 
 /// The parameter of a place in a range of patches.

@@ -108,13 +108,14 @@ pub(super) fn in_timed_blocks(
 ///
 /// The thread that calls does its part: what takes two milliseconds must not wait until the system
 /// has found a processor for every thread that sleeps.
-pub(super) fn share<T, R: Default>(
-    tasks: impl ExactSizeIterator<Item = T> + Send,
+pub(crate) fn share<T, R: Default>(
+    tasks: impl Iterator<Item = T> + Send,
     at_once: usize,
     work: impl Fn(&mut R, T) + Sync,
 ) {
     let at_once = at_once.max(1);
-    let helpers = (tasks.len().div_ceil(at_once)).min(rayon::current_num_threads());
+    let most = tasks.size_hint().1.unwrap_or(usize::MAX);
+    let helpers = most.div_ceil(at_once).min(rayon::current_num_threads());
     let tasks = Mutex::new(tasks);
     let through = || {
         let (mut room, mut taken) = (R::default(), Vec::with_capacity(at_once));

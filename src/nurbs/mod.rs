@@ -45,6 +45,7 @@ mod swept;
 mod vertex;
 
 pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, padded, window};
+pub(crate) use self::batch::share;
 pub(crate) use self::bezier::halve;
 pub(crate) use self::knot_vector::check_degree;
 pub(crate) use self::patch_nets::PatchNets;

@@ -1,0 +1,116 @@
+//! A finished division becomes arrays: vertices with their normals and parameters, triangles.
+
+use glam::{DVec2, DVec3};
+
+use super::MeshSlices;
+use super::adaptive::Tessellation;
+use super::certify::Face;
+use super::groups::in_groups;
+use super::numbering::number_of;
+use super::stitch::{Place, Vertices, parameter};
+use super::uniform::check_length;
+use crate::error::Result;
+use crate::progress::Observer;
+
+/// Vertices on borders that a thread evaluates at a time.
+const VERTICES_PER_TASK: usize = 1 << 8;
+
+/// Memory of a thread.
+#[derive(Default)]
+struct Room {
+    vertices: Vertices,
+    /// The numbers of the vertices, in their order.
+    numbers: Vec<u32>,
+    outline: Vec<Place>,
+    /// The numbers of the vertices of the outline.
+    named: Vec<u32>,
+    faces: Vec<Face>,
+}
+
+impl Tessellation<'_> {
+    /// Writes the mesh into memory of the caller.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`](crate::Error::Parameter) if a slice has not the right length;
+    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    pub fn write(&self, out: MeshSlices<'_>, observer: &mut dyn Observer) -> Result<()> {
+        let MeshSlices { vertices, triangles, normals, uv } = out;
+        check_length("uv", uv.len(), self.vertices())?;
+        check_length("triangles", triangles.len(), self.triangles())?;
+        check_length("vertices", vertices.len(), self.vertices())?;
+        check_length("normals", normals.len(), self.vertices())?;
+        let (numbers, borders) = (&self.numbers, self.numbers.on_borders.len());
+        let (border_points, vertices) = vertices.split_at_mut(borders);
+        let (border_normals, normals) = normals.split_at_mut(borders);
+        let (border_uv, uv) = uv.split_at_mut(borders);
+        border_uv.copy_from_slice(&numbers.on_borders);
+        let on_borders = border_uv.chunks(VERTICES_PER_TASK);
+        let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
+        let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
+        let evaluate = |(): &mut (), ((uv, points), normals): ((&[DVec2], _), _)| {
+            self.evaluate(uv, points, normals);
+        };
+        in_groups(on_borders, observer, evaluate, Ok)?;
+        let (points, normals) =
+            (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
+        let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
+        let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
+        let write = |room: &mut Room, (index, (((points, normals), uv), faces)): (usize, ((_, &mut [DVec2]), _))| {
+            self.write_block(room, index, uv, faces);
+            self.evaluate(uv, points, normals);
+        };
+        in_groups(blocks, observer, write, Ok)
+    }
+
+    fn evaluate(&self, uv: &[DVec2], points: &mut [DVec3], normals: &mut [DVec3]) {
+        for ((at, point), normal) in uv.iter().zip(points).zip(normals) {
+            (*point, *normal) = self.surface.point_and_normal(at.x, at.y);
+        }
+    }
+
+    /// Writes the parameters of a block's inner vertices, and its triangles.
+    fn write_block(
+        &self,
+        room: &mut Room,
+        index: usize,
+        uv: &mut [DVec2],
+        triangles: &mut [[u32; 3]],
+    ) {
+        let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
+        let Room { vertices, numbers, outline, named, faces } = room;
+        vertices.collect(block, pieces, self.sides(index));
+        let first = number_of(self.numbers.vertices[index]);
+        self.names(vertices, index, first, numbers);
+        let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
+        for ((u, v), &number) in vertices.places().zip(&*numbers) {
+            if number >= first {
+                let u = parameter(cuts_u, block.rows.0, u);
+                uv[(number - first) as usize] = DVec2::new(u, parameter(cuts_v, block.cols.0, v));
+            }
+        }
+        let mut next = triangles.iter_mut();
+        for piece in pieces {
+            outline.clear();
+            vertices.outline(piece, outline);
+            named.clear();
+            named.extend(outline.iter().map(|&place| numbers[vertices.rank(place)]));
+            faces.clear();
+            piece.cut.faces(piece.ends(outline), faces);
+            let corners = faces.iter().map(|face| face.map(|k| named[k]));
+            let whole = corners.filter(|[a, b, c]| a != b && b != c && c != a);
+            whole.zip(&mut next).for_each(|(corners, out)| *out = corners);
+        }
+    }
+}
+
+/// Slices of a whole between these bounds.
+fn parts<'a, T>(mut whole: &'a mut [T], bounds: &[usize]) -> Vec<&'a mut [T]> {
+    let mut parts = Vec::with_capacity(bounds.len() - 1);
+    for pair in bounds.windows(2) {
+        let (part, rest) = whole.split_at_mut(pair[1] - pair[0]);
+        parts.push(part);
+        whole = rest;
+    }
+    parts
+}
