@@ -10,6 +10,7 @@ use std::ops::{Add, Mul};
 
 use glam::{DVec2, DVec4};
 
+use super::triangle::triples;
 use crate::nurbs::MAX_ORDER;
 
 /// The weights of a curve's control points in a blossom.
@@ -68,6 +69,12 @@ pub(super) struct Bernstein {
 pub(super) const UNIT: [DVec2; 4] =
     [DVec2::new(0.0, 0.0), DVec2::new(1.0, 0.0), DVec2::new(1.0, 1.0), DVec2::new(0.0, 1.0)];
 
+/// The half of the unit square that lacks this corner: the right angle first, then the ends of the
+/// diagonal.
+pub(super) fn half(lacking: usize) -> [DVec2; 3] {
+    [2, 3, 1].map(|k| UNIT[(lacking + k) % 4])
+}
+
 /// Weighted means of elements of a slice.
 #[derive(Debug, Default)]
 struct Means {
@@ -103,12 +110,6 @@ impl Means {
     }
 }
 
-/// All triples of counts with this sum.
-fn triples(sum: usize) -> Vec<[usize; 3]> {
-    let pairs = (0..=sum).flat_map(|a| (0..=sum - a).map(move |b| (a, b)));
-    pairs.map(|(a, b)| [a, b, sum - a - b]).collect()
-}
-
 fn binomial(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
@@ -130,8 +131,8 @@ impl Bernstein {
                 shares.push((i, j, ways / binomial(n, p)));
             }
             triangle.push(shares.iter().map(|&(i, j, weight)| (j * u.len() + i, weight)));
-            for (lacking, half) in halves.iter_mut().enumerate() {
-                let corners = [1, 2, 3].map(|k| UNIT[(lacking + k) % 4]);
+            for (lacking, means) in halves.iter_mut().enumerate() {
+                let corners = half(lacking);
                 let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
                     counts
                         .iter()
@@ -139,7 +140,7 @@ impl Bernstein {
                         .map(|(&n, at)| if x(at) > 0.5 { n } else { 0 })
                         .sum()
                 };
-                half.push(shares.iter().map(|&(i, j, weight)| {
+                means.push(shares.iter().map(|&(i, j, weight)| {
                     let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
                     (row * (q + 1) + col, weight)
                 }));
@@ -204,16 +205,18 @@ impl Bernstein {
         }
     }
 
-    /// The Bézier coefficients on a triangle of the square of a function with these ones.
-    pub(super) fn triangle<'a>(
-        &'a self,
-        of: &'a [DVec2],
+    /// The Bézier coefficients on a triangle of the square of a function with these ones, appended
+    /// to `out`.
+    pub(super) fn triangle(
+        &self,
+        of: &[DVec2],
         at: [DVec2; 3],
-        blossoms: &'a mut Vec<DVec2>,
-    ) -> impl Iterator<Item = DVec2> + 'a {
-        if at.iter().all(|at| UNIT.contains(at)) {
-            let lacking = UNIT.iter().position(|corner| !at.contains(corner)).unwrap_or(0);
-            return self.halves[lacking].of(of);
+        blossoms: &mut Vec<DVec2>,
+        out: &mut Vec<DVec2>,
+    ) {
+        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == at) {
+            out.extend(self.halves[lacking].of(of));
+            return;
         }
         let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
             blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
@@ -240,20 +243,7 @@ impl Bernstein {
                 blossoms.push(sum);
             }
         }
-        self.triangle.of(&blossoms[rows..])
-    }
-
-    /// The coefficients of a function on the quarter of the square at one of its corners.
-    pub(super) fn quarter(&self, of: &[DVec2], corner: DVec2, out: &mut Vec<DVec2>) {
-        let width = self.q + 1;
-        out.clear();
-        out.extend_from_slice(of);
-        for row in 0..=self.p {
-            halve(out, (row * width, 1), self.q, corner.y == 0.0);
-        }
-        for column in 0..width {
-            halve(out, (column, width), self.p, corner.x == 0.0);
-        }
+        out.extend(self.triangle.of(&blossoms[rows..]));
     }
 
     /// The row of points that these weights make of the rows of a net.
@@ -264,23 +254,6 @@ impl Bernstein {
             row.iter_mut().zip(points).for_each(|(sum, point)| *sum += *weight * *point);
         }
         row
-    }
-}
-
-/// Turns coefficients, which follow one another by `stride` from `start`, into those of the first
-/// or the last half (de Casteljau's algorithm).
-fn halve(of: &mut [DVec2], (start, stride): (usize, usize), degree: usize, first: bool) {
-    for level in 1..=degree {
-        for k in 0..=degree - level {
-            let (at, next) = if first {
-                let at = start + (degree - k) * stride;
-                (at, at - stride)
-            } else {
-                let at = start + k * stride;
-                (at, at + stride)
-            };
-            of[at] = 0.5 * (of[at] + of[next]);
-        }
     }
 }
 
@@ -341,26 +314,11 @@ mod tests {
     }
 
     #[test]
-    fn quarters_are_rectangles() {
-        let (bernstein, net) = (Bernstein::new((3, 2)), net(3, 2));
-        let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
-        for corner in UNIT {
-            let (x, y) = (0.5 * corner.x, 0.5 * corner.y);
-            let (mut quarter, mut expected) = (vec![], vec![]);
-            bernstein.quarter(&flat, corner, &mut quarter);
-            bernstein.rectangle(&net, (x, x + 0.5), (y, y + 0.5), &mut expected);
-            for (a, b) in quarter.iter().zip(&expected) {
-                assert!(a.distance(DVec2::new(b.x, b.w)) < 1e-15);
-            }
-        }
-    }
-
-    #[test]
     fn segments_and_triangles_pass_through_their_points() {
         let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
         for (p, q) in [(1, 1), (3, 3), (2, 4)] {
             let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
-            let halves = (0..4).map(|k| [UNIT[k], UNIT[(k + 1) % 4], UNIT[(k + 2) % 4]]);
+            let halves = (0..4).map(half);
             for at in halves.chain([inner]) {
                 let (mut blossoms, mut curve) = (vec![], vec![]);
                 bernstein.segment(&net, (at[0], at[1]), &mut blossoms, &mut curve);
@@ -369,8 +327,8 @@ mod tests {
                     (0..=m).map(|k| binomial(m, k) / 2.0_f64.powf(m as f64) * curve[k]).sum();
                 assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
                 let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
-                let mut blossoms = vec![];
-                let all: Vec<_> = bernstein.triangle(&flat, at, &mut blossoms).collect();
+                let mut all = vec![];
+                bernstein.triangle(&flat, at, &mut vec![], &mut all);
                 let centre: DVec2 = triples(n)
                     .iter()
                     .zip(&all)

@@ -8,7 +8,8 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bernstein::{Bernstein, UNIT};
+use super::bernstein::Bernstein;
+use super::triangle::largest;
 use crate::nurbs::halve;
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
@@ -34,9 +35,10 @@ pub(super) type Face = [usize; 3];
 pub(super) struct Workspace {
     /// Heights times weights, and weights.
     heights: Vec<DVec2>,
-    quarter: Vec<DVec2>,
+    blossoms: Vec<DVec2>,
     coefficients: Vec<DVec2>,
-    blossoms: Vec<DVec4>,
+    /// The part of the net between the ends of a segment, and the curve above it.
+    part: Vec<DVec4>,
     curve: Vec<DVec4>,
     /// The normals of the faces, of those that have one.
     normals: Vec<Option<DVec3>>,
@@ -49,6 +51,9 @@ pub(super) struct Workspace {
 /// A bound up to this multiple of the limit may be of a distance within it: then it is worth
 /// looking closer.
 const NEAR: f64 = 1.5;
+
+/// How often a triangle is halved then.
+const HALVINGS: usize = 2;
 
 /// An upper bound of the distance between the surface over the unit square of `net` and the
 /// triangles, in both directions; anything above `limit` if it is above it.
@@ -117,7 +122,7 @@ fn beyond(
     halved: bool,
     work: &mut Workspace,
 ) -> f64 {
-    let Workspace { normals, planes, overs, blossoms, curve, .. } = work;
+    let Workspace { normals, planes, overs, part, curve, .. } = work;
     let (mut most, mut next) = (0.0_f64, Beyond::default());
     for (k, &face) in faces.iter().enumerate() {
         let mut here = std::mem::take(&mut next);
@@ -128,7 +133,7 @@ fn beyond(
             }
             let (a, b) = (corners[i], corners[j]);
             curve.clear();
-            bernstein.segment(net, (a.at, b.at), blossoms, curve);
+            bernstein.segment(net, (a.at, b.at), part, curve);
             if halved {
                 closer(curve);
             }
@@ -152,29 +157,16 @@ fn folded(a: Option<DVec3>, b: Option<DVec3>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a.dot(b) < SHEET)
 }
 
-/// The largest height on a triangle of the square, from above: its largest coefficient there, or,
-/// where that leaves doubt, on the triangle's quarters.
+/// The largest height on a triangle of the square, from above.
 fn height_over(bernstein: &Bernstein, at: [DVec2; 3], limit: f64, work: &mut Workspace) -> f64 {
-    let Workspace { heights, quarter, coefficients, .. } = work;
-    let mut largest = |of: &[DVec2], at: [DVec2; 3]| {
-        let sizes = bernstein.triangle(of, at, coefficients).map(|h| h.x.abs() / h.y);
-        sizes.fold(0.0, f64::max)
-    };
-    let over = largest(heights, at);
-    let half = at.iter().all(|at| UNIT.contains(at));
-    if !half || over <= limit || over > NEAR * limit {
-        return over;
-    }
-    let mut most = 0.0_f64;
-    for corner in UNIT.iter().filter(|corner| at.contains(corner)) {
-        bernstein.quarter(heights, *corner, quarter);
-        most = most.max(largest(quarter, at));
-        // The quarter of the square at the right angle is the triangle's as a whole.
-        if at.iter().all(|at| at.distance_squared(*corner) <= 1.0) {
-            most = most.max(largest(quarter, at.map(|at| DVec2::ONE - at)));
-        }
-    }
-    most
+    let Workspace { heights, blossoms, coefficients, .. } = work;
+    // The longest side opposite to the first corner: it is the one to be cut.
+    let side = |k: usize| at[(k + 1) % 3].distance_squared(at[(k + 2) % 3]);
+    let first = (1..3).fold(0, |first, k| if side(k) > side(first) { k } else { first });
+    let at = [0, 1, 2].map(|k| at[(first + k) % 3]);
+    coefficients.clear();
+    bernstein.triangle(heights, at, blossoms, coefficients);
+    largest(coefficients, bernstein.p + bernstein.q, limit, NEAR * limit, HALVINGS)
 }
 
 /// As [`distance`], of the part of a piece that is a patch over a rectangle of the piece's square.
@@ -213,7 +205,7 @@ pub(super) fn distance_of_part(
             let (from, to) =
                 (from.clamp(DVec2::ZERO, DVec2::ONE), to.clamp(DVec2::ZERO, DVec2::ONE));
             work.curve.clear();
-            bernstein.segment(net, (from, to), &mut work.blossoms, &mut work.curve);
+            bernstein.segment(net, (from, to), &mut work.part, &mut work.curve);
             closer(&mut work.curve);
             outside = outside.max(sideways(&work.curve, a.point, b.point, plane));
         }

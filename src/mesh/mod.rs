@@ -14,6 +14,7 @@ mod options;
 mod outline;
 mod piece;
 mod stitch;
+mod triangle;
 mod uniform;
 mod write;
 
