@@ -1,9 +1,8 @@
 //! Bézier control points of parts of a patch: rectangles, segments and triangles of its unit
 //! square.
 //!
-//! All come from blossoms: the weight of the i-th control point in the blossom of a curve at
-//! `x₁, …, xₚ` is the coefficient of `zⁱ` in `Π (1 - xₖ + xₖ z)` (L. Ramshaw, *Blossoms are polar
-//! forms*, 1989).
+//! Those of triangles come from blossoms, functions of as many arguments as the degree says, which
+//! take the curve's values where all are the same (L. Ramshaw, *Blossoms are polar forms*, 1989).
 
 use std::collections::BTreeMap;
 use std::ops::{Add, Mul};
@@ -11,38 +10,6 @@ use std::ops::{Add, Mul};
 use glam::{DVec2, DVec4};
 
 use super::triangle::triples;
-use crate::nurbs::MAX_ORDER;
-
-/// The weights of a curve's control points in a blossom.
-pub(super) type Weights = [f64; MAX_ORDER];
-
-/// The weights in the blossom at these arguments, each as often as it says.
-pub(super) fn blossom(arguments: &[(f64, usize)]) -> Weights {
-    let mut weights = [0.0; MAX_ORDER];
-    weights[0] = 1.0;
-    let mut degree = 0;
-    for &(x, times) in arguments {
-        // The ends are the commonest arguments.
-        if x == 0.0 {
-            degree += times;
-            continue;
-        }
-        if x == 1.0 {
-            weights.copy_within(..=degree, times);
-            weights[..times].fill(0.0);
-            degree += times;
-            continue;
-        }
-        for _ in 0..times {
-            degree += 1;
-            for i in (1..=degree).rev() {
-                weights[i] = (1.0 - x) * weights[i] + x * weights[i - 1];
-            }
-            weights[0] *= 1.0 - x;
-        }
-    }
-    weights
-}
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
 /// those of a triangle or of a segment.
@@ -96,17 +63,21 @@ impl Means {
         self.ends.push(self.terms.len());
     }
 
-    fn of<'a, T>(&'a self, elements: &'a [T]) -> impl Iterator<Item = T> + 'a
+    /// Appends the means to `out`.
+    fn of<T>(&self, elements: &[T], out: &mut Vec<T>)
     where
         T: Copy + Default + Add<Output = T>,
         f64: Mul<T, Output = T>,
     {
         let mut from = 0;
-        self.ends.iter().map(move |&end| {
-            let terms = self.terms[from..end].iter();
+        for &end in &self.ends {
+            let mut sum = T::default();
+            for &(i, weight) in &self.terms[from..end] {
+                sum = sum + weight * elements[i as usize];
+            }
+            out.push(sum);
             from = end;
-            terms.fold(T::default(), |sum, &(i, weight)| sum + weight * elements[i as usize])
-        })
+        }
     }
 }
 
@@ -172,9 +143,12 @@ impl Bernstein {
     }
 
     /// The point of a net at a place in its square.
-    pub(super) fn point(&self, net: &[DVec4], at: DVec2) -> DVec4 {
-        let row = self.contracted(net, &blossom(&[(at.x, self.p)]));
-        sum(&row[..=self.q], &blossom(&[(at.y, self.q)]))
+    pub(super) fn point(&self, net: &[DVec4], at: DVec2, part: &mut Vec<DVec4>) -> DVec4 {
+        part.clear();
+        part.extend_from_slice(net);
+        (0..self.p).for_each(|_| reduce(part, self.q + 1, at.x));
+        (0..self.q).for_each(|_| reduce(part, 1, at.y));
+        part[0]
     }
 
     /// The control points of the curve above a segment of the square, in the direction of growing
@@ -201,60 +175,87 @@ impl Bernstein {
             part.clear();
             self.rectangle(net, (low.x, high.x), (low.y, high.y), part);
             let falls = (from.x < to.x) != (from.y < to.y);
-            out.extend(self.diagonals[usize::from(falls)].of(part));
+            self.diagonals[usize::from(falls)].of(part, out);
         }
     }
 
-    /// The Bézier coefficients on a triangle of the square of a function with these ones, appended
-    /// to `out`.
+    /// The Bézier coefficients on a triangle of the square of a function with these ones.
     pub(super) fn triangle(
         &self,
         of: &[DVec2],
         at: [DVec2; 3],
-        blossoms: &mut Vec<DVec2>,
+        Blossoms { u, v, parts }: &mut Blossoms,
         out: &mut Vec<DVec2>,
     ) {
+        out.clear();
         if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == at) {
-            out.extend(self.halves[lacking].of(of));
+            self.halves[lacking].of(of, out);
             return;
         }
-        let weights = |counts: &[usize; 3], x: fn(DVec2) -> f64| {
-            blossom(&[0, 1, 2].map(|k| (x(at[k]), counts[k])))
-        };
-        // First in u: as many rows of the net's width; then each of these in v.
-        let width = self.q + 1;
-        blossoms.clear();
-        for counts in &self.u {
-            let start = blossoms.len();
-            blossoms.resize(start + width, DVec2::ZERO);
-            let rows = of.chunks_exact(width).zip(weights(counts, |at| at.x));
-            for (of, weight) in rows.filter(|(_, weight)| *weight != 0.0) {
-                for (sum, of) in blossoms[start..].iter_mut().zip(of) {
-                    *sum += weight * *of;
-                }
-            }
-        }
-        let rows = blossoms.len();
-        for counts in &self.v {
-            let column = weights(counts, |at| at.y);
-            for start in (0..rows).step_by(width) {
-                let terms = blossoms[start..start + width].iter().zip(&column);
-                let sum = terms.fold(DVec2::ZERO, |sum, (of, weight)| sum + *weight * *of);
-                blossoms.push(sum);
-            }
-        }
-        out.extend(self.triangle.of(&blossoms[rows..]));
+        // First in u, for each column; then, as one of many columns, each of these in v.
+        let (rows, mut row) = (self.u.len(), 0);
+        u.clear();
+        u.resize(rows * (self.q + 1), DVec2::ZERO);
+        blossoms(of, (self.p, self.q + 1), at.map(|at| at.x), parts, |columns| {
+            columns.iter().enumerate().for_each(|(j, &value)| u[j * rows + row] = value);
+            row += 1;
+        });
+        v.clear();
+        blossoms(u, (self.q, rows), at.map(|at| at.y), parts, |rows| v.extend_from_slice(rows));
+        self.triangle.of(v, out);
     }
+}
 
-    /// The row of points that these weights make of the rows of a net.
-    fn contracted(&self, net: &[DVec4], weights: &Weights) -> [DVec4; MAX_ORDER] {
-        let mut row = [DVec4::ZERO; MAX_ORDER];
-        let rows = net.chunks_exact(self.q + 1).zip(weights);
-        for (points, weight) in rows.filter(|(_, weight)| **weight != 0.0) {
-            row.iter_mut().zip(points).for_each(|(sum, point)| *sum += *weight * *point);
+/// Memory that blossoms need.
+#[derive(Debug, Default)]
+pub(super) struct Blossoms {
+    u: Vec<DVec2>,
+    v: Vec<DVec2>,
+    parts: [Vec<DVec2>; 3],
+}
+
+/// The blossoms of some functions side by side, whose coefficients are rows of `width`, at each of
+/// the three arguments as often as [`triples`] say, in their order.
+fn blossoms(
+    of: &[DVec2],
+    (degree, width): (usize, usize),
+    [x, y, z]: [f64; 3],
+    [first, second, third]: &mut [Vec<DVec2>; 3],
+    mut take: impl FnMut(&[DVec2]),
+) {
+    first.clear();
+    first.extend_from_slice(of);
+    for a in 0..=degree {
+        second.clone_from(first);
+        for b in 0..=degree - a {
+            third.clone_from(second);
+            (0..degree - a - b).for_each(|_| reduce(third, width, z));
+            take(third);
+            if a + b < degree {
+                reduce(second, width, y);
+            }
         }
-        row
+        if a < degree {
+            reduce(first, width, x);
+        }
     }
+}
+
+/// Fixes an argument of blossoms: each row becomes a mean with the next one.
+fn reduce<T>(rows: &mut Vec<T>, width: usize, x: f64)
+where
+    T: Copy + Add<Output = T>,
+    f64: Mul<T, Output = T>,
+{
+    let less = rows.len() - width;
+    if x == 1.0 {
+        rows.copy_within(width.., 0);
+    } else if x != 0.0 {
+        for k in 0..less {
+            rows[k] = (1.0 - x) * rows[k] + x * rows[k + width];
+        }
+    }
+    rows.truncate(less);
 }
 
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
@@ -284,10 +285,6 @@ fn restrict(
     }
 }
 
-fn sum(points: &[DVec4], weights: &Weights) -> DVec4 {
-    points.iter().zip(weights).map(|(point, weight)| *weight * *point).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,8 +304,8 @@ mod tests {
             let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
             let mut part = vec![];
             bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
-            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
-            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
+            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8), &mut vec![]);
+            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8), &mut vec![]);
             assert!(inside.distance(outside) < 1e-14);
         }
     }
@@ -325,10 +322,10 @@ mod tests {
                 let m = curve.len() - 1;
                 let middle: DVec4 =
                     (0..=m).map(|k| binomial(m, k) / 2.0_f64.powf(m as f64) * curve[k]).sum();
-                assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]))) < 1e-14);
+                assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]), &mut vec![])) < 1e-14);
                 let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
                 let mut all = vec![];
-                bernstein.triangle(&flat, at, &mut vec![], &mut all);
+                bernstein.triangle(&flat, at, &mut Blossoms::default(), &mut all);
                 let centre: DVec2 = triples(n)
                     .iter()
                     .zip(&all)
@@ -337,7 +334,7 @@ mod tests {
                         ways / 3.0_f64.powf(n as f64) * point
                     })
                     .sum();
-                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
+                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0, &mut vec![]);
                 let expected = DVec2::new(expected.x, expected.w);
                 assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
             }

@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bernstein::Bernstein;
+use super::bernstein::{Bernstein, Blossoms};
 use super::triangle::largest;
 use crate::nurbs::halve;
 
@@ -35,7 +35,7 @@ pub(super) type Face = [usize; 3];
 pub(super) struct Workspace {
     /// Heights times weights, and weights.
     heights: Vec<DVec2>,
-    blossoms: Vec<DVec2>,
+    blossoms: Blossoms,
     coefficients: Vec<DVec2>,
     /// The part of the net between the ends of a segment, and the curve above it.
     part: Vec<DVec4>,
@@ -164,7 +164,6 @@ fn height_over(bernstein: &Bernstein, at: [DVec2; 3], limit: f64, work: &mut Wor
     let side = |k: usize| at[(k + 1) % 3].distance_squared(at[(k + 2) % 3]);
     let first = (1..3).fold(0, |first, k| if side(k) > side(first) { k } else { first });
     let at = [0, 1, 2].map(|k| at[(first + k) % 3]);
-    coefficients.clear();
     bernstein.triangle(heights, at, blossoms, coefficients);
     largest(coefficients, bernstein.p + bernstein.q, limit, NEAR * limit, HALVINGS)
 }

@@ -3,7 +3,7 @@
 //! A piece is a rectangle of the parameters. On its sides stand, besides its own four corners, the
 //! corners of its neighbours: with all of them in its triangles no vertex is left on an edge.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec3};
 
 use super::bernstein::UNIT;
 use super::certify::{Corner, Face};
@@ -19,22 +19,18 @@ pub(super) struct Bending {
 
 impl Bending {
     /// Of a net of degrees p and q: the mean of its second differences.
-    pub(super) fn of(net: &[DVec4], (p, q): (usize, usize)) -> Self {
+    pub(super) fn of(points: &[DVec3], (p, q): (usize, usize)) -> Self {
         let width = q + 1;
-        let point = |i: usize, j: usize| net[i * width + j].truncate() / net[i * width + j].w;
+        let point = |i: usize, j: usize| points[i * width + j];
+        // Second differences telescope to the difference of the first ones at the ends.
+        let uu = |j: usize| (point(p, j) - point(p - 1, j)) - (point(1, j) - point(0, j));
+        let vv = |i: usize| (point(i, q) - point(i, q - 1)) - (point(i, 1) - point(i, 0));
+        let uu = (0..=q).map(uu).sum::<DVec3>() * p as f64 / width as f64;
+        let vv = (0..=p).map(vv).sum::<DVec3>() * q as f64 / (p + 1) as f64;
+        let twist = (point(p, q) - point(p, 0)) - (point(0, q) - point(0, 0));
         let across = (point(p, q) - point(0, 0)).cross(point(0, q) - point(p, 0));
         let normal = across.normalize_or_zero();
-        let height = |i: usize, j: usize| normal.dot(point(i, j));
-        let (mut uu, mut vv) = (0.0, 0.0);
-        for j in 0..=q {
-            // Second differences telescope to the difference of the first ones at the ends.
-            uu += height(p, j) - height(p - 1, j) - height(1, j) + height(0, j);
-        }
-        for i in 0..=p {
-            vv += height(i, q) - height(i, q - 1) - height(i, 1) + height(i, 0);
-        }
-        let twist = height(p, q) - height(p, 0) - height(0, q) + height(0, 0);
-        Self { uu: uu * p as f64 / (q + 1) as f64, uv: twist, vv: vv * q as f64 / (p + 1) as f64 }
+        Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
     }
 
     /// About how far the surface leaves the chord over this step, in the unit square, at most.

@@ -58,7 +58,10 @@ pub(super) struct Divider<'a> {
 pub(super) struct Desk {
     /// Nets, one behind the other: those of the pieces around the one being looked at.
     nets: Vec<DVec4>,
+    /// The control points of the last net in space.
+    points: Vec<DVec3>,
     patch: Vec<DVec4>,
+    part: Vec<DVec4>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
     work: Workspace,
@@ -164,19 +167,20 @@ impl Divider<'_> {
         let start = desk.nets.len() - size;
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let net = &desk.nets[start..];
-        let point = |i: usize, j: usize| project(net[i * (q + 1) + j]);
-        let points = [point(0, 0), point(p, 0), point(p, q), point(0, q)];
-        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: points[k] });
+        desk.points.clear();
+        desk.points.extend(net.iter().map(|&h| project(h)));
+        let ends = [0, p * (q + 1), size - 1, q].map(|k| desk.points[k]);
+        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         desk.faces.clear();
         let tolerance = self.limits.tolerance;
-        let cut = Zip::best(&corners, Bending::of(net, (p, q)), tolerance);
+        let cut = Zip::best(&corners, Bending::of(&desk.points, (p, q)), tolerance);
         cut.faces([0, 1, 2, 3], &mut desk.faces);
         let mesh = (&corners[..], &desk.faces[..]);
         let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
         } else {
-            Some(self.steeper(net))
+            Some(self.steeper(&desk.points))
         };
         let Some(direction) = direction.filter(|_| piece.divisible()) else {
             desk.deviation = desk.deviation.max(distance);
@@ -198,14 +202,14 @@ impl Divider<'_> {
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
-    fn steeper(&self, net: &[DVec4]) -> Direction {
+    fn steeper(&self, points: &[DVec3]) -> Direction {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
-            u.add(net[j..].iter().step_by(q + 1).take(p + 1));
+            u.add(points[j..].iter().step_by(q + 1).take(p + 1).copied());
         }
-        for row in net.chunks_exact(q + 1) {
-            v.add(row.iter());
+        for row in points.chunks_exact(q + 1) {
+            v.add(row.iter().copied());
         }
         let bent = u.sag.max(v.sag) > (self.limits.tolerance / 4.0).powi(2);
         if if bent { u.sag >= v.sag } else { u.length >= v.length } {
@@ -263,23 +267,23 @@ impl Divider<'_> {
     ) -> Option<Direction> {
         self.load(block, *piece, desk);
         let single = piece.part().is_some();
-        let steeper = |nets: &[DVec4]| if single { self.steeper(nets) } else { piece.wider() };
+        let direction = if single { self.steeper(&desk.points) } else { piece.wider() };
         if outline.len() > MOST_CORNERS {
-            return Some(steeper(&desk.nets));
+            return Some(direction);
         }
         desk.corners.clear();
         for &(u, v) in outline {
             let at = DVec2::new(share(u, piece.u), share(v, piece.v));
             let point = if single {
-                self.bernstein.point(&desk.nets, at)
+                self.bernstein.point(&desk.nets, at, &mut desk.part)
             } else {
-                self.point(block, (u, v), &mut desk.patch)
+                self.point(block, (u, v), desk)
             };
             desk.corners.push(Corner { at, point: project(point) });
         }
-        let Desk { nets, patch, corners, faces, work, deviation } = desk;
+        let Desk { nets, points, patch, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
-        let cut = Zip::best(corners, Bending::of(nets, self.nets.degrees), tolerance);
+        let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
         cut.faces(piece.ends(outline), faces);
         let mesh = (&corners[..], &faces[..]);
@@ -291,7 +295,7 @@ impl Divider<'_> {
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
         } else {
-            Some(steeper(nets))
+            Some(direction)
         };
         let direction = direction.filter(|_| piece.divisible());
         if direction.is_none() {
@@ -326,46 +330,40 @@ impl Divider<'_> {
         most
     }
 
-    /// Makes the net of a piece the only one on the desk; for several patches a bilinear one
-    /// between its corners.
+    /// Makes the net of a piece the only one on the desk; of several patches only points, between
+    /// which it bends about as the piece does.
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
+        desk.points.clear();
         if let Some(Part { patch, u, v }) = piece.part() {
             let patch = (block.rows.0 + patch.0, block.cols.0 + patch.1);
-            if (u, v) == ((0.0, 1.0), (0.0, 1.0)) {
-                self.nets.append(patch, &mut desk.nets);
-            } else {
-                desk.patch.clear();
-                self.nets.append(patch, &mut desk.patch);
-                self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
-            }
+            desk.patch.clear();
+            self.nets.append(patch, &mut desk.patch);
+            self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+            desk.points.extend(desk.nets.iter().map(|&h| project(h)));
             return;
         }
         let (p, q) = self.nets.degrees;
+        let cut = |first: usize, (from, to): (u32, u32), k: usize, n: usize| {
+            first + (from / PATCH) as usize + ((to - from) / PATCH) as usize * k / n
+        };
         for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
-            let place = |(from, to): (u32, u32), k: usize, n: usize| {
-                // Patch by patch: exact places are not needed for a guess at the bending.
-                from + (to - from) / PATCH * u32::try_from(k).unwrap_or(0)
-                    / u32::try_from(n).unwrap_or(1)
-                    * PATCH
-            };
-            let at = (place(piece.u, i, p), place(piece.v, j, q));
-            let point = self.point(block, at, &mut desk.patch);
-            desk.nets.push(point);
+            let cuts = (cut(block.rows.0, piece.u, i, p), cut(block.cols.0, piece.v, j, q));
+            desk.points.push(project(self.nets.corner(cuts)));
         }
     }
 
     /// The homogeneous point at a place of a block.
-    fn point(&self, block: Block, (u, v): Place, patch: &mut Vec<DVec4>) -> DVec4 {
+    fn point(&self, block: Block, (u, v): Place, desk: &mut Desk) -> DVec4 {
         let index = |place: u32, (from, to): (usize, usize)| {
             let index = ((place / PATCH) as usize).min(to - from - 1);
             let start = u32::try_from(index).unwrap_or(0) * PATCH;
             (from + index, f64::from(place - start) / f64::from(PATCH))
         };
         let ((row, x), (col, y)) = (index(u, block.rows), index(v, block.cols));
-        patch.clear();
-        self.nets.append((row, col), patch);
-        self.bernstein.point(patch, DVec2::new(x, y))
+        desk.patch.clear();
+        self.nets.append((row, col), &mut desk.patch);
+        self.bernstein.point(&desk.patch, DVec2::new(x, y), &mut desk.part)
     }
 
     /// Divides a piece that has become unfit in this direction first.
@@ -396,8 +394,7 @@ struct Line {
 }
 
 impl Line {
-    fn add<'a>(&mut self, curve: impl DoubleEndedIterator<Item = &'a DVec4> + Clone) {
-        let mut inner = curve.map(|&h| project(h));
+    fn add(&mut self, mut inner: impl DoubleEndedIterator<Item = DVec3>) {
         let (Some(a), Some(b)) = (inner.next(), inner.next_back()) else { return };
         let length = a.distance_squared(b);
         let along = (b - a) / length.sqrt().max(f64::MIN_POSITIVE);

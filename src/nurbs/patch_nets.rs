@@ -40,11 +40,18 @@ impl PatchNets {
         })
     }
 
+    /// The homogeneous point where these cuts in u and v meet.
+    pub(crate) fn corner(&self, (i, j): (usize, usize)) -> DVec4 {
+        let (p, q) = self.degrees;
+        self.points[j * q * self.rows + i * p]
+    }
+
     /// Appends the homogeneous control points of the patch in this row and column, row by row.
     pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
-        let at = |i: usize, j: usize| self.points[(col * q + j) * self.rows + row * p + i];
-        net.extend((0..=p).flat_map(|i| (0..=q).map(move |j| at(i, j))));
+        for i in row * p..=(row + 1) * p {
+            net.extend((col * q..=(col + 1) * q).map(|j| self.points[j * self.rows + i]));
+        }
     }
 }
 
