@@ -135,11 +135,7 @@ impl Bernstein {
         y: (f64, f64),
         out: &mut Vec<DVec4>,
     ) {
-        let (width, start) = (self.q + 1, out.len());
-        out.extend_from_slice(net);
-        let net = &mut out[start..];
-        (0..width).for_each(|column| restrict(net, (column, width), self.p, x));
-        (0..=self.p).for_each(|row| restrict(net, (row * width, 1), self.q, y));
+        rectangle(net, (self.p, self.q), x, y, out);
     }
 
     /// The point of a net at a place in its square.
@@ -188,8 +184,13 @@ impl Bernstein {
         out: &mut Vec<DVec2>,
     ) {
         out.clear();
-        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == at) {
-            self.halves[lacking].of(of, out);
+        let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
+        let place = |x: f64, low: f64, high: f64| if x == low { 0.0 } else if x == high { 1.0 } else { 0.5 };
+        let in_box = at.map(|at| DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y)));
+        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
+            v.clear();
+            rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
+            self.halves[lacking].of(v, out);
             return;
         }
         // First in u, for each column; then, as one of many columns, each of these in v.
@@ -258,14 +259,35 @@ where
     rows.truncate(less);
 }
 
+/// The part of a net over a rectangle of its square, appended to `out`.
+fn rectangle<T>(
+    net: &[T],
+    (p, q): (usize, usize),
+    x: (f64, f64),
+    y: (f64, f64),
+    out: &mut Vec<T>,
+) where
+    T: Copy + Add<Output = T>,
+    f64: Mul<T, Output = T>,
+{
+    let (width, start) = (q + 1, out.len());
+    out.extend_from_slice(net);
+    let net = &mut out[start..];
+    (0..width).for_each(|column| restrict(net, (column, width), p, x));
+    (0..=p).for_each(|row| restrict(net, (row * width, 1), q, y));
+}
+
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
-fn restrict(
-    of: &mut [DVec4],
+fn restrict<T>(
+    of: &mut [T],
     (start, stride): (usize, usize),
     degree: usize,
     (from, to): (f64, f64),
-) {
+) where
+    T: Copy + Add<Output = T>,
+    f64: Mul<T, Output = T>,
+{
     if from != 0.0 {
         for level in 1..=degree {
             for k in 0..=degree - level {

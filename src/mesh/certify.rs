@@ -90,8 +90,7 @@ pub(super) fn distance(
     if work.normals.windows(2).any(|pair| folded(pair[0], pair[1])) {
         return ball();
     }
-    let near = beyond(bernstein, net, (corners, faces), false, work);
-    if near > limit { beyond(bernstein, net, (corners, faces), true, work) } else { near }
+    beyond(bernstein, net, (corners, faces), limit, work)
 }
 
 /// What sticks out of a triangle sideways.
@@ -114,42 +113,59 @@ impl Beyond {
 }
 
 /// The largest distance that follows from the heights over the faces, which are a strip, and from
-/// what sticks out of them sideways; with halved curves if `halved`.
+/// what sticks out of them sideways; anything above `limit` if it is above it.
 fn beyond(
     bernstein: &Bernstein,
     net: &[DVec4],
     (corners, faces): (&[Corner], &[Face]),
-    halved: bool,
+    limit: f64,
     work: &mut Workspace,
 ) -> f64 {
     let Workspace { normals, planes, overs, part, curve, .. } = work;
+    let mut load = |(i, j): (usize, usize), curve: &mut Vec<DVec4>| {
+        let (a, b) = (corners[i], corners[j]);
+        curve.clear();
+        bernstein.segment(net, (a.at, b.at), part, curve);
+        (a.point, b.point)
+    };
     let (mut most, mut next) = (0.0_f64, Beyond::default());
     for (k, &face) in faces.iter().enumerate() {
         let mut here = std::mem::take(&mut next);
-        for (i, j) in edges(face) {
-            let shared = |other: &Face| edges(*other).contains(&(j, i));
-            if k > 0 && shared(&faces[k - 1]) {
-                continue;
-            }
-            let (a, b) = (corners[i], corners[j]);
-            curve.clear();
-            bernstein.segment(net, (a.at, b.at), part, curve);
-            if halved {
-                closer(curve);
-            }
-            let aside = |plane: DVec3| sideways(curve, a.point, b.point, plane);
-            if faces.get(k + 1).is_some_and(shared) {
-                let tilt = planes[k].distance(planes[k + 1]);
-                here.add(aside(planes[k]), normals[k + 1].map(|_| tilt));
-                next.add(aside(planes[k + 1]), normals[k].map(|_| tilt));
-            } else {
-                here.add(aside(planes[k]), None);
-            }
+        let shared = |(i, j): (usize, usize), other: Option<&Face>| {
+            other.is_some_and(|other| edges(*other).contains(&(j, i)))
+        };
+        let before = k.checked_sub(1).map(|k| &faces[k]);
+        if let Some(edge) = edges(face).into_iter().find(|edge| shared(*edge, faces.get(k + 1))) {
+            let tilt = planes[k].distance(planes[k + 1]);
+            let (a, b) = load(edge, curve);
+            closer(curve);
+            here.add(sideways(curve, a, b, planes[k]), normals[k + 1].map(|_| tilt));
+            next.add(sideways(curve, a, b, planes[k + 1]), normals[k].map(|_| tilt));
         }
         let over = overs[k] + here.inside;
-        most = most.max((over * over + here.outside * here.outside).sqrt());
+        for edge in edges(face) {
+            if shared(edge, before) || shared(edge, faces.get(k + 1)) {
+                continue;
+            }
+            let (a, b) = load(edge, curve);
+            let mut aside = sideways(curve, a, b, planes[k]);
+            if right_angle(over, aside) > limit {
+                closer(curve);
+                aside = sideways(curve, a, b, planes[k]);
+            }
+            here.add(aside, None);
+        }
+        most = most.max(right_angle(over, here.outside));
+        if most > limit {
+            break;
+        }
     }
     most
+}
+
+/// The third side of a triangle with a right angle between these.
+fn right_angle(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
 }
 
 /// Whether neighbours turn away from one another too far to be a sheet.
@@ -208,7 +224,7 @@ pub(super) fn distance_of_part(
             closer(&mut work.curve);
             outside = outside.max(sideways(&work.curve, a.point, b.point, plane));
         }
-        most = most.max(over.hypot(outside));
+        most = most.max(right_angle(over, outside));
     }
     // A point above the ridge between two planes is further from it than from the planes.
     let ridge = planes.iter().map(|plane| plane.dot(planes[0])).fold(1.0, f64::min);
