@@ -9,6 +9,9 @@ use crate::nurbs::NurbsSurface;
 /// Patches from which one sample each is enough.
 const MANY_PATCHES: usize = 64;
 
+/// Patches along each direction that are looked at, at most about.
+const MOST_LINES: usize = 12;
+
 /// Samples along each side of a patch if there are few.
 const SAMPLES: usize = 4;
 
@@ -34,8 +37,12 @@ impl Estimate {
         let (u, v) = (surface.knots_u().breaks(), surface.knots_v().breaks());
         let (rows, cols) = (u.len() - 1, v.len() - 1);
         let samples = if rows * cols >= MANY_PATCHES { 1 } else { SAMPLES };
-        let counts = (0..rows * cols).into_par_iter().map(|k| {
-            let (i, j) = (k / cols, k % cols);
+        // Of many, those in the middle of as many equal parts.
+        let (some_rows, some_cols) = (rows.min(MOST_LINES), cols.min(MOST_LINES));
+        let middle = |k: usize, some: usize, all: usize| (2 * k + 1) * all / (2 * some);
+        let counts = (0..some_rows * some_cols).into_par_iter().map(|k| {
+            let i = middle(k / some_cols, some_rows, rows);
+            let j = middle(k % some_cols, some_cols, cols);
             let (h, k) = (u[i + 1] - u[i], v[j + 1] - v[j]);
             let mut sums = [0.0; 3];
             for s in 0..samples * samples {
@@ -47,10 +54,11 @@ impl Estimate {
             sums.map(|sum| sum / (samples * samples) as f64)
         });
         let counts: Vec<[f64; 3]> = counts.collect();
-        let total = |k: usize| counts.iter().map(|counts| counts[k]).sum::<f64>();
+        let mean = |k: usize| counts.iter().map(|counts| counts[k]).sum::<f64>() / counts.len() as f64;
+        let (rows, cols) = (rows as f64, cols as f64);
         Self {
-            along: (total(0) / cols as f64, total(1) / rows as f64),
-            triangles: TRIANGLES_PER_PIECE * total(2),
+            along: (mean(0) * rows, mean(1) * cols),
+            triangles: TRIANGLES_PER_PIECE * mean(2) * rows * cols,
         }
     }
 }

@@ -49,7 +49,7 @@ impl Tessellation<'_> {
         let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
         let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
         let evaluate = |(): &mut (), ((uv, points), normals): ((&[DVec2], _), _)| {
-            self.evaluate(uv, points, normals);
+            self.surface.vertices(uv, points, normals);
         };
         in_groups(on_borders, observer, evaluate, Ok)?;
         let (points, normals) =
@@ -58,15 +58,9 @@ impl Tessellation<'_> {
         let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
         let write = |room: &mut Room, (index, (((points, normals), uv), faces)): (usize, ((_, &mut [DVec2]), _))| {
             self.write_block(room, index, uv, faces);
-            self.evaluate(uv, points, normals);
+            self.surface.vertices(uv, points, normals);
         };
         in_groups(blocks, observer, write, Ok)
-    }
-
-    fn evaluate(&self, uv: &[DVec2], points: &mut [DVec3], normals: &mut [DVec3]) {
-        for ((at, point), normal) in uv.iter().zip(points).zip(normals) {
-            (*point, *normal) = self.surface.point_and_normal(at.x, at.y);
-        }
     }
 
     /// Writes the parameters of a block's inner vertices, and its triangles.

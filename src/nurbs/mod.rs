@@ -42,7 +42,7 @@ mod span_table;
 mod strip;
 mod surface;
 mod swept;
-mod vertex;
+mod vertices;
 
 pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, padded, window};
 pub(crate) use self::batch::share;
