@@ -9,12 +9,13 @@
 use glam::{DVec2, DVec3};
 
 use super::bernstein::Bernstein;
+use super::divider::{Desk, Divider};
 use super::estimate::Estimate;
 use super::groups::in_groups;
 use super::lattice::Lattice;
 use super::numbering::Numbers;
 use super::options::{Limits, TessellateOptions, diagonal};
-use super::piece::{Desk, Divider, Piece};
+use super::piece::Piece;
 use super::stitch::Borders;
 use super::{MeshSlices, TriangleMesh};
 use crate::error::{Error, Result};

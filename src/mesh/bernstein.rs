@@ -4,11 +4,11 @@
 //! Those of triangles come from blossoms, functions of as many arguments as the degree says, which
 //! take the curve's values where all are the same (L. Ramshaw, *Blossoms are polar forms*, 1989).
 
-use std::collections::BTreeMap;
 use std::ops::{Add, Mul};
 
 use glam::{DVec2, DVec4};
 
+use super::means::Means;
 use super::triangle::triples;
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
@@ -40,45 +40,6 @@ pub(super) const UNIT: [DVec2; 4] =
 /// diagonal.
 pub(super) fn half(lacking: usize) -> [DVec2; 3] {
     [2, 3, 1].map(|k| UNIT[(lacking + k) % 4])
-}
-
-/// Weighted means of elements of a slice.
-#[derive(Debug, Default)]
-struct Means {
-    /// Indices and weights, mean after mean.
-    terms: Vec<(u32, f64)>,
-    /// The end of each mean's terms.
-    ends: Vec<usize>,
-}
-
-impl Means {
-    fn push(&mut self, terms: impl IntoIterator<Item = (usize, f64)>) {
-        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-        for (index, weight) in terms {
-            *sums.entry(index).or_default() += weight;
-        }
-        let terms =
-            sums.into_iter().filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)));
-        self.terms.extend(terms);
-        self.ends.push(self.terms.len());
-    }
-
-    /// Appends the means to `out`.
-    fn of<T>(&self, elements: &[T], out: &mut Vec<T>)
-    where
-        T: Copy + Default + Add<Output = T>,
-        f64: Mul<T, Output = T>,
-    {
-        let mut from = 0;
-        for &end in &self.ends {
-            let mut sum = T::default();
-            for &(i, weight) in &self.terms[from..end] {
-                sum = sum + weight * elements[i as usize];
-            }
-            out.push(sum);
-            from = end;
-        }
-    }
 }
 
 fn binomial(n: usize, k: usize) -> f64 {
@@ -185,8 +146,17 @@ impl Bernstein {
     ) {
         out.clear();
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
-        let place = |x: f64, low: f64, high: f64| if x == low { 0.0 } else if x == high { 1.0 } else { 0.5 };
-        let in_box = at.map(|at| DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y)));
+        let place = |x: f64, low: f64, high: f64| {
+            if x == low {
+                0.0
+            } else if x == high {
+                1.0
+            } else {
+                0.5
+            }
+        };
+        let in_box =
+            at.map(|at| DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y)));
         if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
             v.clear();
             rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
@@ -260,13 +230,8 @@ where
 }
 
 /// The part of a net over a rectangle of its square, appended to `out`.
-fn rectangle<T>(
-    net: &[T],
-    (p, q): (usize, usize),
-    x: (f64, f64),
-    y: (f64, f64),
-    out: &mut Vec<T>,
-) where
+fn rectangle<T>(net: &[T], (p, q): (usize, usize), x: (f64, f64), y: (f64, f64), out: &mut Vec<T>)
+where
     T: Copy + Add<Output = T>,
     f64: Mul<T, Output = T>,
 {
@@ -279,12 +244,8 @@ fn rectangle<T>(
 
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
-fn restrict<T>(
-    of: &mut [T],
-    (start, stride): (usize, usize),
-    degree: usize,
-    (from, to): (f64, f64),
-) where
+fn restrict<T>(of: &mut [T], (start, stride): (usize, usize), degree: usize, (from, to): (f64, f64))
+where
     T: Copy + Add<Output = T>,
     f64: Mul<T, Output = T>,
 {
@@ -327,7 +288,8 @@ mod tests {
             let mut part = vec![];
             bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
             let inside = bernstein.point(&part, DVec2::new(0.3, 0.8), &mut vec![]);
-            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8), &mut vec![]);
+            let outside =
+                bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8), &mut vec![]);
             assert!(inside.distance(outside) < 1e-14);
         }
     }
@@ -344,7 +306,10 @@ mod tests {
                 let m = curve.len() - 1;
                 let middle: DVec4 =
                     (0..=m).map(|k| binomial(m, k) / 2.0_f64.powf(m as f64) * curve[k]).sum();
-                assert!(middle.distance(bernstein.point(&net, at[0].midpoint(at[1]), &mut vec![])) < 1e-14);
+                assert!(
+                    middle.distance(bernstein.point(&net, at[0].midpoint(at[1]), &mut vec![]))
+                        < 1e-14
+                );
                 let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
                 let mut all = vec![];
                 bernstein.triangle(&flat, at, &mut Blossoms::default(), &mut all);

@@ -9,7 +9,7 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use super::bernstein::{Bernstein, Blossoms};
-use super::triangle::largest;
+use super::triangle::{larger, largest};
 use crate::nurbs::halve;
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
@@ -284,11 +284,11 @@ fn sideways(curve: &[DVec4], a: DVec3, b: DVec3, normal: DVec3) -> f64 {
         // Times the weight.
         let away = h.truncate() - h.w * a;
         let (t, s) = (away.dot(along), away.dot(across));
-        let beyond = (-t).max(t - h.w * length).max(0.0);
+        let beyond = larger(larger(0.0, -t), t - h.w * length);
         let rest = if length > 0.0 { s * s } else { away.length_squared() };
         (rest + beyond * beyond) / (h.w * h.w)
     };
-    curve.iter().map(aside).fold(0.0, f64::max).sqrt()
+    curve.iter().map(aside).fold(0.0, larger).sqrt()
 }
 
 fn project(h: DVec4) -> DVec3 {

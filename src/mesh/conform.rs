@@ -2,9 +2,10 @@
 //! triangles, and a piece that these do not meet is divided, until nothing changes.
 
 use super::adaptive::{Tessellation, too_many};
+use super::divider::Desk;
 use super::groups::in_groups;
 use super::options::TessellateOptions;
-use super::piece::{Desk, Piece};
+use super::piece::Piece;
 use super::stitch::{Place, Vertices, own_borders};
 use crate::error::Result;
 use crate::progress::Observer;

@@ -54,7 +54,8 @@ impl Estimate {
             sums.map(|sum| sum / (samples * samples) as f64)
         });
         let counts: Vec<[f64; 3]> = counts.collect();
-        let mean = |k: usize| counts.iter().map(|counts| counts[k]).sum::<f64>() / counts.len() as f64;
+        let mean =
+            |k: usize| counts.iter().map(|counts| counts[k]).sum::<f64>() / counts.len() as f64;
         let (rows, cols) = (rows as f64, cols as f64);
         Self {
             along: (mean(0) * rows, mean(1) * cols),

@@ -3,11 +3,13 @@
 mod adaptive;
 mod bernstein;
 mod certify;
-mod distance;
 mod conform;
+mod distance;
+mod divider;
 mod estimate;
 mod groups;
 mod lattice;
+mod means;
 mod measure;
 mod numbering;
 mod options;

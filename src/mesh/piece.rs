@@ -1,16 +1,7 @@
-//! A block of patches and its division into pieces, each of which becomes two triangles.
-//!
-//! Pieces are rectangles of the parameters. One that its triangles do not meet within the limits
-//! is halved, across the direction that bends more; one of several patches, between patches.
+//! Pieces: the rectangles of the parameters that become two triangles, or a few more.
 
-use glam::{DVec2, DVec3, DVec4};
-
-use super::bernstein::{Bernstein, UNIT};
-use super::certify::{self, Corner, Face, Workspace};
-use super::options::Limits;
-use super::outline::{Bending, MOST_CORNERS, Zip};
-use super::stitch::{Place, parameter};
-use crate::nurbs::{NurbsSurface, PatchNets, halve};
+use super::outline::Zip;
+use super::stitch::Place;
 
 /// Halvings of a patch in each direction at most.
 const HALVINGS: u32 = 22;
@@ -38,35 +29,10 @@ pub(super) struct Block {
 }
 
 /// A rectangle of the unit square of one patch of a block.
-struct Part {
-    patch: (usize, usize),
-    u: (f64, f64),
-    v: (f64, f64),
-}
-
-/// What dividing needs to know.
-#[derive(Debug)]
-pub(super) struct Divider<'a> {
-    pub surface: &'a NurbsSurface,
-    pub nets: &'a PatchNets,
-    pub bernstein: &'a Bernstein,
-    pub limits: Limits,
-}
-
-/// Memory that dividing needs.
-#[derive(Debug, Default)]
-pub(super) struct Desk {
-    /// Nets, one behind the other: those of the pieces around the one being looked at.
-    nets: Vec<DVec4>,
-    /// The control points of the last net in space.
-    points: Vec<DVec3>,
-    patch: Vec<DVec4>,
-    part: Vec<DVec4>,
-    corners: Vec<Corner>,
-    faces: Vec<Face>,
-    work: Workspace,
-    /// The largest certified distance of a finished piece.
-    pub deviation: f64,
+pub(super) struct Part {
+    pub patch: (usize, usize),
+    pub u: (f64, f64),
+    pub v: (f64, f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +49,7 @@ impl Piece {
     }
 
     /// The places of its corners, counter-clockwise.
-    fn corners(&self) -> [Place; 4] {
+    pub(super) fn corners(&self) -> [Place; 4] {
         let Self { u, v, .. } = self;
         [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)]
     }
@@ -94,7 +60,7 @@ impl Piece {
     }
 
     /// The one patch it lies in, and its part of the patch's unit square.
-    fn part(&self) -> Option<Part> {
+    pub(super) fn part(&self) -> Option<Part> {
         let index = |(from, to): (u32, u32)| {
             (from / PATCH == (to - 1) / PATCH).then_some((from / PATCH) as usize)
         };
@@ -108,7 +74,7 @@ impl Piece {
     }
 
     /// The halves; those of several patches between patches.
-    fn halves(self, direction: Direction) -> [Self; 2] {
+    pub(super) fn halves(self, direction: Direction) -> [Self; 2] {
         let middle = |(from, to): (u32, u32)| {
             let middle = from + (to - from) / 2;
             if to - from > PATCH { middle / PATCH * PATCH } else { middle }
@@ -126,7 +92,7 @@ impl Piece {
     }
 
     /// The direction of more parameters.
-    fn wider(&self) -> Direction {
+    pub(super) fn wider(&self) -> Direction {
         if self.u.1 - self.u.0 >= self.v.1 - self.v.0 { Direction::U } else { Direction::V }
     }
 
@@ -134,278 +100,4 @@ impl Piece {
     pub(super) fn divisible(&self) -> bool {
         self.u.1 - self.u.0 > 1 && self.v.1 - self.v.0 > 1
     }
-}
-
-impl Divider<'_> {
-    /// Divides a piece of a block until each part meets the limits with two triangles, and appends
-    /// the parts.
-    pub(super) fn divide(
-        &self,
-        block: Block,
-        piece: Piece,
-        desk: &mut Desk,
-        done: &mut Vec<Piece>,
-    ) {
-        if piece.part().is_some() {
-            self.load(block, piece, desk);
-            self.divide_net(block, piece, desk, done);
-            return;
-        }
-        let mut merged = piece;
-        if self.check(block, &mut merged, &piece.corners(), desk).is_none() {
-            done.push(merged);
-            return;
-        }
-        for half in piece.halves(piece.wider()) {
-            self.divide(block, half, desk, done);
-        }
-    }
-
-    /// As [`Divider::divide`], for a piece whose net is the last of the desk's; takes it away.
-    fn divide_net(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
-        let size = (self.bernstein.p + 1) * (self.bernstein.q + 1);
-        let start = desk.nets.len() - size;
-        let (p, q) = (self.bernstein.p, self.bernstein.q);
-        let net = &desk.nets[start..];
-        desk.points.clear();
-        desk.points.extend(net.iter().map(|&h| project(h)));
-        let ends = [0, p * (q + 1), size - 1, q].map(|k| desk.points[k]);
-        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
-        desk.faces.clear();
-        let tolerance = self.limits.tolerance;
-        let cut = Zip::best(&corners, Bending::of(&desk.points, (p, q)), tolerance);
-        cut.faces([0, 1, 2, 3], &mut desk.faces);
-        let mesh = (&corners[..], &desk.faces[..]);
-        let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
-        let direction = if distance <= tolerance {
-            self.beyond(block, &piece.corners(), mesh)
-        } else {
-            Some(self.steeper(&desk.points))
-        };
-        let Some(direction) = direction.filter(|_| piece.divisible()) else {
-            desk.deviation = desk.deviation.max(distance);
-            done.push(Piece { cut, ..piece });
-            desk.nets.truncate(start);
-            return;
-        };
-        let [first, second] = piece.halves(direction);
-        // The second half's net takes this one's place, the first half's goes on top.
-        desk.nets.extend_from_within(start..);
-        let (below, above) = desk.nets.split_at_mut(start + size);
-        let below = &mut below[start..];
-        match direction {
-            Direction::U => halve(above, below, p, q + 1, 0..=q),
-            Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
-        }
-        self.divide_net(block, first, desk, done);
-        self.divide_net(block, second, desk, done);
-    }
-
-    /// The direction whose curves bend more, or, if neither does, are longer.
-    fn steeper(&self, points: &[DVec3]) -> Direction {
-        let (p, q) = (self.bernstein.p, self.bernstein.q);
-        let (mut u, mut v) = (Line::default(), Line::default());
-        for j in 0..=q {
-            u.add(points[j..].iter().step_by(q + 1).take(p + 1).copied());
-        }
-        for row in points.chunks_exact(q + 1) {
-            v.add(row.iter().copied());
-        }
-        let bent = u.sag.max(v.sag) > (self.limits.tolerance / 4.0).powi(2);
-        if if bent { u.sag >= v.sag } else { u.length >= v.length } {
-            Direction::U
-        } else {
-            Direction::V
-        }
-    }
-
-    /// The direction to divide a piece in because its triangles do not meet the limits of edges,
-    /// angles and sides.
-    fn beyond(
-        &self,
-        block: Block,
-        places: &[Place],
-        (corners, faces): (&[Corner], &[Face]),
-    ) -> Option<Direction> {
-        let Limits { cosine, edge, aspect, .. } = self.limits;
-        if cosine.is_none() && edge.is_none() && aspect.is_none() {
-            return None;
-        }
-        let [a, b, c, d] = UNIT.map(|at| corners.iter().position(|corner| corner.at == at));
-        let (a, b, c, d) = (a?, b?, c?, d?);
-        let length = |i: usize, j: usize| corners[i].point.distance(corners[j].point);
-        let (along_u, along_v) = (length(a, b) + length(d, c), length(a, d) + length(b, c));
-        let longer = if along_u >= along_v { Direction::U } else { Direction::V };
-        let edges = || faces.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-        if edge.is_some_and(|most| edges().any(|(i, j)| length(i, j) > most)) {
-            return Some(longer);
-        }
-        let (short, long) = (along_u.min(along_v), along_u.max(along_v));
-        if aspect.is_some_and(|most| short > 0.0 && long > most * short) {
-            return Some(longer);
-        }
-        let least = cosine?;
-        let normal = |&(u, v): &Place| {
-            let u = parameter(&self.nets.u, block.rows.0, u);
-            self.surface.normal(u, parameter(&self.nets.v, block.cols.0, v))
-        };
-        let normals: Vec<DVec3> = places.iter().map(normal).collect();
-        let turn = |i: usize, j: usize| normals[i].dot(normals[j]);
-        let turned = edges().any(|(i, j)| turn(i, j) < least && length(i, j) > 0.0);
-        let in_u = turn(a, b) + turn(d, c) <= turn(a, d) + turn(b, c);
-        turned.then_some(if in_u { Direction::U } else { Direction::V })
-    }
-
-    /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
-    /// in because they do not meet the limits, or because they are too many; `None` if they do.
-    pub(super) fn check(
-        &self,
-        block: Block,
-        piece: &mut Piece,
-        outline: &[Place],
-        desk: &mut Desk,
-    ) -> Option<Direction> {
-        self.load(block, *piece, desk);
-        let single = piece.part().is_some();
-        let direction = if single { self.steeper(&desk.points) } else { piece.wider() };
-        if outline.len() > MOST_CORNERS {
-            return Some(direction);
-        }
-        desk.corners.clear();
-        for &(u, v) in outline {
-            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
-            let point = if single {
-                self.bernstein.point(&desk.nets, at, &mut desk.part)
-            } else {
-                self.point(block, (u, v), desk)
-            };
-            desk.corners.push(Corner { at, point: project(point) });
-        }
-        let Desk { nets, points, patch, corners, faces, work, deviation, .. } = desk;
-        let tolerance = self.limits.tolerance;
-        let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
-        faces.clear();
-        cut.faces(piece.ends(outline), faces);
-        let mesh = (&corners[..], &faces[..]);
-        let distance = if single {
-            certify::distance(self.bernstein, nets, mesh, tolerance, work)
-        } else {
-            self.distance_of_patches(block, *piece, mesh, (patch, work))
-        };
-        let direction = if distance <= tolerance {
-            self.beyond(block, outline, mesh)
-        } else {
-            Some(direction)
-        };
-        let direction = direction.filter(|_| piece.divisible());
-        if direction.is_none() {
-            piece.cut = cut;
-            *deviation = deviation.max(distance);
-        }
-        direction
-    }
-
-    /// The certified distance of a piece of several patches, or anything above the tolerance.
-    fn distance_of_patches(
-        &self,
-        block: Block,
-        piece: Piece,
-        mesh: (&[Corner], &[Face]),
-        (patch, work): (&mut Vec<DVec4>, &mut Workspace),
-    ) -> f64 {
-        let mut most = 0.0_f64;
-        let range = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
-        let ((row0, row1), (col0, col1)) = (range(piece.u), range(piece.v));
-        for (row, col) in (row0..row1).flat_map(|row| (col0..col1).map(move |col| (row, col))) {
-            let low = DVec2::new(share(row, (row0, row1)), share(col, (col0, col1)));
-            let high = DVec2::new(share(row + 1, (row0, row1)), share(col + 1, (col0, col1)));
-            patch.clear();
-            self.nets.append((block.rows.0 + row as usize, block.cols.0 + col as usize), patch);
-            let part = certify::distance_of_part(self.bernstein, patch, (low, high), mesh, work);
-            most = most.max(part);
-            if most > self.limits.tolerance {
-                break;
-            }
-        }
-        most
-    }
-
-    /// Makes the net of a piece the only one on the desk; of several patches only points, between
-    /// which it bends about as the piece does.
-    fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
-        desk.nets.clear();
-        desk.points.clear();
-        if let Some(Part { patch, u, v }) = piece.part() {
-            let patch = (block.rows.0 + patch.0, block.cols.0 + patch.1);
-            desk.patch.clear();
-            self.nets.append(patch, &mut desk.patch);
-            self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
-            desk.points.extend(desk.nets.iter().map(|&h| project(h)));
-            return;
-        }
-        let (p, q) = self.nets.degrees;
-        let cut = |first: usize, (from, to): (u32, u32), k: usize, n: usize| {
-            first + (from / PATCH) as usize + ((to - from) / PATCH) as usize * k / n
-        };
-        for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
-            let cuts = (cut(block.rows.0, piece.u, i, p), cut(block.cols.0, piece.v, j, q));
-            desk.points.push(project(self.nets.corner(cuts)));
-        }
-    }
-
-    /// The homogeneous point at a place of a block.
-    fn point(&self, block: Block, (u, v): Place, desk: &mut Desk) -> DVec4 {
-        let index = |place: u32, (from, to): (usize, usize)| {
-            let index = ((place / PATCH) as usize).min(to - from - 1);
-            let start = u32::try_from(index).unwrap_or(0) * PATCH;
-            (from + index, f64::from(place - start) / f64::from(PATCH))
-        };
-        let ((row, x), (col, y)) = (index(u, block.rows), index(v, block.cols));
-        desk.patch.clear();
-        self.nets.append((row, col), &mut desk.patch);
-        self.bernstein.point(&desk.patch, DVec2::new(x, y), &mut desk.part)
-    }
-
-    /// Divides a piece that has become unfit in this direction first.
-    pub(super) fn redivide(
-        &self,
-        block: Block,
-        (piece, direction): (Piece, Direction),
-        desk: &mut Desk,
-        done: &mut Vec<Piece>,
-    ) {
-        for half in piece.halves(direction) {
-            self.divide(block, half, desk, done);
-        }
-    }
-}
-
-/// The share of a range that lies before x.
-fn share(x: u32, (from, to): (u32, u32)) -> f64 {
-    f64::from(x - from) / f64::from(to - from)
-}
-
-/// Squares of the largest length of some curves' chords, and of the largest distance of their
-/// control points from these.
-#[derive(Default)]
-struct Line {
-    length: f64,
-    sag: f64,
-}
-
-impl Line {
-    fn add(&mut self, mut inner: impl DoubleEndedIterator<Item = DVec3>) {
-        let (Some(a), Some(b)) = (inner.next(), inner.next_back()) else { return };
-        let length = a.distance_squared(b);
-        let along = (b - a) / length.sqrt().max(f64::MIN_POSITIVE);
-        self.length = self.length.max(length);
-        for point in inner {
-            let away = point - a;
-            self.sag = self.sag.max((away - away.dot(along) * along).length_squared());
-        }
-    }
-}
-
-fn project(h: DVec4) -> DVec3 {
-    h.truncate() / h.w
 }

@@ -12,6 +12,11 @@ pub(super) fn triples(sum: usize) -> Vec<[usize; 3]> {
     pairs.map(|(a, b)| [a, b, sum - a - b]).collect()
 }
 
+/// The larger of two numbers, of which only the second may be NaN; unlike `f64::max` one instruction.
+pub(super) fn larger(most: f64, x: f64) -> f64 {
+    if x > most { x } else { most }
+}
+
 /// How many coefficients there are.
 fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
@@ -31,7 +36,7 @@ pub(super) fn largest(
     let start = stack.len() - size;
     let triangle = &stack[start..];
     let ratio = |of: &DVec2| of.x.abs() / of.y;
-    let most = triangle.iter().map(ratio).fold(0.0, f64::max);
+    let most = triangle.iter().map(ratio).fold(0.0, larger);
     let corners = [0, degree, size - 1].map(|k| ratio(&triangle[k]));
     let above = corners.iter().any(|&value| value > limit);
     if most <= limit || most > near || above || halvings == 0 {
