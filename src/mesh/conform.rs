@@ -77,7 +77,7 @@ impl Tessellation<'_> {
             let piece = &mut pieces[k];
             outline.clear();
             vertices.outline(piece, outline);
-            let grown = outline.len() > piece.cut.corners as usize;
+            let grown = outline.len() > piece.cut.corners();
             let unfit = if grown { divider.check(block, piece, outline, desk) } else { None };
             match (unfit, &mut divided) {
                 (Some(direction), _) => {

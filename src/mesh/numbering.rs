@@ -88,7 +88,7 @@ impl Tessellation<'_> {
 
     /// The inner vertices and the triangles of a block.
     fn count(&self, index: usize) -> (usize, usize) {
-        let triangles = self.pieces[index].iter().map(|piece| piece.cut.corners as usize - 2);
+        let triangles = self.pieces[index].iter().map(|piece| piece.cut.corners() - 2);
         let (triangles, sides) = (triangles.sum::<usize>(), self.sides(index).map(<[u32]>::len));
         let border = 4 + sides.iter().sum::<usize>();
         // A triangulated disc has two triangles for each inner vertex and one for each vertex of

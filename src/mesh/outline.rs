@@ -44,17 +44,25 @@ impl Bending {
 /// are joined like a zip; all new edges run between the chains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Zip {
-    /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The others,
-    /// from below: whether the next step is on the chain that runs with the outline.
-    steps: u32,
-    /// How many corners the outline has.
-    pub corners: u32,
+    /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The next,
+    /// from below: whether the next step is on the chain that runs with the outline. From
+    /// [`STEPS`] on: how many corners the outline has. All in one number, because large meshes have
+    /// many of them.
+    bits: u32,
 }
 
+/// Bits for the steps.
+const STEPS: u32 = 27;
+
 /// Most corners of an outline: a [`Zip`] holds the steps of no more.
-pub(super) const MOST_CORNERS: usize = 32;
+pub(super) const MOST_CORNERS: usize = 28;
 
 impl Zip {
+    /// How many corners the outline has.
+    pub(super) fn corners(self) -> usize {
+        (self.bits >> STEPS) as usize
+    }
+
     /// The best cut of an outline, counter-clockwise in the parameters from the corner (0, 0): of
     /// each new edge the one that the surface bends less over, against `tolerance`, and that is
     /// shorter, against the outline.
@@ -75,19 +83,19 @@ impl Zip {
         };
         let count = corners.len();
         zip(ends, count, second, choose, |_| ());
-        Self { steps, corners: u32::try_from(count).unwrap_or(u32::MAX) }
+        Self { bits: steps | u32::try_from(count).unwrap_or(u32::MAX) << STEPS }
     }
 
     /// Appends the triangles of the cut of an outline that has the piece's own corners at these
     /// places.
     pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
-        let mut steps = self.steps >> 1;
+        let mut steps = self.bits >> 1;
         let choose = |_, _| {
             let with = steps & 1 == 1;
             steps >>= 1;
             with
         };
-        zip(ends, self.corners as usize, self.steps & 1 == 1, choose, |face| faces.push(face));
+        zip(ends, self.corners(), self.bits & 1 == 1, choose, |face| faces.push(face));
     }
 }
 
