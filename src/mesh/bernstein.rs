@@ -17,12 +17,10 @@ use super::triangle::triples;
 pub(super) struct Bernstein {
     pub p: usize,
     pub q: usize,
-    /// How often each corner of a triangle is an argument of a blossom in u.
-    u: Vec<[usize; 3]>,
-    /// The same in v.
-    v: Vec<[usize; 3]>,
+    /// How many blossoms in u a triangle has.
+    rows: usize,
     /// For each coefficient of a triangle, the blossoms that it is the mean of; their indices are
-    /// `v * u.len() + u`.
+    /// `v * rows + u`.
     triangle: Means,
     /// The same for the halves of the square, by the corner that they lack, in the order of
     /// [`UNIT`]; the indices are those of coefficients.
@@ -85,7 +83,7 @@ impl Bernstein {
             diagonals[0].push(shares().map(|a| (a * (q + 1) + m - a, weight(a))));
             diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
         }
-        Self { p, q, u, v, triangle, halves, diagonals }
+        Self { p, q, rows: u.len(), triangle, halves, diagonals }
     }
 
     /// The part of a net over a rectangle of its square, appended to `out`.
@@ -129,10 +127,15 @@ impl Bernstein {
             out.extend((0..=p).map(|row| net[row * width + column]));
             restrict(&mut out[start..], (0, 1), p, (low.x, high.x));
         } else {
+            let falls = (from.x < to.x) != (from.y < to.y);
+            let diagonal = &self.diagonals[usize::from(falls)];
+            if (low, high) == (DVec2::ZERO, DVec2::ONE) {
+                diagonal.of(net, out);
+                return;
+            }
             part.clear();
             self.rectangle(net, (low.x, high.x), (low.y, high.y), part);
-            let falls = (from.x < to.x) != (from.y < to.y);
-            self.diagonals[usize::from(falls)].of(part, out);
+            diagonal.of(part, out);
         }
     }
 
@@ -164,7 +167,7 @@ impl Bernstein {
             return;
         }
         // First in u, for each column; then, as one of many columns, each of these in v.
-        let (rows, mut row) = (self.u.len(), 0);
+        let (rows, mut row) = (self.rows, 0);
         u.clear();
         u.resize(rows * (self.q + 1), DVec2::ZERO);
         blossoms(of, (self.p, self.q + 1), at.map(|at| at.x), parts, |columns| {

@@ -90,77 +90,50 @@ pub(super) fn distance(
     if work.normals.windows(2).any(|pair| folded(pair[0], pair[1])) {
         return ball();
     }
-    beyond(bernstein, net, (corners, faces), limit, work)
-}
-
-/// What sticks out of a triangle sideways.
-#[derive(Default)]
-struct Beyond {
-    /// Over another triangle of the piece: what the planes differ there.
-    inside: f64,
-    /// Over nothing.
-    outside: f64,
-}
-
-impl Beyond {
-    /// Adds what sticks out beyond an edge; `tilt` is of the triangle behind it, if there is one.
-    fn add(&mut self, aside: f64, tilt: Option<f64>) {
-        match tilt {
-            Some(tilt) => self.inside = self.inside.max(aside * tilt),
-            None => self.outside = self.outside.max(aside),
+    let mut most = 0.0_f64;
+    for k in 0..faces.len() {
+        // First the curves as they are, then, if need be, their halves.
+        let mut found = beyond(bernstein, net, (corners, faces), (k, false), work);
+        if found > limit {
+            found = beyond(bernstein, net, (corners, faces), (k, true), work);
         }
-    }
-}
-
-/// The largest distance that follows from the heights over the faces, which are a strip, and from
-/// what sticks out of them sideways; anything above `limit` if it is above it.
-fn beyond(
-    bernstein: &Bernstein,
-    net: &[DVec4],
-    (corners, faces): (&[Corner], &[Face]),
-    limit: f64,
-    work: &mut Workspace,
-) -> f64 {
-    let Workspace { normals, planes, overs, part, curve, .. } = work;
-    let mut load = |(i, j): (usize, usize), curve: &mut Vec<DVec4>| {
-        let (a, b) = (corners[i], corners[j]);
-        curve.clear();
-        bernstein.segment(net, (a.at, b.at), part, curve);
-        (a.point, b.point)
-    };
-    let (mut most, mut next) = (0.0_f64, Beyond::default());
-    for (k, &face) in faces.iter().enumerate() {
-        let mut here = std::mem::take(&mut next);
-        let shared = |(i, j): (usize, usize), other: Option<&Face>| {
-            other.is_some_and(|other| edges(*other).contains(&(j, i)))
-        };
-        let before = k.checked_sub(1).map(|k| &faces[k]);
-        if let Some(edge) = edges(face).into_iter().find(|edge| shared(*edge, faces.get(k + 1))) {
-            let tilt = planes[k].distance(planes[k + 1]);
-            let (a, b) = load(edge, curve);
-            closer(curve);
-            here.add(sideways(curve, a, b, planes[k]), normals[k + 1].map(|_| tilt));
-            next.add(sideways(curve, a, b, planes[k + 1]), normals[k].map(|_| tilt));
-        }
-        let over = overs[k] + here.inside;
-        for edge in edges(face) {
-            if shared(edge, before) || shared(edge, faces.get(k + 1)) {
-                continue;
-            }
-            let (a, b) = load(edge, curve);
-            let mut aside = sideways(curve, a, b, planes[k]);
-            if right_angle(over, aside) > limit {
-                closer(curve);
-                aside = sideways(curve, a, b, planes[k]);
-            }
-            here.add(aside, None);
-        }
-        most = most.max(right_angle(over, here.outside));
+        most = most.max(found);
         if most > limit {
             break;
         }
     }
     most
+}
+
+/// The largest distance that follows from the height over a face of the strip and from what sticks
+/// out of it sideways: over another face it costs what the planes differ there, over none it is
+/// added at a right angle.
+fn beyond(
+    bernstein: &Bernstein,
+    net: &[DVec4],
+    (corners, faces): (&[Corner], &[Face]),
+    (k, halved): (usize, bool),
+    work: &mut Workspace,
+) -> f64 {
+    let Workspace { normals, planes, overs, part, curve, .. } = work;
+    let (mut inside, mut outside) = (0.0_f64, 0.0_f64);
+    for (i, j) in edges(faces[k]) {
+        let (a, b) = (corners[i], corners[j]);
+        curve.clear();
+        bernstein.segment(net, (a.at, b.at), part, curve);
+        if halved {
+            closer(curve);
+        }
+        let aside = sideways(curve, a.point, b.point, planes[k]);
+        let shares = |other: &usize| edges(faces[*other]).contains(&(j, i));
+        let beside = k.checked_sub(1).filter(shares);
+        let beside = beside.or_else(|| Some(k + 1).filter(|k| *k < faces.len()).filter(shares));
+        match beside.and_then(|other| normals[other]) {
+            Some(other) => inside = inside.max(aside * other.distance(planes[k])),
+            None => outside = outside.max(aside),
+        }
+    }
+    right_angle(overs[k] + inside, outside)
 }
 
 /// The third side of a triangle with a right angle between these.
@@ -190,6 +163,7 @@ pub(super) fn distance_of_part(
     net: &[DVec4],
     (low, high): (DVec2, DVec2),
     (corners, faces): (&[Corner], &[Face]),
+    limit: f64,
     work: &mut Workspace,
 ) -> f64 {
     let mut most = 0.0_f64;
@@ -204,6 +178,9 @@ pub(super) fn distance_of_part(
         planes.push(plane);
         let heights = net.iter().map(|&h| plane.dot(project(h) - points[0]).abs());
         let over = heights.fold(0.0, f64::max);
+        if over > limit {
+            return over;
+        }
         let mut outside = 0.0_f64;
         for (i, j) in edges(face) {
             if faces.iter().any(|other| edges(*other).contains(&(j, i))) {

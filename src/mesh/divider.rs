@@ -72,7 +72,7 @@ impl Divider<'_> {
         let net = &desk.nets[start..];
         desk.points.clear();
         desk.points.extend(net.iter().map(|&h| project(h)));
-        let ends = [0, p * (q + 1), size - 1, q].map(|k| desk.points[k]);
+        let ends = self.ends().map(|k| desk.points[k]);
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         desk.faces.clear();
         let tolerance = self.limits.tolerance;
@@ -102,6 +102,12 @@ impl Divider<'_> {
         }
         self.divide_net(block, first, desk, done);
         self.divide_net(block, second, desk, done);
+    }
+
+    /// Where the corners of the unit square stand in a net, counter-clockwise.
+    fn ends(&self) -> [usize; 4] {
+        let (p, q) = (self.bernstein.p, self.bernstein.q);
+        [0, p * (q + 1), (p + 1) * (q + 1) - 1, q]
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
@@ -177,12 +183,13 @@ impl Divider<'_> {
         desk.corners.clear();
         for &(u, v) in outline {
             let at = DVec2::new(share(u, piece.u), share(v, piece.v));
-            let point = if single {
-                self.bernstein.point(&desk.nets, at, &mut desk.part)
-            } else {
-                self.point(block, (u, v), desk)
+            let end = UNIT.iter().position(|corner| *corner == at);
+            let point = match end {
+                Some(end) => desk.points[self.ends()[end]],
+                None if single => project(self.bernstein.point(&desk.nets, at, &mut desk.part)),
+                None => project(self.point(block, (u, v), desk)),
             };
-            desk.corners.push(Corner { at, point: project(point) });
+            desk.corners.push(Corner { at, point });
         }
         let Desk { nets, points, patch, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
@@ -213,7 +220,7 @@ impl Divider<'_> {
         mesh: (&[Corner], &[Face]),
         (patch, work): (&mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
-        let mut most = 0.0_f64;
+        let (mut most, limit) = (0.0_f64, self.limits.tolerance);
         let range = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
         let ((row0, row1), (col0, col1)) = (range(piece.u), range(piece.v));
         for (row, col) in (row0..row1).flat_map(|row| (col0..col1).map(move |col| (row, col))) {
@@ -221,9 +228,10 @@ impl Divider<'_> {
             let high = DVec2::new(share(row + 1, (row0, row1)), share(col + 1, (col0, col1)));
             patch.clear();
             self.nets.append((block.rows.0 + row as usize, block.cols.0 + col as usize), patch);
-            let part = certify::distance_of_part(self.bernstein, patch, (low, high), mesh, work);
+            let part =
+                certify::distance_of_part(self.bernstein, patch, (low, high), mesh, limit, work);
             most = most.max(part);
-            if most > self.limits.tolerance {
+            if most > limit {
                 break;
             }
         }

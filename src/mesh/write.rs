@@ -1,6 +1,6 @@
 //! A finished division becomes arrays: vertices with their normals and parameters, triangles.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::MeshSlices;
 use super::adaptive::Tessellation;
