@@ -82,3 +82,49 @@ fn halve(stack: &mut Vec<DVec2>, degree: usize) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cubic function, of weight one.
+    fn cubic() -> Vec<DVec2> {
+        (0..count(3)).map(|k| DVec2::new((1.7 * k as f64).sin(), 1.0)).collect()
+    }
+
+    #[test]
+    fn halves_meet_in_the_middle_of_a_side() {
+        let of = cubic();
+        let middle = (of[0] + 3.0 * of[1] + 3.0 * of[2] + of[3]) / 8.0;
+        let mut stack = of.clone();
+        halve(&mut stack, 3);
+        assert_eq!(&stack[..10], &of[..]);
+        for (half, other) in stack[10..].chunks_exact(10).zip([of[3], of[0]]) {
+            assert!(half[9].distance(middle) < 1e-15);
+            assert_eq!((half[0], half[3]), (other, of[9]));
+        }
+    }
+
+    #[test]
+    fn halving_comes_closer_from_above() {
+        let looked = |limit: f64, halvings: usize| largest(&mut cubic(), 3, limit, 9.0, halvings);
+        // The largest value is found at places of a fine grid.
+        let mut most = 0.0_f64;
+        for (i, j) in (0..=60).flat_map(|i| (0..=60 - i).map(move |j| (i, j))) {
+            let at = [i, j, 60 - i - j].map(|n| f64::from(n) / 60.0);
+            let ways = |of: &[usize; 3]| match of.iter().max() {
+                Some(3) => 1.0,
+                Some(2) => 3.0,
+                _ => 6.0,
+            };
+            let powers =
+                |of: &[usize; 3]| (0..3).map(|k| at[k].powf(of[k] as f64)).product::<f64>();
+            let terms = triples(3).into_iter().zip(cubic());
+            let value: f64 = terms.map(|(of, c)| ways(&of) * powers(&of) * c.x).sum();
+            most = most.max(value.abs());
+        }
+        let (rough, fine) = (looked(f64::MAX, 0), looked(1.01 * most, 8));
+        assert!(most <= fine && fine < rough, "{most} {fine} {rough}");
+        assert!(fine <= 1.01 * most);
+    }
+}
