@@ -10,6 +10,9 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Time between two calls of the observer that is aimed at.
 const REPORT: Duration = Duration::from_millis(20);
 
+/// Items for which no other thread is woken: they would be done before it has come.
+const FEW: usize = 4;
+
 /// Does a job for each item, in parallel, and takes the results in order; reports in between.
 ///
 /// Threads meet after a certain time, not after a certain number of items, because nobody knows
@@ -33,7 +36,8 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
         let results = Mutex::new(vec![]);
         let early = || if started.elapsed() < REPORT { items.next() } else { None };
         let group = std::iter::from_fn(early).take(left);
-        share(group, 1, |room, (index, item)| {
+        let at_once = if left > FEW { 1 } else { FEW };
+        share(group, at_once, |room, (index, item)| {
             let result = job(room, item);
             results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
         });
