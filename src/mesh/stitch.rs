@@ -117,7 +117,6 @@ fn second(key: u64) -> u32 {
     key as u32
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the upper half of a key")]
 fn first(key: u64) -> u32 {
     (key >> 32) as u32
 }
