@@ -17,6 +17,7 @@ mod fitting;
 mod growth;
 mod height;
 mod normal_equations;
+mod patches;
 mod rational;
 mod refine;
 mod robust;
@@ -24,6 +25,7 @@ mod space;
 
 use glam::{DVec2, DVec3};
 
+pub(crate) use self::approximate::resume;
 pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 use self::band::Band;
 pub use self::border::bounded;
@@ -31,6 +33,7 @@ pub use self::correct::project;
 pub(crate) use self::growth::{EXACT, POINTS_PER_CONTROL_POINT};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
+pub(crate) use self::height::{cosines, fit_heights_with};
 use self::normal_equations::{NormalEquations, Sample};
 pub use self::rational::rational;
 pub use self::robust::biweights;
