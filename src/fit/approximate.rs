@@ -117,35 +117,6 @@ pub fn approximate(
         surface = fitting.conform(surface, options.border)?;
         surface = fitting.descend(whole, surface, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
     }
-    grown(fitting, surface, options)
-}
-
-/// The approximation with other weights, from the surface, the parameters and the fairness found
-/// before: the net and the domain are kept.
-///
-/// # Errors
-///
-/// Those of [`approximate`].
-pub(crate) fn resume(
-    points: &[DVec3],
-    (surface, uv, fairness): (NurbsSurface, Vec<DVec2>, f64),
-    weights: Option<&[f64]>,
-    options: &ApproximateOptions,
-    observer: &mut dyn Observer,
-) -> Result<Approximation> {
-    let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
-    let space = SplineSpace::new(knots, options.closed.into())?;
-    let mut fitting = Fitting::new(points, &uv, weights, options, observer);
-    fitting.expect(fairness);
-    let surface = fitting.descend(&space, surface, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
-    grown(fitting, surface, options)
-}
-
-fn grown(
-    mut fitting: Fitting<'_>,
-    surface: NurbsSurface,
-    options: &ApproximateOptions,
-) -> Result<Approximation> {
     let (surface, ended_by) = match options.growth {
         Some(growth) => fitting.grow(surface, growth)?,
         None => (surface, EndedBy::Grid),

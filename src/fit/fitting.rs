@@ -117,12 +117,6 @@ impl<'a> Fitting<'a> {
         }
     }
 
-    /// Begins with the weight of the fairness that was found before.
-    pub(super) fn expect(&mut self, fairness: f64) {
-        self.score = Some(cross_validation::Score { fairness, error: f64::INFINITY });
-        self.falling = self.aim();
-    }
-
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
         let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);

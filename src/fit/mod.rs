@@ -25,7 +25,6 @@ mod space;
 
 use glam::{DVec2, DVec3};
 
-pub(crate) use self::approximate::resume;
 pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 use self::band::Band;
 pub use self::border::bounded;

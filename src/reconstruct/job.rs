@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::feet::feet;
 use super::{ReconstructOptions, heights, robust};
 use crate::error::Result;
-use crate::fit::{self, ApproximateOptions, Approximation, EndedBy, Growth, approximate};
+use crate::fit::{self, ApproximateOptions, EndedBy, Growth, approximate};
 use crate::inspection::fold_over;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
@@ -18,8 +18,8 @@ const BORDER: f64 = 0.5;
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
-/// Share of the points that may be outliers for the fit to go on from where it was with them: more
-/// may have led it astray.
+/// Share of the points that may be outliers for the fairness of heights to be the one found with
+/// them: more may have led it astray.
 const FEW_OUTLIERS: f64 = 0.01;
 
 /// Fits with more fairness than cross-validation has found, at most, and how much more each time:
@@ -80,13 +80,6 @@ pub(super) struct Fit {
     pub(super) ended_by: EndedBy,
 }
 
-impl From<Approximation> for Fit {
-    fn from(found: Approximation) -> Self {
-        let Approximation { surface, uv, distances, fairness, iterations, ended_by, .. } = found;
-        Self { surface, uv, distances, fairness, iterations, ended_by }
-    }
-}
-
 impl Job<'_> {
     pub(super) fn weight(&self, index: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| weights[index])
@@ -113,10 +106,11 @@ impl Job<'_> {
             let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
-            fit = if few {
-                self.refit(fit, growth, observer)?
-            } else {
-                self.fit(net, growth, observer)?
+            fit = match self.shape.up {
+                Some(up) if few && growth.is_none() => {
+                    heights::fit(self, up, net, None, Some(fit.fairness), observer)?
+                }
+                _ => self.fit(net, growth, observer)?,
             };
         }
         fit = self.unfolded(fit, growth, observer)?;
@@ -138,36 +132,6 @@ impl Job<'_> {
         self.approximated(net, growth, self.options.fairness, observer)
     }
 
-    /// The fit from where it was before some weights changed.
-    fn refit(&self, fit: Fit, growth: Option<Growth>, observer: &mut dyn Observer) -> Result<Fit> {
-        let net = self.different(&fit.surface);
-        if let Some(up) = self.shape.up {
-            return heights::fit(self, up, net, growth, Some(fit.fairness), observer);
-        }
-        let options = self.approximate_options(net, growth, self.options.fairness);
-        let weights = self.weights.as_deref();
-        let before = (fit.surface, fit.uv, fit.fairness);
-        let found = fit::resume(self.points, before, weights, &options, observer)?;
-        Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
-    }
-
-    fn approximate_options(
-        &self,
-        net: (usize, usize),
-        growth: Option<Growth>,
-        fairness: Option<f64>,
-    ) -> ApproximateOptions {
-        ApproximateOptions {
-            net,
-            degree: (self.degree(net.0), self.degree(net.1)),
-            closed: self.shape.closed().closed(),
-            fairness,
-            border: self.options.border.unwrap_or(BORDER),
-            growth,
-            ..ApproximateOptions::default()
-        }
-    }
-
     fn approximated(
         &self,
         net: (usize, usize),
@@ -175,9 +139,25 @@ impl Job<'_> {
         fairness: Option<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Fit> {
-        let (uv, weights) = (&self.uv, self.weights.as_deref());
-        let options = self.approximate_options(net, growth, fairness);
-        approximate(self.points, uv, weights, &options, observer).map(Fit::from)
+        let options = ApproximateOptions {
+            net,
+            degree: (self.degree(net.0), self.degree(net.1)),
+            closed: self.shape.closed().closed(),
+            fairness,
+            border: self.options.border.unwrap_or(BORDER),
+            growth,
+            ..ApproximateOptions::default()
+        };
+        let found =
+            approximate(self.points, &self.uv, self.weights.as_deref(), &options, observer)?;
+        Ok(Fit {
+            surface: found.surface,
+            uv: found.uv,
+            distances: found.distances,
+            fairness: found.fairness,
+            iterations: found.iterations,
+            ended_by: found.ended_by,
+        })
     }
 
     /// The fit with more fairness, where it folds over and the points do not: the least that leaves
