@@ -31,7 +31,7 @@ pub(super) struct Counted {
     pub(super) weights: Option<Vec<f64>>,
     /// Their places in the cloud.
     pub(super) indices: Vec<u32>,
-    /// Some of them, evenly over space.
+    /// Some of them, evenly over space, in such an order too.
     pub(super) telling: Vec<DVec3>,
     /// How many points were merged with others, and how many left out as gross outliers, of those
     /// that were looked at.
@@ -100,12 +100,12 @@ impl Counted {
         point_cloud::check(&points)?;
         warnings
             .extend(inspection::double_layer(&telling, observer)?.map(|found| found.to_string()));
-        let order = outwards(&points);
+        let (order, told) = (outwards(&points), outwards(&telling));
         Ok(Self {
             points: of(&points, &order),
             weights: weights.map(|weights| of(&weights, &order)),
             indices: of(&indices, &order),
-            telling,
+            telling: of(&telling, &told),
             duplicates,
             outliers,
             thinned: cloud.len() > MOST,
