@@ -72,6 +72,22 @@ impl Band {
         self.values[at] += value;
     }
 
+    /// Adds a symmetric block of three rows from 3 i on and three columns from 3 j on, and the same
+    /// the other way round; values are those of the pairs 00, 01, 02, 11, 12 and 22.
+    #[inline]
+    pub(super) fn add_block(&mut self, i: usize, j: usize, [a, b, c, d, e, f]: [f64; 6]) {
+        let (row, col) = (3 * i.max(j), 3 * i.min(j));
+        for (col, column) in (col..).zip([[a, b, c], [b, d, e], [c, e, f]]) {
+            // On the diagonal the lower half alone stands.
+            let first = row.max(col);
+            let (at, left) = (self.index(first, col), self.side - (first & (self.side - 1)));
+            for (k, value) in column.iter().skip(first - row).enumerate() {
+                let at = if k < left { at + k } else { self.index(first + k, col) };
+                self.values[at] += value;
+            }
+        }
+    }
+
     /// Adds `factor` times another matrix of the same size and width.
     pub(super) fn add_scaled(&mut self, factor: f64, other: &Self) {
         debug_assert_eq!(self.values.len(), other.values.len());
@@ -203,12 +219,10 @@ impl Band {
                 let (cols, rows) = rows(number);
                 let diagonal = cols == rows;
                 for (j, col) in cols.enumerate().rev() {
-                    let column = &values[j * side..][..side];
+                    let column = &values[j * side..][..rows.len()];
                     let from = if diagonal { j + 1 } else { 0 };
-                    let mut sum = x[col];
-                    for (x, value) in x[rows.clone()].iter().zip(column).skip(from) {
-                        (0..WIDTH).for_each(|k| sum[k] -= value * x[k]);
-                    }
+                    let known = product(&column[from..], &x[rows.clone()][from..]);
+                    let sum: [f64; WIDTH] = std::array::from_fn(|k| x[col][k] - known[k]);
                     x[col] = if diagonal { sum.map(|value| value / column[j]) } else { sum };
                 }
             }
@@ -268,6 +282,17 @@ impl Band {
         }
         inverse
     }
+}
+
+/// The sum of numbers times vectors, in four parts that do not wait for one another.
+fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f64; WIDTH] {
+    let mut sums = [[0.0; WIDTH]; 4];
+    for (numbers, vectors) in numbers.chunks(4).zip(vectors.chunks(4)) {
+        for ((sum, number), vector) in sums.iter_mut().zip(numbers).zip(vectors) {
+            (0..WIDTH).for_each(|k| sum[k] += number * vector[k]);
+        }
+    }
+    std::array::from_fn(|k| sums.iter().map(|sum| sum[k]).sum())
 }
 
 /// Cholesky's factor of one tile in place, its upper half zero.
@@ -362,6 +387,19 @@ mod tests {
             let trace = inverse.inner_product(&matrix(size, width));
             assert!((trace - size as f64).abs() < 1e-9, "{trace}");
         }
+    }
+
+    #[test]
+    fn blocks_are_their_entries() {
+        let metric = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
+        let (mut by_blocks, mut by_entries) = (Band::new(120, 50), Band::new(120, 50));
+        for (i, j) in [(0, 0), (10, 10), (10, 13), (21, 10), (39, 39)] {
+            by_blocks.add_block(i, j, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+            for (r, s) in (0..9).map(|k| (k / 3, k % 3)).filter(|(r, s)| i != j || r >= s) {
+                by_entries.add(3 * i + r, 3 * j + s, metric[r][s]);
+            }
+        }
+        assert_eq!(by_blocks.values, by_entries.values);
     }
 
     #[test]

@@ -2,12 +2,15 @@
 //! Hoschek, *Intrinsic parametrization for approximation*, 1988).
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use crate::nurbs::{Basis, BasisDerivatives, NurbsSurface};
+use super::patches::{DEGENERATE, Patches, Question, Tangents, answers};
+use crate::nurbs::NurbsSurface;
 
 /// Longest step of a parameter, as a share of the domain: beyond it the tangent plane says nothing.
 const LONGEST_STEP: f64 = 0.2;
+
+/// A step shorter than this share of the domain changes nothing that could be seen.
+const SETTLED: f64 = 1e-9;
 
 /// Times that a step which leads away is shortened.
 const SHORTENINGS: usize = 3;
@@ -15,100 +18,8 @@ const SHORTENINGS: usize = 3;
 /// What a step that leads away is shortened to.
 const SHORTENING: f64 = 0.3;
 
-/// Points that a thread takes at a time.
-const POINTS_PER_TASK: usize = 256;
-
-/// Tangents whose cross product is under this share of their lengths' product give no direction.
-const DEGENERATE: f64 = 1e-12;
-
-/// A point and its tangents on a surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Tangents {
-    pub(super) point: DVec3,
-    pub(super) u: DVec3,
-    pub(super) v: DVec3,
-}
-
-impl Tangents {
-    /// On a polynomial surface; beyond its domain the outermost patches go on.
-    pub(super) fn at(surface: &NurbsSurface, uv: DVec2) -> Self {
-        let (u, v) = (surface.knots_u(), surface.knots_v());
-        if (u.degree(), v.degree()) == (3, 3) {
-            let (rows, cols) = (Basis::<4>::at(u, uv.x), Basis::<4>::at(v, uv.y));
-            let firsts = (rows.first, cols.first);
-            return Self::of(
-                surface,
-                firsts,
-                [&rows.values, &rows.slopes],
-                [&cols.values, &cols.slopes],
-            );
-        }
-        let (rows, cols) = (BasisDerivatives::<2>::at(u, uv.x), BasisDerivatives::<2>::at(v, uv.y));
-        let (p, q) = (u.degree(), v.degree());
-        let firsts = (rows.first, cols.first);
-        let [rows, cols] = [rows.rows, cols.rows];
-        Self::of(
-            surface,
-            firsts,
-            [&rows[0][..=p], &rows[1][..=p]],
-            [&cols[0][..=q], &cols[1][..=q]],
-        )
-    }
-
-    #[inline]
-    fn of(
-        surface: &NurbsSurface,
-        firsts: (usize, usize),
-        [values_u, slopes_u]: [&[f64]; 2],
-        [values_v, slopes_v]: [&[f64]; 2],
-    ) -> Self {
-        let (net, width) = (surface.control_points(), surface.shape().1);
-        let mut tangents = Self { point: DVec3::ZERO, u: DVec3::ZERO, v: DVec3::ZERO };
-        for (i, (value, slope)) in values_u.iter().zip(slopes_u).enumerate() {
-            let row = &net[(firsts.0 + i) * width + firsts.1..][..values_v.len()];
-            let (mut along, mut across) = (DVec3::ZERO, DVec3::ZERO);
-            for ((point, value), slope) in row.iter().zip(values_v).zip(slopes_v) {
-                along += *value * *point;
-                across += *slope * *point;
-            }
-            tangents.point += *value * along;
-            tangents.u += *slope * along;
-            tangents.v += *value * across;
-        }
-        tangents
-    }
-
-    /// The unit normal, zero where there is none.
-    pub(super) fn normal(&self) -> DVec3 {
-        let cross = self.u.cross(self.v);
-        let least = DEGENERATE * self.u.length() * self.v.length();
-        if cross.length() > least { cross.normalize_or_zero() } else { DVec3::ZERO }
-    }
-
-    /// The step of Gauss and Newton towards the foot of a point, in parameters.
-    fn step(&self, point: DVec3, held: [bool; 2]) -> DVec2 {
-        let rest = point - self.point;
-        let (uu, uv, vv) = (self.u.length_squared(), self.u.dot(self.v), self.v.length_squared());
-        let (ru, rv) = (rest.dot(self.u), rest.dot(self.v));
-        let alone = |r: f64, square: f64| if square > 0.0 { r / square } else { 0.0 };
-        match held {
-            [true, true] => DVec2::ZERO,
-            [true, false] => DVec2::new(0.0, alone(rv, vv)),
-            [false, true] => DVec2::new(alone(ru, uu), 0.0),
-            [false, false] => {
-                let det = uu * vv - uv * uv;
-                if det > DEGENERATE * uu * vv {
-                    DVec2::new(vv * ru - uv * rv, uu * rv - uv * ru) / det
-                } else {
-                    DVec2::new(alone(ru, uu), alone(rv, vv))
-                }
-            }
-        }
-    }
-}
-
 /// The foot of a point on a surface: a stationary point of the distance near where it was.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Foot {
     pub(super) uv: DVec2,
     /// The unit normal there.
@@ -128,9 +39,26 @@ pub(super) fn feet(
     uv: &[DVec2],
     steps: usize,
 ) -> Vec<Foot> {
-    let domain = Domain::of(surface, closed);
-    let pairs = points.par_iter().zip(uv).with_min_len(POINTS_PER_TASK);
-    pairs.map(|(&point, &uv)| domain.foot(surface, point, uv, steps)).collect()
+    let (domain, patches) = (Domain::of(surface, closed), Patches::of(surface));
+    answers(&Feet { domain, patches, points, uv, steps }, points.len())
+}
+
+struct Feet<'a> {
+    domain: Domain,
+    patches: Patches<'a>,
+    points: &'a [DVec3],
+    uv: &'a [DVec2],
+    steps: usize,
+}
+
+impl Question for Feet<'_> {
+    type Answer = Foot;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> Foot {
+        self.domain.foot(&self.patches, self.points[index], self.uv[index], self.steps)
+    }
 }
 
 /// Steps from parameters that are near those of the feet.
@@ -184,24 +112,26 @@ impl Domain {
         DVec2::new(place(0), place(1))
     }
 
-    fn foot(&self, surface: &NurbsSurface, point: DVec3, from: DVec2, steps: usize) -> Foot {
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn foot(&self, patches: &Patches<'_>, point: DVec3, from: DVec2, steps: usize) -> Foot {
         let size = self.high - self.low;
         let mut at = self.inside(from);
-        let mut here = Tangents::at(surface, at);
+        let mut here = patches.at(at);
         for _ in 0..steps {
             let rest = point - here.point;
             let pull = DVec2::new(rest.dot(here.u), rest.dot(here.v));
             let held = [0, 1].map(|d| self.at_wall(at, pull, d));
-            let step = here.step(point, held);
+            let step = step(&here, rest, held);
             let longest = (step.abs() / size).max_element();
-            if longest.is_nan() || longest <= 0.0 {
+            if longest.is_nan() || longest <= SETTLED {
                 break;
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);
             let mut moved = false;
             for _ in 0..=SHORTENINGS {
                 let next = self.inside(at + share * step);
-                let there = Tangents::at(surface, next);
+                let there = patches.at(next);
                 if there.point.distance_squared(point) <= rest.length_squared() {
                     (at, here, moved) = (next, there, true);
                     break;
@@ -222,5 +152,28 @@ impl Domain {
         let beyond =
             (at[d] <= self.low[d] && pull[d] < 0.0) || (at[d] >= self.high[d] && pull[d] > 0.0);
         !self.closed[d] && beyond
+    }
+}
+
+/// The step of Gauss and Newton by which the rest between a point and its foot vanishes, in
+/// parameters.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn step(here: &Tangents, rest: DVec3, held: [bool; 2]) -> DVec2 {
+    let (uu, uv, vv) = (here.u.length_squared(), here.u.dot(here.v), here.v.length_squared());
+    let (ru, rv) = (rest.dot(here.u), rest.dot(here.v));
+    let alone = |r: f64, square: f64| if square > 0.0 { r / square } else { 0.0 };
+    match held {
+        [true, true] => DVec2::ZERO,
+        [true, false] => DVec2::new(0.0, alone(rv, vv)),
+        [false, true] => DVec2::new(alone(ru, uu), 0.0),
+        [false, false] => {
+            let det = uu * vv - uv * uv;
+            if det > DEGENERATE * uu * vv {
+                DVec2::new(vv * ru - uv * rv, uu * rv - uv * ru) / det
+            } else {
+                DVec2::new(alone(ru, uu), alone(rv, vv))
+            }
+        }
     }
 }

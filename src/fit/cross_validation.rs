@@ -6,8 +6,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band::Band;
-use super::correct::Tangents;
 use super::normal_equations::{NormalEquations, Sample};
+use super::patches::{Patches, Question, answers};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 
@@ -104,15 +104,26 @@ fn score(
     factor.solve(&mut net);
     let net: Vec<DVec3> = net.into_iter().map(DVec3::from_array).collect();
     let surface = space.surface(&net)?;
-    let heights: Vec<f64> = samples
-        .par_iter()
-        .with_min_len(256)
-        .map(|sample| {
-            let place = Tangents::at(&surface, sample.uv).point;
-            sample.weight * (sample.point - place).dot(sample.normal).powi(2)
-        })
-        .collect();
+    let heights = answers(&Squares { patches: Patches::of(&surface), samples }, samples.len());
     let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
     let error = heights.iter().sum::<f64>() / weights / (1.0 - freedom / count).powi(2);
     Ok(Some(Score { fairness, error }))
+}
+
+/// The weighted squares of the samples' heights over a surface along their normals.
+struct Squares<'a> {
+    patches: Patches<'a>,
+    samples: &'a [Sample],
+}
+
+impl Question for Squares<'_> {
+    type Answer = f64;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> f64 {
+        let sample = &self.samples[index];
+        let rest = sample.point - self.patches.at(sample.uv).point;
+        sample.weight * rest.dot(sample.normal).powi(2)
+    }
 }

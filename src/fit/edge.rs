@@ -25,6 +25,9 @@ const OUTERMOST: f64 = -0.5;
 const FIRST_SCALE: f64 = 0.05;
 const LEFT_OF_SCALE: f64 = 0.4;
 
+/// Places that a blurred edge is looked for with at most: it only leads towards the last one.
+const BLURRED: usize = 2000;
+
 /// Standard deviation of the normal distribution to the scale of the logistic one with the same:
 /// √3 / π.
 const LOGISTIC: f64 = 0.551_328_895_421_792;
@@ -74,15 +77,20 @@ impl Edge {
         };
         let count = places.len() as f64;
         let near = places.iter().filter(|place| place.1 < NEAR);
-        let near = near.map(|&(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
+        let mut near: Vec<Place> =
+            near.map(|&(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
+        near.sort_by(|a, b| a.y.total_cmp(&b.y));
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
-        let search = Search { near, slopes: areas(&knots, count), count, closed };
+        let slopes = areas(&knots, count);
+        let mut search = Search { near, stride: 1, slopes, count, closed };
         let mut heights = [lowest.clamp(OUTERMOST, DEEPEST); CONTROL_POINTS];
         // Places touch a curve with so many degrees of freedom at this distance on average.
         let apart = CONTROL_POINTS as f64 / count;
         let last = (noise * LOGISTIC).max(0.5 * apart);
         let mut scale = FIRST_SCALE.max(last);
         loop {
+            let most = if scale > last { BLURRED } else { search.near.len() };
+            search.stride = (search.near.len() / most.max(1)).max(1);
             search.climb(&mut heights, scale);
             if scale <= last {
                 break;
@@ -98,7 +106,8 @@ impl Edge {
 /// The curve's height where these basis functions are; closed curves repeat their heights.
 fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
     let terms = basis.values.iter().enumerate();
-    terms.map(|(i, value)| value * heights[(basis.first + i) % heights.len()]).sum()
+    let at = |i: usize| if i < heights.len() { i } else { i - heights.len() };
+    terms.map(|(i, value)| value * heights[at(basis.first + i)]).sum()
 }
 
 /// `count` times the area under each basis function; closed curves repeat them.
@@ -118,7 +127,10 @@ fn areas(knots: &KnotVector, count: f64) -> [f64; CONTROL_POINTS] {
 
 /// The likelihood of edges.
 struct Search {
+    /// Lowest first.
     near: Vec<Place>,
+    /// Only each so manieth of them is looked at, and counts for as many.
+    stride: usize,
     /// What raising each control point gains by area.
     slopes: [f64; CONTROL_POINTS],
     count: f64,
@@ -131,6 +143,13 @@ impl Search {
         let (count, closed) = (CONTROL_POINTS, self.closed);
         let middles = if closed { 0..count } else { 1..count - 1 };
         middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
+    }
+
+    /// The places that may touch an edge, which lies below its highest control point.
+    fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
+        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let behind = |place: &Place| place.y <= highest + UNTOUCHED * scale;
+        self.near[..self.near.partition_point(behind)].iter().step_by(self.stride)
     }
 
     fn worth(&self, heights: &[f64], scale: f64) -> f64 {
@@ -146,7 +165,8 @@ impl Search {
             }
         };
         let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
-        area + self.near.iter().map(likely).sum::<f64>() - 0.5 * STIFFNESS * self.count * bent
+        let likely: f64 = self.touching(heights, scale).map(likely).sum();
+        area + self.stride as f64 * likely - 0.5 * STIFFNESS * self.count * bent
     }
 
     /// Newton's steps to the likeliest edge with a blur of this scale.
@@ -179,13 +199,14 @@ impl Search {
         let size = CONTROL_POINTS;
         let mut matrix = Dense::new(size);
         let mut slopes = self.slopes;
-        for Place { basis, y } in &self.near {
+        for Place { basis, y } in self.touching(heights, scale) {
             let z = (y - height(heights, basis)) / scale;
             if z > UNTOUCHED {
                 continue;
             }
-            let falls = 1.0 / (1.0 + z.exp());
-            let bends = falls * (1.0 - falls) / (scale * scale);
+            let share = 1.0 / (1.0 + z.exp());
+            let falls = self.stride as f64 * share;
+            let bends = falls * (1.0 - share) / (scale * scale);
             for (i, a) in basis.values.iter().enumerate() {
                 let row = (basis.first + i) % size;
                 slopes[row] -= falls / scale * a;

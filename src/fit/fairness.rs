@@ -85,6 +85,9 @@ impl Gram {
     }
 }
 
+/// Samples that the lengths of the domain are measured on: more would not change them.
+const MEASURED: usize = 1 << 16;
+
 /// The lengths of the domain in space, along u and along v, up to a common factor: so that the
 /// energy does not depend on how parameters were scaled.
 ///
@@ -96,7 +99,9 @@ pub(super) fn lengths(
     samples: &[Sample],
     listen: &mut Listen<'_>,
 ) -> Result<(f64, f64)> {
-    let cells = Cells::of(space, samples, listen)?;
+    let step = samples.len().div_ceil(MEASURED).max(1);
+    let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
+    let cells = Cells::of(space, &samples, listen)?;
     let (mut uu, mut uv_sum, mut vv, mut ru, mut rv) = (0.0, 0.0, 0.0, 0.0, 0.0);
     let pairs = cells.starts.windows(2).flat_map(|ends| cells.order[ends[0]..ends[1]].windows(2));
     for (number, pair) in pairs.enumerate() {

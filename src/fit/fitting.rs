@@ -5,11 +5,12 @@ use glam::{DVec2, DVec3};
 use super::approximate::{ApproximateOptions, Approximation};
 use super::band::Band;
 use super::border::conformed;
-use super::correct::{Foot, Tangents, feet};
+use super::correct::{Foot, feet};
 use super::cross_validation;
 use super::fairness;
 use super::growth::EndedBy;
 use super::normal_equations::{NormalEquations, Sample};
+use super::patches::Patches;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -333,9 +334,10 @@ pub(super) fn lengths(surface: &NurbsSurface) -> (f64, f64) {
         let (start, end) = knots.domain();
         start + (end - start) * i as f64 / (count - 1) as f64
     };
+    let patches = Patches::of(surface);
     let at = |i: usize, j: usize| {
         let uv = DVec2::new(place(surface.knots_u(), i), place(surface.knots_v(), j));
-        Tangents::at(surface, uv).point
+        patches.at(uv).point
     };
     let points: Vec<DVec3> = (0..count * count).map(|k| at(k / count, k % count)).collect();
     let length = |from: usize, to: usize| points[from].distance(points[to]);

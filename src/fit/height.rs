@@ -7,6 +7,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::patches::{Patches, Question, answers};
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
@@ -107,89 +108,172 @@ pub fn fit_heights(
     up: DVec3,
     options: &HeightOptions,
 ) -> Result<HeightFit> {
-    if !up.is_normalized() {
-        return Err(Error::parameter("up", "a vector of length 1", up));
+    let heights = Heights::of(points, weights, up, options)?;
+    let (fairness, expected) = heights.best_fairness(options.fairness);
+    let fit = heights.fitted(fairness)?;
+    Ok(HeightFit { expected, ..fit })
+}
+
+/// As [`fit_heights`] with this fairness, but nothing is expected of points left out, which takes
+/// several times as long.
+pub(crate) fn fit_heights_with(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    up: DVec3,
+    options: &HeightOptions,
+    fairness: f64,
+) -> Result<HeightFit> {
+    let options = HeightOptions { fairness: Some(fairness), ..*options };
+    Heights::of(points, weights, up, &options)?.fitted(fairness)
+}
+
+/// Points by their places in the unit square of a plane and their heights over it.
+struct Heights<'a> {
+    axes: [DVec3; 3],
+    low: DVec3,
+    size: DVec3,
+    local: Vec<DVec3>,
+    uv: Vec<DVec2>,
+    weights: Option<&'a [f64]>,
+    options: FitOptions,
+    order: usize,
+}
+
+impl<'a> Heights<'a> {
+    fn of(
+        points: &[DVec3],
+        weights: Option<&'a [f64]>,
+        up: DVec3,
+        options: &HeightOptions,
+    ) -> Result<Self> {
+        if !up.is_normalized() {
+            return Err(Error::parameter("up", "a vector of length 1", up));
+        }
+        let [along, across] = height_axes(points, up);
+        let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
+        let local: Vec<DVec3> = points.par_iter().map(turned).collect();
+        let low = local.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let size = local.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)) - low;
+        if !(size.x > 0.0 && size.y > 0.0) {
+            let got = format!("{} × {}", size.x, size.y);
+            return Err(Error::parameter(
+                "points",
+                "extended across the direction of heights",
+                got,
+            ));
+        }
+        let place =
+            |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
+        let uv: Vec<DVec2> = local.par_iter().map(place).collect();
+        let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+        fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
+        super::check(&local, &uv, weights, &fitting)?;
+        let order = ORDER.min(options.degree.0.max(options.degree.1));
+        let axes = [along, across, up];
+        Ok(Self { axes, low, size, local, uv, weights, options: fitting, order })
     }
-    let [along, across] = height_axes(points, up);
-    let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
-    let local: Vec<DVec3> = points.par_iter().map(turned).collect();
-    let low = local.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-    let size = local.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)) - low;
-    if !(size.x > 0.0 && size.y > 0.0) {
-        let got = format!("{} × {}", size.x, size.y);
-        return Err(Error::parameter("points", "extended across the direction of heights", got));
+
+    fn fitted(self, fairness: f64) -> Result<HeightFit> {
+        let Self { axes: [along, across, up], low, size, local, uv, weights, options, order } =
+            self;
+        let heights = Equations::of(&local, &uv, weights, &options, order, &mut || Ok(()))?
+            .solve(fairness, &mut || Ok(()))?;
+        let residuals = residuals(&heights, &local, &uv);
+        let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
+        let net = heights.control_points().iter().enumerate().map(|(i, point)| {
+            let (u, v) = (rows[i / cols.len()], cols[i % cols.len()]);
+            (low.x + u * size.x) * along + (low.y + v * size.y) * across + point.z * up
+        });
+        let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
+        let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
+        Ok(HeightFit { surface, uv, residuals, fairness, expected: f64::INFINITY })
     }
-    let place =
-        |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
-    let uv: Vec<DVec2> = local.par_iter().map(place).collect();
-    let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
-    fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
-    super::check(&local, &uv, weights, &fitting)?;
-    let order = ORDER.min(options.degree.0.max(options.degree.1));
-    let tried = options.fairness.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
-    let (fairness, expected) = best_fairness(&local, &uv, weights, &fitting, order, &tried);
-    let heights = Equations::of(&local, &uv, weights, &fitting, order, &mut || Ok(()))?
-        .solve(fairness, &mut || Ok(()))?;
-    let residuals = residuals(&heights, &local, &uv);
-    let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
-    let net = heights.control_points().iter().enumerate().map(|(i, point)| {
-        let (u, v) = (rows[i / cols.len()], cols[i % cols.len()]);
-        (low.x + u * size.x) * along + (low.y + v * size.y) * across + point.z * up
-    });
-    let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
-    let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
-    Ok(HeightFit { surface, uv, residuals, fairness, expected })
+
+    /// Cross-validation: the weight with which the points of each part are predicted best from the
+    /// other parts, and the mean square of the error then.
+    fn best_fairness(&self, given: Option<f64>) -> (f64, f64) {
+        let Self { local, uv, weights, options, order, .. } = self;
+        let tried = given.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
+        let step = local.len().div_ceil(JUDGED).max(1);
+        let looked_at: Vec<usize> = (0..local.len()).step_by(step).collect();
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let pick = |fold: usize, left_out: bool| -> Vec<usize> {
+            let places = looked_at.iter().enumerate();
+            // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
+            let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == fold) == left_out);
+            wanted.map(|(_, &index)| index).collect()
+        };
+        let errors_of = |fold: usize| -> Vec<f64> {
+            let (seen, left) = (pick(fold, false), pick(fold, true));
+            let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
+            let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
+            let own: Vec<f64> = seen.iter().map(|&i| weight(i)).collect();
+            let never = &mut || Ok(());
+            let Ok(equations) = Equations::of(&points, &places, Some(&own), options, *order, never)
+            else {
+                return vec![f64::INFINITY; tried.len()];
+            };
+            let error = |fairness: &f64| {
+                let Ok(surface) = equations.solve(*fairness, &mut || Ok(())) else {
+                    return f64::INFINITY;
+                };
+                let patches = Patches::of(&surface);
+                let rest = |i: usize| local[i].z - patches.at(uv[i]).point.z;
+                left.iter().map(|&i| weight(i) * rest(i).powi(2)).sum()
+            };
+            tried.iter().map(error).collect()
+        };
+        let folds: Vec<Vec<f64>> = (0..FOLDS).into_par_iter().map(errors_of).collect();
+        let total: f64 = looked_at.iter().map(|&i| weight(i)).sum();
+        let sum = |i: usize| folds.iter().map(|errors| errors[i]).sum::<f64>() / total;
+        let errors: Vec<f64> = (0..tried.len()).map(sum).collect();
+        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+        let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
+        smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i]))
+    }
+}
+
+/// Heights of points over a surface.
+struct Residuals<'a> {
+    patches: Patches<'a>,
+    local: &'a [DVec3],
+    uv: &'a [DVec2],
+}
+
+impl Question for Residuals<'_> {
+    type Answer = f64;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> f64 {
+        self.local[index].z - self.patches.at(self.uv[index]).point.z
+    }
+}
+
+/// How steeply a surface rises at parameters: the cosine of the angle between its normal and a
+/// direction.
+pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f64> {
+    answers(&Cosines { patches: Patches::of(surface), uv, up }, uv.len())
+}
+
+struct Cosines<'a> {
+    patches: Patches<'a>,
+    uv: &'a [DVec2],
+    up: DVec3,
+}
+
+impl Question for Cosines<'_> {
+    type Answer = f64;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> f64 {
+        self.patches.at(self.uv[index]).normal().dot(self.up)
+    }
 }
 
 fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
-    local.par_iter().zip(uv).map(|(p, at)| p.z - surface.point(at.x, at.y).z).collect()
-}
-
-/// Cross-validation: the weight with which the points of each part are predicted best from the
-/// other parts, and the mean square of the error then.
-fn best_fairness(
-    local: &[DVec3],
-    uv: &[DVec2],
-    weights: Option<&[f64]>,
-    options: &FitOptions,
-    order: usize,
-    tried: &[f64],
-) -> (f64, f64) {
-    let step = local.len().div_ceil(JUDGED).max(1);
-    let looked_at: Vec<usize> = (0..local.len()).step_by(step).collect();
-    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let pick = |fold: usize, left_out: bool| -> Vec<usize> {
-        let places = looked_at.iter().enumerate();
-        // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
-        let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == fold) == left_out);
-        wanted.map(|(_, &index)| index).collect()
-    };
-    let errors_of = |fold: usize| -> Vec<f64> {
-        let (seen, left) = (pick(fold, false), pick(fold, true));
-        let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
-        let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
-        let own: Vec<f64> = seen.iter().map(|&i| weight(i)).collect();
-        let never = &mut || Ok(());
-        let Ok(equations) = Equations::of(&points, &places, Some(&own), options, order, never)
-        else {
-            return vec![f64::INFINITY; tried.len()];
-        };
-        let error = |fairness: &f64| {
-            let Ok(surface) = equations.solve(*fairness, &mut || Ok(())) else {
-                return f64::INFINITY;
-            };
-            let rest = |i: usize| local[i].z - surface.point(uv[i].x, uv[i].y).z;
-            left.iter().map(|&i| weight(i) * rest(i).powi(2)).sum()
-        };
-        tried.iter().map(error).collect()
-    };
-    let folds: Vec<Vec<f64>> = (0..FOLDS).into_par_iter().map(errors_of).collect();
-    let total: f64 = looked_at.iter().map(|&i| weight(i)).sum();
-    let sum = |i: usize| folds.iter().map(|errors| errors[i]).sum::<f64>() / total;
-    let errors: Vec<f64> = (0..tried.len()).map(sum).collect();
-    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
-    let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
-    smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i]))
+    answers(&Residuals { patches: Patches::of(surface), local, uv }, local.len())
 }
 
 #[cfg(test)]

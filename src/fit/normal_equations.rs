@@ -78,12 +78,7 @@ impl NormalEquations {
         };
         let mut equations = Self::empty(space, 3);
         equations.add(space, samples, coefficients, listen, |matrix, [a, b], values| {
-            for (&(r, s), value) in PAIRS.iter().zip(values) {
-                matrix.add(3 * a + r, 3 * b + s, value);
-                if a != b && r != s {
-                    matrix.add(3 * a + s, 3 * b + r, value);
-                }
-            }
+            matrix.add_block(a, b, values);
         })?;
         Ok(equations)
     }

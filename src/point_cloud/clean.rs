@@ -98,7 +98,7 @@ impl Cleaning {
 /// is an outlier if it is 2.5 times as far from its 8 nearest as is usual there (or in the whole
 /// cloud) and off the plane that they lie in, or 6 times as far in any case.
 ///
-/// O(n log n); needs about 20 bytes a point.
+/// O(n log n); needs about 60 bytes a point.
 ///
 /// ```
 /// use neurbs::{DVec3, point_cloud::{Fate, clean}, progress::Silent};
@@ -118,22 +118,21 @@ impl Cleaning {
 pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> {
     let mut fates = vec![Fate::Kept; points.len()];
     let mut multiplicity = Vec::new();
-    let mut spacings = Spacings::of(points, &fates, None, observer)?;
+    let mut spacings = Spacings::of(points, &fates, observer)?;
     // Crowds of duplicates hide how far distinct points are apart; merging them shows it.
     while merge(points, &spacings, &mut fates, &mut multiplicity) {
         drop(spacings);
-        spacings = Spacings::of(points, &fates, None, observer)?;
+        spacings = Spacings::of(points, &fates, observer)?;
     }
     for _ in 0..ROUNDS {
-        let outliers = spacings.outliers(points, observer)?;
+        let outliers = spacings.outliers(&fates, observer)?;
         if outliers.is_empty() {
             break;
         }
         for index in outliers {
             fates[index as usize] = Fate::Outlier;
         }
-        let Spacings { each, typical, .. } = spacings;
-        spacings = Spacings::of(points, &fates, Some((&each, typical)), observer)?;
+        spacings.look_again(&fates, observer)?;
     }
     let kept = indices(&fates);
     if !multiplicity.is_empty() {
@@ -198,40 +197,57 @@ impl Default for Spacing {
     }
 }
 
+impl Spacing {
+    /// From the nearest of a point, in order.
+    fn of(found: &[Neighbor], unit: f64) -> Self {
+        let Some(nearest) = found.first() else { return Self::default() };
+        let sum: f64 = found.iter().map(Neighbor::distance).sum();
+        #[expect(clippy::cast_possible_truncation, reason = "seven digits of a spacing suffice")]
+        let share = |length: f64| (length * unit) as f32;
+        Self { nearest: share(nearest.distance()), mean: share(sum / found.len() as f64) }
+    }
+}
+
 impl<'a> Spacings<'a> {
-    /// Of the points that are kept. What was known before outliers went, with what was typical
-    /// then, is known of all but suspects: what has near neighbours does not miss a far one.
-    fn of(
-        points: &'a [DVec3],
-        fates: &[Fate],
-        before: Option<(&[Spacing], f32)>,
-        observer: &mut dyn Observer,
-    ) -> Result<Self> {
+    /// Of the points that are kept.
+    fn of(points: &'a [DVec3], fates: &[Fate], observer: &mut dyn Observer) -> Result<Self> {
         let tree = KdTree::of_subset(points, indices(fates), observer)?;
         let unit = Bounds::of(points).diagonal().recip();
         let each = tree.map(observer, |index, found| {
-            if let Some((each, typical)) = before
-                && each[index as usize].mean <= SUSPECT * typical
-            {
-                return each[index as usize];
-            }
             tree.nearest_to(index, NEIGHBORS, found);
-            let Some(nearest) = found.first() else { return Spacing::default() };
-            let sum: f64 = found.iter().map(Neighbor::distance).sum();
-            #[expect(
-                clippy::cast_possible_truncation,
-                reason = "seven digits of a spacing suffice"
-            )]
-            let share = |length: f64| (length * unit) as f32;
-            Spacing { nearest: share(nearest.distance()), mean: share(sum / found.len() as f64) }
+            Spacing::of(found, unit)
         })?;
-        let mut means: Vec<f32> = each.iter().map(|at| at.mean).filter(|m| m.is_finite()).collect();
-        let typical = median(&mut means);
+        let typical = typical(&each);
         Ok(Self { tree, unit, each, typical })
     }
 
+    /// What was known before outliers went is known of all but suspects: what has near neighbours
+    /// does not miss a far one.
+    fn look_again(&mut self, fates: &[Fate], observer: &mut dyn Observer) -> Result<()> {
+        self.each = self.tree.map(observer, |index, found| {
+            if fates[index as usize] != Fate::Kept {
+                return Spacing::default();
+            }
+            let before = self.each[index as usize];
+            if before.mean <= SUSPECT * self.typical {
+                return before;
+            }
+            self.nearest_kept(index, NEIGHBORS, fates, found);
+            Spacing::of(found, self.unit)
+        })?;
+        self.typical = typical(&self.each);
+        Ok(())
+    }
+
+    /// The points nearest to one of them that are kept.
+    fn nearest_kept(&self, index: u32, count: usize, fates: &[Fate], found: &mut Vec<Neighbor>) {
+        let place = self.tree.points()[index as usize];
+        let wanted = |other: u32| other != index && fates[other as usize] == Fate::Kept;
+        self.tree.nearest_where(place, count, f64::INFINITY, found, wanted);
+    }
+
     /// Points far from all surface that their neighbours could form.
-    fn outliers(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
+    fn outliers(&self, fates: &[Fate], observer: &mut dyn Observer) -> Result<Vec<u32>> {
         let suspects: Vec<u32> = (0..)
             .zip(&self.each)
             .filter(|(_, at)| at.mean.is_finite() && at.mean > SUSPECT * self.typical)
@@ -239,21 +255,24 @@ impl<'a> Spacings<'a> {
             .collect();
         let mut outliers = Vec::new();
         for slab in suspects.chunks(SUSPECTS_PER_REPORT) {
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
-            let stray = |index: &u32| self.is_stray(points, *index).then_some(*index);
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, fates.len()))?;
+            let stray = |index: &u32| self.is_stray(*index, fates).then_some(*index);
             outliers.par_extend(slab.par_iter().filter_map(stray));
         }
         Ok(outliers)
     }
 
-    fn is_stray(&self, points: &[DVec3], index: u32) -> bool {
-        let mut found = Vec::new();
-        self.tree.nearest_to(index, AROUND, &mut found);
+    fn is_stray(&self, index: u32, fates: &[Fate]) -> bool {
+        let (points, mut found) = (self.tree.points(), Vec::new());
+        self.nearest_kept(index, AROUND, fates, &mut found);
         let mut means: Vec<f32> = found.iter().map(|n| self.each[n.index as usize].mean).collect();
         let mean = self.each[index as usize].mean;
         let (beside, usual) = (mean / median(&mut means), mean / self.typical);
         if beside > ALONE {
             return true;
+        }
+        if beside <= SPARSE && usual <= SPARSE {
+            return false;
         }
         let near = found.iter().take(NEIGHBORS);
         let plane = Plane::of(near.map(|n| points[n.index as usize]));
@@ -261,6 +280,12 @@ impl<'a> Spacings<'a> {
         let off = off * self.unit / f64::from(mean);
         (beside > SPARSE && off > OFF_PLANE[0]) || (usual > SPARSE && off > OFF_PLANE[1])
     }
+}
+
+/// The median of the means.
+fn typical(each: &[Spacing]) -> f32 {
+    let mut means: Vec<f32> = each.iter().map(|at| at.mean).filter(|m| m.is_finite()).collect();
+    median(&mut means)
 }
 
 /// The upper median; infinite of nothing.

@@ -1,6 +1,7 @@
 //! A few points, evenly over space, from as many as there are.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 
@@ -28,7 +29,7 @@ pub struct EvenSample {
     seen: u64,
     /// Side of a voxel; 0 before there are more points than may be kept.
     side: f64,
-    voxels: HashMap<[i64; 3], Chosen>,
+    voxels: Voxels,
     /// The first points, as long as there are not too many.
     first: Vec<Chosen>,
 }
@@ -37,14 +38,18 @@ pub struct EvenSample {
 struct Chosen {
     point: DVec3,
     index: u64,
+    hash: u64,
 }
 
 impl Chosen {
+    fn new(point: DVec3, index: u64) -> Self {
+        let hash = bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits));
+        Self { point, index, hash }
+    }
+
     /// In which order points are preferred; equal points by their place in the stream.
     fn rank(&self) -> (u64, [u64; 3], u64) {
-        // Both zeros are one number.
-        let bits = (self.point + 0.0).to_array().map(f64::to_bits);
-        (bits.into_iter().fold(0, |hash, bits| mix(hash ^ bits)), bits, self.index)
+        (self.hash, bits(self.point), self.index)
     }
 
     fn voxel(&self, side: f64) -> [i64; 3] {
@@ -56,6 +61,12 @@ impl Chosen {
     }
 }
 
+/// The bits of a point, by which equal ones are known.
+fn bits(point: DVec3) -> [u64; 3] {
+    // Both zeros are one number.
+    (point + 0.0).to_array().map(f64::to_bits)
+}
+
 /// A bijection that scatters (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
 fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -64,17 +75,39 @@ fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// The points kept by voxel, found by scattered numbers: nobody chooses points so that they collide.
+type Voxels = HashMap<[i64; 3], Chosen, BuildHasherDefault<Scatter>>;
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Scatter(u64);
+
+impl Hasher for Scatter {
+    fn write(&mut self, bytes: &[u8]) {
+        for bytes in bytes.as_chunks::<8>().0 {
+            self.0 = mix(self.0 ^ u64::from_le_bytes(*bytes));
+        }
+    }
+
+    fn write_usize(&mut self, _: usize) {
+        // Voxels have three numbers all.
+    }
+
+    fn finish(&self) -> u64 {
+        self.0
+    }
+}
+
 impl EvenSample {
     /// Nothing yet; `most` points at most.
     #[must_use]
     pub fn new(most: usize) -> Self {
-        Self { most, seen: 0, side: 0.0, voxels: HashMap::new(), first: Vec::new() }
+        Self { most, seen: 0, side: 0.0, voxels: Voxels::default(), first: Vec::new() }
     }
 
     /// Looks at the next points of the stream.
     pub fn extend(&mut self, points: &[DVec3]) {
         for &point in points {
-            let chosen = Chosen { point, index: self.seen };
+            let chosen = Chosen::new(point, self.seen);
             self.seen += 1;
             if self.side > 0.0 {
                 prefer(&mut self.voxels, self.side, chosen);
@@ -144,7 +177,7 @@ impl EvenSample {
 }
 
 /// Keeps the better one of a voxel's point and another.
-fn prefer(voxels: &mut HashMap<[i64; 3], Chosen>, side: f64, chosen: Chosen) {
+fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
     let kept = voxels.entry(chosen.voxel(side)).or_insert(chosen);
     if chosen.rank() < kept.rank() {
         *kept = chosen;

@@ -44,7 +44,7 @@ impl Neighbor {
 /// Finds the points nearest to a place, exactly; among equally near ones the lowest index comes
 /// first. (Where more points than wanted lie at the very place, some of them are found.)
 ///
-/// It borrows the points and takes about 6 bytes for each. Building takes O(n log n), a search for
+/// It borrows the points and takes about 30 bytes for each. Building takes O(n log n), a search for
 /// k points O(k log n) where density is bounded.
 ///
 /// ```
@@ -58,6 +58,8 @@ pub struct KdTree<'a> {
     points: &'a [DVec3],
     /// The points' indices; each division halves a range of them.
     order: Vec<u32>,
+    /// Their places, so that a search finds neighbours beside one another.
+    places: Vec<DVec3>,
     /// Breadth first: those of node i are 2i + 1 and 2i + 2.
     divisions: Vec<Division>,
     bounds: Bounds,
@@ -79,6 +81,7 @@ impl<'a> KdTree<'a> {
         Self::over(points, &mut Silent).unwrap_or_else(|_| Self {
             points,
             order: vec![],
+            places: vec![],
             divisions: vec![],
             bounds: Bounds::of(&[]),
         })
@@ -105,20 +108,22 @@ impl<'a> KdTree<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let count = indices.len();
-        let (mut order, mut divisions) = (indices, Vec::new());
-        let bounds = box_of(points, &order);
+        let entry = |index: u32| Entry { place: points[index as usize], index };
+        let mut entries: Vec<Entry> = indices.into_par_iter().map(entry).collect();
+        let mut divisions = Vec::new();
+        let bounds = box_of(&entries);
         let levels = count.div_ceil(LEAF).next_power_of_two().trailing_zeros();
-        let mut ranges: Vec<&mut [u32]> = vec![&mut order];
+        let mut ranges: Vec<&mut [Entry]> = vec![&mut entries];
         for level in 0..levels {
             let progress =
                 Progress::of_stage(Stage::Cleaning, u64::from(level), u64::from(levels), count);
             report(observer, &progress)?;
-            let halves: Vec<_> =
-                ranges.into_par_iter().map(|range| divide(points, range)).collect();
+            let halves: Vec<_> = ranges.into_par_iter().map(divide).collect();
             divisions.extend(halves.iter().map(|(division, _)| *division));
             ranges = halves.into_iter().flat_map(|(_, halves)| halves).collect();
         }
-        Ok(Self { points, order, divisions, bounds })
+        let (order, places) = entries.into_iter().map(|entry| (entry.index, entry.place)).unzip();
+        Ok(Self { points, order, places, divisions, bounds })
     }
 
     /// The points that the tree is over, and others if it is over a part of them.
@@ -238,8 +243,8 @@ impl<'a> KdTree<'a> {
         see: &mut impl FnMut(Option<Neighbor>) -> f64,
     ) {
         let Some(division) = self.divisions.get(node) else {
-            for &index in &self.order[from..to] {
-                let distance_squared = self.points[index as usize].distance_squared(place);
+            for (&index, other) in self.order[from..to].iter().zip(&self.places[from..to]) {
+                let distance_squared = other.distance_squared(place);
                 see(Some(Neighbor { distance_squared, index }));
             }
             return;
@@ -257,30 +262,37 @@ impl<'a> KdTree<'a> {
     }
 }
 
+/// A point while the tree is built.
+#[derive(Clone, Copy)]
+struct Entry {
+    place: DVec3,
+    index: u32,
+}
+
 /// Halves a range across the longest side of its box.
-fn divide<'r>(points: &[DVec3], range: &'r mut [u32]) -> (Division, [&'r mut [u32]; 2]) {
-    let bounds = box_of(points, range);
+fn divide(range: &mut [Entry]) -> (Division, [&mut [Entry]; 2]) {
+    let bounds = box_of(range);
     let size = bounds.max - bounds.min;
     let axis = (0..3).max_by(|&a, &b| size[a].total_cmp(&size[b])).unwrap_or(0);
     let middle = range.len() / 2;
-    let coordinate = |index: u32| points[index as usize][axis];
-    let by_coordinate = |a: &u32, b: &u32| coordinate(*a).total_cmp(&coordinate(*b)).then(a.cmp(b));
-    range.select_nth_unstable_by(middle, by_coordinate);
-    let at = coordinate(range[middle]);
+    range.select_nth_unstable_by(middle, |a, b| {
+        a.place[axis].total_cmp(&b.place[axis]).then(a.index.cmp(&b.index))
+    });
+    let at = range[middle].place[axis];
     let (lower, upper) = range.split_at_mut(middle);
     #[expect(clippy::cast_possible_truncation, reason = "0, 1 or 2")]
     let axis = axis as u32;
     (Division { axis, at }, [lower, upper])
 }
 
-fn box_of(points: &[DVec3], indices: &[u32]) -> Bounds {
+fn box_of(entries: &[Entry]) -> Bounds {
     let empty = || Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-    let grow = |bounds: Bounds, &index: &u32| {
-        let point = points[index as usize];
-        Bounds { min: bounds.min.min(point), max: bounds.max.max(point) }
+    let grow = |bounds: Bounds, entry: &Entry| Bounds {
+        min: bounds.min.min(entry.place),
+        max: bounds.max.max(entry.place),
     };
     let join = |a: Bounds, b: Bounds| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) };
-    indices.par_iter().with_min_len(1 << 14).fold(empty, grow).reduce(empty, join)
+    entries.par_iter().with_min_len(1 << 14).fold(empty, grow).reduce(empty, join)
 }
 
 #[cfg(test)]

@@ -15,8 +15,9 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// control points as are allowed by default, and little memory beside that of many more points.
 const MOST: usize = 1 << 20;
 
-/// Points, evenly over space, that tell whether the cloud falls into pieces.
-const TOLD: usize = 4000;
+/// Points, evenly over space, that tell what the cloud is like, and how many of these whether it
+/// falls into pieces.
+const TELLING: (usize, usize) = (20_000, 4000);
 
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
@@ -30,6 +31,8 @@ pub(super) struct Counted {
     pub(super) weights: Option<Vec<f64>>,
     /// Their places in the cloud.
     pub(super) indices: Vec<u32>,
+    /// Some of them, evenly over space, in such an order too.
+    pub(super) telling: Vec<DVec3>,
     /// How many points were merged with others, and how many left out as gross outliers, of those
     /// that were looked at.
     pub(super) duplicates: usize,
@@ -70,9 +73,9 @@ impl Counted {
             indices = of(&indices, &found.kept);
         }
         let mut points = of(cloud, &indices);
+        let mut telling = evenly(&points, TELLING.0);
         let found = match options.piece {
-            // Some of the points are enough to see that there is one piece.
-            None if pieces(&thinned_out(&points), observer)?.sizes.len() == 1 => None,
+            None if pieces(&evenly(&telling, TELLING.1), observer)?.sizes.len() == 1 => None,
             _ => Some(pieces(&points, observer)?),
         };
         match (options.piece, found) {
@@ -82,6 +85,7 @@ impl Counted {
                     found.labels.iter().map(|&label| label as usize == piece).collect();
                 keep(&mut indices, &chosen);
                 keep(&mut points, &chosen);
+                telling = evenly(&points, TELLING.0);
                 if let Some(weights) = &mut weights {
                     keep(weights, &chosen);
                 }
@@ -95,35 +99,18 @@ impl Counted {
         // What is left must still be a surface.
         point_cloud::check(&points)?;
         warnings
-            .extend(inspection::double_layer(&points, observer)?.map(|found| found.to_string()));
-        let order = outwards(&points);
+            .extend(inspection::double_layer(&telling, observer)?.map(|found| found.to_string()));
+        let (order, told) = (outwards(&points), outwards(&telling));
         Ok(Self {
             points: of(&points, &order),
             weights: weights.map(|weights| of(&weights, &order)),
             indices: of(&indices, &order),
+            telling: of(&telling, &told),
             duplicates,
             outliers,
             thinned: cloud.len() > MOST,
             warnings,
         })
-    }
-
-    /// What belongs to the points that count, in the places of the cloud; what belongs to the
-    /// others comes from `of_others`.
-    pub(super) fn restored<T: Copy>(
-        &self,
-        values: &[T],
-        cloud: usize,
-        others: &[u32],
-        of_others: &[T],
-        empty: T,
-    ) -> Vec<T> {
-        let mut restored = vec![empty; cloud];
-        let own = self.indices.iter().zip(values);
-        for (&index, value) in own.chain(others.iter().zip(of_others)) {
-            restored[index as usize] = *value;
-        }
-        restored
     }
 
     /// The places in the cloud of points that do not count, ascending.
@@ -150,8 +137,9 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     Ok(sample.indices().into_iter().map(|index| index as u32).collect())
 }
 
-fn thinned_out(points: &[DVec3]) -> Vec<DVec3> {
-    let mut sample = EvenSample::new(TOLD);
+/// At most so many points, evenly over space.
+fn evenly(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    let mut sample = EvenSample::new(most);
     sample.extend(points);
     sample.points()
 }

@@ -1,10 +1,10 @@
 //! The method "fit": an ordered map gives parameters, least squares give the surface.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::counted::{Counted, every, of};
-use super::feet::feet;
+use super::counted::{Counted, every};
 use super::job::{Job, Shape};
+use super::measured::Measured;
 use super::own_frame::OwnFrame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
@@ -40,7 +40,7 @@ pub(super) fn reconstruct(
     let mut clock = Clock::start();
     let counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
-    let found = kind(&counted.points, options, observer)?;
+    let found = kind(&counted.telling, options, observer)?;
     let shape = Shape::of(&found, options, &counted.points);
     clock.lap("topology");
 
@@ -76,32 +76,17 @@ pub(super) fn reconstruct(
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
-    let others = counted.others(cloud.len());
-    let (other_uv, other_distances) = if others.is_empty() {
-        (Vec::new(), Vec::new())
-    } else {
-        feet(&surface, &of(cloud, &others), observer)?
-    };
     let own: Vec<f64> = fit.distances.iter().map(|distance| distance / frame.scale).collect();
     let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
     let shown = counts.iter().filter(|counts| !**counts).count();
-    // Of more points than a surface is fitted to, those count that lie as near as these.
-    let limit = own.iter().zip(&counts).filter(|(_, c)| **c).map(|(d, _)| *d).fold(0.0, f64::max);
-    let thinned = counted.thinned;
-    let other_counts: Vec<bool> = other_distances.iter().map(|d| thinned && *d <= limit).collect();
-    let restored = |own: &[f64], others_of: &[f64]| {
-        counted.restored(own, cloud.len(), &others, others_of, f64::NAN)
-    };
-    let distances = restored(&own, &other_distances);
-    let uv = counted.restored(&fit.uv, cloud.len(), &others, &other_uv, DVec2::NAN);
-    let inliers = counted.restored(&counts, cloud.len(), &others, &other_counts, false);
+    let mut measured = Measured::of_fitted(&counted, cloud.len(), &fit.uv, &own, &counts);
+    measured.add_others(cloud, &counted, &surface, shape.closed().closed(), observer)?;
     let som = in_own_frame(&map, &sample, &frame, observer)?;
     clock.lap("measuring");
 
-    let near: Vec<f64> =
-        distances.iter().zip(&inliers).filter(|(_, inlier)| **inlier).map(|(d, _)| *d).collect();
+    let near = measured.near();
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
-    let within = |tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64;
+    let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
     let mut warnings = counted.warnings;
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
@@ -116,9 +101,9 @@ pub(super) fn reconstruct(
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: Distances::of(&near),
+        distances: Distances::of(near),
         tolerance: options.tolerance,
-        within: options.tolerance.map(within),
+        within,
         ended_by: fit.ended_by,
         fairness: Some(fit.fairness),
         iterations: fit.iterations,
@@ -130,6 +115,7 @@ pub(super) fn reconstruct(
         warnings,
         times: clock.times(),
     };
+    let Measured { uv, distances, inliers } = measured;
     Ok(Reconstruction { surface, som, uv, distances, inliers, report })
 }
 

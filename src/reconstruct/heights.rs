@@ -1,15 +1,14 @@
 //! Heights over a plane: the parameters are known, and the net grows evenly.
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::job::{Fit, Job};
 use super::outline::{area, bounds};
 use super::start::whole;
 use crate::error::Result;
 use crate::fit::{
-    EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, fit_heights,
-    height_axes, project,
+    EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, cosines,
+    fit_heights, fit_heights_with, height_axes, project,
 };
 use crate::point_cloud::Bounds;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -42,12 +41,14 @@ pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
     area(&som::hull(&places(points, up).0)) >= FILLED
 }
 
-/// The surface of heights, growing until nothing is gained.
+/// The surface of heights, growing until nothing is gained, at first with this fairness if it is
+/// known.
 pub(super) fn fit(
     job: &Job<'_>,
     up: DVec3,
     net: (usize, usize),
     growth: Option<Growth>,
+    mut fairness: Option<f64>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     let mut iterations = 0;
@@ -59,13 +60,19 @@ pub(super) fn fit(
         iterations += 1;
         let degree = (job.degree(net.0), job.degree(net.1));
         let options = HeightOptions { net, degree, fairness: job.options.fairness };
-        let fit = fit_heights(job.points, job.weights.as_deref(), up, &options)?;
-        // Noise has no direction, so what counts is the distance from the slope, not the height.
-        let weight = |(i, uv): (usize, &DVec2)| {
-            let rise = fit.surface.normal(uv.x, uv.y).dot(up);
-            job.weight(i) * rise * rise
+        let first = fairness.take().or(options.fairness);
+        let weights = job.weights.as_deref();
+        let fit = match first {
+            Some(fairness) => fit_heights_with(job.points, weights, up, &options, fairness)?,
+            None => fit_heights(job.points, weights, up, &options)?,
         };
-        let weights: Vec<f64> = fit.uv.par_iter().enumerate().map(weight).collect();
+        // Noise has no direction, so what counts is the distance from the slope, not the height.
+        let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
+        let cosines = cosines(&fit.surface, &fit.uv, up);
+        let weights: Vec<f64> = cosines.into_iter().enumerate().map(weight).collect();
+        if growth.is_none() {
+            return fit_heights_with(job.points, Some(&weights), up, &options, fit.fairness);
+        }
         let options = HeightOptions { fairness: Some(fit.fairness), ..options };
         fit_heights(job.points, Some(&weights), up, &options)
     };

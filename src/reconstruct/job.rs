@@ -18,6 +18,10 @@ const BORDER: f64 = 0.5;
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
+/// Share of the points that may be outliers for the fairness of heights to be the one found with
+/// them: more may have led it astray.
+const FEW_OUTLIERS: f64 = 0.01;
+
 /// Fits with more fairness than cross-validation has found, at most, and how much more each time:
 /// where a net cannot follow what bends more than it can, cross-validation sees no use in any.
 const FLATTENINGS: usize = 5;
@@ -95,12 +99,19 @@ impl Job<'_> {
     ) -> Result<Fit> {
         let mut fit = self.fit(net, growth, observer)?;
         let given = self.weights.clone();
+        let mut tree = None;
         for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
-            let Some(robust) = robust::weights(self.points, &fit.distances, observer)? else {
-                break;
-            };
+            let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
+            let Some(robust) = found else { break };
+            let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
+            let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
-            fit = self.fit(net, growth, observer)?;
+            fit = match self.shape.up {
+                Some(up) if few && growth.is_none() => {
+                    heights::fit(self, up, net, None, Some(fit.fairness), observer)?
+                }
+                _ => self.fit(net, growth, observer)?,
+            };
         }
         fit = self.unfolded(fit, growth, observer)?;
         if self.options.rational {
@@ -116,7 +127,7 @@ impl Job<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fit> {
         if let Some(up) = self.shape.up {
-            return heights::fit(self, up, net, growth, observer);
+            return heights::fit(self, up, net, growth, self.options.fairness, observer);
         }
         self.approximated(net, growth, self.options.fairness, observer)
     }

@@ -5,6 +5,7 @@ mod feet;
 mod fitted;
 mod heights;
 mod job;
+mod measured;
 mod options;
 mod outline;
 mod own_frame;

@@ -34,7 +34,7 @@ pub(super) fn reconstruct(
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: Distances::of(&distances),
+        distances: Distances::of(distances.clone()),
         tolerance: None,
         within: None,
         ended_by: EndedBy::Grid,

@@ -95,16 +95,19 @@ pub struct Distances {
 
 impl Distances {
     /// Of these distances; zeros of none.
-    pub(super) fn of(distances: &[f64]) -> Self {
-        let mut sorted = distances.to_vec();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let Some(&max) = sorted.last() else {
+    pub(super) fn of(mut distances: Vec<f64>) -> Self {
+        if distances.is_empty() {
             return Self { rms: 0.0, max: 0.0, percentiles: [0.0; 4] };
-        };
+        }
+        let count = distances.len();
         let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
-        let rank = |percent: u32| sorted[(sorted.len() * percent as usize).div_ceil(100) - 1];
-        let rms = (squares / distances.len() as f64).sqrt();
-        Self { rms, max, percentiles: PERCENTILES.map(rank) }
+        let max = distances.iter().copied().fold(0.0, f64::max);
+        let mut rank = |percent: u32| {
+            let place = (count * percent as usize).div_ceil(100) - 1;
+            *distances.select_nth_unstable_by(place, f64::total_cmp).1
+        };
+        let percentiles = PERCENTILES.map(&mut rank);
+        Self { rms: (squares / count as f64).sqrt(), max, percentiles }
     }
 }
 

@@ -17,10 +17,11 @@ const NEAR: f64 = 2.0;
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
 /// the median of the distances around a point, or of all if that is more; `None` if no point is an
-/// outlier.
-pub(super) fn weights(
-    points: &[DVec3],
+/// outlier. The tree over the points is made when it is needed first.
+pub(super) fn weights<'a>(
+    points: &'a [DVec3],
     distances: &[f64],
+    tree: &mut Option<KdTree<'a>>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<f64>>> {
     let usual = median(&mut distances.to_vec());
@@ -28,7 +29,10 @@ pub(super) fn weights(
     if distances.iter().all(|distance| *distance <= reach) {
         return Ok(None);
     }
-    let tree = KdTree::over(points, observer)?;
+    let tree = match tree {
+        Some(tree) => tree,
+        None => tree.insert(KdTree::over(points, observer)?),
+    };
     let weights = tree.map(observer, |index, found| {
         let distance = distances[index as usize];
         if distance <= NEAR * usual {

@@ -11,13 +11,16 @@ pub(super) fn symmetric(mut matrix: Vec<f64>, size: usize) -> Vec<(f64, Vec<f64>
     let mut vectors = vec![0.0; size * size];
     (0..size).for_each(|i| vectors[i * size + i] = 1.0);
     let norm: f64 = matrix.iter().map(|value| value * value).sum();
+    let negligible = f64::EPSILON * norm.sqrt() / size as f64;
     for _ in 0..SWEEPS {
         let off: f64 = pairs(size).map(|(p, q)| matrix[p * size + q].powi(2)).sum();
         if off <= f64::EPSILON.powi(2) * norm {
             break;
         }
         for (p, q) in pairs(size) {
-            rotate(&mut matrix, &mut vectors, size, p, q);
+            if matrix[p * size + q].abs() > negligible {
+                rotate(&mut matrix, &mut vectors, size, p, q);
+            }
         }
     }
     let mut order: Vec<usize> = (0..size).collect();
@@ -33,24 +36,25 @@ fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
 /// Turns axes p and q so that their mixed element becomes zero; rows of `vectors` turn with them.
 fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usize) {
     let mixed = matrix[p * size + q];
-    if mixed == 0.0 {
-        return;
-    }
     let theta = (matrix[q * size + q] - matrix[p * size + p]) / (2.0 * mixed);
     let tangent = theta.signum() / (theta.abs() + theta.hypot(1.0));
     let cosine = 1.0 / tangent.hypot(1.0);
     let sine = tangent * cosine;
-    let turn = |values: &mut [f64], a: usize, b: usize| {
-        let (at_a, at_b) = (values[a], values[b]);
-        values[a] = cosine * at_a - sine * at_b;
-        values[b] = sine * at_a + cosine * at_b;
-    };
-    for k in 0..size {
-        turn(matrix, p * size + k, q * size + k);
-        turn(vectors, p * size + k, q * size + k);
+    let turned = |a: f64, b: f64| (cosine * a - sine * b, sine * a + cosine * b);
+    for values in [&mut *matrix, vectors] {
+        let (low, high) = values.split_at_mut(q * size);
+        for (a, b) in low[p * size..][..size].iter_mut().zip(&mut high[..size]) {
+            (*a, *b) = turned(*a, *b);
+        }
     }
-    for k in 0..size {
-        turn(matrix, k * size + p, k * size + q);
+    for k in [p, q] {
+        let [a, b] = [p, q].map(|column| k * size + column);
+        (matrix[a], matrix[b]) = turned(matrix[a], matrix[b]);
+    }
+    // The other columns change as the rows did.
+    for k in (0..size).filter(|&k| k != p && k != q) {
+        matrix[k * size + p] = matrix[p * size + k];
+        matrix[k * size + q] = matrix[q * size + k];
     }
 }
 

@@ -4,14 +4,12 @@
 //! Reduction, Science 290 (2000); de Silva and Tenenbaum, Sparse multidimensional scaling using
 //! landmark points (2004).
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::eigen;
 use crate::error::Result;
+use crate::point_cloud::{Edge, KdTree, NeighborGraph};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
@@ -27,13 +25,11 @@ const POINTS_PER_REPORT: usize = 256;
 /// Landmarks whose distances are found between two reports: some ten milliseconds.
 const LANDMARKS_PER_REPORT: usize = 8;
 
-/// Edges with their lengths, for each point.
-type Roads = Vec<Vec<(usize, f64)>>;
-
 /// Places in the plane whose distances are nearly those along the surface through the points, the
 /// long side of the rectangle around them along x; `None` if the points have no two dimensions.
 ///
-/// Costs O(n²) for n points: a thousand spread evenly over the surface are enough for its shape.
+/// Costs O(n log n) for n points in one piece, O(n²) in several: a thousand spread evenly over the
+/// surface are enough for its shape.
 ///
 /// # Errors
 ///
@@ -55,51 +51,45 @@ pub(super) fn draw(
     edges: &[(usize, usize)],
     listen: &mut Listen<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
-    let mut roads: Roads = vec![Vec::new(); nodes];
+    let mut lists: Vec<Vec<Edge>> = vec![Vec::new(); nodes];
     for &(a, b) in edges {
-        roads[a].push((b, 1.0));
-        roads[b].push((a, 1.0));
+        lists[a].push(edge(b, 1.0));
     }
+    let roads = NeighborGraph::symmetric(lists);
     let step = nodes.div_ceil(LANDMARKS);
     let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
     embed(&roads, &landmarks, listen)
 }
 
+fn edge(to: usize, length: f64) -> Edge {
+    Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length }
+}
+
 /// Joins each point to its nearest ones, and pieces by their shortest bridge.
-fn roads(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Roads> {
-    let count = NEIGHBORS.min(points.len() - 1);
-    let nearest = |from: usize| {
-        let distance = |to: usize| (points[from].distance_squared(points[to]), to);
-        let mut all: Vec<(f64, usize)> =
-            (0..points.len()).filter(|&to| to != from).map(distance).collect();
-        all.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        all.truncate(count);
-        all
+fn roads(points: &[DVec3], listen: &mut Listen<'_>) -> Result<NeighborGraph> {
+    let tree = KdTree::new(points);
+    let nearest = |from: u32| -> Vec<Edge> {
+        let mut found = Vec::new();
+        tree.nearest_to(from, NEIGHBORS, &mut found);
+        found.iter().map(Edge::from).collect()
     };
-    let mut roads: Roads = vec![Vec::new(); points.len()];
-    for first in (0..points.len()).step_by(POINTS_PER_REPORT) {
+    let all: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
+    let mut lists: Vec<Vec<Edge>> = Vec::with_capacity(points.len());
+    for piece in all.chunks(POINTS_PER_REPORT) {
         listen()?;
-        let piece = first..points.len().min(first + POINTS_PER_REPORT);
-        let found: Vec<Vec<(f64, usize)>> = piece.clone().into_par_iter().map(nearest).collect();
-        for (from, nearest) in piece.zip(found) {
-            for (squared, to) in nearest {
-                roads[from].push((to, squared.sqrt()));
-                roads[to].push((from, squared.sqrt()));
-            }
-        }
+        lists.par_extend(piece.par_iter().map(|&from| nearest(from)));
     }
-    while let Some((from, to)) = shortest_bridge(points, &roads) {
+    loop {
+        let roads = NeighborGraph::symmetric(lists.clone());
+        let Some((from, to)) = shortest_bridge(points, &roads) else { return Ok(roads) };
         listen()?;
-        let length = points[from].distance(points[to]);
-        roads[from].push((to, length));
-        roads[to].push((from, length));
+        lists[from].push(edge(to, points[from].distance(points[to])));
     }
-    Ok(roads)
 }
 
 /// The shortest way from the piece of point 0 to the rest, if there is a rest.
-fn shortest_bridge(points: &[DVec3], roads: &Roads) -> Option<(usize, usize)> {
-    let reached: Vec<bool> = distances_from(roads, 0).iter().map(|d| d.is_finite()).collect();
+fn shortest_bridge(points: &[DVec3], roads: &NeighborGraph) -> Option<(usize, usize)> {
+    let reached: Vec<bool> = roads.distances_from(&[0]).iter().map(|d| d.is_finite()).collect();
     let inside = (0..points.len()).into_par_iter().filter(|&i| reached[i]);
     let shortest = |from: usize| {
         let outside = (0..points.len()).filter(|&to| !reached[to]);
@@ -127,57 +117,19 @@ fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
     chosen
 }
 
-/// Lengths of the shortest ways from one point to all (Dijkstra).
-fn distances_from(roads: &Roads, from: usize) -> Vec<f64> {
-    let mut distances = vec![f64::INFINITY; roads.len()];
-    distances[from] = 0.0;
-    let mut queue = BinaryHeap::from([Stop { distance: 0.0, node: from }]);
-    while let Some(Stop { distance, node }) = queue.pop() {
-        if distance > distances[node] {
-            continue;
-        }
-        for &(next, length) in &roads[node] {
-            let there = distance + length;
-            if there < distances[next] {
-                distances[next] = there;
-                queue.push(Stop { distance: there, node: next });
-            }
-        }
-    }
-    distances
-}
-
-/// A place in Dijkstra's queue; the nearest is the greatest.
-#[derive(PartialEq)]
-struct Stop {
-    distance: f64,
-    node: usize,
-}
-
-impl Eq for Stop {}
-
-impl Ord for Stop {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
-    }
-}
-
-impl PartialOrd for Stop {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
 /// Classical scaling of the landmarks by their distances, then every other point by its distances
 /// to them; turned into the rectangle of least area, its long side along x.
 fn embed(
-    roads: &Roads,
+    roads: &NeighborGraph,
     landmarks: &[usize],
     listen: &mut Listen<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
     let count = landmarks.len();
     let mut squared: Vec<Vec<f64>> = Vec::with_capacity(count);
-    let squares = |&from: &usize| distances_from(roads, from).iter().map(|d| d * d).collect();
+    let squares = |&from: &usize| {
+        let from = u32::try_from(from).unwrap_or(u32::MAX);
+        roads.distances_from(&[from]).iter().map(|d| d * d).collect()
+    };
     for piece in landmarks.chunks(LANDMARKS_PER_REPORT) {
         listen()?;
         squared.par_extend(piece.par_iter().map(squares));
@@ -282,7 +234,7 @@ mod tests {
         let square =
             |x: f64| (0..20).map(move |i| DVec3::new(x + f64::from(i % 5), f64::from(i / 5), 0.0));
         let points: Vec<DVec3> = square(0.0).chain(square(30.0)).collect();
-        let distances = distances_from(&roads(&points, &mut || Ok(())).unwrap(), 0);
+        let distances = roads(&points, &mut || Ok(())).unwrap().distances_from(&[0]);
         assert!(distances.iter().all(|d| d.is_finite()));
     }
 

@@ -14,6 +14,9 @@ const MOST_EXTRAPOLATION: f64 = 1.0;
 /// exact; six bring even a twisted one to the last digits that matter.
 const STEPS: usize = 6;
 
+/// Steps shorter than this, in cells, lead nowhere.
+const SETTLED: f64 = 1e-12;
+
 impl SelfOrganizingMap {
     /// Each point's place (u, v) on the lattice: the foot of the point on the nearest of the
     /// bilinear cells around its nearest node, in [0, 1]² along rows and columns. Beyond the border
@@ -151,7 +154,11 @@ impl<'a> Cells<'a> {
         let mut place = DVec2::splat(0.5);
         for _ in 0..STEPS {
             let (du, dv) = (along_u + place.y * twist, along_v + place.x * twist);
+            let before = place;
             place = constrained(place, du, dv, offset(place), low, high);
+            if (place - before).abs().max_element() <= SETTLED {
+                break;
+            }
         }
         (place, offset(place).length_squared())
     }

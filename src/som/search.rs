@@ -16,9 +16,13 @@ use crate::progress::Listen;
 /// Points between two reports, some ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
 
-/// Points to a task of a thread: enough to have many in each part of the space, few enough to be
-/// sorted in the core's own cache.
+/// Points to a task of a thread at most: enough to have many in each part of the space, few enough to
+/// be sorted in the core's own cache.
 const POINTS_PER_TASK: usize = 1 << 16;
+
+/// Tasks that few points are divided into, so that all threads have some, and least points to a task.
+const TASKS: usize = 32;
+const LEAST_PER_TASK: usize = 256;
 
 /// The same where points are asked for more than sums: they may lie far from the lattice, where
 /// each looks at many nodes.
@@ -32,6 +36,11 @@ const SLICE: Duration = Duration::from_millis(30);
 /// Points between two looks at the clock.
 const POINTS_PER_LOOK: usize = 128;
 
+/// Points to a task, of so many and `most` at most: a power of two, so that tasks fill a report.
+fn per_task(points: usize, most: usize) -> usize {
+    points.div_ceil(TASKS).next_power_of_two().clamp(LEAST_PER_TASK, most)
+}
+
 /// Some points and their ranks.
 type Piece<'a> = (&'a [DVec3], &'a [u32]);
 
@@ -41,6 +50,8 @@ pub(super) struct Ordered<'a> {
     points: &'a [DVec3],
     boxes: Boxes,
     ranks: Vec<u32>,
+    /// Points to a task.
+    per_task: usize,
     /// Farthest coordinate from the frame's centre.
     farthest: f64,
 }
@@ -57,16 +68,17 @@ impl<'a> Ordered<'a> {
         let local = local(&frame, bounds);
         let boxes = Boxes::new(&local, points.len(), nodes);
         let mut ranks = vec![0; points.len()];
+        let per_task = per_task(points.len(), POINTS_PER_TASK);
         let slabs = points.chunks(POINTS_PER_REPORT).zip(ranks.chunks_mut(POINTS_PER_REPORT));
         for (points, ranks) in slabs {
             listen()?;
-            let tasks = ranks.par_chunks_mut(POINTS_PER_TASK);
-            tasks.zip(points.par_chunks(POINTS_PER_TASK)).for_each(|(ranks, points)| {
+            let tasks = ranks.par_chunks_mut(per_task);
+            tasks.zip(points.par_chunks(per_task)).for_each(|(ranks, points)| {
                 boxes.rank(points.iter().map(|&point| frame.apply(point)), ranks);
             });
         }
         let farthest = frame.farthest(bounds);
-        Ok(Self { frame, points, boxes, ranks, farthest })
+        Ok(Self { frame, points, boxes, ranks, per_task, farthest })
     }
 
     /// Adds the points to the sums of their winners.
@@ -79,7 +91,8 @@ impl<'a> Ordered<'a> {
     ) -> Result<()> {
         let reach_squared = reach * reach;
         let tree = Candidates::new(nodes, self.boxes, 1, listen)?;
-        let scratch = || (tree.walk(), vec![DVec3::ZERO; POINTS_PER_TASK.min(self.points.len())]);
+        let per_task = self.per_task;
+        let scratch = || (tree.walk(), vec![DVec3::ZERO; per_task.min(self.points.len())]);
         // `begun` is the number of the piece to go on with, and of the point in it.
         let task = |(walk, sorted): &mut (Walk<'_>, Vec<DVec3>),
                     pieces: &[Piece<'_>],
@@ -106,11 +119,11 @@ impl<'a> Ordered<'a> {
             part
         };
         let pieces: Vec<Piece<'_>> =
-            self.points.chunks(POINTS_PER_TASK).zip(self.ranks.chunks(POINTS_PER_TASK)).collect();
+            self.points.chunks(per_task).zip(self.ranks.chunks(per_task)).collect();
         // Each part has sums for all nodes: there should be many more points to a part than nodes.
-        let most = PartSums::capacity(&self.frame, self.farthest) / POINTS_PER_TASK;
-        let per_part = (4 * nodes.len() / POINTS_PER_TASK).clamp(1, most);
-        let per_report = (POINTS_PER_REPORT / POINTS_PER_TASK).max(2 * per_part);
+        let most = PartSums::capacity(&self.frame, self.farthest) / per_task;
+        let per_part = (4 * nodes.len() / per_task).clamp(1, most);
+        let per_report = (POINTS_PER_REPORT / per_task).max(2 * per_part);
         for pieces in pieces.chunks(per_report) {
             let mut begun = vec![(0, 0); pieces.len().div_ceil(per_part)];
             let mut unfinished = true;
@@ -146,15 +159,16 @@ pub(super) fn ask<T: Send + Clone + Default>(
     let boxes = Boxes::new(&local(frame, bounds), points.len(), nodes.len());
     let tree = Candidates::new(nodes, boxes, wanted, &mut || report(0))?;
     let mut answers = vec![T::default(); points.len().min(ASKED_PER_REPORT)];
+    let per_task = per_task(points.len(), ASKED_PER_TASK);
     for (number, points) in points.chunks(ASKED_PER_REPORT).enumerate() {
         let answers = &mut answers[..points.len()];
-        let mut begun = vec![0; points.len().div_ceil(ASKED_PER_TASK)];
+        let mut begun = vec![0; points.len().div_ceil(per_task)];
         let mut done = 0;
         while done < points.len() {
             report(number * ASKED_PER_REPORT + done)?;
             let end = Instant::now() + SLICE;
-            let tasks = answers.par_chunks_mut(ASKED_PER_TASK);
-            let tasks = tasks.zip(points.par_chunks(ASKED_PER_TASK)).zip(&mut begun);
+            let tasks = answers.par_chunks_mut(per_task);
+            let tasks = tasks.zip(points.par_chunks(per_task)).zip(&mut begun);
             tasks.for_each(|((answers, points), begun)| {
                 let mut walk = tree.walk();
                 let order = boxes.order(points.iter().map(|&point| frame.apply(point)));

@@ -75,7 +75,8 @@ pub(super) fn circles(points: &[DVec3], graph: &NeighborGraph, spacing: f64, rea
         .map(|cocycle| Form::harmonic(landmarks.len(), &edges, &cocycle.values))
         .collect();
     shorten(&mut forms, &edges);
-    let circle = |form: &Form| form.circle(&edges, &seen, points.len(), graph);
+    let near = if forms.is_empty() { Vec::new() } else { nearest(&seen, points.len()) };
+    let circle = |form: &Form| form.circle(&edges, &near, graph);
     let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
     let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
         [1.0, -1.0].map(|sign| {
@@ -191,13 +192,7 @@ impl Form {
         }
     }
 
-    fn circle(
-        &self,
-        edges: &[Edge],
-        seen: &[Vec<(u32, f64)>],
-        points: usize,
-        graph: &NeighborGraph,
-    ) -> Circle {
+    fn circle(&self, edges: &[Edge], near: &[Vec<(f64, usize)>], graph: &NeighborGraph) -> Circle {
         // An edge in a random direction sees half of the squared slope.
         let mut slopes = vec![(0.0, 0.0); self.angles.len()];
         for (edge, turns) in edges.iter().zip(&self.turns) {
@@ -213,45 +208,49 @@ impl Form {
         lengths.sort_by(f64::total_cmp);
         let quantile = |share: usize| lengths[lengths.len() * share / 10];
         Circle {
-            turns: self.of_points(seen, points, graph),
+            turns: self.of_points(near, graph),
             length: quantile(5),
             spread: quantile(9) / quantile(1),
         }
     }
 
     /// The angles of all points: between those of the nearest landmarks, then smoothed.
-    fn of_points(
-        &self,
-        seen: &[Vec<(u32, f64)>],
-        points: usize,
-        graph: &NeighborGraph,
-    ) -> Vec<f64> {
-        let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); points];
-        for (landmark, around) in seen.iter().enumerate() {
-            for &(point, distance) in around {
-                near[point as usize].push((distance, landmark));
-            }
-        }
-        let direction = |near: &mut Vec<(f64, usize)>| {
-            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let farthest =
-                near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
-            let weighted = near.iter().take(NEAR).map(|&(distance, landmark)| {
-                let weight = (1.0 - distance / farthest).max(0.01);
-                weight * DVec2::from_angle(TAU * self.angles[landmark])
-            });
+    fn of_points(&self, near: &[Vec<(f64, usize)>], graph: &NeighborGraph) -> Vec<f64> {
+        let direction = |near: &Vec<(f64, usize)>| {
+            let weighted = near
+                .iter()
+                .map(|&(weight, landmark)| weight * DVec2::from_angle(TAU * self.angles[landmark]));
             weighted.sum::<DVec2>().normalize_or(DVec2::X)
         };
-        let mut directions: Vec<DVec2> = near.iter_mut().map(direction).collect();
+        let mut directions: Vec<DVec2> = near.par_iter().map(direction).collect();
         for _ in 0..SMOOTHING {
             let mean = |point: usize| {
                 let around = graph.edges(point).iter().map(|edge| directions[edge.to as usize]);
                 (directions[point] + around.sum::<DVec2>()).normalize_or(directions[point])
             };
-            directions = (0..points).into_par_iter().map(mean).collect();
+            directions = (0..near.len()).into_par_iter().map(mean).collect();
         }
         directions.iter().map(|d| (d.y.atan2(d.x) / TAU).rem_euclid(1.0)).collect()
     }
+}
+
+/// For each point the landmarks nearest to it, with their weights.
+fn nearest(seen: &[Vec<(u32, f64)>], points: usize) -> Vec<Vec<(f64, usize)>> {
+    let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); points];
+    for (landmark, around) in seen.iter().enumerate() {
+        for &(point, distance) in around {
+            near[point as usize].push((distance, landmark));
+        }
+    }
+    near.par_iter_mut().for_each(|near| {
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let farthest = near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
+        near.truncate(NEAR);
+        for (distance, _) in near {
+            *distance = (1.0 - *distance / farthest).max(0.01);
+        }
+    });
+    near
 }
 
 /// Replaces loops by sums of them until none gets shorter (Gauss's reduction, pair by pair), longest

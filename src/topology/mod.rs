@@ -13,6 +13,7 @@ mod start;
 use glam::DVec3;
 
 use self::circle::Loops;
+use self::height_field::Tangent;
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -22,6 +23,9 @@ pub use self::start::Chart;
 
 /// Points that are looked at, evenly over space.
 const MOST: usize = 5000;
+
+/// Points among which loops are looked for where a sheet is wanted, whatever they show.
+const MOST_OF_SHEET: usize = 2500;
 
 /// Each point is joined to this many nearest ones.
 const NEIGHBORS: usize = 8;
@@ -152,9 +156,27 @@ fn look(points: &[DVec3], sheet: bool, observer: &mut dyn Observer) -> Result<To
     if sheet && border::count(points).is_some_and(|border| border >= outline(points.len())) {
         return Ok(Topology::new(Kind::Sheet, "it has a border"));
     }
-    let spacing = height_field::usual_spacing(&tangents);
-    let found = circle::circles(points, &graph, spacing, circle::REACH);
-    let mut judged = closed(points, &graph, &found, SPREAD[0]);
+    if sheet && points.len() > MOST_OF_SHEET {
+        let mut sample = EvenSample::new(MOST_OF_SHEET);
+        sample.extend(points);
+        let points = sample.points();
+        let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
+        let tangents = height_field::tangents(&points, &graph);
+        return by_loops(&points, &graph, &tangents, observer);
+    }
+    by_loops(points, &graph, &tangents, observer)
+}
+
+/// The kind of surface that its loops show.
+fn by_loops(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    tangents: &[Tangent],
+    observer: &mut dyn Observer,
+) -> Result<Topology> {
+    let spacing = height_field::usual_spacing(tangents);
+    let found = circle::circles(points, graph, spacing, circle::REACH);
+    let mut judged = closed(points, graph, &found, SPREAD[0]);
     let doubtful = match &judged {
         Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
             rims_seen(points, chart) != Some(true)
@@ -168,8 +190,8 @@ fn look(points: &[DVec3], sheet: bool, observer: &mut dyn Observer) -> Result<To
         let mut closer = Vec::new();
         for reach in CLOSER {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
-            let loops = circle::circles(points, &graph, spacing, reach);
-            match closed(points, &graph, &loops, SPREAD[1]) {
+            let loops = circle::circles(points, graph, spacing, reach);
+            match closed(points, graph, &loops, SPREAD[1]) {
                 Some(torus) if torus.kind == Kind::Torus => return Ok(torus),
                 other => closer.push(other),
             }

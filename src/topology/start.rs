@@ -71,7 +71,7 @@ impl Chart {
                 radius *= 2.0;
             }
         };
-        (0..rows * cols).map(node).collect()
+        (0..rows * cols).into_par_iter().map(node).collect()
     }
 }
 

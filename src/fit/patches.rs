@@ -1,0 +1,166 @@
+//! A polynomial surface laid out for many evaluations with tangents.
+
+use glam::{DVec2, DVec3};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use crate::nurbs::{Basis, BasisDerivatives, KnotVector, NurbsSurface};
+
+/// Questions that a thread takes at a time.
+const TOGETHER: usize = 256;
+
+/// Tangents whose cross product is under this share of their lengths' product give no direction.
+pub(super) const DEGENERATE: f64 = 1e-12;
+
+/// A point and its tangents on a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tangents {
+    pub(super) point: DVec3,
+    pub(super) u: DVec3,
+    pub(super) v: DVec3,
+}
+
+impl Tangents {
+    /// The unit normal, zero where there is none.
+    #[inline]
+    pub(super) fn normal(&self) -> DVec3 {
+        let cross = self.u.cross(self.v);
+        let least = DEGENERATE * self.u.length() * self.v.length();
+        if cross.length() > least { cross.normalize_or_zero() } else { DVec3::ZERO }
+    }
+}
+
+/// A control point and a zero: as many numbers as a vector register holds.
+type Quad = [f64; 4];
+
+/// A polynomial surface; beyond its domain the outermost patches go on.
+pub(super) struct Patches<'a> {
+    knots: [&'a KnotVector; 2],
+    net: Vec<Quad>,
+    width: usize,
+}
+
+/// What is asked of many places of a surface.
+pub(super) trait Question: Sync {
+    type Answer: Clone + Default + Send;
+
+    /// The answer at a place, by its number; to be inlined always, so that it becomes part of what
+    /// SIMD dispatch compiles.
+    fn answer(&self, index: usize) -> Self::Answer;
+}
+
+/// The answers to so many questions, in their order.
+pub(super) fn answers<Q: Question>(question: &Q, count: usize) -> Vec<Q::Answer> {
+    let (arch, mut answers) = (Arch::new(), vec![Q::Answer::default(); count]);
+    answers.par_chunks_mut(TOGETHER).enumerate().for_each(|(task, answers)| {
+        arch.dispatch(Task { question, from: task * TOGETHER, answers });
+    });
+    answers
+}
+
+struct Task<'a, Q: Question> {
+    question: &'a Q,
+    from: usize,
+    answers: &'a mut [Q::Answer],
+}
+
+impl<Q: Question> WithSimd for Task<'_, Q> {
+    type Output = ();
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (index, answer) in (self.from..).zip(self.answers) {
+            *answer = self.question.answer(index);
+        }
+    }
+}
+
+impl<'a> Patches<'a> {
+    pub(super) fn of(surface: &'a NurbsSurface) -> Self {
+        let net = surface.control_points().iter().map(|point| point.extend(0.0).to_array());
+        Self {
+            knots: [surface.knots_u(), surface.knots_v()],
+            net: net.collect(),
+            width: surface.shape().1,
+        }
+    }
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    pub(super) fn at(&self, uv: DVec2) -> Tangents {
+        let [u, v] = self.knots;
+        if (u.degree(), v.degree()) == (3, 3) {
+            let (rows, cols) = (Basis::<4>::at(u, uv.x), Basis::<4>::at(v, uv.y));
+            let firsts = (rows.first, cols.first);
+            return self.sums(firsts, [&rows.values, &rows.slopes], [&cols.values, &cols.slopes]);
+        }
+        self.of_any_degree(uv)
+    }
+
+    fn of_any_degree(&self, uv: DVec2) -> Tangents {
+        let [u, v] = self.knots;
+        let (rows, cols) = (BasisDerivatives::<2>::at(u, uv.x), BasisDerivatives::<2>::at(v, uv.y));
+        let (p, q) = (u.degree(), v.degree());
+        let firsts = (rows.first, cols.first);
+        let [rows, cols] = [rows.rows, cols.rows];
+        self.sums(firsts, [&rows[0][..=p], &rows[1][..=p]], [&cols[0][..=q], &cols[1][..=q]])
+    }
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn sums(
+        &self,
+        firsts: (usize, usize),
+        [values_u, slopes_u]: [&[f64]; 2],
+        [values_v, slopes_v]: [&[f64]; 2],
+    ) -> Tangents {
+        let [mut place, mut along_u, mut along_v] = [[0.0; 4]; 3];
+        for (i, (value, slope)) in values_u.iter().zip(slopes_u).enumerate() {
+            let row = &self.net[(firsts.0 + i) * self.width + firsts.1..][..values_v.len()];
+            let [mut along, mut across] = [[0.0; 4]; 2];
+            for ((point, value), slope) in row.iter().zip(values_v).zip(slopes_v) {
+                add(&mut along, *value, point);
+                add(&mut across, *slope, point);
+            }
+            add(&mut place, *value, &along);
+            add(&mut along_u, *slope, &along);
+            add(&mut along_v, *value, &across);
+        }
+        let [point, u, v] = [place, along_u, along_v].map(|[x, y, z, _]| DVec3::new(x, y, z));
+        Tangents { point, u, v }
+    }
+}
+
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn add(sum: &mut Quad, factor: f64, quad: &Quad) {
+    for (sum, value) in sum.iter_mut().zip(quad) {
+        *sum += factor * value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_and_tangents_are_those_of_the_surface() {
+        for degree in [2, 3] {
+            let knots = KnotVector::clamped_uniform(degree, 6).unwrap();
+            let point = |i: usize| {
+                let (x, y) = (i as f64 / 6.0, (i % 6) as f64);
+                DVec3::new(x, y, (x * y).sin())
+            };
+            let net = (0..36).map(point).collect();
+            let surface = NurbsSurface::new(net, None, knots.clone(), knots).unwrap();
+            let patches = Patches::of(&surface);
+            for uv in (0..100).map(|i| DVec2::new(f64::from(i % 10), f64::from(i / 10)) / 9.0) {
+                let Tangents { point, u, v } = patches.at(uv);
+                assert!(point.distance(surface.point(uv.x, uv.y)) < 1e-13);
+                let normal = surface.normal(uv.x, uv.y);
+                assert!(u.cross(v).normalize().distance(normal) < 1e-12);
+            }
+        }
+    }
+}
