@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::normal_equations::{NormalEquations, Sample};
-use super::patches::{Patches, Question, answers};
+use super::patches::{Patches, Tangents};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 
@@ -104,26 +104,12 @@ fn score(
     factor.solve(&mut net);
     let net: Vec<DVec3> = net.into_iter().map(DVec3::from_array).collect();
     let surface = space.surface(&net)?;
-    let heights = answers(&Squares { patches: Patches::of(&surface), samples }, samples.len());
+    let square = |i: usize, place: Tangents| {
+        let sample = &samples[i];
+        sample.weight * (sample.point - place.point).dot(sample.normal).powi(2)
+    };
+    let heights = Patches::of(&surface).each(samples.len(), |i| samples[i].uv, square);
     let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
     let error = heights.iter().sum::<f64>() / weights / (1.0 - freedom / count).powi(2);
     Ok(Some(Score { fairness, error }))
-}
-
-/// The weighted squares of the samples' heights over a surface along their normals.
-struct Squares<'a> {
-    patches: Patches<'a>,
-    samples: &'a [Sample],
-}
-
-impl Question for Squares<'_> {
-    type Answer = f64;
-
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn answer(&self, index: usize) -> f64 {
-        let sample = &self.samples[index];
-        let rest = sample.point - self.patches.at(sample.uv).point;
-        sample.weight * rest.dot(sample.normal).powi(2)
-    }
 }

@@ -7,7 +7,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::patches::{Patches, Question, answers};
+use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
@@ -234,46 +234,14 @@ impl<'a> Heights<'a> {
 }
 
 /// Heights of points over a surface.
-struct Residuals<'a> {
-    patches: Patches<'a>,
-    local: &'a [DVec3],
-    uv: &'a [DVec2],
-}
-
-impl Question for Residuals<'_> {
-    type Answer = f64;
-
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn answer(&self, index: usize) -> f64 {
-        self.local[index].z - self.patches.at(self.uv[index]).point.z
-    }
+fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
+    Patches::of(surface).each(uv.len(), |i| uv[i], |i, place| local[i].z - place.point.z)
 }
 
 /// How steeply a surface rises at parameters: the cosine of the angle between its normal and a
 /// direction.
 pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f64> {
-    answers(&Cosines { patches: Patches::of(surface), uv, up }, uv.len())
-}
-
-struct Cosines<'a> {
-    patches: Patches<'a>,
-    uv: &'a [DVec2],
-    up: DVec3,
-}
-
-impl Question for Cosines<'_> {
-    type Answer = f64;
-
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn answer(&self, index: usize) -> f64 {
-        self.patches.at(self.uv[index]).normal().dot(self.up)
-    }
-}
-
-fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
-    answers(&Residuals { patches: Patches::of(surface), local, uv }, local.len())
+    Patches::of(surface).each(uv.len(), |i| uv[i], |_, place| place.normal().dot(up))
 }
 
 #[cfg(test)]

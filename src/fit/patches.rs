@@ -76,6 +76,28 @@ impl<Q: Question> WithSimd for Task<'_, Q> {
     }
 }
 
+/// What is asked of the surface at one parameter for each question.
+struct Each<'a, P, F> {
+    patches: &'a Patches<'a>,
+    uv: P,
+    answer: F,
+}
+
+impl<A, P, F> Question for Each<'_, P, F>
+where
+    A: Clone + Default + Send,
+    P: Fn(usize) -> DVec2 + Sync,
+    F: Fn(usize, Tangents) -> A + Sync,
+{
+    type Answer = A;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> A {
+        (self.answer)(index, self.patches.at((self.uv)(index)))
+    }
+}
+
 impl<'a> Patches<'a> {
     pub(super) fn of(surface: &'a NurbsSurface) -> Self {
         let net = surface.control_points().iter().map(|point| point.extend(0.0).to_array());
@@ -84,6 +106,16 @@ impl<'a> Patches<'a> {
             net: net.collect(),
             width: surface.shape().1,
         }
+    }
+
+    /// What `answer` makes of the tangents at so many parameters, each by its number.
+    pub(super) fn each<A: Clone + Default + Send>(
+        &self,
+        count: usize,
+        uv: impl Fn(usize) -> DVec2 + Sync,
+        answer: impl Fn(usize, Tangents) -> A + Sync,
+    ) -> Vec<A> {
+        answers(&Each { patches: self, uv, answer }, count)
     }
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
