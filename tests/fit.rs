@@ -5,6 +5,7 @@ use neurbs::fit::EndedBy;
 use neurbs::nurbs::ClosestPointSearch;
 use neurbs::point_cloud::Bounds;
 use neurbs::progress::{Progress, Silent};
+use neurbs::reconstruct::Aspect;
 use neurbs::topology::Kind;
 use neurbs::{DVec3, Error, NurbsSurface, ReconstructOptions, Reconstruction, Result, reconstruct};
 use std::f64::consts::TAU;
@@ -131,6 +132,33 @@ fn the_order_of_the_points_changes_nothing() {
     let pairs = got.surface.control_points().iter().zip(expected.surface.control_points());
     for (got, expected) in pairs {
         assert!(got.distance(*expected) < 1e-9 * size, "{got} {expected}");
+    }
+}
+
+#[test]
+fn heights_of_the_same_net_are_recovered() {
+    for (seed, net) in [(1, (4, 4)), (2, (5, 9)), (3, (8, 6)), (4, (12, 12)), (5, (16, 7))] {
+        let flat = NurbsSurface::clamped(vec![DVec3::ZERO; net.0 * net.1], net, 3).unwrap();
+        let (x, y) = (flat.knots_u().greville(), flat.knots_v().greville());
+        let height = |i: usize| 0.3 * (f64::from(seed) * 12.9 + 78.2 * i as f64).sin();
+        let places = x.iter().flat_map(|x| y.iter().map(move |y| (3.0 * x, 2.0 * y)));
+        let control_points = places.zip(0..).map(|((x, y), i)| DVec3::new(x, y, height(i)));
+        let truth = NurbsSurface::clamped(control_points.collect(), net, 3).unwrap();
+        let border = (0..=40).map(|i| f64::from(i) / 40.0);
+        let border = border.flat_map(|t| [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)]);
+        let uv = border.map(DVec2::from).chain(scattered(2000));
+        let points: Vec<DVec3> = uv.map(|at| truth.point(at.x, at.y)).collect();
+        let options = ReconstructOptions {
+            grid: Some(net),
+            aspect: Aspect::Fixed,
+            topology: Some(Kind::Height),
+            ..ReconstructOptions::default()
+        };
+        let found = reconstruct(&points, &options, &mut Silent).unwrap();
+        let others: Vec<DVec3> =
+            scattered(3000).skip(2000).map(|at| truth.point(at.x, at.y)).collect();
+        let far = farthest(&others, &found.surface);
+        assert!(far < 1e-6 * found.report.diagonal, "{net:?} {far}");
     }
 }
 

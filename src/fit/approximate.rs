@@ -65,6 +65,9 @@ const COARSEST: usize = 300;
 /// Solutions with all points, on the domain that ends where they do.
 const LAST_ITERATIONS: usize = 3;
 
+/// Turns in which the domain follows a notch of the outline.
+const TURNS_FOR_NOTCHES: usize = 2;
+
 /// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
 /// 1). Each squared distance counts with its weight (1 without weights).
 ///
@@ -114,8 +117,13 @@ pub fn approximate(
         surface = fitting.descend(space, surface, limit, left)?;
     }
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
-        surface = fitting.conform(surface, options.border)?;
-        surface = fitting.descend(whole, surface, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
+        for _ in 0..TURNS_FOR_NOTCHES {
+            let (bent, notched) = fitting.conform(surface, options.border)?;
+            surface = fitting.descend(whole, bent, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
+            if !notched {
+                break;
+            }
+        }
     }
     let (surface, ended_by) = match options.growth {
         Some(growth) => fitting.grow(surface, growth)?,

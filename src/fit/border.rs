@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::edge::Edge;
+use super::edge::{Edge, extremes, lowest};
 use crate::error::Result;
 
 /// Least width of the domain between two sides, as a share of its mean: sides that lean more
@@ -41,14 +41,14 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
 /// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the
-/// square goes on by `margin` along u and v.
+/// square goes on by `margin` along u and v. Says as well whether a side has a notch.
 pub(super) fn conformed(
     uv: &[DVec2],
     closed: [bool; 2],
     noise: DVec2,
     margin: DVec2,
-) -> Result<Vec<DVec2>> {
-    let mut uv = uv.to_vec();
+) -> Result<(Vec<DVec2>, bool)> {
+    let (mut uv, mut notched) = (uv.to_vec(), false);
     for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
             let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
@@ -56,6 +56,7 @@ pub(super) fn conformed(
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
+        notched |= low.is_notched() || high.is_notched();
         for uv in &mut uv {
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
@@ -66,7 +67,7 @@ pub(super) fn conformed(
             uv[d] = (uv[d] + margin[d]) / (1.0 + 2.0 * margin[d]);
         }
     }
-    Ok(uv)
+    Ok((uv, notched))
 }
 
 /// Bounds direction d.
@@ -88,25 +89,6 @@ fn bound(uv: &mut [DVec2], d: usize) {
         let size = high.at(at) - low.at(at);
         uv[d] = if size > 0.0 { ((uv[d] - low.at(at)) / size).clamp(0.0, 1.0) } else { 0.5 };
     }
-}
-
-fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
-}
-
-/// The lowest place in each of the strips that x is cut into: of many places those that matter.
-fn lowest(places: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
-    let (start, end) = extremes(places.clone().map(|place| place.0));
-    let scale = STRIPS as f64 / (end - start).max(f64::MIN_POSITIVE);
-    let mut strips: Vec<Option<(f64, f64)>> = vec![None; STRIPS + 1];
-    for place in places {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        let strip = &mut strips[(((place.0 - start) * scale) as usize).min(STRIPS)];
-        if strip.is_none_or(|lowest| place.1 < lowest.1) {
-            *strip = Some(place);
-        }
-    }
-    strips.into_iter().flatten().collect()
 }
 
 /// A straight line, y over x.
@@ -132,7 +114,7 @@ impl Side {
     /// The line under all places (x, y) that leaves least area between: it carries the edge of
     /// their convex hull that lies under the middle.
     fn under(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
-        let mut places = lowest(places);
+        let mut places: Vec<_> = lowest(places, STRIPS).into_iter().flatten().collect();
         places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let middle = 0.5 * (places[0].0 + places[places.len() - 1].0);
         let mut chain: Vec<(f64, f64)> = Vec::new();

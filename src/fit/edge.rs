@@ -4,19 +4,35 @@ use super::dense::Dense;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
-/// Control points of an edge.
-const CONTROL_POINTS: usize = 8;
-
 const DEGREE: usize = 3;
 
-/// What bending costs beside the area that the edge leaves outside: a second difference of 0.1
-/// between control points counts as much as a twentieth of the unit square. Rounded corners are
-/// covered by the surface's corners rather than followed into them.
-const STIFFNESS: f64 = 10.0;
+/// How far an edge follows the places.
+struct Flexibility {
+    control_points: usize,
+    /// What bending costs beside the area that the edge leaves outside: at 10 a second difference of
+    /// 0.1 between control points counts as much as a twentieth of the unit square.
+    stiffness: f64,
+    /// It does not go deeper.
+    deepest: f64,
+    /// Places deeper than this cannot touch it.
+    near: f64,
+}
 
-/// Places deeper than this cannot touch an edge, which does not go deeper than `DEEPEST`.
-const NEAR: f64 = 0.4;
-const DEEPEST: f64 = 0.1;
+/// Rounded corners are covered by the surface's corners rather than followed into them.
+const FIRM: Flexibility =
+    Flexibility { control_points: 8, stiffness: 10.0, deepest: 0.1, near: 0.4 };
+
+/// Notches are followed, if not into their corners, whose parameters would crowd.
+const SUPPLE: Flexibility =
+    Flexibility { control_points: 10, stiffness: 1.0, deepest: 0.3, near: 0.7 };
+
+/// Strips of the square in which the ground under the lowest place is looked at, but those at either
+/// end, where corners are rounded; and its mean height, beyond what chance leaves, from which on the
+/// edge has a notch. Without any it is at most half of that, and two to seven times at the reentrant
+/// corner of an L.
+const STRIPS: usize = 24;
+const ENDS: usize = 4;
+const NOTCHED: f64 = 0.03;
 
 /// An edge does not go farther out than this.
 const OUTERMOST: f64 = -0.5;
@@ -49,6 +65,7 @@ const RIDGE: f64 = 1e-6;
 pub(super) struct Edge {
     knots: KnotVector,
     heights: Vec<f64>,
+    deepest: f64,
 }
 
 /// A place by the basis functions at its x, and its y.
@@ -60,7 +77,7 @@ struct Place {
 impl Edge {
     /// The height, which rounding does not take beyond the bounds either.
     pub(super) fn at(&self, x: f64) -> f64 {
-        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, DEEPEST)
+        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.deepest)
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
@@ -70,22 +87,50 @@ impl Edge {
     /// function does. The logarithm of its likelihood, the sum of ln logistic((y - edge) / scale)
     /// plus n times the area under the edge, is concave, and so is what bending costs.
     pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
+        let firm = Self::likeliest(places, noise, closed, &FIRM)?;
+        if firm.empty_ground(places) < NOTCHED {
+            return Ok(firm);
+        }
+        Self::likeliest(places, noise, closed, &SUPPLE)
+    }
+
+    /// Whether it follows a notch.
+    pub(super) fn is_notched(&self) -> bool {
+        self.deepest > FIRM.deepest
+    }
+
+    /// Mean height between the edge and the lowest place in each strip, beyond what chance leaves.
+    fn empty_ground(&self, places: &[(f64, f64)]) -> f64 {
+        let count = places.len();
+        let places = lowest(places.iter().copied(), STRIPS);
+        let inner = places[ENDS..STRIPS - ENDS].iter().flatten();
+        let above = inner.clone().map(|&(x, y)| (y - self.at(x)).max(0.0));
+        above.sum::<f64>() / inner.count().max(1) as f64 - STRIPS as f64 / count as f64
+    }
+
+    fn likeliest(
+        places: &[(f64, f64)],
+        noise: f64,
+        closed: bool,
+        flexibility: &'static Flexibility,
+    ) -> Result<Self> {
+        let &Flexibility { control_points, deepest, near, .. } = flexibility;
         let knots = if closed {
-            KnotVector::periodic_uniform(DEGREE, CONTROL_POINTS)?
+            KnotVector::periodic_uniform(DEGREE, control_points)?
         } else {
-            KnotVector::clamped_uniform(DEGREE, CONTROL_POINTS)?
+            KnotVector::clamped_uniform(DEGREE, control_points)?
         };
         let count = places.len() as f64;
-        let near = places.iter().filter(|place| place.1 < NEAR);
+        let near = places.iter().filter(|place| place.1 < near);
         let mut near: Vec<Place> =
             near.map(|&(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
         near.sort_by(|a, b| a.y.total_cmp(&b.y));
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
-        let slopes = areas(&knots, count);
-        let mut search = Search { near, stride: 1, slopes, count, closed };
-        let mut heights = [lowest.clamp(OUTERMOST, DEEPEST); CONTROL_POINTS];
+        let slopes = areas(&knots, control_points, count);
+        let mut search = Search { near, stride: 1, slopes, count, closed, flexibility };
+        let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
         // Places touch a curve with so many degrees of freedom at this distance on average.
-        let apart = CONTROL_POINTS as f64 / count;
+        let apart = control_points as f64 / count;
         let last = (noise * LOGISTIC).max(0.5 * apart);
         let mut scale = FIRST_SCALE.max(last);
         loop {
@@ -98,9 +143,31 @@ impl Edge {
             scale = (LEFT_OF_SCALE * scale).max(last);
         }
         let repeated = if closed { DEGREE } else { 0 };
-        let heights = heights.iter().chain(&heights[..repeated]).copied().collect();
-        Ok(Self { knots, heights })
+        heights.extend_from_within(..repeated);
+        Ok(Self { knots, heights, deepest })
     }
+}
+
+/// The lowest of places (x, y) in each of the strips that x is cut into; the last has its end.
+pub(super) fn lowest(
+    places: impl Iterator<Item = (f64, f64)> + Clone,
+    strips: usize,
+) -> Vec<Option<(f64, f64)>> {
+    let (start, end) = extremes(places.clone().map(|place| place.0));
+    let scale = strips as f64 / (end - start).max(f64::MIN_POSITIVE);
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; strips + 1];
+    for place in places {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let strip = &mut found[(((place.0 - start) * scale) as usize).min(strips)];
+        if strip.is_none_or(|lowest| place.1 < lowest.1) {
+            *strip = Some(place);
+        }
+    }
+    found
+}
+
+pub(super) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// The curve's height where these basis functions are; closed curves repeat their heights.
@@ -111,14 +178,14 @@ fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
 }
 
 /// `count` times the area under each basis function; closed curves repeat them.
-fn areas(knots: &KnotVector, count: f64) -> [f64; CONTROL_POINTS] {
-    let mut areas = [0.0; CONTROL_POINTS];
+fn areas(knots: &KnotVector, control_points: usize, count: f64) -> Vec<f64> {
+    let mut areas = vec![0.0; control_points];
     for span in knots.breaks().windows(2) {
         let length = span[1] - span[0];
         for (place, weight) in gauss::rule(DEGREE) {
             let basis = Basis::<4>::at(knots, span[0] + place * length);
             for (i, value) in basis.values.iter().enumerate() {
-                areas[(basis.first + i) % CONTROL_POINTS] += count * weight * length * value;
+                areas[(basis.first + i) % control_points] += count * weight * length * value;
             }
         }
     }
@@ -132,15 +199,16 @@ struct Search {
     /// Only each so manieth of them is looked at, and counts for as many.
     stride: usize,
     /// What raising each control point gains by area.
-    slopes: [f64; CONTROL_POINTS],
+    slopes: Vec<f64>,
     count: f64,
     closed: bool,
+    flexibility: &'static Flexibility,
 }
 
 impl Search {
     /// The control points whose second differences bending is measured by, in threes.
     fn bends(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
-        let (count, closed) = (CONTROL_POINTS, self.closed);
+        let (count, closed) = (self.slopes.len(), self.closed);
         let middles = if closed { 0..count } else { 1..count - 1 };
         middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
     }
@@ -166,23 +234,24 @@ impl Search {
         };
         let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
         let likely: f64 = self.touching(heights, scale).map(likely).sum();
-        area + self.stride as f64 * likely - 0.5 * STIFFNESS * self.count * bent
+        area + self.stride as f64 * likely - 0.5 * self.flexibility.stiffness * self.count * bent
     }
 
     /// Newton's steps to the likeliest edge with a blur of this scale.
-    fn climb(&self, heights: &mut [f64; CONTROL_POINTS], scale: f64) {
+    fn climb(&self, heights: &mut Vec<f64>, scale: f64) {
         let mut worth = self.worth(heights, scale);
         for _ in 0..STEPS {
             let Some(step) = self.step(heights, scale) else { return };
             let mut share = 1.0;
             let mut moved = 0.0;
             for _ in 0..SHORTENINGS {
-                let next: [f64; CONTROL_POINTS] = std::array::from_fn(|i| {
-                    (heights[i] + share * step[i]).clamp(OUTERMOST, DEEPEST)
-                });
+                let steps = heights.iter().zip(&step);
+                let next: Vec<f64> = steps
+                    .map(|(h, s)| (h + share * s).clamp(OUTERMOST, self.flexibility.deepest))
+                    .collect();
                 let there = self.worth(&next, scale);
                 if there >= worth {
-                    let moves = next.iter().zip(&*heights).map(|(a, b)| (a - b).abs());
+                    let moves = next.iter().zip(heights.iter()).map(|(a, b)| (a - b).abs());
                     moved = moves.fold(0.0, f64::max);
                     (*heights, worth) = (next, there);
                     break;
@@ -196,9 +265,9 @@ impl Search {
     }
 
     fn step(&self, heights: &[f64], scale: f64) -> Option<Vec<f64>> {
-        let size = CONTROL_POINTS;
+        let size = self.slopes.len();
         let mut matrix = Dense::new(size);
-        let mut slopes = self.slopes;
+        let mut slopes = self.slopes.clone();
         for Place { basis, y } in self.touching(heights, scale) {
             let z = (y - height(heights, basis)) / scale;
             if z > UNTOUCHED {
@@ -215,7 +284,7 @@ impl Search {
                 }
             }
         }
-        let stiff = STIFFNESS * self.count;
+        let stiff = self.flexibility.stiffness * self.count;
         for three in self.bends() {
             let bent = bend(heights, three);
             for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {
@@ -260,6 +329,19 @@ mod tests {
     }
 
     #[test]
+    fn notches_are_followed_and_rounded_corners_are_not() {
+        let notch = |x: f64| 0.2 * (std::f64::consts::PI * x).sin().powi(2);
+        let round = |x: f64| 0.5 - (0.25 - (x - 0.5).powi(2)).max(0.0).powf(0.25) / 2.0_f64.sqrt();
+        let edges = [
+            Edge::under(&above(notch), 0.0, false).unwrap(),
+            Edge::under(&above(round), 0.0, false).unwrap(),
+        ];
+        assert_eq!(edges.each_ref().map(Edge::is_notched), [true, false]);
+        assert!((0.08..0.2).contains(&edges[0].at(0.5)), "{}", edges[0].at(0.5));
+        assert!(edges[1].at(0.02) < 0.5 * round(0.02), "{}", edges[1].at(0.02));
+    }
+
+    #[test]
     fn noise_does_not_push_edges_out() {
         let wave = |i: usize| 0.02 * 2.0_f64.sqrt() * (1.7 * (i * i % 9973) as f64).sin();
         let noisy: Vec<(f64, f64)> =
@@ -279,7 +361,8 @@ mod tests {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
             let found = Edge::under(&places, 0.0, false).unwrap();
             assert!(
-                (0..=10).all(|i| (OUTERMOST..=DEEPEST).contains(&found.at(f64::from(i) / 10.0)))
+                (0..=10)
+                    .all(|i| (OUTERMOST..=FIRM.deepest).contains(&found.at(f64::from(i) / 10.0)))
             );
         }
     }

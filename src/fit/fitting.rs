@@ -224,10 +224,14 @@ impl<'a> Fitting<'a> {
     }
 
     /// Bends the domain so that it ends where the points end, and goes on by this many of their mean
-    /// spacings, at open borders.
-    pub(super) fn conform(&mut self, surface: NurbsSurface, border: f64) -> Result<NurbsSurface> {
+    /// spacings, at open borders; says whether one has a notch.
+    pub(super) fn conform(
+        &mut self,
+        surface: NurbsSurface,
+        border: f64,
+    ) -> Result<(NurbsSurface, bool)> {
         if self.closed == [true, true] {
-            return Ok(surface);
+            return Ok((surface, false));
         }
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
@@ -236,11 +240,12 @@ impl<'a> Fitting<'a> {
         let feet = self.correct(&surface, STEPS);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&feet);
-        self.uv = conformed(&self.uv, self.closed, noise / size, margin / size)?;
+        let notched;
+        (self.uv, notched) = conformed(&self.uv, self.closed, noise / size, margin / size)?;
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);
         self.falling = self.aim().max(FAIRNESS_OF_BENT);
-        self.solve_distances(&space, &samples, &energy, self.falling)
+        Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))
     }
 
     pub(super) fn finish(mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {

@@ -3,10 +3,12 @@
 mod excursion;
 mod fold_over;
 mod layers;
+mod overshoot;
 mod samples;
 mod units;
 
 pub use self::excursion::{Excursion, excursion};
 pub use self::fold_over::{FoldOver, fold_over};
 pub use self::layers::{DoubleLayer, double_layer};
+pub use self::overshoot::{Overshoot, overshoot};
 pub use self::units::{UnevenExtents, uneven_extents};

@@ -11,7 +11,6 @@ use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
 use super::{Aspect, ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::Result;
 use crate::fit::{EndedBy, Growth, bounded};
-use crate::inspection;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
@@ -72,7 +71,7 @@ pub(super) fn reconstruct(
 
     let growth = growth(options, &frame);
     let mut job = Job { points: &local, weights: counted.weights.clone(), uv, shape, options };
-    let fit = job.done(start.net, growth, told)?;
+    let (fit, flaws) = job.done(start.net, growth, told)?;
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
@@ -91,10 +90,7 @@ pub(super) fn reconstruct(
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, options.tolerance.map_or(0, far)));
-    warnings.extend(
-        inspection::fold_over(&surface, &counted.points, observer)?.map(|found| found.to_string()),
-    );
-    clock.lap("inspection");
+    warnings.extend(flaws.warnings(&frame));
     let report = Report {
         points: cloud.len(),
         inliers: near.len(),

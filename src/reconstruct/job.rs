@@ -3,10 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::feet::feet;
+use super::flaws::Flaws;
 use super::{ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{self, ApproximateOptions, EndedBy, Growth, approximate};
-use crate::inspection::fold_over;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som;
@@ -96,8 +96,8 @@ impl Job<'_> {
         net: (usize, usize),
         growth: Option<Growth>,
         observer: &mut dyn Observer,
-    ) -> Result<Fit> {
-        let mut fit = self.fit(net, growth, observer)?;
+    ) -> Result<(Fit, Flaws)> {
+        let mut fit = self.fit(net, growth, self.options.fairness, observer)?;
         let given = self.weights.clone();
         let mut tree = None;
         for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
@@ -106,39 +106,28 @@ impl Job<'_> {
             let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
-            fit = match self.shape.up {
-                Some(up) if few && growth.is_none() => {
-                    heights::fit(self, up, net, None, Some(fit.fairness), observer)?
-                }
-                _ => self.fit(net, growth, observer)?,
-            };
+            let known = self.shape.up.is_some() && few && growth.is_none();
+            let fairness = known.then_some(fit.fairness).or(self.options.fairness);
+            fit = self.fit(net, growth, fairness, observer)?;
         }
-        fit = self.unfolded(fit, growth, observer)?;
+        let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
         if self.options.rational {
             fit = self.with_free_weights(fit, net, growth, observer)?;
+            flaws = Flaws::of(&fit, self, observer)?;
         }
-        Ok(fit)
+        Ok((fit, flaws))
     }
 
     fn fit(
         &self,
         net: (usize, usize),
         growth: Option<Growth>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fit> {
-        if let Some(up) = self.shape.up {
-            return heights::fit(self, up, net, growth, self.options.fairness, observer);
-        }
-        self.approximated(net, growth, self.options.fairness, observer)
-    }
-
-    fn approximated(
-        &self,
-        net: (usize, usize),
-        growth: Option<Growth>,
         fairness: Option<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Fit> {
+        if let Some(up) = self.shape.up {
+            return heights::fit(self, up, net, growth, fairness, observer);
+        }
         let options = ApproximateOptions {
             net,
             degree: (self.degree(net.0), self.degree(net.1)),
@@ -160,44 +149,40 @@ impl Job<'_> {
         })
     }
 
-    /// The fit with more fairness, where it folds over and the points do not: the least that leaves
-    /// no fold, or the fewest, and keeps a tolerance that was kept. A surface that runs away from
-    /// the points folds over, too.
-    fn unfolded(
+    /// The fit with more fairness, where it folds over or runs away and the points do not: the least
+    /// that leaves no flaw, or the fewest, and keeps a tolerance that was kept.
+    fn flattened(
         &self,
         fit: Fit,
         growth: Option<Growth>,
         observer: &mut dyn Observer,
-    ) -> Result<Fit> {
-        if self.shape.up.is_some() || self.options.fairness.is_some() {
-            return Ok(fit);
+    ) -> Result<(Fit, Flaws)> {
+        let mut fewest = Flaws::of(&fit, self, observer)?;
+        if self.options.fairness.is_some() {
+            return Ok((fit, fewest));
         }
-        let folds = |fit: &Fit, observer: &mut dyn Observer| {
-            fold_over(&fit.surface, self.points, observer).map(|f| f.map_or(0, |f| f.count))
-        };
         let tolerance = growth.and_then(|growth| growth.tolerance);
-        let mut fewest = folds(&fit, observer)?;
         let mut fairness = fit.fairness;
         let net = self.different(&fit.surface);
         let mut best = fit;
         for _ in 0..FLATTENINGS {
-            if fewest == 0 {
+            if fewest.count() == 0 {
                 break;
             }
             fairness *= FLATTER;
-            let flatter = self.approximated(net, None, Some(fairness), observer)?;
+            let flatter = self.fit(net, None, Some(fairness), observer)?;
             let kept = |tolerance: f64| self.largest(&flatter.distances) <= tolerance;
             if best.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
                 break;
             }
-            let count = folds(&flatter, observer)?;
-            if count >= fewest {
+            let flaws = Flaws::of(&flatter, self, observer)?;
+            if flaws.count() >= fewest.count() {
                 continue;
             }
             let iterations = best.iterations + flatter.iterations;
-            (fewest, best) = (count, Fit { ended_by: best.ended_by, iterations, ..flatter });
+            (fewest, best) = (flaws, Fit { ended_by: best.ended_by, iterations, ..flatter });
         }
-        Ok(best)
+        Ok((best, fewest))
     }
 
     /// Rows and columns of the net; in closed directions the different ones.
@@ -223,7 +208,7 @@ impl Job<'_> {
         if let Some(growth) = growth
             && grown.surface.shape() != first
         {
-            let small = self.fit(first, None, observer)?;
+            let small = self.fit(first, None, self.options.fairness, observer)?;
             let small = self.freed(small, observer)?;
             let good = match growth.tolerance {
                 Some(tolerance) => self.largest(&small.distances) <= tolerance,

@@ -3,6 +3,7 @@
 mod counted;
 mod feet;
 mod fitted;
+mod flaws;
 mod heights;
 mod job;
 mod measured;

@@ -96,7 +96,7 @@ def test_the_report_is_plain(result: Reconstruction) -> None:
     assert report["grid"] == [rows, cols]
     assert report["points"] == len(result.points)
     assert report["converged"] is True
-    stages = ["cleaning", "topology", "ordering", "training", "fitting", "measuring", "inspection"]
+    stages = ["cleaning", "topology", "ordering", "training", "fitting", "measuring"]
     assert list(report["seconds"]) == stages
     assert report["percentiles"][50] <= report["rms"] <= report["max"]
 

@@ -148,6 +148,55 @@ def test_heights_span_missing_areas(rng: np.random.Generator) -> None:
     assert middle.distances[0] < 0.02
 
 
+def torn(rng: np.random.Generator) -> Points:
+    """Scatter points over a rolled sheet of a random shape with a hole and a ragged outline."""
+    u, v = rng.random((2, 3000))
+    hole, bay = rng.uniform(0.3, 0.7, (2, 2))
+    place, width = np.column_stack([u, v]), rng.uniform(0.1, 0.2, 2)
+    kept = np.linalg.norm(place - hole, axis=1) > width[0]
+    kept &= np.linalg.norm(place - [0, bay[1]], axis=1) > width[1]
+    kept &= rng.random(3000) < 0.1 + 0.9 * u  # density varies tenfold
+    u, v = place[kept].T
+    radius = 1 + 0.1 * np.sin(rng.uniform(3, 6) * v + rng.uniform(0, 6))
+    angle = rng.uniform(1, 4) * u
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 2 * v])
+    return points + rng.uniform(0, 0.01) * rng.standard_normal(points.shape)
+
+
+def overshoot(points: Points, result: neurbs.Reconstruction) -> float:
+    """Return how far places are from the points, beyond twice the way to a foot, in diagonals."""
+    spatial = pytest.importorskip("scipy.spatial")
+    u, v = (np.linspace(*domain, 200) for domain in result.surface.domain)
+    net = result.surface.evaluate_grid(u, v)
+    lengths = [
+        np.linalg.norm(np.diff(net, axis=axis), axis=2).sum(axis=axis).mean() for axis in (0, 1)
+    ]
+    scale = np.array(lengths) / np.ptp(result.surface.domain, axis=1)
+    uv = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+    counts = result.inliers
+    gaps, _ = spatial.cKDTree(result.uv[counts] * scale).query(uv * scale)
+    distances, _ = spatial.cKDTree(points[counts]).query(net.reshape(-1, 3))
+    return float((distances - 2 * gaps).max() / np.linalg.norm(np.ptp(points, axis=0)))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_surface_runs_away_over_holes_or_beyond_the_border(seed: int) -> None:
+    points = torn(np.random.default_rng(seed))
+    result = neurbs.reconstruct(points, topology="sheet")
+    assert overshoot(points, result) < 0.05
+    assert not any("runs" in words for words in result.report.warnings)
+
+
+def test_a_surface_that_runs_away_is_told(rng: np.random.Generator) -> None:
+    points = fold(rng, 1500, noise=0.03)
+    points = points[np.hypot(points[:, 1] - 1, points[:, 2]) > 0.7]
+    with pytest.warns(ConvergenceWarning, match="runs .* away from the points"):
+        result = neurbs.reconstruct(points, grid=(20, 20), topology="sheet", fairness=1e-9)
+    assert overshoot(points, result) > 0.05
+    fair = neurbs.reconstruct(points, grid=(20, 20), topology="sheet")
+    assert overshoot(points, fair) < 0.05
+
+
 def test_free_weights_meet_a_cylinder_with_few_control_points(rng: np.random.Generator) -> None:
     angle, z = 2.5 * rng.random(1500), 2 * rng.random(1500)
     points = np.column_stack([np.cos(angle), np.sin(angle), z])

@@ -83,6 +83,19 @@ def scattered(rng: np.random.Generator, count: int) -> tuple[Array, Array]:
     return uv, np.column_stack([3 * uv[:, 0], uv[:, 1], heights])
 
 
+@pytest.mark.parametrize("shape", [(4, 4), (6, 9), (12, 12)])
+def test_a_surface_of_the_same_net_is_recovered(
+    shape: tuple[int, int], rng: np.random.Generator
+) -> None:
+    truth = neurbs.NurbsSurface(rng.standard_normal((*shape, 3)))
+    uv, others = rng.random((2, 3000, 2))
+    found = neurbs.NurbsSurface.fit(truth.evaluate(uv), uv, net=shape, fairness=0)
+    points = truth.evaluate(others)
+    assert np.abs(found.evaluate(others) - points).max() < 1e-9 * np.linalg.norm(
+        np.ptp(points, axis=0)
+    )
+
+
 def test_a_weight_counts_as_so_many_points(rng: np.random.Generator) -> None:
     uv, points = scattered(rng, 300)
     times = rng.integers(0, 4, 300)

@@ -1,0 +1,169 @@
+//! Where a surface is farther from its points than the gaps between them explain.
+
+use std::fmt;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::samples::Samples;
+use crate::error::Result;
+use crate::nurbs::NurbsSurface;
+use crate::point_cloud::{Bounds, KdTree, Neighbor};
+use crate::progress::Observer;
+
+/// Over a gap, a place may be as far from the nearest point as so many times the way, along the
+/// surface, to the foot of one: twice, where the surface bulges over half of a circle and more.
+const STEEPEST: f64 = 2.0;
+
+/// What is no overshoot anyway, as a share of the points' diagonal.
+const SLACK: f64 = 0.05;
+
+/// Places of a surface that are farther from its points than the gaps between them explain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overshoot {
+    /// How many samples are.
+    pub count: usize,
+    /// The largest distance of one from its nearest point, in the points' unit.
+    pub distance: f64,
+    /// Where that is.
+    pub place: DVec3,
+}
+
+impl fmt::Display for Overshoot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let DVec3 { x, y, z } = self.place;
+        write!(
+            f,
+            "the surface runs {:.4} away from the points at ({x:.6}, {y:.6}, {z:.6}), farther than \
+             the gap between them explains; use a smaller net or more fairness",
+            self.distance
+        )
+    }
+}
+
+/// Looks for places, four to a span, that are farther from every point than 0.05 of the diagonal of
+/// the points' box and twice the way along the surface to the foot of the nearest one: its
+/// parameters by those of the feet, `uv`, times the mean lengths of the surface's isocurves. Over a
+/// hole, and beyond the border, a surface without any stays within the width of the hole, and twice
+/// the width of what lies beyond, and these 0.05.
+///
+/// ```
+/// use neurbs::{DVec2, DVec3, NurbsSurface, inspection::overshoot, progress::Silent};
+/// // The square from 0 to 9 with a hole in the middle.
+/// let places = (0..100).map(|i| DVec2::new(f64::from(i / 10), f64::from(i % 10)));
+/// let places: Vec<DVec2> = places.filter(|p| p.distance(DVec2::splat(4.5)) > 3.0).collect();
+/// let points: Vec<DVec3> = places.iter().map(|p| p.extend(0.0)).collect();
+/// let uv: Vec<DVec2> = places.iter().map(|p| *p / 9.0).collect();
+/// let bulging = |height: f64| {
+///     let net = (0..49).map(|i| (i / 7, i % 7)).map(|(i, j)| {
+///         DVec3::new(i as f64, j as f64, if (i, j) == (3, 3) { height } else { 0.0 }) * 1.5
+///     });
+///     NurbsSurface::clamped(net.collect(), (7, 7), 3)
+/// };
+/// let seen = |surface| overshoot(&surface, &points, &uv, (false, false), &mut Silent);
+/// assert!(seen(bulging(1.0)?)?.is_none());
+/// assert!(seen(bulging(20.0)?)?.is_some());
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn overshoot(
+    surface: &NurbsSurface,
+    points: &[DVec3],
+    uv: &[DVec2],
+    closed: (bool, bool),
+    observer: &mut dyn Observer,
+) -> Result<Option<Overshoot>> {
+    let samples = Samples::of(surface, observer)?;
+    let slack = SLACK * Bounds::of(points).diagonal();
+    let feet = Feet::of(surface, &samples, uv, closed);
+    // Hardly any place is so far from a point whose foot is near, and only those are looked at.
+    let near = |place: usize, point: u32| {
+        samples.places[place].distance_squared(points[point as usize]) <= slack * slack
+    };
+    let far: Vec<usize> = feet.unsupported(near);
+    if far.is_empty() {
+        return Ok(None);
+    }
+    let places = feet.repeated();
+    let (tree, ways) = (KdTree::new(points), KdTree::new(&places));
+    let distance = |tree: &KdTree, place| tree.nearest(place, 1).first().map(Neighbor::distance);
+    let beyond = |&place: &usize| {
+        let (at, foot) = (samples.places[place], feet.of_sample(place));
+        let found = distance(&tree, at)?;
+        (found > slack + STEEPEST * distance(&ways, foot)?).then_some((found, at))
+    };
+    let wrong: Vec<(f64, DVec3)> = far.par_iter().filter_map(beyond).collect();
+    let farthest = wrong.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(farthest.map(|(distance, place)| Overshoot { count: wrong.len(), distance, place }))
+}
+
+/// The feet of points among the samples of a surface.
+struct Feet {
+    rows: usize,
+    cols: usize,
+    /// Mean lengths of the isocurves along u and v.
+    lengths: DVec2,
+    closed: [bool; 2],
+    /// In the unit square.
+    places: Vec<DVec2>,
+}
+
+impl Feet {
+    fn of(surface: &NurbsSurface, samples: &Samples, uv: &[DVec2], closed: (bool, bool)) -> Self {
+        let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
+        let (low, size) = (DVec2::new(u.0, v.0), DVec2::new(u.1 - u.0, v.1 - v.0));
+        let places = uv.iter().map(|uv| (*uv - low) / size).collect();
+        let (rows, cols) = (samples.rows, samples.cols);
+        let at = |i: usize, j: usize| samples.places[i * cols + j];
+        let along_u = (0..(rows - 1) * cols).map(|k| (k / cols, k % cols));
+        let along_u: f64 = along_u.map(|(i, j)| at(i, j).distance(at(i + 1, j))).sum();
+        let along_v = (0..rows * (cols - 1)).map(|k| (k / (cols - 1), k % (cols - 1)));
+        let along_v: f64 = along_v.map(|(i, j)| at(i, j).distance(at(i, j + 1))).sum();
+        let lengths = DVec2::new(along_u / cols as f64, along_v / rows as f64);
+        Self { rows, cols, lengths, closed: closed.into(), places }
+    }
+
+    /// The sample's parameters in lengths.
+    fn of_sample(&self, sample: usize) -> DVec3 {
+        let (i, j) = (sample / self.cols, sample % self.cols);
+        let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
+        (DVec2::new(share(i, self.rows), share(j, self.cols)) * self.lengths).extend(0.0)
+    }
+
+    /// The feet in lengths; in closed directions also a turn before and after.
+    fn repeated(&self) -> Vec<DVec3> {
+        let turns = |closed: bool| if closed { -1..=1 } else { 0..=0 };
+        let turns = turns(self.closed[0]).flat_map(|u| {
+            turns(self.closed[1]).map(move |v| DVec2::new(f64::from(u), f64::from(v)))
+        });
+        turns
+            .flat_map(|turn| self.places.iter().map(move |&place| place + turn))
+            .map(|place| (place * self.lengths).extend(0.0))
+            .collect()
+    }
+
+    /// The samples that are near none of the points whose feet are in the cells around: the last of
+    /// each cell is asked.
+    fn unsupported(&self, near: impl Fn(usize, u32) -> bool) -> Vec<usize> {
+        let (rows, cols) = (self.rows, self.cols);
+        let steps = DVec2::new((rows - 1) as f64, (cols - 1) as f64);
+        let mut last: Vec<Option<u32>> = vec![None; rows * cols];
+        for (place, point) in self.places.iter().zip(0..) {
+            let cell = (*place * steps).round().clamp(DVec2::ZERO, steps);
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+            let cell = [cell.x as usize, cell.y as usize];
+            last[cell[0] * cols + cell[1]] = Some(point);
+        }
+        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        let supported = |&sample: &usize| {
+            around(sample / cols, rows)
+                .flat_map(|i| around(sample % cols, cols).map(move |j| i * cols + j))
+                .filter_map(|cell| last[cell])
+                .any(|point| near(sample, point))
+        };
+        (0..rows * cols).filter(|sample| !supported(sample)).collect()
+    }
+}
