@@ -108,6 +108,10 @@ class Reference:
         self.points = self.evaluate(self.grid)
         self.tree = cKDTree(self.points)
         size = np.ptp(self.points, axis=0).max()
+        self.creases = []
+        for knots, degree in zip(surface.knots, surface.degree, strict=True):
+            breaks, counts = np.unique(knots, return_counts=True)
+            self.creases.append(breaks[counts >= degree])
         self.closed = [self._meets_itself(axis, size) for axis in (0, 1)]
 
     def _meets_itself(self, axis: int, size: float) -> bool:
@@ -138,7 +142,23 @@ class Reference:
     def distances(self, points: Array) -> Array:
         """Return the distances of points from the surface."""
         found, start = self.tree.query(points, workers=-1)
-        uv, best = self.grid[start], found
+        low, high = (np.broadcast_to(end, (len(points), 2)) for end in self.domain.T)
+        best = self._descend(points, self.grid[start], found, (low, high))
+        if all(len(lines) == 2 for lines in self.creases):
+            return best
+        # Newton's method jumps to and fro over a crease: once more, not beyond it.
+        at = [
+            np.searchsorted(lines, self.grid[start, axis])
+            for axis, lines in enumerate(self.creases)
+        ]
+        low, high = (
+            np.stack([lines[i - back] for lines, i in zip(self.creases, at, strict=True)], axis=1)
+            for back in (1, 0)
+        )
+        return self._descend(points, self.grid[start], best, (low, high))
+
+    def _descend(self, points: Array, uv: Array, best: Array, ends: tuple[Array, Array]) -> Array:
+        """Return the distances where Gauss and Newton's method leads from uv, if less than best."""
         for _ in range(25):
             h, hu, hv = (self.spline(uv, nu=nu) for nu in ((0, 0), (1, 0), (0, 1)))
             foot = h[:, :3] / h[:, 3:]
@@ -156,10 +176,11 @@ class Reference:
             step[flat] = along[flat]
             uv = uv + step
             for axis, (start, end) in enumerate(self.domain):
-                if self.closed[axis]:
+                low, high = ends[0][:, axis], ends[1][:, axis]
+                if self.closed[axis] and (low == start).all() and (high == end).all():
                     uv[:, axis] = start + (uv[:, axis] - start) % (end - start)
                 else:
-                    uv[:, axis] = uv[:, axis].clip(start, end)
+                    uv[:, axis] = uv[:, axis].clip(low, high)
         return best
 
 

@@ -19,7 +19,7 @@ use super::piece::Piece;
 use super::stitch::Borders;
 use super::{MeshSlices, TriangleMesh};
 use crate::error::{Error, Result};
-use crate::nurbs::NurbsSurface;
+use crate::nurbs::{NurbsSurface, PatchNets};
 use crate::progress::Observer;
 
 /// Share by which an estimate must pass the limit on triangles before the work is refused.
@@ -31,7 +31,7 @@ pub struct Tessellation<'a> {
     pub(super) surface: &'a NurbsSurface,
     pub(super) limits: Limits,
     pub(super) lattice: Lattice,
-    bernstein: Bernstein,
+    bernstein: &'static Bernstein,
     /// The pieces of each block.
     pub(super) pieces: Vec<Vec<Piece>>,
     pub(super) borders: Borders,
@@ -71,12 +71,13 @@ impl<'a> Tessellation<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let limits = options.limits(diagonal(&[surface]))?;
-        let estimate = Estimate::of(surface, &limits);
+        let nets = PatchNets::new(surface, &[], &[])?;
+        let estimate = Estimate::of(&nets, &limits);
         if estimate.triangles > SURELY * options.max_triangles as f64 {
             return Err(too_many(options, &limits, estimate.triangles));
         }
-        let lattice = Lattice::new(surface, estimate)?;
-        let bernstein = Bernstein::new(lattice.nets.degrees);
+        let lattice = Lattice::new(surface, nets, estimate)?;
+        let bernstein = Bernstein::of(lattice.nets.degrees);
         let borders = Borders::new(&lattice);
         let mut this = Self {
             surface,
@@ -134,7 +135,7 @@ impl<'a> Tessellation<'a> {
     }
 
     pub(super) fn divider(&self) -> Divider<'_> {
-        let (surface, nets, bernstein) = (self.surface, &self.lattice.nets, &self.bernstein);
+        let (surface, nets, bernstein) = (self.surface, &self.lattice.nets, self.bernstein);
         Divider { surface, nets, bernstein, limits: self.limits }
     }
 

@@ -5,11 +5,13 @@
 //! take the curve's values where all are the same (L. Ramshaw, *Blossoms are polar forms*, 1989).
 
 use std::ops::{Add, Mul};
+use std::sync::OnceLock;
 
 use glam::{DVec2, DVec4};
 
 use super::means::Means;
 use super::triangle::triples;
+use crate::nurbs::MAX_ORDER;
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
 /// those of a triangle or of a segment.
@@ -44,9 +46,17 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
 
+/// What has been needed so far, by degrees: making it takes as long as a small mesh.
+static KNOWN: [[OnceLock<Bernstein>; MAX_ORDER]; MAX_ORDER] =
+    [const { [const { OnceLock::new() }; MAX_ORDER] }; MAX_ORDER];
+
 impl Bernstein {
     /// For patches of these degrees.
-    pub(super) fn new((p, q): (usize, usize)) -> Self {
+    pub(super) fn of((p, q): (usize, usize)) -> &'static Self {
+        KNOWN[p][q].get_or_init(|| Self::new((p, q)))
+    }
+
+    fn new((p, q): (usize, usize)) -> Self {
         let (u, v, n) = (triples(p), triples(q), p + q);
         let (mut triangle, mut halves) = (Means::default(), <[Means; 4]>::default());
         for of in triples(n) {
@@ -84,6 +94,16 @@ impl Bernstein {
             diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
         }
         Self { p, q, rows: u.len(), triangle, halves, diagonals }
+    }
+
+    /// Where a corner of the unit square stands in a net; `None` for other places.
+    pub(super) fn end(&self, at: DVec2) -> Option<usize> {
+        let end = |x: f64, last: usize| match x {
+            0.0 => Some(0),
+            1.0 => Some(last),
+            _ => None,
+        };
+        Some(end(at.x, self.p)? * (self.q + 1) + end(at.y, self.q)?)
     }
 
     /// The part of a net over a rectangle of its square, appended to `out`.
@@ -142,10 +162,10 @@ impl Bernstein {
     /// The Bézier coefficients on a triangle of the square of a function with these ones.
     pub(super) fn triangle(
         &self,
-        of: &[DVec2],
+        of: &[DVec4],
         at: [DVec2; 3],
         Blossoms { u, v, parts }: &mut Blossoms,
-        out: &mut Vec<DVec2>,
+        out: &mut Vec<DVec4>,
     ) {
         out.clear();
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
@@ -169,7 +189,7 @@ impl Bernstein {
         // First in u, for each column; then, as one of many columns, each of these in v.
         let (rows, mut row) = (self.rows, 0);
         u.clear();
-        u.resize(rows * (self.q + 1), DVec2::ZERO);
+        u.resize(rows * (self.q + 1), DVec4::ZERO);
         blossoms(of, (self.p, self.q + 1), at.map(|at| at.x), parts, |columns| {
             columns.iter().enumerate().for_each(|(j, &value)| u[j * rows + row] = value);
             row += 1;
@@ -183,19 +203,19 @@ impl Bernstein {
 /// Memory that blossoms need.
 #[derive(Debug, Default)]
 pub(super) struct Blossoms {
-    u: Vec<DVec2>,
-    v: Vec<DVec2>,
-    parts: [Vec<DVec2>; 3],
+    u: Vec<DVec4>,
+    v: Vec<DVec4>,
+    parts: [Vec<DVec4>; 3],
 }
 
 /// The blossoms of some functions side by side, whose coefficients are rows of `width`, at each of
 /// the three arguments as often as [`triples`] say, in their order.
 fn blossoms(
-    of: &[DVec2],
+    of: &[DVec4],
     (degree, width): (usize, usize),
     [x, y, z]: [f64; 3],
-    [first, second, third]: &mut [Vec<DVec2>; 3],
-    mut take: impl FnMut(&[DVec2]),
+    [first, second, third]: &mut [Vec<DVec4>; 3],
+    mut take: impl FnMut(&[DVec4]),
 ) {
     first.clear();
     first.extend_from_slice(of);
@@ -313,10 +333,9 @@ mod tests {
                     middle.distance(bernstein.point(&net, at[0].midpoint(at[1]), &mut vec![]))
                         < 1e-14
                 );
-                let flat: Vec<DVec2> = net.iter().map(|h| DVec2::new(h.x, h.w)).collect();
                 let mut all = vec![];
-                bernstein.triangle(&flat, at, &mut Blossoms::default(), &mut all);
-                let centre: DVec2 = triples(n)
+                bernstein.triangle(&net, at, &mut Blossoms::default(), &mut all);
+                let centre: DVec4 = triples(n)
                     .iter()
                     .zip(&all)
                     .map(|(of, &point)| {
@@ -325,7 +344,6 @@ mod tests {
                     })
                     .sum();
                 let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0, &mut vec![]);
-                let expected = DVec2::new(expected.x, expected.w);
                 assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
             }
         }

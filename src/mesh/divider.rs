@@ -6,13 +6,16 @@
 use glam::{DVec2, DVec3, DVec4};
 
 use super::bernstein::{Bernstein, UNIT};
-use super::certify::{self, Corner, Face, Workspace};
+use super::certify::{self, Corner, Face, Faces, Workspace};
 use super::options::Limits;
 use super::outline::{Bending, MOST_CORNERS, Zip};
 use super::piece::{Block, Direction, PATCH, Part, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, halve};
+
+/// Tolerances by which a piece may be expected to leave its triangles without being looked at closer.
+const HOPELESS: f64 = 2.0;
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -49,18 +52,15 @@ impl Divider<'_> {
         desk: &mut Desk,
         done: &mut Vec<Piece>,
     ) {
-        if piece.part().is_some() {
+        if piece.is_single() {
             self.load(block, piece, desk);
             self.divide_net(block, piece, desk, done);
             return;
         }
         let mut merged = piece;
-        if self.check(block, &mut merged, &piece.corners(), desk).is_none() {
-            done.push(merged);
-            return;
-        }
-        for half in piece.halves(piece.wider()) {
-            self.divide(block, half, desk, done);
+        match self.check(block, &mut merged, &piece.corners(), desk) {
+            None => done.push(merged),
+            Some(direction) => self.redivide(block, (piece, direction), desk, done),
         }
     }
 
@@ -76,10 +76,16 @@ impl Divider<'_> {
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         desk.faces.clear();
         let tolerance = self.limits.tolerance;
-        let cut = Zip::best(&corners, Bending::of(&desk.points, (p, q)), tolerance);
+        let bending = Bending::of(&desk.points, (p, q));
+        let cut = Zip::best(&corners, bending, tolerance);
         cut.faces([0, 1, 2, 3], &mut desk.faces);
         let mesh = (&corners[..], &desk.faces[..]);
-        let distance = certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
+        let hopeless = bending.sag_of_square() > HOPELESS * tolerance;
+        let distance = if hopeless && piece.divisible() {
+            f64::INFINITY
+        } else {
+            certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work)
+        };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
         } else {
@@ -134,7 +140,7 @@ impl Divider<'_> {
         &self,
         block: Block,
         places: &[Place],
-        (corners, faces): (&[Corner], &[Face]),
+        (corners, faces): Faces<'_>,
     ) -> Option<Direction> {
         let Limits { cosine, edge, aspect, .. } = self.limits;
         if cosine.is_none() && edge.is_none() && aspect.is_none() {
@@ -175,8 +181,8 @@ impl Divider<'_> {
         desk: &mut Desk,
     ) -> Option<Direction> {
         self.load(block, *piece, desk);
-        let single = piece.part().is_some();
-        let direction = if single { self.steeper(&desk.points) } else { piece.wider() };
+        let single = piece.is_single();
+        let direction = self.steeper(&desk.points);
         if outline.len() > MOST_CORNERS {
             return Some(direction);
         }
@@ -191,7 +197,7 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { nets, points, patch, corners, faces, work, deviation, .. } = desk;
+        let Desk { nets, points, patch, part, corners, faces, work, deviation } = desk;
         let tolerance = self.limits.tolerance;
         let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
@@ -200,7 +206,7 @@ impl Divider<'_> {
         let distance = if single {
             certify::distance(self.bernstein, nets, mesh, tolerance, work)
         } else {
-            self.distance_of_patches(block, *piece, mesh, (patch, work))
+            self.distance_of_patches(block, *piece, mesh, (patch, part, work))
         };
         let direction =
             if distance <= tolerance { self.beyond(block, outline, mesh) } else { Some(direction) };
@@ -217,20 +223,21 @@ impl Divider<'_> {
         &self,
         block: Block,
         piece: Piece,
-        mesh: (&[Corner], &[Face]),
-        (patch, work): (&mut Vec<DVec4>, &mut Workspace),
+        mesh: Faces<'_>,
+        (patch, net, work): (&mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
-        let (mut most, limit) = (0.0_f64, self.limits.tolerance);
-        let range = |(from, to): (u32, u32)| (from / PATCH, to / PATCH);
-        let ((row0, row1), (col0, col1)) = (range(piece.u), range(piece.v));
-        for (row, col) in (row0..row1).flat_map(|row| (col0..col1).map(move |col| (row, col))) {
-            let low = DVec2::new(share(row, (row0, row1)), share(col, (col0, col1)));
-            let high = DVec2::new(share(row + 1, (row0, row1)), share(col + 1, (col0, col1)));
+        let limit = self.limits.tolerance;
+        if !work.begin(mesh) {
+            return f64::INFINITY;
+        }
+        let mut most = 0.0;
+        for Part { patch: (row, col), u, v, low, high } in piece.parts() {
             patch.clear();
-            self.nets.append((block.rows.0 + row as usize, block.cols.0 + col as usize), patch);
-            let part =
-                certify::distance_of_part(self.bernstein, patch, (low, high), mesh, limit, work);
-            most = most.max(part);
+            self.nets.append((block.rows.0 + row, block.cols.0 + col), patch);
+            net.clear();
+            self.bernstein.rectangle(patch, u, v, net);
+            let part = certify::Part { low, high, net };
+            most = work.certify(self.bernstein, part, mesh, limit);
             if most > limit {
                 break;
             }
@@ -243,26 +250,37 @@ impl Divider<'_> {
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
-        if let Some(Part { patch, u, v }) = piece.part() {
-            let patch = (block.rows.0 + patch.0, block.cols.0 + patch.1);
+        if piece.is_single() {
             desk.patch.clear();
-            self.nets.append(patch, &mut desk.patch);
-            self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+            for Part { patch, u, v, .. } in piece.parts() {
+                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
+                self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+            }
             desk.points.extend(desk.nets.iter().map(|&h| project(h)));
             return;
         }
         let (p, q) = self.nets.degrees;
-        let cut = |first: usize, (from, to): (u32, u32), k: usize, n: usize| {
-            first + (from / PATCH) as usize + ((to - from) / PATCH) as usize * k / n
+        let place = |(from, to): (u32, u32), k: usize, n: usize| {
+            if k == n {
+                return to;
+            }
+            let step = if to - from > PATCH { PATCH } else { 1 };
+            let steps = ((to - from) / step) as usize * k / n;
+            from + u32::try_from(steps).unwrap_or(0) * step
         };
         for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
-            let cuts = (cut(block.rows.0, piece.u, i, p), cut(block.cols.0, piece.v, j, q));
-            desk.points.push(project(self.nets.corner(cuts)));
+            let at = (place(piece.u, i, p), place(piece.v, j, q));
+            let point = project(self.point(block, at, desk));
+            desk.points.push(point);
         }
     }
 
     /// The homogeneous point at a place of a block.
     fn point(&self, block: Block, (u, v): Place, desk: &mut Desk) -> DVec4 {
+        if u % PATCH == 0 && v % PATCH == 0 {
+            let (row, col) = ((u / PATCH) as usize, (v / PATCH) as usize);
+            return self.nets.corner((block.rows.0 + row, block.cols.0 + col));
+        }
         let index = |place: u32, (from, to): (usize, usize)| {
             let index = ((place / PATCH) as usize).min(to - from - 1);
             let start = u32::try_from(index).unwrap_or(0) * PATCH;

@@ -1,19 +1,14 @@
 //! How many pieces a tessellation will have: what decides how the work is divided, and whether it
 //! is begun at all.
 
-use rayon::prelude::*;
+use glam::DVec3;
 
 use super::options::Limits;
-use crate::nurbs::NurbsSurface;
-
-/// Patches from which one sample each is enough.
-const MANY_PATCHES: usize = 64;
+use super::outline::Bending;
+use crate::nurbs::PatchNets;
 
 /// Patches along each direction that are looked at, at most about.
 const MOST_LINES: usize = 12;
-
-/// Samples along each side of a patch if there are few.
-const SAMPLES: usize = 4;
 
 /// Pieces that halving makes for each that the curvature asks for, on the average.
 const HALVING: f64 = 1.4;
@@ -31,64 +26,52 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// From the curvature at samples of each patch: from the second fundamental form follows how
-    /// far a chord may reach, and the area that a triangle may have.
-    pub(super) fn of(surface: &NurbsSurface, limits: &Limits) -> Self {
-        let (u, v) = (surface.knots_u().breaks(), surface.knots_v().breaks());
-        let (rows, cols) = (u.len() - 1, v.len() - 1);
-        let samples = if rows * cols >= MANY_PATCHES { 1 } else { SAMPLES };
+    /// From how the patches bend: from that follows how far a chord may reach, and the area that a
+    /// triangle may have.
+    pub(super) fn of(nets: &PatchNets, limits: &Limits) -> Self {
+        let (rows, cols) = (nets.u.len() - 1, nets.v.len() - 1);
         // Of many, those in the middle of as many equal parts.
         let (some_rows, some_cols) = (rows.min(MOST_LINES), cols.min(MOST_LINES));
         let middle = |k: usize, some: usize, all: usize| (2 * k + 1) * all / (2 * some);
-        let counts = (0..some_rows * some_cols).into_par_iter().map(|k| {
-            let i = middle(k / some_cols, some_rows, rows);
-            let j = middle(k % some_cols, some_cols, cols);
-            let (h, k) = (u[i + 1] - u[i], v[j + 1] - v[j]);
-            let mut sums = [0.0; 3];
-            for s in 0..samples * samples {
-                let share = |s: usize| (s as f64 + 0.5) / samples as f64;
-                let (at_u, at_v) = (u[i] + share(s / samples) * h, v[j] + share(s % samples) * k);
-                let counts = counts(surface, (at_u, at_v), (h, k), limits);
-                sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
-            }
-            sums.map(|sum| sum / (samples * samples) as f64)
-        });
-        let counts: Vec<[f64; 3]> = counts.collect();
-        let mean =
-            |k: usize| counts.iter().map(|counts| counts[k]).sum::<f64>() / counts.len() as f64;
+        let (mut net, mut points, mut sums) = (vec![], vec![], [0.0; 3]);
+        for (i, j) in (0..some_rows).flat_map(|i| (0..some_cols).map(move |j| (i, j))) {
+            net.clear();
+            nets.append((middle(i, some_rows, rows), middle(j, some_cols, cols)), &mut net);
+            points.clear();
+            points.extend(net.iter().map(|h| h.truncate() / h.w));
+            let counts = counts(&points, nets.degrees, limits);
+            sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
+        let mean = sums.map(|sum| sum / (some_rows * some_cols) as f64);
         let (rows, cols) = (rows as f64, cols as f64);
         Self {
-            along: (mean(0) * rows, mean(1) * cols),
-            triangles: TRIANGLES_PER_PIECE * mean(2) * rows * cols,
+            along: (mean[0] * rows, mean[1] * cols),
+            triangles: TRIANGLES_PER_PIECE * mean[2] * rows * cols,
         }
     }
 }
 
-/// Pieces that a patch with these sides asks for along u, along v and in all, if all of it bends
-/// as it does at one place.
-fn counts(
-    surface: &NurbsSurface,
-    (u, v): (f64, f64),
-    (h, k): (f64, f64),
-    limits: &Limits,
-) -> [f64; 3] {
-    let forms = surface.fundamental_forms(u, v);
-    let (first, second) = (forms.first, forms.second);
-    let along = |bend: f64, speed: f64, step: f64| {
-        let mut count = (bend.abs() * step * step / (8.0 * limits.tolerance)).sqrt();
-        let length = speed.sqrt() * step;
+/// Pieces that a patch asks for along u, along v and in all.
+fn counts(points: &[DVec3], (p, q): (usize, usize), limits: &Limits) -> [f64; 3] {
+    let bending = Bending::of(points, (p, q));
+    let (width, last) = (q + 1, points.len() - 1);
+    let along = |bend: f64, length: f64| {
+        let mut count = (bend.abs() / (8.0 * limits.tolerance)).sqrt();
         if let Some(edge) = limits.edge {
             count = count.max(length / edge);
         }
-        if let (Some(cosine), true) = (limits.cosine, speed > 0.0) {
-            count = count.max(bend.abs() / speed * length / cosine.acos());
+        if let (Some(cosine), true) = (limits.cosine, length > 0.0) {
+            count = count.max(bend.abs() / length / cosine.acos());
         }
         if count.is_finite() { count } else { 0.0 }
     };
-    let (n_u, n_v) = (along(second[0][0], first[0][0], h), along(second[1][1], first[1][1], k));
+    let chord = |a: usize, b: usize| points[a].distance(points[b]);
+    let (row, column) = (p * width, q);
+    let n_u = along(bending.uu, chord(0, row).max(chord(column, last)));
+    let n_v = along(bending.vv, chord(0, column).max(chord(row, last)));
     // Where both directions bend to the same side, their sags add up.
-    let bowl = if second[0][0] * second[1][1] > 0.0 { 2.0 } else { 1.0 };
-    let twist = second[0][1].abs() * h * k / (4.0 * limits.tolerance);
+    let bowl = if bending.uu * bending.vv > 0.0 { 2.0 } else { 1.0 };
+    let twist = bending.uv.abs() / (4.0 * limits.tolerance);
     let twist = if twist.is_finite() { twist } else { 0.0 };
     let cells = HALVING * (bowl * n_u.max(1.0) * n_v.max(1.0)).max(twist);
     // Twist asks for pieces of a certain area; as squares, as long as nothing else is known.

@@ -38,7 +38,12 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    pub(super) fn new(surface: &NurbsSurface, estimate: Estimate) -> Result<Self> {
+    /// Of a surface, the nets of its patches, and how many pieces it is about to have.
+    pub(super) fn new(
+        surface: &NurbsSurface,
+        mut nets: PatchNets,
+        estimate: Estimate,
+    ) -> Result<Self> {
         let closed = surface.closed();
         let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {
@@ -47,7 +52,9 @@ impl Lattice {
         };
         let (more_u, block_u) = more(surface.knots_u(), estimate.along.0, closed.0);
         let (more_v, block_v) = more(surface.knots_v(), estimate.along.1, closed.1);
-        let nets = PatchNets::new(surface, &more_u, &more_v)?;
+        if !(more_u.is_empty() && more_v.is_empty()) {
+            nets = PatchNets::new(surface, &more_u, &more_v)?;
+        }
         let lines = |cuts: &[f64], patches: usize, knots: &KnotVector| {
             let crease = |&i: &usize| knots.multiplicity(cuts[i]) >= knots.degree();
             let mut lines = vec![0];

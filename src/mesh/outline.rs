@@ -12,9 +12,9 @@ use super::certify::{Corner, Face};
 /// the plane of the diagonals.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bending {
-    uu: f64,
-    uv: f64,
-    vv: f64,
+    pub uu: f64,
+    pub uv: f64,
+    pub vv: f64,
 }
 
 impl Bending {
@@ -31,6 +31,12 @@ impl Bending {
         let across = (point(p, q) - point(0, 0)).cross(point(0, q) - point(p, 0));
         let normal = across.normalize_or_zero();
         Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
+    }
+
+    /// About how far the surface leaves two triangles over the unit square.
+    pub(super) fn sag_of_square(&self) -> f64 {
+        let diagonal = self.sag(DVec2::ONE).min(self.sag(DVec2::new(1.0, -1.0)));
+        diagonal.max(self.sag(DVec2::X)).max(self.sag(DVec2::Y))
     }
 
     /// About how far the surface leaves the chord over this step, in the unit square, at most.

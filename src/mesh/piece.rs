@@ -1,5 +1,7 @@
 //! Pieces: the rectangles of the parameters that become two triangles, or a few more.
 
+use glam::DVec2;
+
 use super::outline::Zip;
 use super::stitch::Place;
 
@@ -28,11 +30,15 @@ pub(super) struct Block {
     pub cols: (usize, usize),
 }
 
-/// A rectangle of the unit square of one patch of a block.
+/// What a piece has of one patch of a block.
 pub(super) struct Part {
     pub patch: (usize, usize),
+    /// The rectangle in the unit square of the patch.
     pub u: (f64, f64),
     pub v: (f64, f64),
+    /// The rectangle in the unit square of the piece.
+    pub low: DVec2,
+    pub high: DVec2,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,18 +65,32 @@ impl Piece {
         self.corners().map(|corner| outline.iter().position(|at| *at == corner).unwrap_or(0))
     }
 
-    /// The one patch it lies in, and its part of the patch's unit square.
-    pub(super) fn part(&self) -> Option<Part> {
-        let index = |(from, to): (u32, u32)| {
-            (from / PATCH == (to - 1) / PATCH).then_some((from / PATCH) as usize)
-        };
-        let share = |(from, to): (u32, u32)| {
-            let start = from / PATCH * PATCH;
-            let unit = f64::from(PATCH);
-            (f64::from(from - start) / unit, f64::from(to - start) / unit)
-        };
-        let patch = (index(self.u)?, index(self.v)?);
-        Some(Part { patch, u: share(self.u), v: share(self.v) })
+    /// Whether it lies in one patch.
+    pub(super) fn is_single(&self) -> bool {
+        let single = |(from, to): (u32, u32)| from / PATCH == (to - 1) / PATCH;
+        single(self.u) && single(self.v)
+    }
+
+    /// Its parts in different patches, of which those in the middle come first.
+    pub(super) fn parts(self) -> impl Iterator<Item = Part> {
+        let count = |(from, to): (u32, u32)| (to - 1) / PATCH - from / PATCH + 1;
+        let (rows, cols) = (count(self.u), count(self.v));
+        let all = rows * cols;
+        (0..all).map(move |k| {
+            let k = (k + rows / 2 * cols + cols / 2) % all;
+            let share = |(from, to): (u32, u32), k: u32| {
+                let patch = from / PATCH + k;
+                let start = patch * PATCH;
+                let (low, high) = (from.max(start), to.min(start + PATCH));
+                let of_patch = |x: u32| f64::from(x - start) / f64::from(PATCH);
+                let of_piece = |x: u32| f64::from(x - from) / f64::from(to - from);
+                (patch as usize, (of_patch(low), of_patch(high)), (of_piece(low), of_piece(high)))
+            };
+            let (row, u, x) = share(self.u, k / cols);
+            let (col, v, y) = share(self.v, k % cols);
+            let (low, high) = (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1));
+            Part { patch: (row, col), u, v, low, high }
+        })
     }
 
     /// The halves; those of several patches between patches.
@@ -89,11 +109,6 @@ impl Piece {
                 [Self { v: (self.v.0, at), ..self }, Self { v: (at, self.v.1), ..self }]
             }
         }
-    }
-
-    /// The direction of more parameters.
-    pub(super) fn wider(&self) -> Direction {
-        if self.u.1 - self.u.0 >= self.v.1 - self.v.0 { Direction::U } else { Direction::V }
     }
 
     /// Whether there is a place between its ends in both directions.

@@ -2,9 +2,7 @@
 //!
 //! They stand row by row: by how often the first corner counts, then the second.
 
-use glam::DVec2;
-
-use crate::nurbs::MAX_ORDER;
+use glam::DVec4;
 
 /// All triples of counts with this sum, in the order of coefficients.
 pub(super) fn triples(sum: usize) -> Vec<[usize; 3]> {
@@ -22,34 +20,33 @@ fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
-/// The largest ratio of the first to the second of a function's coefficients, or anything above
-/// `limit` if there is a value above it. The triangle's coefficients are the last on the stack, and
-/// are taken away. Where they leave doubt, those of its parts are looked at, `halvings` times.
+/// The largest cost of a function's coefficients, or anything above `limit` if a value costs more
+/// than it. The cost is convex, so no value costs more than all coefficients. The triangle's
+/// coefficients are the last on the stack, and are taken away. Where they leave doubt (up to `near`),
+/// those of its parts are looked at, `halvings` times.
 pub(super) fn largest(
-    stack: &mut Vec<DVec2>,
+    stack: &mut Vec<DVec4>,
     degree: usize,
-    limit: f64,
-    near: f64,
+    (limit, near): (f64, f64),
     halvings: usize,
+    cost: &impl Fn(&DVec4) -> f64,
 ) -> f64 {
     let size = count(degree);
     let start = stack.len() - size;
     let triangle = &stack[start..];
-    let ratio = |of: &DVec2| of.x.abs() / of.y;
-    let most = triangle.iter().map(ratio).fold(0.0, larger);
-    let corners = [0, degree, size - 1].map(|k| ratio(&triangle[k]));
-    let above = corners.iter().any(|&value| value > limit);
-    if most <= limit || most > near || above || halvings == 0 {
+    let most = triangle.iter().map(cost).fold(0.0, larger);
+    let above = || [0, degree, size - 1].iter().any(|&k| cost(&triangle[k]) > limit);
+    if most <= limit || most > near || halvings == 0 || above() {
         stack.truncate(start);
         return most;
     }
     halve(stack, degree);
-    let first = largest(stack, degree, limit, near, halvings - 1);
+    let first = largest(stack, degree, (limit, near), halvings - 1, cost);
     if first > limit {
         stack.truncate(start);
         return first;
     }
-    let second = largest(stack, degree, limit, near, halvings - 1);
+    let second = largest(stack, degree, (limit, near), halvings - 1, cost);
     stack.truncate(start);
     first.max(second)
 }
@@ -57,13 +54,13 @@ pub(super) fn largest(
 /// Appends the coefficients of both halves of the stack's last triangle, cut from its first corner
 /// to the middle of the opposite side (de Casteljau's algorithm along the rows). Their first corner
 /// is that middle, so that their next cut goes to another side.
-fn halve(stack: &mut Vec<DVec2>, degree: usize) {
+fn halve(stack: &mut Vec<DVec4>, degree: usize) {
     let size = count(degree);
     let start = stack.len() - size;
-    stack.resize(start + 3 * size, DVec2::ZERO);
+    stack.resize(start + 3 * size + degree + 1, DVec4::ZERO);
     let (of, halves) = stack[start..].split_at_mut(size);
-    let (second, first) = halves.split_at_mut(size);
-    let mut row = [DVec2::ZERO; 2 * MAX_ORDER];
+    let (second, halves) = halves.split_at_mut(size);
+    let (first, row) = halves.split_at_mut(size);
     let mut from = 0;
     for apex in 0..=degree {
         let n = degree - apex;
@@ -81,6 +78,7 @@ fn halve(stack: &mut Vec<DVec2>, degree: usize) {
             }
         }
     }
+    stack.truncate(start + 3 * size);
 }
 
 #[cfg(test)]
@@ -88,8 +86,8 @@ mod tests {
     use super::*;
 
     /// A cubic function, of weight one.
-    fn cubic() -> Vec<DVec2> {
-        (0..count(3)).map(|k| DVec2::new((1.7 * k as f64).sin(), 1.0)).collect()
+    fn cubic() -> Vec<DVec4> {
+        (0..count(3)).map(|k| DVec4::new(0.0, 0.0, (1.7 * k as f64).sin(), 1.0)).collect()
     }
 
     #[test]
@@ -107,7 +105,9 @@ mod tests {
 
     #[test]
     fn halving_comes_closer_from_above() {
-        let looked = |limit: f64, halvings: usize| largest(&mut cubic(), 3, limit, 9.0, halvings);
+        let looked = |limit: f64, halvings: usize| {
+            largest(&mut cubic(), 3, (limit, 9.0), halvings, &|of| of.z.abs())
+        };
         // The largest value is found at places of a fine grid.
         let mut most = 0.0_f64;
         for (i, j) in (0..=60).flat_map(|i| (0..=60 - i).map(move |j| (i, j))) {
@@ -120,7 +120,7 @@ mod tests {
             let powers =
                 |of: &[usize; 3]| (0..3).map(|k| at[k].powf(of[k] as f64)).product::<f64>();
             let terms = triples(3).into_iter().zip(cubic());
-            let value: f64 = terms.map(|(of, c)| ways(&of) * powers(&of) * c.x).sum();
+            let value: f64 = terms.map(|(of, c)| ways(&of) * powers(&of) * c.z).sum();
             most = most.max(value.abs());
         }
         let (rough, fine) = (looked(f64::MAX, 0), looked(1.01 * most, 8));
