@@ -36,8 +36,75 @@ impl Neighbor {
         self.distance_squared.sqrt()
     }
 
+    #[inline]
     fn is_before(&self, other: &Self) -> bool {
-        (self.distance_squared, self.index) < (other.distance_squared, other.index)
+        let (own, others) = (self.distance_squared, other.distance_squared);
+        own < others || (own == others && self.index < other.index)
+    }
+}
+
+/// Looks at points of a tree, those of nearer boxes first.
+trait Search {
+    /// The square of the distance beyond which it wants no more.
+    fn reach(&self) -> f64;
+
+    fn see(&mut self, near: Neighbor);
+}
+
+/// The nearest of the points that are wanted.
+struct Nearest<'a, W> {
+    count: usize,
+    wanted: W,
+    /// Nearest first.
+    found: &'a mut Vec<Neighbor>,
+    /// What is not before it is not looked for.
+    worst: Neighbor,
+}
+
+impl<W: Fn(u32) -> bool> Search for Nearest<'_, W> {
+    #[inline]
+    fn reach(&self) -> f64 {
+        // Nothing is nearer than a distance of 0: crowds of duplicates end the search.
+        let worst = self.worst.distance_squared;
+        if worst == 0.0 { -1.0 } else { worst }
+    }
+
+    #[inline]
+    fn see(&mut self, near: Neighbor) {
+        if !near.is_before(&self.worst) || !(self.wanted)(near.index) {
+            return;
+        }
+        if self.found.len() == self.count {
+            self.found.pop();
+        }
+        let mut place = self.found.len();
+        self.found.push(near);
+        while place > 0 && near.is_before(&self.found[place - 1]) {
+            self.found[place] = self.found[place - 1];
+            place -= 1;
+        }
+        self.found[place] = near;
+        if self.found.len() == self.count {
+            self.worst = self.found[self.count - 1];
+        }
+    }
+}
+
+/// The points within a distance.
+struct Within {
+    limit: f64,
+    found: Vec<u32>,
+}
+
+impl Search for Within {
+    fn reach(&self) -> f64 {
+        self.limit
+    }
+
+    fn see(&mut self, near: Neighbor) {
+        if near.distance_squared <= self.limit {
+            self.found.push(near.index);
+        }
     }
 }
 
@@ -160,22 +227,8 @@ impl<'a> KdTree<'a> {
         if count == 0 || self.order.is_empty() {
             return;
         }
-        let farthest = Neighbor { distance_squared: limit * limit, index: u32::MAX };
-        self.visit(place, &mut |near| {
-            let worst = if found.len() < count { farthest } else { found[count - 1] };
-            // Nothing is nearer than a distance of 0: crowds of duplicates end the search.
-            let Some(near) = near else {
-                return if worst.distance_squared == 0.0 { -1.0 } else { worst.distance_squared };
-            };
-            if near.is_before(&worst) && wanted(near.index) {
-                if found.len() == count {
-                    found.pop();
-                }
-                let place = found.partition_point(|other| other.is_before(&near));
-                found.insert(place, near);
-            }
-            worst.distance_squared
-        });
+        let worst = Neighbor { distance_squared: limit * limit, index: u32::MAX };
+        self.visit(place, &mut Nearest { count, wanted, found, worst });
     }
 
     /// The `count` points nearest to one of the tree's own, without itself, into a vector of the
@@ -188,13 +241,10 @@ impl<'a> KdTree<'a> {
     /// The points at most `radius` from a place, by index.
     #[must_use]
     pub fn within(&self, place: DVec3, radius: f64) -> Vec<u32> {
-        let (mut found, limit) = (Vec::new(), radius * radius);
-        self.visit(place, &mut |near| {
-            found.extend(near.filter(|near| near.distance_squared <= limit).map(|near| near.index));
-            limit
-        });
-        found.sort_unstable();
-        found
+        let mut search = Within { limit: radius * radius, found: Vec::new() };
+        self.visit(place, &mut search);
+        search.found.sort_unstable();
+        search.found
     }
 
     /// What `ask` answers for each of the tree's points, by index; the default for points that are
@@ -227,11 +277,9 @@ impl<'a> KdTree<'a> {
         Ok(answers)
     }
 
-    /// Shows points to `see`, nearer boxes first. It answers the square of the distance beyond
-    /// which it wants no more; called with `None`, it only answers.
-    fn visit(&self, place: DVec3, see: &mut impl FnMut(Option<Neighbor>) -> f64) {
+    fn visit(&self, place: DVec3, search: &mut impl Search) {
         let offset = (self.bounds.min - place).max(place - self.bounds.max).max(DVec3::ZERO);
-        self.descend(0, (0, self.order.len()), place, offset, see);
+        self.descend(0, (0, self.order.len()), place, offset, search);
     }
 
     fn descend(
@@ -240,12 +288,11 @@ impl<'a> KdTree<'a> {
         (from, to): (usize, usize),
         place: DVec3,
         offset: DVec3,
-        see: &mut impl FnMut(Option<Neighbor>) -> f64,
+        search: &mut impl Search,
     ) {
         let Some(division) = self.divisions.get(node) else {
             for (&index, other) in self.order[from..to].iter().zip(&self.places[from..to]) {
-                let distance_squared = other.distance_squared(place);
-                see(Some(Neighbor { distance_squared, index }));
+                search.see(Neighbor { distance_squared: other.distance_squared(place), index });
             }
             return;
         };
@@ -253,11 +300,11 @@ impl<'a> KdTree<'a> {
         let beyond = place[axis] - division.at;
         let (lower, upper) = ((2 * node + 1, (from, middle)), (2 * node + 2, (middle, to)));
         let (near, far) = if beyond < 0.0 { (lower, upper) } else { (upper, lower) };
-        self.descend(near.0, near.1, place, offset, see);
+        self.descend(near.0, near.1, place, offset, search);
         let mut across = offset;
         across[axis] = beyond.abs();
-        if across.length_squared() <= see(None) {
-            self.descend(far.0, far.1, place, across, see);
+        if across.length_squared() <= search.reach() {
+            self.descend(far.0, far.1, place, across, search);
         }
     }
 }
@@ -338,16 +385,26 @@ mod tests {
         }
     }
 
+    /// Counts what it sees before it has enough.
+    struct Few(usize);
+
+    impl Search for Few {
+        fn reach(&self) -> f64 {
+            -1.0
+        }
+
+        fn see(&mut self, _: Neighbor) {
+            self.0 += 1;
+        }
+    }
+
     #[test]
     fn a_crowd_of_duplicates_costs_no_more_than_others() {
         let points = vec![DVec3::ONE; 200_000];
         let tree = KdTree::new(&points);
-        let mut looked_at = 0;
-        tree.visit(DVec3::ONE, &mut |near| {
-            looked_at += usize::from(near.is_some());
-            -1.0
-        });
-        assert!(looked_at <= LEAF);
+        let mut few = Few(0);
+        tree.visit(DVec3::ONE, &mut few);
+        assert!(few.0 <= LEAF);
         let all = tree.map(&mut Silent, |index, found| {
             tree.nearest_where(points[index as usize], 8, f64::INFINITY, found, |_| true);
             found.len()
