@@ -8,7 +8,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::fitting::{Fitting, LEFT_OF_FAIRNESS};
+use super::fitting::{Fitting, Pace};
 use super::growth::{EndedBy, Growth};
 use super::space::SplineSpace;
 use crate::error::Result;
@@ -62,8 +62,11 @@ const COARSE_SHARE: usize = 2;
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
 
-/// Solutions with all points, on the domain that ends where they do.
-const LAST_ITERATIONS: usize = 3;
+/// Of solutions with coarse nets.
+const COARSE: Pace = Pace { limit: 6, left_of_fairness: 0.5 };
+
+/// Of solutions with all points and the whole net, on the domain that ends where they do.
+const WHOLE: Pace = Pace { limit: 3, left_of_fairness: 0.25 };
 
 /// Turns in which the domain follows a notch of the outline.
 const TURNS_FOR_NOTCHES: usize = 2;
@@ -109,17 +112,17 @@ pub fn approximate(
     let mut surface = fitting.first(coarsest)?;
     for space in &spaces {
         fitting.look_at_enough_for(space);
-        let (limit, left) = if space == whole {
-            (options.iterations, LEFT_OF_FAIRNESS.1)
+        let pace = if space == whole {
+            Pace { limit: options.iterations, ..WHOLE }
         } else {
-            (options.iterations.div_ceil(COARSE_SHARE), LEFT_OF_FAIRNESS.0)
+            Pace { limit: options.iterations.div_ceil(COARSE_SHARE), ..COARSE }
         };
-        surface = fitting.descend(space, surface, limit, left)?;
+        surface = fitting.descend(space, surface, pace)?;
     }
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
         for _ in 0..TURNS_FOR_NOTCHES {
             let (bent, notched) = fitting.conform(surface, options.border)?;
-            surface = fitting.descend(whole, bent, LAST_ITERATIONS, LEFT_OF_FAIRNESS.1)?;
+            surface = fitting.descend(whole, bent, WHOLE)?;
             if !notched {
                 break;
             }

@@ -13,6 +13,9 @@ const TILES: [usize; 2] = [32, 64];
 /// Half bandwidth from which on tiles are large.
 const WIDE: usize = 256;
 
+/// Entries that a thread adds up at a time.
+const ENTRIES_PER_TASK: usize = 1 << 14;
+
 /// Tiles below the diagonal from which on the updates of a column are worth a second thread.
 const PARALLEL: usize = 5;
 
@@ -77,7 +80,18 @@ impl Band {
     #[inline]
     pub(super) fn add_block(&mut self, i: usize, j: usize, [a, b, c, d, e, f]: [f64; 6]) {
         let (row, col) = (3 * i.max(j), 3 * i.min(j));
-        for (col, column) in (col..).zip([[a, b, c], [b, d, e], [c, e, f]]) {
+        let columns = [[a, b, c], [b, d, e], [c, e, f]];
+        let inside = |at: usize| (at & (self.side - 1)) + 3 <= self.side;
+        if i != j && inside(row) && inside(col) {
+            // Most blocks lie in one tile.
+            let at = self.index(row, col);
+            for (k, column) in columns.iter().enumerate() {
+                let sums = &mut self.values[at + k * self.side..][..3];
+                sums.iter_mut().zip(column).for_each(|(sum, value)| *sum += value);
+            }
+            return;
+        }
+        for (col, column) in (col..).zip(columns) {
             // On the diagonal the lower half alone stands.
             let first = row.max(col);
             let (at, left) = (self.index(first, col), self.side - (first & (self.side - 1)));
@@ -93,21 +107,32 @@ impl Band {
         debug_assert_eq!(self.values.len(), other.values.len());
         self.values
             .par_iter_mut()
+            .with_min_len(ENTRIES_PER_TASK)
             .zip(&other.values)
             .for_each(|(sum, value)| *sum += factor * value);
         self.complete();
     }
 
-    /// Adds `factor` times a matrix over control points to one over their coordinates, three for
-    /// each.
-    pub(super) fn add_for_each_axis(&mut self, factor: f64, other: &Self) {
-        for col in 0..other.size {
-            for row in col..other.end_of_band(col) {
-                let value = factor * other.values[other.index(row, col)];
+    /// The entries that are not 0, and where they stand in a matrix like `other` of three
+    /// coordinates for each row, once for each of them.
+    pub(super) fn for_each_axis(&self, other: &Self) -> Vec<(usize, f64)> {
+        let mut entries = Vec::new();
+        for col in 0..self.size {
+            for row in col..self.end_of_band(col) {
+                let value = self.values[self.index(row, col)];
                 if value != 0.0 {
-                    (0..3).for_each(|axis| self.add(3 * row + axis, 3 * col + axis, value));
+                    let at = |axis| other.index(3 * row + axis, 3 * col + axis);
+                    entries.extend((0..3).map(|axis| (at(axis), value)));
                 }
             }
+        }
+        entries
+    }
+
+    /// Adds `factor` times entries by their places.
+    pub(super) fn add_entries(&mut self, factor: f64, entries: &[(usize, f64)]) {
+        for (at, value) in entries {
+            self.values[*at] += factor * value;
         }
     }
 

@@ -106,6 +106,9 @@ impl Domain {
             if !self.closed[d] {
                 return at[d].clamp(low, high);
             }
+            if (low..=high).contains(&at[d]) {
+                return at[d];
+            }
             // The end of the domain is its beginning; rounding must not lead beyond it.
             (low + (at[d] - low).rem_euclid(high - low)).min(high)
         };

@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::normal_equations::{NormalEquations, Sample};
-use super::patches::{Patches, Tangents};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
+use crate::nurbs::{Row, padded};
 
 /// Decimal logarithms of the weights that are tried: 1 gives the energy as large a say as the
 /// points. Below the least of them it would no longer hold what points leave open; with the
@@ -22,6 +22,12 @@ const STEPS: (f64, f64) = (1.0, 0.2);
 /// The surface may not have more than this share of as many degrees of freedom as there are
 /// points: it would pass through them and know nothing of their noise.
 const MOST_FREEDOM: f64 = 0.9;
+
+/// Samples whose heights are judged by, at equal steps: more would not say more.
+const JUDGED: usize = 20_000;
+
+/// Samples that a thread takes at a time.
+const POINTS_PER_TASK: usize = 256;
 
 /// What cross-validation says of a weight.
 #[derive(Clone, Copy, Debug)]
@@ -42,38 +48,41 @@ pub(super) fn best(
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
     let unit = equations.matrix.trace() / energy.trace();
-    let score = |exponent: f64| score(space, samples, &equations, energy, exponent, unit);
+    let heights = Heights::of(space, samples);
+    let score_at = |exponent: f64| heights.score(&equations, energy, exponent, unit);
     let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
         (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
         (a, b) => a.or(b),
     };
-    let mut found = match near {
-        Some(fairness) => score(fairness.log10().clamp(TRIED.0, TRIED.1))?,
-        None => None,
+    let scores = |exponents: &[f64]| -> Result<Vec<Option<Score>>> {
+        exponents.par_iter().map(|&exponent| score_at(exponent)).collect()
     };
     let mut step = STEPS.0;
+    let mut found = match near {
+        Some(fairness) => score_at(fairness.log10().clamp(TRIED.0, TRIED.1))?,
+        None => None,
+    };
     if found.is_none() {
         let mut exponents = vec![TRIED.0];
         while exponents[exponents.len() - 1] + step <= TRIED.1 {
             exponents.push(exponents[exponents.len() - 1] + step);
         }
-        let scores: Vec<_> = exponents.into_par_iter().map(score).collect::<Result<_>>()?;
-        found = scores.into_iter().fold(None, better);
+        found = scores(&exponents)?.into_iter().fold(None, better);
         step /= 2.0;
     }
     // Goes on in the direction that improves, then looks closer.
     while step > STEPS.1 {
         let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
-        for direction in [-step, step] {
-            let mut exponent = middle + direction;
-            while (TRIED.0..=TRIED.1).contains(&exponent) {
-                let next = score(exponent)?;
-                let before = found.map(|score| score.fairness);
-                found = better(found, next);
-                if found.map(|score| score.fairness) == before {
-                    break;
-                }
+        let tried = |exponent: &f64| (TRIED.0..=TRIED.1).contains(exponent);
+        let beside: Vec<f64> = [middle - step, middle + step].into_iter().filter(tried).collect();
+        for (mut next, mut exponent) in scores(&beside)?.into_iter().zip(beside) {
+            let direction = exponent - middle;
+            while let Some(score) =
+                next.filter(|next| found.is_none_or(|found| next.error < found.error))
+            {
+                found = Some(score);
                 exponent += direction;
+                next = if tried(&exponent) { score_at(exponent)? } else { None };
             }
         }
         step /= 2.0;
@@ -81,35 +90,79 @@ pub(super) fn best(
     Ok(found)
 }
 
-fn score(
-    space: &SplineSpace,
-    samples: &[Sample],
-    equations: &NormalEquations,
-    energy: &Band,
-    exponent: f64,
-    unit: f64,
-) -> Result<Option<Score>> {
-    let fairness = 10.0_f64.powf(exponent);
-    let mut factor = equations.matrix.clone();
-    factor.add_scaled(fairness * unit, energy);
-    if !factor.factor::<Error>(&mut || Ok(()))? {
-        return Ok(None);
+/// The heights of samples over surfaces of one space.
+struct Heights<'a> {
+    space: &'a SplineSpace,
+    judged: Vec<Judged<'a>>,
+    /// How many samples count.
+    count: f64,
+}
+
+/// A sample whose height is asked for, and the basis functions at its parameters.
+struct Judged<'a> {
+    sample: &'a Sample,
+    firsts: [usize; 2],
+    rows: Row,
+    cols: Row,
+}
+
+impl<'a> Heights<'a> {
+    fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
+        let judged = |i: usize| {
+            let sample = &samples[i];
+            let [u, v] = [0, 1].map(|d| padded(&space.knots[d], sample.uv[d]));
+            Judged { sample, firsts: [u.first, v.first], rows: u.values, cols: v.values }
+        };
+        let step = samples.len().div_ceil(JUDGED).max(1);
+        let judged = (0..samples.len()).into_par_iter().step_by(step).map(judged).collect();
+        let count = samples.iter().filter(|sample| sample.weight > 0.0).count() as f64;
+        Self { space, judged, count }
     }
-    let freedom = factor.inverse().inner_product(&equations.matrix);
-    let count = samples.iter().map(|sample| f64::from(u8::from(sample.weight > 0.0))).sum::<f64>();
-    if freedom > MOST_FREEDOM * count {
-        return Ok(None);
+
+    fn score(
+        &self,
+        equations: &NormalEquations,
+        energy: &Band,
+        exponent: f64,
+        unit: f64,
+    ) -> Result<Option<Score>> {
+        let fairness = 10.0_f64.powf(exponent);
+        let mut factor = equations.matrix.clone();
+        factor.add_scaled(fairness * unit, energy);
+        if !factor.factor::<Error>(&mut || Ok(()))? {
+            return Ok(None);
+        }
+        let freedom = factor.inverse().inner_product(&equations.matrix);
+        if freedom > MOST_FREEDOM * self.count {
+            return Ok(None);
+        }
+        let mut net = equations.right.clone();
+        factor.solve(&mut net);
+        let error = self.mean_square(&net) / (1.0 - freedom / self.count).powi(2);
+        Ok(Some(Score { fairness, error }))
     }
-    let mut net = equations.right.clone();
-    factor.solve(&mut net);
-    let net: Vec<DVec3> = net.into_iter().map(DVec3::from_array).collect();
-    let surface = space.surface(&net)?;
-    let square = |i: usize, place: Tangents| {
-        let sample = &samples[i];
-        sample.weight * (sample.point - place.point).dot(sample.normal).powi(2)
-    };
-    let heights = Patches::of(&surface).each(samples.len(), |i| samples[i].uv, square);
-    let weights: f64 = samples.iter().map(|sample| sample.weight).sum();
-    let error = heights.iter().sum::<f64>() / weights / (1.0 - freedom / count).powi(2);
-    Ok(Some(Score { fairness, error }))
+
+    /// The mean square of the heights over the surface with these control points, in the order of
+    /// solution.
+    fn mean_square(&self, solution: &[[f64; 3]]) -> f64 {
+        let net: Vec<DVec3> =
+            self.space.places().into_iter().map(|at| DVec3::from_array(solution[at])).collect();
+        let [rows, cols] = [0, 1].map(|d| self.space.knots[d].degree() + 1);
+        let width = self.space.knots[1].control_points();
+        let square = |judged: &Judged<'_>| {
+            let [first, left] = judged.firsts;
+            let mut place = DVec3::ZERO;
+            for (i, row) in judged.rows[..rows].iter().enumerate() {
+                let net = &net[(first + i) * width + left..][..cols];
+                let along = net.iter().zip(&judged.cols).map(|(point, value)| *value * *point);
+                place += *row * along.sum::<DVec3>();
+            }
+            let Sample { point, normal, weight, .. } = judged.sample;
+            weight * (point - place).dot(*normal).powi(2)
+        };
+        let squares: Vec<f64> =
+            self.judged.par_iter().with_min_len(POINTS_PER_TASK).map(square).collect();
+        let weights: f64 = self.judged.iter().map(|judged| judged.sample.weight).sum();
+        squares.iter().sum::<f64>() / weights
+    }
 }

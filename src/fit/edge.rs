@@ -42,7 +42,7 @@ const FIRST_SCALE: f64 = 0.05;
 const LEFT_OF_SCALE: f64 = 0.4;
 
 /// Places that a blurred edge is looked for with at most: it only leads towards the last one.
-const BLURRED: usize = 2000;
+const BLURRED: usize = 500;
 
 /// Standard deviation of the normal distribution to the scale of the logistic one with the same:
 /// √3 / π.

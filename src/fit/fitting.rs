@@ -29,11 +29,9 @@ const FEW: usize = 2;
 /// which converges slowly.
 const TANGENTIAL: f64 = 0.01;
 
-/// Weight of the fairness at the first solution, and the share of it that is left after each with a
-/// coarse net and each with the whole. Without it the first iterations, whose parameters are rough,
-/// run away; with much more, folded sheets are drawn flat.
+/// Weight of the fairness at the first solution. Without it the first iterations, whose parameters
+/// are rough, run away.
 const FIRST_FAIRNESS: f64 = 1.0;
-pub(super) const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
 
 /// Least weight of the fairness: enough to hold control points that no point holds; and what few
 /// points get, which cannot tell.
@@ -73,14 +71,24 @@ const RIDGE: f64 = 1e-14;
 /// Samples of each isocurve that lengths are measured on.
 const LENGTH_SAMPLES: usize = 24;
 
+/// How solutions with a net follow one another.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    /// Solutions at most, while the error falls slowly.
+    pub(super) limit: usize,
+    /// The share of the fairness that is left after each: with much of it, folded sheets are drawn
+    /// flat.
+    pub(super) left_of_fairness: f64,
+}
+
 /// A fit in progress.
 pub(super) struct Fitting<'a> {
     pub(super) points: &'a [DVec3],
     weights: Option<&'a [f64]>,
     pub(super) uv: Vec<DVec2>,
     pub(super) closed: [bool; 2],
-    /// Only each so manieth point is looked at.
-    stride: usize,
+    /// So many points are looked at, at equal steps in their order.
+    looked_at: usize,
     fixed: Option<f64>,
     /// What cross-validation has found last.
     pub(super) score: Option<cross_validation::Score>,
@@ -106,7 +114,7 @@ impl<'a> Fitting<'a> {
             weights,
             uv: uv.to_vec(),
             closed: options.closed.into(),
-            stride: 1,
+            looked_at: points.len(),
             fixed: options.fairness,
             score: None,
             falling: FIRST_FAIRNESS,
@@ -120,13 +128,13 @@ impl<'a> Fitting<'a> {
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
         let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);
-        self.stride = (self.points.len() / enough).max(1);
+        self.looked_at = enough.min(self.points.len());
     }
 
     /// Looks at all points from now on; says whether it did not before.
     pub(super) fn look_at_all(&mut self, surface: &NurbsSurface) -> bool {
-        let news = self.stride > 1;
-        self.stride = 1;
+        let news = self.looked_at < self.points.len();
+        self.looked_at = self.points.len();
         if news {
             self.correct(surface, STEPS_OF_STRAGGLERS);
         }
@@ -135,7 +143,8 @@ impl<'a> Fitting<'a> {
 
     /// The points looked at.
     fn seen(&self) -> impl Iterator<Item = usize> + use<> {
-        (0..self.points.len()).step_by(self.stride)
+        let (count, all) = (self.looked_at, self.points.len());
+        (0..count).map(move |i| i * all / count)
     }
 
     pub(super) fn weight(&self, index: usize) -> f64 {
@@ -181,10 +190,10 @@ impl<'a> Fitting<'a> {
         &mut self,
         space: &SplineSpace,
         from: NurbsSurface,
-        limit: usize,
-        left_of_fairness: f64,
+        Pace { limit, left_of_fairness }: Pace,
     ) -> Result<NurbsSurface> {
         let energy = self.energy(space, lengths(&from));
+        let along_axes = energy.for_each_axis(&space.matrix(3));
         let mut surface = from;
         let mut error = f64::INFINITY;
         for iteration in 0..MOST_TIMES * limit {
@@ -198,29 +207,29 @@ impl<'a> Fitting<'a> {
             }
             error = found;
             let samples = self.samples(Some(&feet));
-            if self.fixed.is_none() && ASKED.contains(&iteration) {
-                self.cross_validate(space, &samples, &energy)?;
+            let asked = self.fixed.is_none() && ASKED.contains(&iteration);
+            let near = self.score.map(|score| score.fairness);
+            let (score, equations) = rayon::join(
+                || asked.then(|| cross_validation::best(space, &samples, &energy, near)),
+                || NormalEquations::of_tangent_distances(space, &samples, &mut || Ok(())),
+            );
+            if let Some(score) = score {
+                self.believe(score?);
             }
-            surface = self.solve_tangents(space, &samples, &energy)?;
+            surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
             self.falling *= left_of_fairness;
             self.iterations += 1;
         }
         Ok(surface)
     }
 
-    fn cross_validate(
-        &mut self,
-        space: &SplineSpace,
-        samples: &[Sample],
-        energy: &Band,
-    ) -> Result<()> {
-        let near = self.score.map(|score| score.fairness);
-        match cross_validation::best(space, samples, energy, near)? {
+    /// Aims at the fairness that cross-validation has found.
+    fn believe(&mut self, found: Option<cross_validation::Score>) {
+        match found {
             Some(score) => self.score = Some(score),
             // So few points cannot tell.
             None => self.falling = self.falling.max(FAIRNESS_OF_FEW),
         }
-        Ok(())
     }
 
     /// Bends the domain so that it ends where the points end, and goes on by this many of their mean
@@ -300,14 +309,13 @@ impl<'a> Fitting<'a> {
     fn solve_tangents(
         &mut self,
         space: &SplineSpace,
-        samples: &[Sample],
+        NormalEquations { mut matrix, right }: NormalEquations,
         energy: &Band,
+        along_axes: &[(usize, f64)],
     ) -> Result<NurbsSurface> {
-        let NormalEquations { mut matrix, right } =
-            NormalEquations::of_tangent_distances(space, samples, &mut || Ok(()))?;
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
-        matrix.add_for_each_axis(fairness * said / energy.trace(), energy);
+        matrix.add_entries(fairness * said / energy.trace(), along_axes);
         (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
         self.factor(&mut matrix, space)?;
         let mut net: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();

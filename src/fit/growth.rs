@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::correct::Foot;
-use super::fitting::{Fitting, STEPS, lengths};
+use super::fitting::{Fitting, Pace, STEPS, lengths};
 use super::refine;
 use super::space::SplineSpace;
 use crate::error::Result;
@@ -51,8 +51,8 @@ impl EndedBy {
     }
 }
 
-/// Solutions with a net that has grown, at most.
-const ITERATIONS: usize = 6;
+/// Of solutions with a net that has grown.
+const PACE: Pace = Pace { limit: 6, left_of_fairness: 1.0 };
 
 /// Share of its error that cross-validation must expect after growing at most, for the growth to
 /// go on.
@@ -98,7 +98,7 @@ impl Fitting<'_> {
                 return Ok((surface, by));
             }
             let before = (self.score, self.uv.clone());
-            let next = self.descend(&finer, surface.clone(), ITERATIONS, 1.0)?;
+            let next = self.descend(&finer, surface.clone(), PACE)?;
             if let (Some(old), Some(new)) = (before.0, self.score)
                 && new.error > LEAST_GAIN * old.error
             {

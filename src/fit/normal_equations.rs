@@ -13,7 +13,7 @@ use super::POINTS_PER_LOOK;
 use super::band::Band;
 use super::space::SplineSpace;
 use crate::error::Result;
-use crate::nurbs::{padded, window};
+use crate::nurbs::{MAX_ORDER, padded, window};
 use crate::progress::Listen;
 
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
@@ -196,7 +196,7 @@ fn accumulate<const C: usize>(
     coefficients: &impl Fn(&Sample) -> ([f64; C], DVec3),
     block: &mut [f64],
 ) {
-    let &Layout { rows, cols, height, width, .. } = layout;
+    let &Layout { rows, cols, row_pairs, height, width } = layout;
     let arch = Arch::new();
     let (sums, right) = block.split_at_mut(height * width);
     let (mut of_rows, mut of_cols) = (vec![0.0; TOGETHER * height], vec![0.0; TOGETHER * width]);
@@ -206,14 +206,17 @@ fn accumulate<const C: usize>(
             let u = padded(&space.knots[0], sample.uv.x).values;
             let v = padded(&space.knots[1], sample.uv.y).values;
             let (factors, target) = coefficients(sample);
-            let mut at = k * height;
-            for factor in factors {
-                for i in 0..rows {
-                    for j in i..rows {
-                        of_rows[at] = factor * u[i] * u[j];
-                        at += 1;
-                    }
+            let mut pairs = [0.0; MAX_ORDER * (MAX_ORDER + 1) / 2];
+            let mut line = 0;
+            for i in 0..rows {
+                for j in i..rows {
+                    pairs[line] = u[i] * u[j];
+                    line += 1;
                 }
+            }
+            let lines = of_rows[k * height..].chunks_mut(row_pairs);
+            for (factor, line) in factors.iter().zip(lines) {
+                line.iter_mut().zip(&pairs).for_each(|(value, pair)| *value = factor * pair);
             }
             for i in 0..cols {
                 for j in 0..cols {

@@ -306,7 +306,7 @@ impl KnotVector {
 
     /// At level `k` (1 to the degree), `1 / (knots[j] - knots[j - k])` for all j.
     #[inline]
-    pub(super) fn reciprocals(&self, k: usize) -> &[f64] {
+    pub(crate) fn reciprocals(&self, k: usize) -> &[f64] {
         &self.reciprocals[(k - 1) * self.knots.len()..k * self.knots.len()]
     }
 }

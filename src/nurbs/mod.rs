@@ -44,7 +44,7 @@ mod surface;
 mod swept;
 mod vertices;
 
-pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, padded, window};
+pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, window};
 pub(crate) use self::batch::share;
 pub(crate) use self::bezier::halve;
 pub(crate) use self::knot_vector::check_degree;
