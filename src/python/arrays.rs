@@ -130,6 +130,33 @@ pub(super) fn empty<'py, T: Element, D: Dimension>(
     Ok(array.cast_into()?)
 }
 
+/// Bytes that are moved at a time.
+const PORTION: usize = 1 << 23;
+
+/// Items in a new array of this shape that NumPy allocated. They are moved there portion by portion,
+/// so that they hardly ever take their memory twice.
+pub(super) fn moved<'py, I: Pod, T: Pod + Element, D: Dimension>(
+    py: Python<'py>,
+    shape: &[usize],
+    mut items: Vec<I>,
+) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    let array = empty::<T, D>(py, shape)?;
+    {
+        let mut array = writable(&array)?;
+        let mut room = array.as_slice_mut()?;
+        while !items.is_empty() {
+            let kept = items.len().saturating_sub(PORTION / size_of::<I>());
+            let portion: &[T] = bytemuck::cast_slice(&items[kept..]);
+            let (before, end) = room.split_at_mut(room.len() - portion.len());
+            end.copy_from_slice(portion);
+            room = before;
+            items.truncate(kept);
+            items.shrink_to_fit();
+        }
+    }
+    Ok(array)
+}
+
 /// As [`output_of`], for numbers.
 pub(super) fn output<'py>(
     py: Python<'py>,

@@ -91,10 +91,8 @@ pub(super) fn reconstruct<'py>(
     let report = report(py, &result.report)?;
     let som = Map::of_core(result.som);
     let count = result.distances.len();
-    let uv = arrays::empty(py, &[count, 2])?;
-    arrays::writable(&uv)?.as_slice_mut()?.copy_from_slice(bytemuck::cast_slice(&result.uv));
-    let distances = arrays::empty(py, &[count])?;
-    arrays::writable(&distances)?.as_slice_mut()?.copy_from_slice(&result.distances);
+    let uv = arrays::moved(py, &[count, 2], result.uv)?;
+    let distances = arrays::moved(py, &[count], result.distances)?;
     let inliers = PyArray1::from_vec(py, result.inliers);
     Ok((NurbsSurface::new(py, result.surface)?, som, uv, distances, inliers, report, history))
 }
