@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::counted::every;
 use super::job::{Fit, Job};
 use super::outline::{area, bounds};
 use super::start::whole;
@@ -25,6 +26,10 @@ const LEAST_GAIN: f64 = 0.95;
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
+/// Points for each control point that tell how steep a surface is, and how many at least.
+const TELLING: usize = 16;
+const LEAST_TELLING: usize = 20_000;
+
 /// Places in the plane across the heights, in the unit square, and the lengths of its sides.
 pub(super) fn places(points: &[DVec3], up: DVec3) -> (Vec<DVec2>, DVec2) {
     let [along, across] = height_axes(points, up);
@@ -41,14 +46,15 @@ pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
     area(&som::hull(&places(points, up).0)) >= FILLED
 }
 
-/// The surface of heights, growing until nothing is gained, at first with this fairness if it is
-/// known.
+/// The surface of heights, growing until nothing is gained. A fit that is `known` already says how
+/// steep the surface is, and which fairness to take unless it is given.
 pub(super) fn fit(
     job: &Job<'_>,
     up: DVec3,
     net: (usize, usize),
     growth: Option<Growth>,
-    mut fairness: Option<f64>,
+    fairness: Option<f64>,
+    known: Option<&Fit>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     let mut iterations = 0;
@@ -59,21 +65,21 @@ pub(super) fn fit(
         progress::report(observer, &progress)?;
         iterations += 1;
         let degree = (job.degree(net.0), job.degree(net.1));
-        let options = HeightOptions { net, degree, fairness: job.options.fairness };
-        let first = fairness.take().or(options.fairness);
-        let weights = job.weights.as_deref();
-        let fit = match first {
-            Some(fairness) => fit_heights_with(job.points, weights, up, &options, fairness)?,
-            None => fit_heights(job.points, weights, up, &options)?,
+        let options = HeightOptions { net, degree, fairness };
+        let (steepness, fairness) = match known {
+            Some(known) => {
+                let steepness = cosines(&known.surface, &known.uv, up);
+                (steepness, fairness.unwrap_or(known.fairness))
+            }
+            None => steepness(job, up, &options)?,
         };
         // Noise has no direction, so what counts is the distance from the slope, not the height.
         let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
-        let cosines = cosines(&fit.surface, &fit.uv, up);
-        let weights: Vec<f64> = cosines.into_iter().enumerate().map(weight).collect();
+        let weights: Vec<f64> = steepness.into_iter().enumerate().map(weight).collect();
         if growth.is_none() {
-            return fit_heights_with(job.points, Some(&weights), up, &options, fit.fairness);
+            return fit_heights_with(job.points, Some(&weights), up, &options, fairness);
         }
-        let options = HeightOptions { fairness: Some(fit.fairness), ..options };
+        let options = HeightOptions { fairness: Some(fairness), ..options };
         fit_heights(job.points, Some(&weights), up, &options)
     };
     let mut net = net;
@@ -106,4 +112,25 @@ pub(super) fn fit(
     // The nearest place is not the one straight below.
     let (uv, distances) = project(&surface, (false, false), job.points, &uv);
     Ok(Fit { surface, uv, distances, fairness, iterations, ended_by })
+}
+
+/// How steep the surface is at the points, as the cosine of its slope, and the fairness that it
+/// wants: by a first fit to as many of them as tell.
+fn steepness(job: &Job<'_>, up: DVec3, options: &HeightOptions) -> Result<(Vec<f64>, f64)> {
+    let enough = (TELLING * options.net.0 * options.net.1).max(LEAST_TELLING);
+    let points: Vec<DVec3> = every(job.points, enough).copied().collect();
+    let weights: Option<Vec<f64>> =
+        job.weights.as_ref().map(|weights| every(weights, enough).copied().collect());
+    let weights = weights.as_deref();
+    let first = match options.fairness {
+        Some(fairness) => fit_heights_with(&points, weights, up, options, fairness)?,
+        None => fit_heights(&points, weights, up, options)?,
+    };
+    let axes = height_axes(&points, up);
+    let place = |point: DVec3| DVec2::from_array(axes.map(|axis| axis.dot(point)));
+    let (low, high) = (place(first.surface.point(0.0, 0.0)), place(first.surface.point(1.0, 1.0)));
+    let inside = |point: &DVec3| (place(*point) - low) / (high - low);
+    let uv: Vec<DVec2> =
+        job.points.iter().map(|p| inside(p).clamp(DVec2::ZERO, DVec2::ONE)).collect();
+    Ok((cosines(&first.surface, &uv, up), first.fairness))
 }

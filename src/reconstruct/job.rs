@@ -97,7 +97,7 @@ impl Job<'_> {
         growth: Option<Growth>,
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
-        let mut fit = self.fit(net, growth, self.options.fairness, observer)?;
+        let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let given = self.weights.clone();
         let mut tree = None;
         for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
@@ -106,9 +106,8 @@ impl Job<'_> {
             let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
-            let known = self.shape.up.is_some() && few && growth.is_none();
-            let fairness = known.then_some(fit.fairness).or(self.options.fairness);
-            fit = self.fit(net, growth, fairness, observer)?;
+            let known = (few && growth.is_none()).then_some(&fit);
+            fit = self.fit(net, growth, self.options.fairness, known, observer)?;
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
         if self.options.rational {
@@ -118,15 +117,17 @@ impl Job<'_> {
         Ok((fit, flaws))
     }
 
+    /// A fit with this fairness; of heights like the one that is known already.
     fn fit(
         &self,
         net: (usize, usize),
         growth: Option<Growth>,
         fairness: Option<f64>,
+        known: Option<&Fit>,
         observer: &mut dyn Observer,
     ) -> Result<Fit> {
         if let Some(up) = self.shape.up {
-            return heights::fit(self, up, net, growth, fairness, observer);
+            return heights::fit(self, up, net, growth, fairness, known, observer);
         }
         let options = ApproximateOptions {
             net,
@@ -170,7 +171,7 @@ impl Job<'_> {
                 break;
             }
             fairness *= FLATTER;
-            let flatter = self.fit(net, None, Some(fairness), observer)?;
+            let flatter = self.fit(net, None, Some(fairness), None, observer)?;
             let kept = |tolerance: f64| self.largest(&flatter.distances) <= tolerance;
             if best.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
                 break;
@@ -208,7 +209,7 @@ impl Job<'_> {
         if let Some(growth) = growth
             && grown.surface.shape() != first
         {
-            let small = self.fit(first, None, self.options.fairness, observer)?;
+            let small = self.fit(first, None, self.options.fairness, None, observer)?;
             let small = self.freed(small, observer)?;
             let good = match growth.tolerance {
                 Some(tolerance) => self.largest(&small.distances) <= tolerance,
