@@ -88,7 +88,7 @@ impl Frame {
 
     /// What a point costs that is not over the face.
     fn cost_beyond(&self, at: DVec2, (mut above, mut below): (f64, f64), beyond: [f64; 3]) -> f64 {
-        let (mut aside, mut left) = (0.0, None);
+        let (mut aside, mut left, mut over_next) = (0.0, None, false);
         for (k, (edge, beyond)) in self.edges.iter().zip(beyond).enumerate() {
             if beyond <= 0.0 {
                 continue;
@@ -96,6 +96,7 @@ impl Frame {
             if !edge.outer {
                 above += edge.falls * beyond;
                 below += edge.rises * beyond;
+                over_next = true;
                 continue;
             }
             aside = match left {
@@ -106,6 +107,15 @@ impl Frame {
                 }
             };
             left = Some(k);
+        }
+        if let Some(k) = left.filter(|_| !over_next) {
+            // Past the end of the edge, where another meets it at an acute angle.
+            let ends = [self.corners[k], self.corners[(k + 1) % 3]];
+            let along = ends[1] - ends[0];
+            let share = (at - ends[0]).dot(along);
+            if share < 0.0 || share > along.length_squared() {
+                aside = larger(aside, at.distance_squared(ends[usize::from(share > 0.0)]));
+            }
         }
         let height = larger(above, below);
         (height * height + aside).sqrt()
@@ -136,5 +146,16 @@ mod tests {
         // Over the next face, which rises: nearer to it from above, further from below.
         let (beyond, slope) = (0.2 * 2.0_f64.sqrt(), 0.5_f64.sqrt());
         close(cost(0.7, 0.7, -0.1), 0.1 + slope * beyond);
+    }
+
+    #[test]
+    fn past_an_acute_corner_the_corner_is_nearest() {
+        let points = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.5, 0.0)];
+        let frame = Frame::new(points, DVec3::Z, [None; 3]);
+        let cost = |x: f64, y: f64| frame.cost(&DVec4::new(x, y, 0.0, 1.0));
+        // Beyond one edge only, but beside its end.
+        assert!((cost(-0.03, -0.04) - 0.05).abs() < 1e-15);
+        assert!((cost(0.03, -0.04) - 0.04).abs() < 1e-15);
+        assert!((cost(1.04, -0.03) - 0.05).abs() < 1e-15);
     }
 }
