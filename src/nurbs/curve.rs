@@ -201,7 +201,8 @@ impl NurbsCurve {
             let points = &self.strip.points[basis.first..=basis.first + self.knots().degree()];
             points.iter().zip(&basis.values).map(|(point, b)| *b * *point).sum::<DVec4>()
         };
-        same_row(&[point(start)], &[point(end)], same_place(&self.control_points))
+        let tolerance = same_place(&self.control_points, self.weights());
+        same_row(&[point(start)], &[point(end)], tolerance)
     }
 
     /// The point at a parameter; outside the domain the outermost piece is continued.

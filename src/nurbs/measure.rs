@@ -120,26 +120,29 @@ impl NurbsCurve {
         let mut listen = listening(observer);
         let whole = |span: &(f64, f64, f64)| {
             listen()?;
-            Ok(halved(*span, enough, &part, MOST_HALVINGS))
+            Ok(halved(*span, (enough, false), &part, MOST_HALVINGS))
         };
         spans.iter().map(whole).sum()
     }
 }
 
-/// The length of a piece, from one parameter to another, of which this estimate is known.
+/// The length of a piece, from one parameter to another, of which this estimate is known, and
+/// whether it agreed with that of the piece it is a half of. Near a cusp one agreement may be chance.
 fn halved(
     (from, to, length): (f64, f64, f64),
-    enough: f64,
+    (enough, agreed): (f64, bool),
     part: &impl Fn(f64, f64) -> f64,
     halvings: usize,
 ) -> f64 {
     let middle = f64::midpoint(from, to);
     let halves = [(from, middle), (middle, to)].map(|(a, b)| (a, b, part(a, b)));
     let sum = halves[0].2 + halves[1].2;
-    if (sum - length).abs() <= enough || halvings == 0 {
+    let agrees = (sum - length).abs() <= enough;
+    if agrees && agreed || halvings == 0 {
         return sum;
     }
-    halves.iter().map(|half| halved(*half, enough / 2.0, part, halvings - 1)).sum()
+    let enough = (enough / 2.0, agrees);
+    halves.iter().map(|half| halved(*half, enough, part, halvings - 1)).sum()
 }
 
 pub(super) fn check_accuracy(accuracy: f64) -> Result<()> {

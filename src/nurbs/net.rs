@@ -9,8 +9,8 @@ use crate::progress::Listen;
 /// Ends that lie within this share of the size of each other are the same place.
 const SAME_PLACE: f64 = 1e-10;
 
-/// Share of the largest coordinate by which sums of control points may differ from rounding alone:
-/// what counts for small things far from the origin.
+/// Share of the largest coordinate by which sums of control points may differ from rounding alone, if
+/// their weights are equal: what counts for small things far from the origin.
 const ROUNDING: f64 = 1e-14;
 
 /// The homogeneous control points, (w x, w y, w z, w), of points and weights; without weights all
@@ -72,9 +72,13 @@ pub(super) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) 
     points.into_iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), grow)
 }
 
-/// The distance within which ends of a net are the same place.
-pub(super) fn same_place(points: &[DVec3]) -> f64 {
+/// The distance within which ends of a net are the same place. Rounding of points of large weight
+/// counts the more beside those of small weight.
+pub(super) fn same_place(points: &[DVec3], weights: Option<&[f64]>) -> f64 {
     let (low, high) = bounds(points.iter().copied());
     let farthest = low.abs().max(high.abs()).max_element();
-    SAME_PLACE * low.distance(high) + ROUNDING * farthest
+    let weights = weights.unwrap_or(&[1.0]).iter();
+    let most = weights.clone().copied().fold(0.0, f64::max);
+    let least = weights.copied().fold(f64::INFINITY, f64::min);
+    SAME_PLACE * low.distance(high) + ROUNDING * farthest * (most / least)
 }

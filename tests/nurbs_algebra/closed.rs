@@ -74,3 +74,13 @@ proptest! {
         prop_assert_eq!(turned.closed().1, surface.closed().1);
     }
 }
+
+#[test]
+fn uneven_weights_far_away_are_no_gap() {
+    let net: Vec<DVec3> =
+        (0..30).map(|i| DVec3::splat(f64::from(i * i % 7)) * DVec3::new(0.1, 0.3, 0.2)).collect();
+    let weights: Vec<f64> = (0..30).map(|i| if i % 4 == 0 { 0.1 } else { 9.7 }).collect();
+    let tube = NurbsSurface::periodic(&net, Some(&weights), (6, 5), (3, 3), (true, false)).unwrap();
+    let far = tube.map_control_points(|p| p + DVec3::new(5e6, 7.5e6, 300.0)).unwrap();
+    assert_eq!(far.closed(), (true, false));
+}
