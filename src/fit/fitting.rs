@@ -87,8 +87,8 @@ pub(super) struct Fitting<'a> {
     weights: Option<&'a [f64]>,
     pub(super) uv: Vec<DVec2>,
     pub(super) closed: [bool; 2],
-    /// So many points are looked at, at equal steps in their order.
-    looked_at: usize,
+    /// Only each so manieth point is looked at.
+    stride: usize,
     fixed: Option<f64>,
     /// What cross-validation has found last.
     pub(super) score: Option<cross_validation::Score>,
@@ -114,7 +114,7 @@ impl<'a> Fitting<'a> {
             weights,
             uv: uv.to_vec(),
             closed: options.closed.into(),
-            looked_at: points.len(),
+            stride: 1,
             fixed: options.fairness,
             score: None,
             falling: FIRST_FAIRNESS,
@@ -128,13 +128,13 @@ impl<'a> Fitting<'a> {
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
         let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);
-        self.looked_at = enough.min(self.points.len());
+        self.stride = (self.points.len() / enough).max(1);
     }
 
     /// Looks at all points from now on; says whether it did not before.
     pub(super) fn look_at_all(&mut self, surface: &NurbsSurface) -> bool {
-        let news = self.looked_at < self.points.len();
-        self.looked_at = self.points.len();
+        let news = self.stride > 1;
+        self.stride = 1;
         if news {
             self.correct(surface, STEPS_OF_STRAGGLERS);
         }
@@ -143,8 +143,7 @@ impl<'a> Fitting<'a> {
 
     /// The points looked at.
     fn seen(&self) -> impl Iterator<Item = usize> + use<> {
-        let (count, all) = (self.looked_at, self.points.len());
-        (0..count).map(move |i| i * all / count)
+        (0..self.points.len()).step_by(self.stride)
     }
 
     pub(super) fn weight(&self, index: usize) -> f64 {
