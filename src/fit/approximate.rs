@@ -62,11 +62,11 @@ const COARSE_SHARE: usize = 2;
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
 
-/// Of solutions with coarse nets.
-const COARSE: Pace = Pace { limit: 6, left_of_fairness: 0.5 };
+/// Shares of the fairness that are left after each solution, with coarse nets and with the whole.
+const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
 
 /// Of solutions with all points and the whole net, on the domain that ends where they do.
-const WHOLE: Pace = Pace { limit: 3, left_of_fairness: 0.25 };
+const LAST: Pace = Pace { limit: 3, left_of_fairness: LEFT_OF_FAIRNESS.1 };
 
 /// Turns in which the domain follows a notch of the outline.
 const TURNS_FOR_NOTCHES: usize = 2;
@@ -113,16 +113,17 @@ pub fn approximate(
     for space in &spaces {
         fitting.look_at_enough_for(space);
         let pace = if space == whole {
-            Pace { limit: options.iterations, ..WHOLE }
+            Pace { limit: options.iterations, left_of_fairness: LEFT_OF_FAIRNESS.1 }
         } else {
-            Pace { limit: options.iterations.div_ceil(COARSE_SHARE), ..COARSE }
+            let limit = options.iterations.div_ceil(COARSE_SHARE);
+            Pace { limit, left_of_fairness: LEFT_OF_FAIRNESS.0 }
         };
         surface = fitting.descend(space, surface, pace)?;
     }
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
         for _ in 0..TURNS_FOR_NOTCHES {
             let (bent, notched) = fitting.conform(surface, options.border)?;
-            surface = fitting.descend(whole, bent, WHOLE)?;
+            surface = fitting.descend(whole, bent, LAST)?;
             if !notched {
                 break;
             }

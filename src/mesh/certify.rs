@@ -84,7 +84,7 @@ pub(super) fn distance(
 ) -> f64 {
     if !work.begin(mesh) {
         let centre = mesh.0[0].point;
-        return net.iter().map(|&h| project(h).distance(centre)).fold(0.0, f64::max);
+        return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
     }
     work.certify(bernstein, Part { low: DVec2::ZERO, high: DVec2::ONE, net }, mesh, limit)
 }
@@ -244,13 +244,9 @@ fn away(curve: &[DVec4], a: DVec3, b: DVec3) -> f64 {
     let chord = b - a;
     let most = 1.0 / chord.length_squared().max(f64::MIN_POSITIVE);
     let distance = |&h: &DVec4| {
-        let away = project(h) - a;
+        let away = h.project() - a;
         let share = (away.dot(chord) * most).clamp(0.0, 1.0);
         (away - share * chord).length_squared()
     };
     curve.iter().map(distance).fold(0.0, larger).sqrt()
-}
-
-fn project(h: DVec4) -> DVec3 {
-    h.truncate() / h.w
 }

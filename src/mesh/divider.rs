@@ -71,7 +71,7 @@ impl Divider<'_> {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let net = &desk.nets[start..];
         desk.points.clear();
-        desk.points.extend(net.iter().map(|&h| project(h)));
+        desk.points.extend(net.iter().map(|h| h.project()));
         let ends = self.ends().map(|k| desk.points[k]);
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         desk.faces.clear();
@@ -192,8 +192,8 @@ impl Divider<'_> {
             let end = UNIT.iter().position(|corner| *corner == at);
             let point = match end {
                 Some(end) => desk.points[self.ends()[end]],
-                None if single => project(self.bernstein.point(&desk.nets, at, &mut desk.part)),
-                None => project(self.point(block, (u, v), desk)),
+                None if single => self.bernstein.point(&desk.nets, at, &mut desk.part).project(),
+                None => self.point(block, (u, v), desk).project(),
             };
             desk.corners.push(Corner { at, point });
         }
@@ -256,7 +256,7 @@ impl Divider<'_> {
                 self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
                 self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
             }
-            desk.points.extend(desk.nets.iter().map(|&h| project(h)));
+            desk.points.extend(desk.nets.iter().map(|h| h.project()));
             return;
         }
         let (p, q) = self.nets.degrees;
@@ -270,7 +270,7 @@ impl Divider<'_> {
         };
         for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
             let at = (place(piece.u, i, p), place(piece.v, j, q));
-            let point = project(self.point(block, at, desk));
+            let point = self.point(block, at, desk).project();
             desk.points.push(point);
         }
     }
@@ -330,8 +330,4 @@ impl Line {
             self.sag = larger(self.sag, (away - away.dot(along) * along).length_squared());
         }
     }
-}
-
-fn project(h: DVec4) -> DVec3 {
-    h.truncate() / h.w
 }

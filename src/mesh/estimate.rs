@@ -38,7 +38,7 @@ impl Estimate {
             net.clear();
             nets.append((middle(i, some_rows, rows), middle(j, some_cols, cols)), &mut net);
             points.clear();
-            points.extend(net.iter().map(|h| h.truncate() / h.w));
+            points.extend(net.iter().map(|h| h.project()));
             let counts = counts(&points, nets.degrees, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }

@@ -182,7 +182,7 @@ fn is_pole(
         nets.append(patch, &mut net);
         for (k, h) in net.iter().enumerate() {
             let inside = row.is_none_or(|i| k / width == i) && col.is_none_or(|j| k % width == j);
-            let point = h.truncate() / h.w;
+            let point = h.project();
             if inside && point.distance(*pole.get_or_insert(point)) > small {
                 return false;
             }
