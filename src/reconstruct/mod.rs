@@ -12,6 +12,7 @@ mod outline;
 mod own_frame;
 mod paper;
 mod region;
+mod relay;
 mod report;
 mod robust;
 mod start;
@@ -76,9 +77,11 @@ pub fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     options.check(points.len())?;
-    let bounds = point_cloud::checked_bounds(points, observer)?;
-    match options.method {
-        Method::Fit => fitted::reconstruct(points, &bounds, options, observer),
-        Method::Paper => paper::reconstruct(points, &bounds, options, observer),
-    }
+    relay::in_pool(observer, |observer| {
+        let bounds = point_cloud::checked_bounds(points, observer)?;
+        match options.method {
+            Method::Fit => fitted::reconstruct(points, &bounds, options, observer),
+            Method::Paper => paper::reconstruct(points, &bounds, options, observer),
+        }
+    })
 }
