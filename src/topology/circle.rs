@@ -32,8 +32,8 @@ const MOST_SUMMED: usize = 3;
 /// Steps of the conjugate gradients; some tens suffice for a thousand landmarks.
 const MOST_STEPS: usize = 400;
 
-/// Residual at which they end, as a share of the first.
-const SOLVED: f64 = 1e-9;
+/// Residual at which they end, as a share of the first: for angles far finer than the points tell.
+const SOLVED: f64 = 1e-6;
 
 /// Landmarks among which a point's angle is interpolated.
 const NEAR: usize = 3;
@@ -61,31 +61,54 @@ pub(super) struct Loops {
     pub(super) sums: Vec<Circle>,
 }
 
-/// The loops of the surface that points lie on: those that no piece of the surface fills, and that
-/// are longer than three times `reach` times the distance from points to their landmarks.
-pub(super) fn circles(points: &[DVec3], graph: &NeighborGraph, spacing: f64, reach: f64) -> Loops {
-    let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS).min(points.len());
-    let (landmarks, radius) = spread_out(points, count);
-    let reach = reach * radius.max(spacing);
-    let seen = surroundings(graph, &landmarks, reach);
-    let edges = edges(&landmarks, &seen);
-    let mut forms: Vec<Form> = loops(landmarks.len(), &edges)
-        .into_iter()
-        .filter(|cocycle| cocycle.birth <= CLOSED_BY * reach)
-        .map(|cocycle| Form::harmonic(landmarks.len(), &edges, &cocycle.values))
-        .collect();
-    shorten(&mut forms, &edges);
-    let near = if forms.is_empty() { Vec::new() } else { nearest(&seen, points.len()) };
-    let circle = |form: &Form| form.circle(&edges, &near, graph);
-    let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-    let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
-        [1.0, -1.0].map(|sign| {
-            let mut sum = Form { turns: forms[a].turns.clone(), angles: forms[a].angles.clone() };
-            sum.subtract(&forms[b], sign);
-            circle(&sum)
-        })
-    });
-    Loops { sums: sums.collect(), shortest: forms.iter().map(circle).collect() }
+/// Points spread out over all, and the ways to those around them.
+pub(super) struct Landmarks<'a> {
+    graph: &'a NeighborGraph,
+    chosen: Vec<u32>,
+    /// The distance from points to their landmarks, the largest.
+    apart: f64,
+    /// For each landmark the points within reach of it with the lengths of the ways to them.
+    around: Vec<Vec<(u32, f64)>>,
+}
+
+impl<'a> Landmarks<'a> {
+    pub(super) fn of(points: &[DVec3], graph: &'a NeighborGraph, spacing: f64) -> Self {
+        let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS).min(points.len());
+        let (chosen, radius) = spread_out(points, count);
+        let apart = radius.max(spacing);
+        let around = surroundings(graph, &chosen, REACH * apart);
+        Self { graph, chosen, apart, around }
+    }
+
+    /// The loops of the surface that points lie on: those that no piece of the surface fills, and
+    /// that are longer than three times `reach` times the distance from points to their landmarks.
+    pub(super) fn loops(&self, reach: f64) -> Loops {
+        debug_assert!(reach <= REACH);
+        let reach = reach * self.apart;
+        let within = |around: &Vec<(u32, f64)>| -> Vec<(u32, f64)> {
+            around.iter().filter(|(_, length)| *length <= reach).copied().collect()
+        };
+        let seen: Vec<Vec<(u32, f64)>> = self.around.iter().map(within).collect();
+        let edges = edges(&self.chosen, &seen);
+        let mut forms: Vec<Form> = loops(self.chosen.len(), &edges)
+            .into_par_iter()
+            .filter(|cocycle| cocycle.birth <= CLOSED_BY * reach)
+            .map(|cocycle| Form::harmonic(self.chosen.len(), &edges, &cocycle.values))
+            .collect();
+        shorten(&mut forms, &edges);
+        let near = if forms.is_empty() { Vec::new() } else { nearest(&seen, self.graph.len()) };
+        let circle = |form: &Form| form.circle(&edges, &near, self.graph);
+        let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
+        let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
+            [1.0, -1.0].map(|sign| {
+                let mut sum =
+                    Form { turns: forms[a].turns.clone(), angles: forms[a].angles.clone() };
+                sum.subtract(&forms[b], sign);
+                circle(&sum)
+            })
+        });
+        Loops { sums: sums.collect(), shortest: forms.iter().map(circle).collect() }
+    }
 }
 
 /// `count` points, each as far as can be from those chosen before, and how far the farthest of the

@@ -10,9 +10,12 @@ mod cohomology;
 mod height_field;
 mod start;
 
-use glam::DVec3;
+use std::sync::OnceLock;
 
-use self::circle::Loops;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::circle::{Landmarks, Loops};
 use self::height_field::Tangent;
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
@@ -133,12 +136,9 @@ pub fn detect_sheet(points: &[DVec3], observer: &mut dyn Observer) -> Result<Top
 }
 
 fn look(points: &[DVec3], sheet: bool, observer: &mut dyn Observer) -> Result<Topology> {
-    let mut sample = EvenSample::new(MOST);
-    sample.extend(points);
-    let points = &sample.points();
-    let graph = NeighborGraph::of(points, NEIGHBORS, observer)?;
-    let tangents = height_field::tangents(points, &graph);
-    if let Some(height) = height_field::height_field(points, &tangents) {
+    let cloud = Cloud::of(points, MOST, observer)?;
+    let tangents = height_field::tangents(&cloud.points, &cloud.graph);
+    if let Some(height) = height_field::height_field(&cloud.points, &tangents) {
         let reason = format!(
             "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
              {:.0} degrees",
@@ -149,103 +149,117 @@ fn look(points: &[DVec3], sheet: bool, observer: &mut dyn Observer) -> Result<To
         );
         return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
     }
-    if points.len() < FEWEST {
-        let reason = format!("{} points are too few to show that it closes", points.len());
+    let count = cloud.points.len();
+    if count < FEWEST {
+        let reason = format!("{count} points are too few to show that it closes");
         return Ok(Topology::new(Kind::Sheet, reason));
     }
-    if sheet && border::count(points).is_some_and(|border| border >= outline(points.len())) {
+    if sheet && cloud.border().is_some_and(|border| border >= outline(count)) {
         return Ok(Topology::new(Kind::Sheet, "it has a border"));
     }
-    if sheet && points.len() > MOST_OF_SHEET {
-        let mut sample = EvenSample::new(MOST_OF_SHEET);
+    if sheet && count > MOST_OF_SHEET {
+        let cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, observer)?;
+        let tangents = height_field::tangents(&cloud.points, &cloud.graph);
+        return cloud.by_loops(&tangents, observer);
+    }
+    cloud.by_loops(&tangents, observer)
+}
+
+/// The points that are looked at.
+struct Cloud {
+    points: Vec<DVec3>,
+    graph: NeighborGraph,
+    border: OnceLock<Option<f64>>,
+}
+
+impl Cloud {
+    fn of(points: &[DVec3], most: usize, observer: &mut dyn Observer) -> Result<Self> {
+        let mut sample = EvenSample::new(most);
         sample.extend(points);
         let points = sample.points();
         let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
-        let tangents = height_field::tangents(&points, &graph);
-        return by_loops(&points, &graph, &tangents, observer);
+        Ok(Self { points, graph, border: OnceLock::new() })
     }
-    by_loops(points, &graph, &tangents, observer)
-}
 
-/// The kind of surface that its loops show.
-fn by_loops(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    tangents: &[Tangent],
-    observer: &mut dyn Observer,
-) -> Result<Topology> {
-    let spacing = height_field::usual_spacing(tangents);
-    let found = circle::circles(points, graph, spacing, circle::REACH);
-    let mut judged = closed(points, graph, &found, SPREAD[0]);
-    let doubtful = match &judged {
-        Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
-            rims_seen(points, chart) != Some(true)
-        }
-        Some(_) => false,
-        None => points.len() < CERTAIN,
-    };
-    if doubtful {
-        // Short loops of few points, or the second one of a torus, show themselves to who looks
-        // closer; what is no loop of the surface as a whole is not taken for one.
-        let mut closer = Vec::new();
-        for reach in CLOSER {
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
-            let loops = circle::circles(points, graph, spacing, reach);
-            match closed(points, graph, &loops, SPREAD[1]) {
-                Some(torus) if torus.kind == Kind::Torus => return Ok(torus),
-                other => closer.push(other),
+    /// How many points lie on the border; `None` if they scatter too much to show one.
+    fn border(&self) -> Option<f64> {
+        *self.border.get_or_init(|| border::count(&self.points))
+    }
+
+    /// The kind of surface that its loops show.
+    fn by_loops(&self, tangents: &[Tangent], observer: &mut dyn Observer) -> Result<Topology> {
+        let spacing = height_field::usual_spacing(tangents);
+        let landmarks = Landmarks::of(&self.points, &self.graph, spacing);
+        let found = landmarks.loops(circle::REACH);
+        let mut judged = self.torus(&found).or_else(|| self.tube(&found, SPREAD[0]));
+        let doubtful = match &judged {
+            Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
+                self.rims_seen(chart) != Some(true)
             }
+            Some(_) => false,
+            None => self.points.len() < CERTAIN,
+        };
+        if doubtful {
+            // Short loops of few points, or the second one of a torus, show themselves to who looks
+            // closer; what is no loop of the surface as a whole is not taken for one.
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
+            let closer: Vec<Loops> =
+                CLOSER.par_iter().map(|&reach| landmarks.loops(reach)).collect();
+            let torus = closer.iter().find_map(|loops| self.torus(loops));
+            judged = torus.or(judged).or_else(|| self.tube(&closer[0], SPREAD[1]));
         }
-        judged = judged.or(closer.swap_remove(0));
+        Ok(judged.unwrap_or_else(|| self.open(&found)))
     }
-    Ok(judged.unwrap_or_else(|| open(points, &found)))
-}
 
-/// The closed surface around which these loops go; `None` if they go around holes: their lengths
-/// differ by more than `spread` from place to place.
-fn closed(points: &[DVec3], graph: &NeighborGraph, loops: &Loops, spread: f64) -> Option<Topology> {
-    if let [ring, section] = &loops.shortest[..]
-        && let Some(chart) = start::torus(points, ring, section)
-    {
+    /// The torus around which these loops go.
+    fn torus(&self, loops: &Loops) -> Option<Topology> {
+        let [ring, section] = &loops.shortest[..] else { return None };
+        let chart = start::torus(&self.points, ring, section)?;
         let (long, short) = chart.lengths;
         let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
-        return Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) });
+        Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) })
     }
-    let around = loops.shortest.iter().chain(&loops.sums);
-    let around = around.min_by(|a, b| a.spread.total_cmp(&b.spread));
-    let around = around.filter(|around| around.spread <= spread)?;
-    let chart = start::tube(points, around, graph);
-    let (long, high) = chart.lengths;
-    let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
-    let warning = (rims_seen(points, &chart) == Some(false)).then(|| {
-        "the points close around one way and have no border: if they lie on a torus, say so".into()
-    });
-    Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
-}
 
-/// Whether points lie on the rims of a tube; `None` if noise hides them.
-fn rims_seen(points: &[DVec3], chart: &Chart) -> Option<bool> {
-    let (long, high) = chart.lengths;
-    let spacing = (long * high / points.len() as f64).sqrt();
-    border::count(points).map(|border| border >= RIMS * 2.0 * long / spacing)
+    /// The tube around which these loops go; `None` if they go around holes: their lengths differ by
+    /// more than `spread` from place to place.
+    fn tube(&self, loops: &Loops, spread: f64) -> Option<Topology> {
+        let around = loops.shortest.iter().chain(&loops.sums);
+        let around = around.min_by(|a, b| a.spread.total_cmp(&b.spread));
+        let around = around.filter(|around| around.spread <= spread)?;
+        let chart = start::tube(&self.points, around, &self.graph);
+        let (long, high) = chart.lengths;
+        let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
+        let warning = (self.rims_seen(&chart) == Some(false)).then(|| {
+            "the points close around one way and have no border: if they lie on a torus, say so"
+                .into()
+        });
+        Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
+    }
+
+    /// Whether points lie on the rims of a tube; `None` if noise hides them.
+    fn rims_seen(&self, chart: &Chart) -> Option<bool> {
+        let (long, high) = chart.lengths;
+        let spacing = (long * high / self.points.len() as f64).sqrt();
+        self.border().map(|border| border >= RIMS * 2.0 * long / spacing)
+    }
+
+    fn open(&self, loops: &Loops) -> Topology {
+        let reason = match &loops.shortest[..] {
+            [] => "no loop closes around it".to_string(),
+            [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
+            loops => format!("its {} loops close around holes", loops.len()),
+        };
+        let closed = self.border().is_some_and(|border| border < outline(self.points.len()));
+        let warning = (loops.shortest.is_empty() && closed).then(|| {
+            "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
+             or by great stretching; cut it, or choose a part"
+                .to_string()
+        });
+        Topology { warning, ..Topology::new(Kind::Sheet, reason) }
+    }
 }
 
 /// The least number of points on the border of a sheet of so many.
 fn outline(count: usize) -> f64 {
     OUTLINE * (count as f64).sqrt()
-}
-
-fn open(points: &[DVec3], loops: &Loops) -> Topology {
-    let reason = match &loops.shortest[..] {
-        [] => "no loop closes around it".to_string(),
-        [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
-        loops => format!("its {} loops close around holes", loops.len()),
-    };
-    let closed = border::count(points).is_some_and(|border| border < outline(points.len()));
-    let warning = (loops.shortest.is_empty() && closed).then(|| {
-        "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
-         or by great stretching; cut it, or choose a part"
-            .to_string()
-    });
-    Topology { warning, ..Topology::new(Kind::Sheet, reason) }
 }

@@ -15,6 +15,9 @@ const SECTORS: usize = 24;
 /// shrinks by a fifteenth.
 const RADIUS: f64 = 0.7;
 
+/// Exponent from which on a share of the nearest point's weight is rounding.
+const NEGLIGIBLE: f64 = 40.0;
+
 /// Cells along each side of the chart in which a torus must have points.
 const CHART: usize = 6;
 
@@ -40,7 +43,7 @@ impl Chart {
     /// [`Init::Given`](crate::som::Init::Given) takes.
     ///
     /// Each node is the mean of the points around it on the chart, weighted by a Gaussian of 0.7
-    /// cells. O(points + nodes²) at worst.
+    /// cells. O(points · nodes).
     #[must_use]
     pub fn lattice(&self, (rows, cols): (usize, usize)) -> Vec<DVec3> {
         let cells = DVec2::new(
@@ -50,26 +53,26 @@ impl Chart {
         let place = |i: usize, j: usize| DVec2::new(i as f64, j as f64);
         let node = |node: usize| {
             let at = place(node / cols, node % cols);
-            let mut radius = RADIUS;
-            loop {
-                let mut sum = DVec3::ZERO;
-                let mut weights = 0.0;
-                for (point, uv) in self.points.iter().zip(&self.uv) {
-                    let mut apart = (*uv * cells - at).abs();
-                    apart.x = apart.x.min(cells.x - apart.x);
-                    if self.closed_v {
-                        apart.y = apart.y.min(cells.y - apart.y);
-                    }
-                    let weight = (-0.5 * apart.length_squared() / (radius * radius)).exp();
+            let apart = |uv: &DVec2| {
+                let mut apart = (*uv * cells - at).abs();
+                apart.x = apart.x.min(cells.x - apart.x);
+                if self.closed_v {
+                    apart.y = apart.y.min(cells.y - apart.y);
+                }
+                apart.length_squared() / (2.0 * RADIUS * RADIUS)
+            };
+            // As shares of the nearest point's weight, which in a hole would vanish.
+            let nearest = self.uv.iter().map(apart).fold(f64::INFINITY, f64::min);
+            let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+            for (point, uv) in self.points.iter().zip(&self.uv) {
+                let farther = apart(uv) - nearest;
+                if farther < NEGLIGIBLE {
+                    let weight = (-farther).exp();
                     sum += weight * *point;
                     weights += weight;
                 }
-                // In holes a node listens farther.
-                if weights > f64::MIN_POSITIVE {
-                    return sum / weights;
-                }
-                radius *= 2.0;
             }
+            sum / weights
         };
         (0..rows * cols).into_par_iter().map(node).collect()
     }
