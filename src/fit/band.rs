@@ -4,6 +4,7 @@
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
@@ -174,7 +175,7 @@ impl Band {
             check()?;
             let (own, later) = self.values[j * reach * tile..].split_at_mut(reach * tile);
             let (diagonal, panel) = own.split_at_mut(tile);
-            if !cholesky(diagonal, side) {
+            if !Arch::new().dispatch(TileFactor { values: &mut *diagonal, side }) {
                 return Ok(false);
             }
             let below = (columns - 1 - j).min(reach - 1);
@@ -215,43 +216,7 @@ impl Band {
     /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
     pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
         debug_assert_eq!(x.len(), self.size);
-        let (side, tile) = (self.side, self.tile_len());
-        let rows = |number: usize| {
-            let (col, row) = (number / self.reach, number / self.reach + number % self.reach);
-            let range = |k: usize| (k * side).min(self.size)..((k + 1) * side).min(self.size);
-            (range(col), range(row))
-        };
-        // L y = b.
-        for (number, values) in self.values.chunks(tile).enumerate() {
-            let (cols, rows) = rows(number);
-            let diagonal = cols == rows;
-            for (j, col) in cols.enumerate() {
-                let column = &values[j * side..][..side];
-                if diagonal {
-                    x[col] = x[col].map(|value| value / column[j]);
-                }
-                let known = x[col];
-                let from = if diagonal { j + 1 } else { 0 };
-                for (x, value) in x[rows.clone()].iter_mut().zip(column).skip(from) {
-                    (0..WIDTH).for_each(|k| x[k] -= value * known[k]);
-                }
-            }
-        }
-        // Lᵀ x = y: a column's tiles from below, its diagonal one last.
-        for col in (0..self.columns()).rev() {
-            for number in (col * self.reach..(col + 1) * self.reach).rev() {
-                let values = &self.values[number * tile..][..tile];
-                let (cols, rows) = rows(number);
-                let diagonal = cols == rows;
-                for (j, col) in cols.enumerate().rev() {
-                    let column = &values[j * side..][..rows.len()];
-                    let from = if diagonal { j + 1 } else { 0 };
-                    let known = product(&column[from..], &x[rows.clone()][from..]);
-                    let sum: [f64; WIDTH] = std::array::from_fn(|k| x[col][k] - known[k]);
-                    x[col] = if diagonal { sum.map(|value| value / column[j]) } else { sum };
-                }
-            }
-        }
+        Arch::new().dispatch(Substitution { factor: self, x });
     }
 
     /// The entries of the inverse that lie in the band, from this factor (K. Takahashi, J. Fagan,
@@ -309,7 +274,62 @@ impl Band {
     }
 }
 
+/// A solution by a factor.
+struct Substitution<'a, const WIDTH: usize> {
+    factor: &'a Band,
+    x: &'a mut [[f64; WIDTH]],
+}
+
+impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
+    type Output = ();
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { factor, x } = self;
+        let (side, tile) = (factor.side, factor.tile_len());
+        let rows = |number: usize| {
+            let (col, row) = (number / factor.reach, number / factor.reach + number % factor.reach);
+            let range = |k: usize| (k * side).min(factor.size)..((k + 1) * side).min(factor.size);
+            (range(col), range(row))
+        };
+        // L y = b.
+        for (number, values) in factor.values.chunks(tile).enumerate() {
+            let (cols, rows) = rows(number);
+            let diagonal = cols == rows;
+            for (j, col) in cols.enumerate() {
+                let column = &values[j * side..][..side];
+                if diagonal {
+                    x[col] = x[col].map(|value| value / column[j]);
+                }
+                let known = x[col];
+                let from = if diagonal { j + 1 } else { 0 };
+                for (x, value) in x[rows.clone()].iter_mut().zip(column).skip(from) {
+                    (0..WIDTH).for_each(|k| x[k] -= value * known[k]);
+                }
+            }
+        }
+        // Lᵀ x = y: a column's tiles from below, its diagonal one last.
+        for col in (0..factor.columns()).rev() {
+            for number in (col * factor.reach..(col + 1) * factor.reach).rev() {
+                let values = &factor.values[number * tile..][..tile];
+                let (cols, rows) = rows(number);
+                let diagonal = cols == rows;
+                for (j, col) in cols.enumerate().rev() {
+                    let column = &values[j * side..][..rows.len()];
+                    let from = if diagonal { j + 1 } else { 0 };
+                    let known = product(&column[from..], &x[rows.clone()][from..]);
+                    let sum: [f64; WIDTH] = std::array::from_fn(|k| x[col][k] - known[k]);
+                    x[col] = if diagonal { sum.map(|value| value / column[j]) } else { sum };
+                }
+            }
+        }
+    }
+}
+
 /// The sum of numbers times vectors, in four parts that do not wait for one another.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
 fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f64; WIDTH] {
     let mut sums = [[0.0; WIDTH]; 4];
     for (numbers, vectors) in numbers.chunks(4).zip(vectors.chunks(4)) {
@@ -320,26 +340,38 @@ fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f6
     std::array::from_fn(|k| sums.iter().map(|sum| sum[k]).sum())
 }
 
-/// Cholesky's factor of one tile in place, its upper half zero.
-fn cholesky(values: &mut [f64], side: usize) -> bool {
-    for j in 0..side {
-        let (before, rest) = values.split_at_mut(j * side);
-        let column = &mut rest[..side];
-        column[..j].fill(0.0);
-        for known in before.chunks(side) {
-            let factor = known[j];
-            for (value, known) in column[j..].iter_mut().zip(&known[j..]) {
-                *value -= factor * known;
+/// Cholesky's factor of one tile in place, its upper half zero; false if there is none.
+struct TileFactor<'a> {
+    values: &'a mut [f64],
+    side: usize,
+}
+
+impl WithSimd for TileFactor<'_> {
+    type Output = bool;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let Self { values, side } = self;
+        for j in 0..side {
+            let (before, rest) = values.split_at_mut(j * side);
+            let column = &mut rest[..side];
+            column[..j].fill(0.0);
+            for known in before.chunks(side) {
+                let factor = known[j];
+                for (value, known) in column[j..].iter_mut().zip(&known[j..]) {
+                    *value -= factor * known;
+                }
             }
+            let pivot = column[j];
+            if !(pivot > 0.0 && pivot.is_finite()) {
+                return false;
+            }
+            let scale = pivot.sqrt();
+            column[j..].iter_mut().for_each(|value| *value /= scale);
         }
-        let pivot = column[j];
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return false;
-        }
-        let scale = pivot.sqrt();
-        column[j..].iter_mut().for_each(|value| *value /= scale);
+        true
     }
-    true
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::normal_equations::{NormalEquations, Sample};
+use super::patches::{Quad, Question, add, answers};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{Row, padded};
@@ -25,9 +26,6 @@ const MOST_FREEDOM: f64 = 0.9;
 
 /// Samples whose heights are judged by, at equal steps: more would not say more.
 const JUDGED: usize = 20_000;
-
-/// Samples that a thread takes at a time.
-const POINTS_PER_TASK: usize = 256;
 
 /// What cross-validation says of a weight.
 #[derive(Clone, Copy, Debug)]
@@ -145,24 +143,41 @@ impl<'a> Heights<'a> {
     /// The mean square of the heights over the surface with these control points, in the order of
     /// solution.
     fn mean_square(&self, solution: &[[f64; 3]]) -> f64 {
-        let net: Vec<DVec3> =
-            self.space.places().into_iter().map(|at| DVec3::from_array(solution[at])).collect();
-        let [rows, cols] = [0, 1].map(|d| self.space.knots[d].degree() + 1);
-        let width = self.space.knots[1].control_points();
-        let square = |judged: &Judged<'_>| {
-            let [first, left] = judged.firsts;
-            let mut place = DVec3::ZERO;
-            for (i, row) in judged.rows[..rows].iter().enumerate() {
-                let net = &net[(first + i) * width + left..][..cols];
-                let along = net.iter().zip(&judged.cols).map(|(point, value)| *value * *point);
-                place += *row * along.sum::<DVec3>();
-            }
-            let Sample { point, normal, weight, .. } = judged.sample;
-            weight * (point - place).dot(*normal).powi(2)
-        };
-        let squares: Vec<f64> =
-            self.judged.par_iter().with_min_len(POINTS_PER_TASK).map(square).collect();
+        let place = |at: usize| DVec3::from_array(solution[at]).extend(0.0).to_array();
+        let net = self.space.places().into_iter().map(place).collect();
+        let squares = answers(&Squares { heights: self, net }, self.judged.len());
         let weights: f64 = self.judged.iter().map(|judged| judged.sample.weight).sum();
         squares.iter().sum::<f64>() / weights
+    }
+}
+
+/// The weighted squares of the heights over a surface.
+struct Squares<'a> {
+    heights: &'a Heights<'a>,
+    net: Vec<Quad>,
+}
+
+impl Question for Squares<'_> {
+    type Answer = f64;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn answer(&self, index: usize) -> f64 {
+        let Heights { space, judged, .. } = self.heights;
+        let [rows, cols] = [0, 1].map(|d| space.knots[d].degree() + 1);
+        let width = space.knots[1].control_points();
+        let Judged { sample, firsts: [first, left], rows: by_row, cols: by_col } = &judged[index];
+        let mut place = [0.0; 4];
+        for (i, row) in by_row[..rows].iter().enumerate() {
+            let mut along = [0.0; 4];
+            let net = &self.net[(first + i) * width + left..][..cols];
+            for (point, col) in net.iter().zip(by_col) {
+                add(&mut along, *col, point);
+            }
+            add(&mut place, *row, &along);
+        }
+        let Sample { point, normal, weight, .. } = sample;
+        let [x, y, z, _] = place;
+        weight * (point - DVec3::new(x, y, z)).dot(*normal).powi(2)
     }
 }

@@ -19,8 +19,11 @@ use crate::progress::Listen;
 /// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
 const POINTS_PER_TASK: usize = 2048;
 
-/// Numbers in the blocks that are held at a time, 32 MB.
-const BLOCK_NUMBERS: usize = 1 << 22;
+/// Numbers in the blocks that are added up at a time, 16 MB.
+const BLOCK_NUMBERS: usize = 1 << 21;
+
+/// Portions that the tasks fall into at least.
+const PORTIONS: usize = 6;
 
 /// Products that are added up between two looks at the observer: tens of milliseconds.
 const PRODUCTS: usize = 1 << 27;
@@ -95,23 +98,27 @@ impl NormalEquations {
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
         listen: &mut Listen<'_>,
-        scatter: impl Fn(&mut Band, [usize; 2], [f64; C]),
+        scatter: impl Fn(&mut Band, [usize; 2], [f64; C]) + Sync,
     ) -> Result<()> {
         let layout = Layout::of(space, C);
         let cells = Cells::of(space, samples, listen)?;
         let tasks = cells.tasks();
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let at_once = (PRODUCTS / (POINTS_PER_TASK * sums)).max(rayon::current_num_threads());
-        let held = (BLOCK_NUMBERS / length).clamp(1, at_once);
-        let mut blocks = vec![0.0; held.min(tasks.len()) * length];
-        for tasks in tasks.chunks(held) {
-            listen()?;
-            let blocks = &mut blocks[..tasks.len() * length];
-            blocks.par_chunks_mut(length).zip(tasks).for_each(|(block, task)| {
+        let held = (BLOCK_NUMBERS / length).min(at_once).min(tasks.len().div_ceil(PORTIONS)).max(1);
+        let scratch = || vec![0.0; TOGETHER * (layout.height + layout.width)];
+        let fill = |tasks: &[Task], blocks: &mut [f64]| {
+            let blocks = blocks.par_chunks_mut(length).zip(tasks);
+            blocks.for_each_init(scratch, |scratch, (block, task)| {
                 block.fill(0.0);
                 let members = &cells.order[task.points.clone()];
-                accumulate(space, samples, members, &layout, &coefficients, block);
+                let sizes = (layout.rows, layout.cols);
+                let coefficients = &coefficients;
+                let sums = Sums { space, samples, members, sizes, coefficients, scratch, block };
+                Arch::new().dispatch(sums);
             });
+        };
+        let mut add = |tasks: &[Task], blocks: &[f64]| {
             for (block, task) in blocks.chunks(length).zip(tasks) {
                 let corner = cells.corner(task.cell);
                 let place = |k: usize| {
@@ -123,12 +130,21 @@ impl NormalEquations {
                     let value = |c: usize| block[c * layout.row_pairs * layout.width + at];
                     scatter(&mut self.matrix, pair, std::array::from_fn(value));
                 });
-                let rights = block[layout.height * layout.width..].as_chunks::<3>().0;
+                let rights = block[layout.height * layout.width..].as_chunks::<4>().0;
                 for (&place, right) in places.iter().zip(rights) {
                     let sum = &mut self.right[place];
                     sum.iter_mut().zip(right).for_each(|(sum, value)| *sum += value);
                 }
             }
+        };
+        // While blocks are added up, others are added to the matrix.
+        let (mut filled, mut next) = (vec![0.0; held * length], vec![0.0; held * length]);
+        let mut ready: &[Task] = &[];
+        for tasks in tasks.chunks(held).chain([&[][..]]) {
+            listen()?;
+            rayon::join(|| fill(tasks, &mut next), || add(ready, &filled));
+            std::mem::swap(&mut filled, &mut next);
+            ready = tasks;
         }
         Ok(())
     }
@@ -161,13 +177,20 @@ const TOGETHER: usize = 32;
 impl Layout {
     fn of(space: &SplineSpace, coefficients: usize) -> Self {
         let [rows, cols] = [0, 1].map(|d| space.knots[d].degree() + 1);
+        Self::of_sizes((rows, cols), coefficients)
+    }
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn of_sizes((rows, cols): (usize, usize), coefficients: usize) -> Self {
         let row_pairs = rows * (rows + 1) / 2;
         let height = (coefficients * row_pairs).next_multiple_of(LINES);
         Self { rows, cols, row_pairs, height, width: (cols * cols).next_multiple_of(LANES) }
     }
 
+    /// The right-hand sides have a fourth number, which fills a register.
     fn length(&self) -> usize {
-        self.height * self.width + 3 * self.rows * self.cols
+        self.height * self.width + 4 * self.rows * self.cols
     }
 
     /// Calls with each pair of functions once, and with the place of its sum.
@@ -187,91 +210,103 @@ impl Layout {
     }
 }
 
-/// Adds the products of some samples of one cell to its block.
-fn accumulate<const C: usize>(
-    space: &SplineSpace,
-    samples: &[Sample],
-    members: &[u32],
-    layout: &Layout,
-    coefficients: &impl Fn(&Sample) -> ([f64; C], DVec3),
-    block: &mut [f64],
-) {
-    let &Layout { rows, cols, row_pairs, height, width } = layout;
-    let arch = Arch::new();
-    let (sums, right) = block.split_at_mut(height * width);
-    let (mut of_rows, mut of_cols) = (vec![0.0; TOGETHER * height], vec![0.0; TOGETHER * width]);
-    for together in members.chunks(TOGETHER) {
-        for (k, &member) in together.iter().enumerate() {
-            let sample = &samples[member as usize];
-            let u = padded(&space.knots[0], sample.uv.x).values;
-            let v = padded(&space.knots[1], sample.uv.y).values;
-            let (factors, target) = coefficients(sample);
-            let mut pairs = [0.0; MAX_ORDER * (MAX_ORDER + 1) / 2];
-            let mut line = 0;
-            for i in 0..rows {
-                for j in i..rows {
-                    pairs[line] = u[i] * u[j];
-                    line += 1;
-                }
-            }
-            let lines = of_rows[k * height..].chunks_mut(row_pairs);
-            for (factor, line) in factors.iter().zip(lines) {
-                line.iter_mut().zip(&pairs).for_each(|(value, pair)| *value = factor * pair);
-            }
-            for i in 0..cols {
-                for j in 0..cols {
-                    of_cols[k * width + i * cols + j] = v[i] * v[j];
-                }
-            }
-            for i in 0..rows {
-                for j in 0..cols {
-                    let value = u[i] * v[j];
-                    let right = &mut right[3 * (i * cols + j)..][..3];
-                    right[0] += value * target.x;
-                    right[1] += value * target.y;
-                    right[2] += value * target.z;
-                }
-            }
-        }
-        let count = together.len();
-        let (of_rows, of_cols) = (&of_rows[..count * height], &of_cols[..count * width]);
-        arch.dispatch(Products { of_rows, of_cols, height, width, sums });
-    }
+/// What some samples of one cell add to its block.
+struct Sums<'a, const C: usize, F> {
+    space: &'a SplineSpace,
+    samples: &'a [Sample],
+    members: &'a [u32],
+    /// Basis functions in u and in v.
+    sizes: (usize, usize),
+    coefficients: &'a F,
+    /// Room for the lines of `TOGETHER` samples.
+    scratch: &'a mut [f64],
+    block: &'a mut [f64],
 }
 
-/// Adds the product of two matrices to a third: for each sample a line of `height` numbers times
-/// one of `width`.
-struct Products<'a> {
-    of_rows: &'a [f64],
-    of_cols: &'a [f64],
-    height: usize,
-    width: usize,
-    sums: &'a mut [f64],
-}
-
-impl WithSimd for Products<'_> {
+impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> WithSimd for Sums<'_, C, F> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { of_rows, of_cols, height, width, sums } = self;
-        for line in (0..height).step_by(LINES) {
-            for lane in (0..width).step_by(LANES) {
-                let mut held = [[0.0; LANES]; LINES];
-                for k in 0..of_rows.len() / height {
-                    let a: &[f64; LINES] = window(of_rows, k * height + line);
-                    let b: &[f64; LANES] = window(of_cols, k * width + lane);
-                    for i in 0..LINES {
-                        for j in 0..LANES {
-                            held[i][j] += a[i] * b[j];
-                        }
+        // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
+        match self.sizes {
+            (4, 4) => self.add(&Layout::of_sizes((4, 4), C)),
+            sizes => self.add(&Layout::of_sizes(sizes, C)),
+        }
+    }
+}
+
+impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn add(self, &Layout { rows, cols, row_pairs, height, width }: &Layout) {
+        let Self { space, samples, members, coefficients, scratch, block, .. } = self;
+        let (sums, right) = block.split_at_mut(height * width);
+        let right = right.as_chunks_mut::<4>().0;
+        let (of_rows, of_cols) = scratch.split_at_mut(TOGETHER * height);
+        for together in members.chunks(TOGETHER) {
+            for (k, &member) in together.iter().enumerate() {
+                let sample = &samples[member as usize];
+                let u = padded(&space.knots[0], sample.uv.x).values;
+                let v = padded(&space.knots[1], sample.uv.y).values;
+                let (factors, target) = coefficients(sample);
+                let target = target.extend(0.0).to_array();
+                let mut pairs = [0.0; MAX_ORDER * (MAX_ORDER + 1) / 2];
+                let mut line = 0;
+                for i in 0..rows {
+                    for j in i..rows {
+                        pairs[line] = u[i] * u[j];
+                        line += 1;
                     }
                 }
+                let lines = of_rows[k * height..].chunks_mut(row_pairs);
+                for (factor, line) in factors.iter().zip(lines) {
+                    line.iter_mut().zip(&pairs).for_each(|(value, pair)| *value = factor * pair);
+                }
+                for i in 0..cols {
+                    for j in 0..cols {
+                        of_cols[k * width + i * cols + j] = v[i] * v[j];
+                    }
+                }
+                for i in 0..rows {
+                    for j in 0..cols {
+                        let value = u[i] * v[j];
+                        let sums = right[i * cols + j].iter_mut().zip(&target);
+                        sums.for_each(|(sum, target)| *sum += value * target);
+                    }
+                }
+            }
+            let count = together.len();
+            add_product(
+                [&of_rows[..count * height], &of_cols[..count * width]],
+                [height, width],
+                sums,
+            );
+        }
+    }
+}
+
+/// Adds the product of two matrices to a third: for each sample a line of `height` numbers times
+/// one of `width`.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+fn add_product([of_rows, of_cols]: [&[f64]; 2], [height, width]: [usize; 2], sums: &mut [f64]) {
+    for line in (0..height).step_by(LINES) {
+        for lane in (0..width).step_by(LANES) {
+            let mut held = [[0.0; LANES]; LINES];
+            for k in 0..of_rows.len() / height {
+                let a: &[f64; LINES] = window(of_rows, k * height + line);
+                let b: &[f64; LANES] = window(of_cols, k * width + lane);
                 for i in 0..LINES {
                     for j in 0..LANES {
-                        sums[(line + i) * width + lane + j] += held[i][j];
+                        held[i][j] += a[i] * b[j];
                     }
+                }
+            }
+            for i in 0..LINES {
+                for j in 0..LANES {
+                    sums[(line + i) * width + lane + j] += held[i][j];
                 }
             }
         }

@@ -31,7 +31,7 @@ impl Tangents {
 }
 
 /// A control point and a zero: as many numbers as a vector register holds.
-type Quad = [f64; 4];
+pub(super) type Quad = [f64; 4];
 
 /// A polynomial surface; beyond its domain the outermost patches go on.
 pub(super) struct Patches<'a> {
@@ -208,7 +208,7 @@ impl<'a> Patches<'a> {
 
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn add(sum: &mut Quad, factor: f64, quad: &Quad) {
+pub(super) fn add(sum: &mut Quad, factor: f64, quad: &Quad) {
     for (sum, value) in sum.iter_mut().zip(quad) {
         *sum += factor * value;
     }

@@ -94,7 +94,14 @@ pub(crate) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
 }
 
 /// As [`Basis::at`], for a degree that is only known at run time.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
 pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
+    // Most surfaces are cubic; one degree alone becomes part of every caller.
+    if knots.degree() == 3 { Basis::<4>::at(knots, u).padded() } else { padded_of_any(knots, u) }
+}
+
+fn padded_of_any(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
     with_order!(knots.degree(), ORDER => Basis::<ORDER>::at(knots, u).padded())
 }
 

@@ -1,5 +1,7 @@
 //! Eigenvalues and eigenvectors of small symmetric matrices, by Jacobi's rotations.
 
+use pulp::{Arch, Simd, WithSimd};
+
 /// Sweeps over all pairs; ten are enough for 100 rows, and convergence ends it earlier.
 const SWEEPS: usize = 60;
 
@@ -7,26 +9,43 @@ const SWEEPS: usize = 60;
 ///
 /// `matrix` holds `size * size` numbers. O(size³) a sweep (Golub and Van Loan, Matrix Computations,
 /// section 8.5).
-pub(super) fn symmetric(mut matrix: Vec<f64>, size: usize) -> Vec<(f64, Vec<f64>)> {
-    let mut vectors = vec![0.0; size * size];
-    (0..size).for_each(|i| vectors[i * size + i] = 1.0);
-    let norm: f64 = matrix.iter().map(|value| value * value).sum();
-    let negligible = f64::EPSILON * norm.sqrt() / size as f64;
-    for _ in 0..SWEEPS {
-        let off: f64 = pairs(size).map(|(p, q)| matrix[p * size + q].powi(2)).sum();
-        if off <= f64::EPSILON.powi(2) * norm {
-            break;
-        }
-        for (p, q) in pairs(size) {
-            if matrix[p * size + q].abs() > negligible {
-                rotate(&mut matrix, &mut vectors, size, p, q);
+pub(super) fn symmetric(matrix: Vec<f64>, size: usize) -> Vec<(f64, Vec<f64>)> {
+    Arch::new().dispatch(Rotations { matrix, size })
+}
+
+/// A matrix that is turned until it is diagonal.
+struct Rotations {
+    matrix: Vec<f64>,
+    size: usize,
+}
+
+impl WithSimd for Rotations {
+    type Output = Vec<(f64, Vec<f64>)>;
+
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { mut matrix, size } = self;
+        let mut vectors = vec![0.0; size * size];
+        (0..size).for_each(|i| vectors[i * size + i] = 1.0);
+        let norm: f64 = matrix.iter().map(|value| value * value).sum();
+        let negligible = f64::EPSILON * norm.sqrt() / size as f64;
+        for _ in 0..SWEEPS {
+            let off: f64 = pairs(size).map(|(p, q)| matrix[p * size + q].powi(2)).sum();
+            if off <= f64::EPSILON.powi(2) * norm {
+                break;
+            }
+            for (p, q) in pairs(size) {
+                if matrix[p * size + q].abs() > negligible {
+                    rotate(&mut matrix, &mut vectors, size, p, q);
+                }
             }
         }
+        let mut order: Vec<usize> = (0..size).collect();
+        order.sort_by(|&a, &b| matrix[b * size + b].total_cmp(&matrix[a * size + a]));
+        let pair = |i: usize| (matrix[i * size + i], vectors[i * size..(i + 1) * size].to_vec());
+        order.into_iter().map(pair).collect()
     }
-    let mut order: Vec<usize> = (0..size).collect();
-    order.sort_by(|&a, &b| matrix[b * size + b].total_cmp(&matrix[a * size + a]));
-    let pair = |i: usize| (matrix[i * size + i], vectors[i * size..(i + 1) * size].to_vec());
-    order.into_iter().map(pair).collect()
 }
 
 fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
@@ -34,6 +53,8 @@ fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// Turns axes p and q so that their mixed element becomes zero; rows of `vectors` turn with them.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
 fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usize) {
     let mixed = matrix[p * size + q];
     let theta = (matrix[q * size + q] - matrix[p * size + p]) / (2.0 * mixed);
