@@ -1,12 +1,12 @@
 //! A few points, evenly over space, from as many as there are.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 
-/// First voxels, as a share of the first points' extent: so small that none holds two.
-const FIRST_VOXEL: f64 = 1e-6;
+/// Smallest voxels, as a share of the first points' extent: so small that none holds two.
+const LEAST_VOXEL: f64 = 1e-6;
 
 /// Chooses points evenly over space from a stream, in memory for twice as many as it keeps.
 ///
@@ -133,11 +133,25 @@ impl EvenSample {
         }
         // Numbers of voxels stay far within 64 bits.
         let far = low.abs().max(high.abs()).max_element();
-        self.side = (extent * FIRST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
+        let least = (extent * LEAST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
+        // From coarse to fine: as long as voxels are few, they are soon counted.
+        self.side = least.max(extent.log2().ceil().exp2());
+        while self.side > least && self.has_room_for_voxels(0.5 * self.side) {
+            self.side *= 0.5;
+        }
         for chosen in std::mem::take(&mut self.first) {
             prefer(&mut self.voxels, self.side, chosen);
         }
         self.coarsen();
+    }
+
+    /// Whether the first points lie in no more voxels of this side than points may be kept.
+    fn has_room_for_voxels(&self, side: f64) -> bool {
+        let mut voxels = HashSet::<[i64; 3], BuildHasherDefault<Scatter>>::default();
+        self.first.iter().all(|chosen| {
+            voxels.insert(chosen.voxel(side));
+            voxels.len() <= self.most
+        })
     }
 
     fn coarsen(&mut self) {
