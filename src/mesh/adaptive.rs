@@ -76,6 +76,8 @@ impl<'a> Tessellation<'a> {
         if estimate.triangles > SURELY * options.max_triangles as f64 {
             return Err(too_many(options, &limits, estimate.triangles));
         }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+        let triangles = estimate.triangles as usize;
         let lattice = Lattice::new(surface, nets, estimate)?;
         let bernstein = Bernstein::of(lattice.nets.degrees);
         let borders = Borders::new(&lattice);
@@ -89,7 +91,7 @@ impl<'a> Tessellation<'a> {
             numbers: Numbers::default(),
             deviation: 0.0,
         };
-        this.divide(options, observer)?;
+        this.divide(options, triangles, observer)?;
         this.conform(options, observer)?;
         this.number(options.split_seams);
         if this.triangles() > options.max_triangles {
@@ -139,7 +141,13 @@ impl<'a> Tessellation<'a> {
         Divider { surface, nets, bernstein, limits: self.limits }
     }
 
-    fn divide(&mut self, options: &TessellateOptions, observer: &mut dyn Observer) -> Result<()> {
+    /// Divides each block; there will be about so many triangles.
+    fn divide(
+        &mut self,
+        options: &TessellateOptions,
+        triangles: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<()> {
         let (divider, lattice) = (self.divider(), &self.lattice);
         let mut count = 0;
         let job = |desk: &mut Desk, index: usize| {
@@ -151,7 +159,7 @@ impl<'a> Tessellation<'a> {
         };
         let mut pieces = Vec::with_capacity(lattice.blocks());
         let mut deviation = 0.0_f64;
-        in_groups(0..lattice.blocks(), observer, job, |(done, most)| {
+        in_groups(0..lattice.blocks(), triangles, observer, job, |(done, most)| {
             count += done.len();
             deviation = deviation.max(most);
             pieces.push(done);

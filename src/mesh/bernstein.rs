@@ -4,6 +4,8 @@
 //! Those of triangles come from blossoms, functions of as many arguments as the degree says, which
 //! take the curve's values where all are the same (L. Ramshaw, *Blossoms are polar forms*, 1989).
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use std::ops::{Add, Mul};
 use std::sync::OnceLock;
 
@@ -30,6 +32,8 @@ pub(super) struct Bernstein {
     /// For each coefficient of the diagonal from (0, 0) and of the one from (0, 1), the coefficients
     /// that it is the mean of.
     diagonals: [Means; 2],
+    /// The weights of a net's control points in the middle of the square.
+    middle: Vec<f64>,
 }
 
 /// The corners of the unit square, counter-clockwise.
@@ -38,8 +42,9 @@ pub(super) const UNIT: [DVec2; 4] =
 
 /// The half of the unit square that lacks this corner: the right angle first, then the ends of the
 /// diagonal.
+#[inline(always)]
 pub(super) fn half(lacking: usize) -> [DVec2; 3] {
-    [2, 3, 1].map(|k| UNIT[(lacking + k) % 4])
+    [UNIT[(lacking + 2) % 4], UNIT[(lacking + 3) % 4], UNIT[(lacking + 1) % 4]]
 }
 
 fn binomial(n: usize, k: usize) -> f64 {
@@ -93,10 +98,24 @@ impl Bernstein {
             diagonals[0].push(shares().map(|a| (a * (q + 1) + m - a, weight(a))));
             diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
         }
-        Self { p, q, rows: u.len(), triangle, halves, diagonals }
+        let all = (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j)));
+        let weights: Vec<f64> = all.map(|(i, j)| binomial(p, i) * binomial(q, j)).collect();
+        let sum: f64 = weights.iter().sum();
+        let middle = weights.into_iter().map(|weight| weight / sum).collect();
+        Self { p, q, rows: u.len(), triangle, halves, diagonals, middle }
+    }
+
+    /// The point of a net in the middle of its square.
+    pub(super) fn middle(&self, net: &[DVec4]) -> DVec4 {
+        let mut sum = DVec4::ZERO;
+        for (h, weight) in net.iter().zip(&self.middle) {
+            sum += *weight * *h;
+        }
+        sum
     }
 
     /// Where a corner of the unit square stands in a net; `None` for other places.
+    #[inline(always)]
     pub(super) fn end(&self, at: DVec2) -> Option<usize> {
         let end = |x: f64, last: usize| match x {
             0.0 => Some(0),
@@ -107,6 +126,7 @@ impl Bernstein {
     }
 
     /// The part of a net over a rectangle of its square, appended to `out`.
+    #[inline(always)]
     pub(super) fn rectangle(
         &self,
         net: &[DVec4],
@@ -128,6 +148,7 @@ impl Bernstein {
 
     /// The control points of the curve above a segment of the square, in the direction of growing
     /// x, or else y, appended to `out`.
+    #[inline(always)]
     pub(super) fn segment(
         &self,
         net: &[DVec4],
@@ -160,6 +181,7 @@ impl Bernstein {
     }
 
     /// The Bézier coefficients on a triangle of the square of a function with these ones.
+    #[inline(always)]
     pub(super) fn triangle(
         &self,
         of: &[DVec4],
@@ -168,6 +190,10 @@ impl Bernstein {
         out: &mut Vec<DVec4>,
     ) {
         out.clear();
+        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == at) {
+            self.halves[lacking].of(of, out);
+            return;
+        }
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
         let place = |x: f64, low: f64, high: f64| {
             if x == low {
@@ -178,8 +204,10 @@ impl Bernstein {
                 0.5
             }
         };
-        let in_box =
-            at.map(|at| DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y)));
+        let mut in_box = at;
+        for at in &mut in_box {
+            *at = DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y));
+        }
         if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
             v.clear();
             rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
@@ -210,6 +238,7 @@ pub(super) struct Blossoms {
 
 /// The blossoms of some functions side by side, whose coefficients are rows of `width`, at each of
 /// the three arguments as often as [`triples`] say, in their order.
+#[inline(always)]
 fn blossoms(
     of: &[DVec4],
     (degree, width): (usize, usize),
@@ -236,6 +265,7 @@ fn blossoms(
 }
 
 /// Fixes an argument of blossoms: each row becomes a mean with the next one.
+#[inline(always)]
 fn reduce<T>(rows: &mut Vec<T>, width: usize, x: f64)
 where
     T: Copy + Add<Output = T>,
@@ -253,6 +283,7 @@ where
 }
 
 /// The part of a net over a rectangle of its square, appended to `out`.
+#[inline(always)]
 fn rectangle<T>(net: &[T], (p, q): (usize, usize), x: (f64, f64), y: (f64, f64), out: &mut Vec<T>)
 where
     T: Copy + Add<Output = T>,
@@ -267,6 +298,7 @@ where
 
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
+#[inline(always)]
 fn restrict<T>(of: &mut [T], (start, stride): (usize, usize), degree: usize, (from, to): (f64, f64))
 where
     T: Copy + Add<Output = T>,

@@ -6,12 +6,16 @@
 //! the surface: seen along a triangle's normal, the surface covers what its sides do not pass over
 //! on their way to the outer edges, and they are no further from these.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::{DVec2, DVec3, DVec4};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
+use super::cost::{Cost, away, costliest, dot};
 use super::frame::Frame;
 use super::polygon::{Polygon, clip};
-use super::triangle::{larger, largest};
+use super::triangle::{Doubt, larger, largest};
 use crate::nurbs::halve;
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
@@ -32,17 +36,17 @@ pub(super) struct Corner {
 /// Three corners of an outline, counter-clockwise.
 pub(super) type Face = [usize; 3];
 
-/// Memory that certifying needs.
+/// Memory that certifying needs, and the vector instructions that it may use.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    /// The net of a part in the frame of a face.
-    framed: Vec<DVec4>,
+    arch: Arch,
     blossoms: Blossoms,
     coefficients: Vec<DVec4>,
     /// The part of the net between the ends of a segment, and the curve above it.
     part: Vec<DVec4>,
     curve: Vec<DVec4>,
-    /// The normals of the faces, of those that have one.
+    /// The frames of the faces.
+    frames: Vec<Frame>,
     normals: Vec<Option<DVec3>>,
     /// The largest certified distance so far.
     most: f64,
@@ -64,9 +68,15 @@ pub(super) struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// The place in the unit square of the part.
-    fn inside(&self, at: DVec2) -> DVec2 {
-        (at - self.low) / (self.high - self.low)
+    fn is_whole(&self) -> bool {
+        (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
+    }
+
+    /// What it has of a segment, in its own unit square.
+    fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
+        let (from, to) = clip(segment, self.low, self.high)?;
+        let inside = |at: DVec2| (at - self.low) / (self.high - self.low);
+        Some((inside(from), inside(to)))
     }
 }
 
@@ -74,10 +84,11 @@ impl Part<'_> {
 pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
 /// An upper bound of the distance between the surface over the unit square of `net` and the
-/// triangles, in both directions; anything above `limit` if it is above it.
+/// triangles, in both directions; anything above `limit` if it is above it. `middle` is the
+/// surface's point in the middle of the square.
 pub(super) fn distance(
     bernstein: &Bernstein,
-    net: &[DVec4],
+    (net, middle): (&[DVec4], DVec3),
     mesh: Faces<'_>,
     limit: f64,
     work: &mut Workspace,
@@ -86,18 +97,62 @@ pub(super) fn distance(
         let centre = mesh.0[0].point;
         return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
     }
+    let least = work.least([middle], mesh);
+    if least > limit {
+        return least;
+    }
     work.certify(bernstein, Part { low: DVec2::ZERO, high: DVec2::ONE, net }, mesh, limit)
 }
 
 impl Workspace {
     /// Prepares for triangles, of which no part has been seen; whether they are a sheet.
     pub(super) fn begin(&mut self, (corners, faces): Faces<'_>) -> bool {
-        self.most = 0.0;
-        self.normals.clear();
-        self.normals.extend(faces.iter().map(|face| normal(face.map(|i| corners[i].point))));
-        let fold = |pair: &[Option<DVec3>]| folded(pair[0], pair[1]);
-        !self.normals.windows(2).any(fold)
-            && (0..faces.len()).all(|k| plane(faces, &self.normals, k).is_some())
+        let Self { frames, normals, most, .. } = self;
+        *most = 0.0;
+        frames.clear();
+        normals.clear();
+        for &[a, b, c] in faces {
+            normals.push(normal(corners[a].point, corners[b].point, corners[c].point));
+        }
+        !normals.windows(2).any(|pair| folded(pair[0], pair[1]))
+            && (0..faces.len()).all(|k| self.plane(faces, k).is_some())
+    }
+
+    /// The normal of the plane that stands for a face: of one without area (its corners lie on a
+    /// pole), that of a face beside it.
+    fn plane(&self, faces: &[Face], k: usize) -> Option<DVec3> {
+        let beside = |edge| self.normals[beside(faces, k, edge)?];
+        self.normals[k].or_else(|| edges(faces[k]).into_iter().find_map(beside))
+    }
+
+    /// A distance that the surface has at least if these are its points: they are as far from the
+    /// planes of all faces, whichever they lie over.
+    pub(super) fn least(
+        &self,
+        points: impl IntoIterator<Item = DVec3>,
+        (corners, faces): Faces<'_>,
+    ) -> f64 {
+        let planes = || {
+            faces.iter().zip(&self.normals).filter_map(|(f, n)| Some((corners[f[0]].point, (*n)?)))
+        };
+        let height = |point: DVec3| {
+            planes()
+                .map(|(origin, normal)| normal.dot(point - origin).abs())
+                .fold(f64::INFINITY, f64::min)
+        };
+        points.into_iter().map(height).fold(0.0, larger)
+    }
+
+    fn place_frames(&mut self, (corners, faces): Faces<'_>) {
+        for (k, &face) in faces.iter().enumerate() {
+            let Some(normal) = self.plane(faces, k) else { continue };
+            let (mut points, mut next) = ([DVec3::ZERO; 3], [None; 3]);
+            for (i, edge) in edges(face).into_iter().enumerate() {
+                points[i] = corners[edge.0].point;
+                next[i] = beside(faces, k, edge).and_then(|other| self.normals[other]);
+            }
+            self.frames.push(Frame::new(points, normal, next));
+        }
     }
 
     /// The largest distance of a part, and of those before it; anything above `limit` if it is above
@@ -109,11 +164,26 @@ impl Workspace {
         mesh: Faces<'_>,
         limit: f64,
     ) -> f64 {
-        let (corners, faces) = mesh;
-        let whole = (part.low, part.high) == (DVec2::ZERO, DVec2::ONE);
-        for (k, face) in faces.iter().enumerate() {
-            let Some(plane) = plane(faces, &self.normals, k) else { continue };
-            let mut polygon = Polygon::of(face.map(|i| corners[i].at));
+        if self.frames.is_empty() {
+            self.place_frames(mesh);
+        }
+        self.arch.dispatch(Certify { work: self, bernstein, part, mesh, limit })
+    }
+
+    /// Takes what the surface over each face costs into account.
+    #[inline(always)]
+    fn look_at_faces<S: Simd>(
+        &mut self,
+        simd: S,
+        bernstein: &Bernstein,
+        part: Part<'_>,
+        (corners, faces): Faces<'_>,
+        limit: f64,
+    ) {
+        let whole = part.is_whole();
+        for (face, frame) in faces.iter().zip(&self.frames) {
+            let mut polygon =
+                Polygon::of([corners[face[0]].at, corners[face[1]].at, corners[face[2]].at]);
             if !whole {
                 polygon.clip(part.low, part.high);
                 polygon.stretch(part.low, part.high);
@@ -122,57 +192,40 @@ impl Workspace {
             if at.len() < 3 {
                 continue;
             }
-            let next = |edge| beside(faces, k, edge).and_then(|other| self.normals[other]);
-            let next = edges(*face).map(next);
-            let frame = Frame::new(face.map(|i| corners[i].point), plane, next);
-            self.framed.clear();
-            self.framed.extend(part.net.iter().map(|&h| frame.coordinates(h)));
             if !whole {
                 // Points of the surface may tell that it is too far, the whole net that it is not.
-                let ends = at.iter().filter_map(|&at| bernstein.end(at));
-                let found = ends.map(|end| frame.cost(&self.framed[end])).fold(0.0, larger);
+                self.curve.clear();
+                self.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
+                let found = costliest(simd, frame, &self.curve);
                 if found > limit {
-                    return found;
+                    self.most = found;
+                    return;
                 }
-                let found = self.framed.iter().map(|h| frame.cost(h)).fold(0.0, larger);
+                let found = costliest(simd, frame, part.net);
                 if found <= limit {
                     self.most = larger(self.most, found);
                     continue;
                 }
             }
             for i in 2..at.len() {
-                let found = self.largest_over(bernstein, &frame, [at[0], at[i - 1], at[i]], limit);
+                let (stack, blossoms) = (&mut self.coefficients, &mut self.blossoms);
+                let at = longest_first([at[0], at[i - 1], at[i]]);
+                bernstein.triangle(part.net, at, blossoms, stack);
+                let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
+                let found = largest(simd, stack, bernstein.p + bernstein.q, doubt, frame);
                 self.most = larger(self.most, found);
                 if self.most > limit {
-                    return self.most;
+                    return;
                 }
             }
         }
-        self.follow_sides(bernstein, part, mesh, limit);
-        self.most
-    }
-
-    /// The largest cost of the points above a triangle of the square, from above.
-    fn largest_over(
-        &mut self,
-        bernstein: &Bernstein,
-        frame: &Frame,
-        at: [DVec2; 3],
-        limit: f64,
-    ) -> f64 {
-        let Self { framed, blossoms, coefficients, .. } = self;
-        // The longest side opposite to the first corner: it is the one to be cut.
-        let side = |k: usize| at[(k + 1) % 3].distance_squared(at[(k + 2) % 3]);
-        let first = (1..3).fold(0, |first, k| if side(k) > side(first) { k } else { first });
-        let at = [0, 1, 2].map(|k| at[(first + k) % 3]);
-        bernstein.triangle(framed, at, blossoms, coefficients);
-        let (degree, cost) = (bernstein.p + bernstein.q, |h: &DVec4| frame.cost(h));
-        largest(coefficients, degree, (limit, NEAR * limit), HALVINGS, &cost)
     }
 
     /// Takes the distance of a part's sides from the outer edges into account.
-    fn follow_sides(
+    #[inline(always)]
+    fn follow_sides<S: Simd>(
         &mut self,
+        simd: S,
         bernstein: &Bernstein,
         part: Part<'_>,
         (corners, faces): Faces<'_>,
@@ -184,18 +237,43 @@ impl Workspace {
                     continue;
                 }
                 let (a, b) = (corners[i], corners[j]);
-                let Some((from, to)) = clip((a.at, b.at), part.low, part.high) else { continue };
-                let ends = (part.inside(from), part.inside(to));
+                let ends =
+                    if part.is_whole() { Some((a.at, b.at)) } else { part.clip((a.at, b.at)) };
+                let Some(ends) = ends else { continue };
                 self.curve.clear();
                 bernstein.segment(part.net, ends, &mut self.part, &mut self.curve);
-                let mut found = away(&self.curve, a.point, b.point);
+                let chord = Chord::new(a.point, b.point);
+                let mut found = costliest(simd, &chord, &self.curve);
                 if found > limit {
                     closer(&mut self.curve);
-                    found = away(&self.curve, a.point, b.point);
+                    found = costliest(simd, &chord, &self.curve);
                 }
                 self.most = larger(self.most, found);
             }
         }
+    }
+}
+
+/// [`Workspace::certify`] in registers of any width.
+struct Certify<'a> {
+    work: &'a mut Workspace,
+    bernstein: &'a Bernstein,
+    part: Part<'a>,
+    mesh: Faces<'a>,
+    limit: f64,
+}
+
+impl WithSimd for Certify<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { work, bernstein, part, mesh, limit } = self;
+        work.look_at_faces(simd, bernstein, part, mesh, limit);
+        if work.most <= limit {
+            work.follow_sides(simd, bernstein, part, mesh, limit);
+        }
+        work.most
     }
 }
 
@@ -217,21 +295,24 @@ fn edges([a, b, c]: Face) -> [(usize, usize); 3] {
 }
 
 /// The normal of a triangle, if it has one.
-fn normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
     let longest = (b - a).length_squared().max((c - a).length_squared());
     let cross = (b - a).cross(c - a);
     let length = cross.length();
     (length > NO_AREA * longest).then(|| cross / length)
 }
 
-/// The normal of the plane that stands for a face: of one without area (its corners lie on a pole),
-/// that of a face beside it.
-fn plane(faces: &[Face], normals: &[Option<DVec3>], k: usize) -> Option<DVec3> {
-    normals[k]
-        .or_else(|| edges(faces[k]).into_iter().find_map(|edge| normals[beside(faces, k, edge)?]))
+/// A triangle's corners in their order, the first of which is opposite to the longest side: that is
+/// the one to be cut.
+#[inline(always)]
+fn longest_first(at: [DVec2; 3]) -> [DVec2; 3] {
+    let side = |k: usize| at[(k + 1) % 3].distance_squared(at[(k + 2) % 3]);
+    let first = (1..3).fold(0, |first, k| if side(k) > side(first) { k } else { first });
+    [at[first], at[(first + 1) % 3], at[(first + 2) % 3]]
 }
 
 /// Replaces the control points of a curve by those of its halves, which lie closer to it.
+#[inline(always)]
 fn closer(curve: &mut Vec<DVec4>) {
     let count = curve.len();
     curve.extend_from_within(..);
@@ -239,14 +320,34 @@ fn closer(curve: &mut Vec<DVec4>) {
     halve(first, second, count - 1, 1, 0..1);
 }
 
-/// How far a curve leaves the segment between a and b.
-fn away(curve: &[DVec4], a: DVec3, b: DVec3) -> f64 {
-    let chord = b - a;
-    let most = 1.0 / chord.length_squared().max(f64::MIN_POSITIVE);
-    let distance = |&h: &DVec4| {
-        let away = h.project() - a;
-        let share = (away.dot(chord) * most).clamp(0.0, 1.0);
-        (away - share * chord).length_squared()
-    };
-    curve.iter().map(distance).fold(0.0, larger).sqrt()
+/// The distance from a segment.
+struct Chord {
+    start: DVec3,
+    along: DVec3,
+    /// One by the square of its length.
+    scale: f64,
+}
+
+impl Chord {
+    #[inline(always)]
+    fn new(a: DVec3, b: DVec3) -> Self {
+        let along = b - a;
+        Self { start: a, along, scale: 1.0 / along.length_squared().max(f64::MIN_POSITIVE) }
+    }
+}
+
+impl Cost for Chord {
+    #[inline(always)]
+    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s {
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        let point = away(simd, point, self.start);
+        let share = dot(simd, point, (self.scale * self.along).to_array());
+        let share = simd.min_f64s(simd.max_f64s(share, zero), one);
+        let mut squared = zero;
+        for (point, along) in point.into_iter().zip(self.along.to_array()) {
+            let aside = simd.sub_f64s(point, simd.mul_f64s(share, simd.splat_f64s(along)));
+            squared = simd.add_f64s(squared, simd.mul_f64s(aside, aside));
+        }
+        squared
+    }
 }

@@ -33,10 +33,11 @@ impl Tessellation<'_> {
             let blocks = pieces.iter_mut().enumerate().filter(|&(index, _)| pending[index]);
             let blocks: Vec<(usize, &mut Vec<Piece>)> = blocks.collect();
             let (mut divided, mut deviation) = (vec![], self.deviation);
+            let count = blocks.iter().map(|(_, pieces)| pieces.len()).sum();
             let review = |room: &mut Room, (index, pieces): (usize, &mut Vec<Piece>)| {
                 (index, self.review(room, index, pieces), room.desk.deviation)
             };
-            in_groups(blocks, observer, review, |(index, changed, most)| {
+            in_groups(blocks, count, observer, review, |(index, changed, most)| {
                 divided.extend(changed.then_some(index));
                 deviation = deviation.max(most);
                 Ok(())

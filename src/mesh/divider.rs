@@ -84,7 +84,8 @@ impl Divider<'_> {
         let distance = if hopeless && piece.divisible() {
             f64::INFINITY
         } else {
-            certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work)
+            let middle = self.bernstein.middle(net).project();
+            certify::distance(self.bernstein, (net, middle), mesh, tolerance, &mut desk.work)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
@@ -182,9 +183,8 @@ impl Divider<'_> {
     ) -> Option<Direction> {
         self.load(block, *piece, desk);
         let single = piece.is_single();
-        let direction = self.steeper(&desk.points);
         if outline.len() > MOST_CORNERS {
-            return Some(direction);
+            return Some(self.steeper(&desk.points));
         }
         desk.corners.clear();
         for &(u, v) in outline {
@@ -204,12 +204,16 @@ impl Divider<'_> {
         cut.faces(piece.ends(outline), faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
-            certify::distance(self.bernstein, nets, mesh, tolerance, work)
+            let middle = self.bernstein.middle(nets).project();
+            certify::distance(self.bernstein, (nets, middle), mesh, tolerance, work)
         } else {
-            self.distance_of_patches(block, *piece, mesh, (patch, part, work))
+            self.distance_of_patches(block, (*piece, points), mesh, (patch, part, work))
         };
-        let direction =
-            if distance <= tolerance { self.beyond(block, outline, mesh) } else { Some(direction) };
+        let direction = if distance <= tolerance {
+            self.beyond(block, outline, mesh)
+        } else {
+            Some(self.steeper(points))
+        };
         let direction = direction.filter(|_| piece.divisible());
         if direction.is_none() {
             piece.cut = cut;
@@ -218,16 +222,17 @@ impl Divider<'_> {
         direction
     }
 
-    /// The certified distance of a piece of several patches, or anything above the tolerance.
+    /// The certified distance of a piece of several patches, on which these points lie, or anything
+    /// above the tolerance.
     fn distance_of_patches(
         &self,
         block: Block,
-        piece: Piece,
+        (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
         (patch, net, work): (&mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        if !work.begin(mesh) {
+        if !work.begin(mesh) || work.least(points.iter().copied(), mesh) > limit {
             return f64::INFINITY;
         }
         let mut most = 0.0;

@@ -9,8 +9,12 @@
 //! which it is a valley, a surface within a height h of both planes may pass at h / cos(θ / 2), where
 //! θ is the angle between the planes. So heights on that side cost so much more.
 
-use glam::{DVec2, DVec3, DVec4};
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
+use glam::{DVec2, DVec3};
+use pulp::Simd;
+
+use super::cost::{Cost, away, dot};
 use super::triangle::larger;
 
 /// Coordinates about a face: along its longest edge, across it in its plane, and above.
@@ -18,7 +22,6 @@ use super::triangle::larger;
 pub(super) struct Frame {
     origin: DVec3,
     axes: [DVec3; 3],
-    corners: [DVec2; 3],
     edges: [Edge; 3],
     /// What heights above and below cost.
     valleys: [f64; 2],
@@ -31,6 +34,8 @@ struct Edge {
     out: DVec2,
     /// The coordinate of the edge in this direction.
     at: f64,
+    /// The coordinates of its ends along the edge.
+    ends: [f64; 2],
     /// Whether no other face is beside it.
     outer: bool,
     /// By how much the next face falls away below the plane of this one, and by how much it rises
@@ -39,92 +44,120 @@ struct Edge {
     rises: f64,
 }
 
+impl Edge {
+    /// How far points are beyond the edge.
+    #[inline(always)]
+    fn beyond<S: Simd>(&self, simd: S, [x, y]: [S::f64s; 2]) -> S::f64s {
+        let at = dot(simd, [x, y], self.out.to_array());
+        simd.sub_f64s(at, simd.splat_f64s(self.at))
+    }
+
+    /// How far points are past its ends, squared.
+    #[inline(always)]
+    fn past<S: Simd>(&self, simd: S, [x, y]: [S::f64s; 2]) -> S::f64s {
+        let along = dot(simd, [x, y], self.out.perp().to_array());
+        let before = simd.sub_f64s(simd.splat_f64s(self.ends[0]), along);
+        let behind = simd.sub_f64s(along, simd.splat_f64s(self.ends[1]));
+        let past = simd.max_f64s(simd.max_f64s(before, behind), simd.splat_f64s(0.0));
+        simd.mul_f64s(past, past)
+    }
+}
+
 impl Frame {
     /// Of a face with this normal, and those of the faces beside its edges.
+    #[inline(always)]
     pub(super) fn new(points: [DVec3; 3], normal: DVec3, beside: [Option<DVec3>; 3]) -> Self {
-        let along = [0, 1, 2].map(|k| points[(k + 1) % 3] - points[k]);
-        let longest = (1..3).fold(0, |most, k| {
-            if along[k].length_squared() > along[most].length_squared() { k } else { most }
-        });
+        let [a, b, c] = points;
+        let along = [b - a, c - b, a - c];
+        let lengths =
+            [along[0].length_squared(), along[1].length_squared(), along[2].length_squared()];
+        let longest = usize::from(lengths[0] < lengths[1]);
+        let longest = if lengths[2] > lengths[longest] { 2 } else { longest };
         let x = along[longest].normalize_or_zero();
         let y = normal.cross(x);
-        let flat = |point: DVec3| DVec2::new(point.dot(x), point.dot(y));
-        let corners = points.map(|point| flat(point - points[0]));
+        let flat = |away: DVec3| DVec2::new(away.dot(x), away.dot(y));
+        let corners = [DVec2::ZERO, flat(along[0]), flat(c - a)];
         let (mut edges, mut valleys) = ([Edge::default(); 3], [1.0; 2]);
         for (k, edge) in edges.iter_mut().enumerate() {
-            let out = along[k].cross(normal).normalize_or_zero();
-            edge.out = flat(out);
-            edge.at = edge.out.dot(corners[k]);
+            let (start, end) = (corners[k], corners[(k + 1) % 3]);
+            let out = -(end - start).perp().normalize_or_zero();
+            (edge.out, edge.at) = (out, out.dot(start));
             let Some(other) = beside[k] else {
                 edge.outer = true;
+                edge.ends = [out.perp_dot(start), out.perp_dot(end)];
                 continue;
             };
-            let slope = other.dot(out);
+            let slope = other.dot(out.x * x + out.y * y);
             (edge.falls, edge.rises) = (larger(0.0, slope), larger(0.0, -slope));
             let valley = &mut valleys[usize::from(slope > 0.0)];
             *valley = larger(*valley, 1.0 / (0.5 + 0.5 * other.dot(normal)).sqrt());
         }
-        Self { origin: points[0], axes: [x, y, normal], corners, edges, valleys }
+        Self { origin: points[0], axes: [x, y, normal], edges, valleys }
     }
+}
 
-    /// The coordinates of a point times its weight, and the weight.
-    pub(super) fn coordinates(&self, h: DVec4) -> DVec4 {
-        let away = h.truncate() - h.w * self.origin;
-        let [x, y, z] = self.axes.map(|axis| axis.dot(away));
-        DVec4::new(x, y, z, h.w)
-    }
-
-    /// What a point costs.
-    pub(super) fn cost(&self, h: &DVec4) -> f64 {
-        let one = 1.0 / h.w;
-        let (at, height) = (DVec2::new(h.x, h.y) * one, h.z * one);
-        let (above, below) = (height * self.valleys[0], -height * self.valleys[1]);
-        let beyond = self.edges.each_ref().map(|edge| at.dot(edge.out) - edge.at);
-        if beyond.iter().all(|&beyond| beyond <= 0.0) {
-            return larger(above, below);
-        }
-        self.cost_beyond(at, (above, below), beyond)
-    }
-
-    /// What a point costs that is not over the face.
-    fn cost_beyond(&self, at: DVec2, (mut above, mut below): (f64, f64), beyond: [f64; 3]) -> f64 {
-        let (mut aside, mut left, mut over_next) = (0.0, None, false);
-        for (k, (edge, beyond)) in self.edges.iter().zip(beyond).enumerate() {
-            if beyond <= 0.0 {
+impl Cost for Frame {
+    #[inline(always)]
+    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s {
+        let (zero, none) = (simd.splat_f64s(0.0), simd.splat_f64s(f64::INFINITY));
+        let away = away(simd, point, self.origin);
+        let at =
+            [dot(simd, away, self.axes[0].to_array()), dot(simd, away, self.axes[1].to_array())];
+        let height = dot(simd, away, self.axes[2].to_array());
+        let mut above = simd.mul_f64s(height, simd.splat_f64s(self.valleys[0]));
+        let mut below = simd.mul_f64s(height, simd.splat_f64s(-self.valleys[1]));
+        let mut inner = zero;
+        for edge in &self.edges {
+            if edge.outer {
                 continue;
             }
+            let beyond = simd.max_f64s(edge.beyond(simd, at), zero);
+            above = simd.add_f64s(above, simd.mul_f64s(beyond, simd.splat_f64s(edge.falls)));
+            below = simd.add_f64s(below, simd.mul_f64s(beyond, simd.splat_f64s(edge.rises)));
+            inner = simd.max_f64s(inner, beyond);
+        }
+        // Of the outer edges that a point has left the face over, the nearest. Over the next face
+        // it is the line that counts, not where it ends.
+        let over_next = simd.greater_than_f64s(inner, zero);
+        let mut aside = none;
+        for edge in &self.edges {
             if !edge.outer {
-                above += edge.falls * beyond;
-                below += edge.rises * beyond;
-                over_next = true;
                 continue;
             }
-            aside = match left {
-                None => beyond * beyond,
-                // Over two edges: from the corner between them.
-                Some(before) => {
-                    at.distance_squared(self.corners[if before + 1 == k { k } else { 0 }])
-                }
-            };
-            left = Some(k);
+            let beyond = edge.beyond(simd, at);
+            let past = simd.select_f64s(over_next, zero, edge.past(simd, at));
+            let squared = simd.add_f64s(simd.mul_f64s(beyond, beyond), past);
+            let left = simd.greater_than_f64s(beyond, zero);
+            aside = simd.select_f64s(left, simd.min_f64s(aside, squared), aside);
         }
-        if let Some(k) = left.filter(|_| !over_next) {
-            // Past the end of the edge, where another meets it at an acute angle.
-            let ends = [self.corners[k], self.corners[(k + 1) % 3]];
-            let along = ends[1] - ends[0];
-            let share = (at - ends[0]).dot(along);
-            if share < 0.0 || share > along.length_squared() {
-                aside = larger(aside, at.distance_squared(ends[usize::from(share > 0.0)]));
-            }
-        }
-        let height = larger(above, below);
-        (height * height + aside).sqrt()
+        let aside = simd.select_f64s(simd.less_than_f64s(aside, none), aside, zero);
+        let height = simd.max_f64s(above, below);
+        simd.add_f64s(simd.mul_f64s(height, height), aside)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec4;
+    use pulp::{Arch, WithSimd};
+
+    use super::super::cost::costliest;
     use super::*;
+
+    /// What a point costs, given times a weight.
+    struct Asked<'a>(&'a Frame, DVec4);
+
+    impl WithSimd for Asked<'_> {
+        type Output = f64;
+
+        fn with_simd<S: Simd>(self, simd: S) -> f64 {
+            costliest(simd, self.0, &[self.1])
+        }
+    }
+
+    fn cost(frame: &Frame, h: DVec4) -> f64 {
+        Arch::new().dispatch(Asked(frame, h))
+    }
 
     /// A right angle in z = 0, beside the long edge of which a face rises at 45°.
     fn valley() -> Frame {
@@ -134,10 +167,8 @@ mod tests {
 
     #[test]
     fn points_cost_their_distance() {
-        let cost = |x: f64, y: f64, z: f64| {
-            let point = DVec3::new(x, y, z);
-            valley().cost(&valley().coordinates((2.0 * point).extend(2.0)))
-        };
+        let cost =
+            |x: f64, y: f64, z: f64| cost(&valley(), (2.0 * DVec3::new(x, y, z)).extend(2.0));
         let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} {b}");
         close(cost(0.2, 0.2, -0.1), 0.1);
         close(cost(0.2, 0.2, 0.1), 0.1 / (std::f64::consts::PI / 8.0).cos());
@@ -152,7 +183,7 @@ mod tests {
     fn past_an_acute_corner_the_corner_is_nearest() {
         let points = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.5, 0.0)];
         let frame = Frame::new(points, DVec3::Z, [None; 3]);
-        let cost = |x: f64, y: f64| frame.cost(&DVec4::new(x, y, 0.0, 1.0));
+        let cost = |x: f64, y: f64| cost(&frame, DVec4::new(x, y, 0.0, 1.0));
         // Beyond one edge only, but beside its end.
         assert!((cost(-0.03, -0.04) - 0.05).abs() < 1e-15);
         assert!((cost(0.03, -0.04) - 0.04).abs() < 1e-15);

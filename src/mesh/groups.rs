@@ -10,15 +10,20 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Time between two calls of the observer that is aimed at.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// Items for which no other thread is woken: they would be done before it has come.
-const FEW: usize = 4;
+/// Triangles for whose division no other thread is woken: it would be done before that has come.
+const FEW: usize = 128;
 
-/// Does a job for each item, in parallel, and takes the results in order; reports in between.
+/// Triangles that are written in the time in which one is found.
+pub(super) const WRITTEN: usize = 16;
+
+/// Does a job for each item, in parallel, and takes the results in order; reports in between. All
+/// together are about as much work as dividing a surface into so many triangles.
 ///
 /// Threads meet after a certain time, not after a certain number of items, because nobody knows
 /// how long one takes. So jobs must not see what has been taken since the call.
 pub(super) fn in_groups<I: Send, T: Send, R: Default>(
     items: impl IntoIterator<Item = I, IntoIter: ExactSizeIterator + Send>,
+    triangles: usize,
     observer: &mut dyn Observer,
     job: impl Fn(&mut R, I) -> T + Sync,
     mut take: impl FnMut(T) -> Result<()>,
@@ -36,7 +41,7 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
         let results = Mutex::new(vec![]);
         let early = || if started.elapsed() < REPORT { items.next() } else { None };
         let group = std::iter::from_fn(early).take(left);
-        let at_once = if left > FEW { 1 } else { FEW };
+        let at_once = if triangles > FEW { 1 } else { left };
         share(group, at_once, |room, (index, item)| {
             let result = job(room, item);
             results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));

@@ -4,6 +4,7 @@ mod adaptive;
 mod bernstein;
 mod certify;
 mod conform;
+mod cost;
 mod distance;
 mod divider;
 mod estimate;

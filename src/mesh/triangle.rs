@@ -2,7 +2,15 @@
 //!
 //! They stand row by row: by how often the first corner counts, then the second.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::DVec4;
+use pulp::Simd;
+
+use super::cost::{Cost, costliest};
+
+/// How often a triangle is halved at the very most.
+const MOST_HALVINGS: usize = 8;
 
 /// All triples of counts with this sum, in the order of coefficients.
 pub(super) fn triples(sum: usize) -> Vec<[usize; 3]> {
@@ -11,6 +19,7 @@ pub(super) fn triples(sum: usize) -> Vec<[usize; 3]> {
 }
 
 /// The larger of two numbers, of which only the second may be NaN; unlike `f64::max` one instruction.
+#[inline(always)]
 pub(super) fn larger(most: f64, x: f64) -> f64 {
     if x > most { x } else { most }
 }
@@ -20,40 +29,55 @@ fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
-/// The largest cost of a function's coefficients, or anything above `limit` if a value costs more
-/// than it. The cost is convex, so no value costs more than all coefficients. The triangle's
-/// coefficients are the last on the stack, and are taken away. Where they leave doubt (up to `near`),
-/// those of its parts are looked at, `halvings` times.
-pub(super) fn largest(
-    stack: &mut Vec<DVec4>,
-    degree: usize,
-    (limit, near): (f64, f64),
-    halvings: usize,
-    cost: &impl Fn(&DVec4) -> f64,
-) -> f64 {
-    let size = count(degree);
-    let start = stack.len() - size;
-    let triangle = &stack[start..];
-    let most = triangle.iter().map(cost).fold(0.0, larger);
-    let above = || [0, degree, size - 1].iter().any(|&k| cost(&triangle[k]) > limit);
-    if most <= limit || most > near || halvings == 0 || above() {
-        stack.truncate(start);
-        return most;
-    }
-    halve(stack, degree);
-    let first = largest(stack, degree, (limit, near), halvings - 1, cost);
-    if first > limit {
-        stack.truncate(start);
-        return first;
-    }
-    let second = largest(stack, degree, (limit, near), halvings - 1, cost);
-    stack.truncate(start);
-    first.max(second)
+/// When a triangle's coefficients, whose largest cost bounds that of its points, are worth cutting.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    /// Costs up to this one are no doubt.
+    pub limit: f64,
+    /// Those from this one on leave none either.
+    pub near: f64,
+    /// How often a triangle is halved at most.
+    pub halvings: usize,
 }
 
-/// Appends the coefficients of both halves of the stack's last triangle, cut from its first corner
-/// to the middle of the opposite side (de Casteljau's algorithm along the rows). Their first corner
-/// is that middle, so that their next cut goes to another side.
+/// The largest cost of a function's coefficients, or anything above the limit if a value costs more
+/// than it. The cost is convex, so no value costs more than all coefficients. Where they leave doubt,
+/// those of parts are looked at. The stack holds nothing but the coefficients.
+#[inline(always)]
+pub(super) fn largest<S: Simd>(
+    simd: S,
+    stack: &mut Vec<DVec4>,
+    degree: usize,
+    Doubt { limit, near, halvings }: Doubt,
+    cost: &impl Cost,
+) -> f64 {
+    let size = count(degree);
+    let (mut most, mut left) = (0.0, [0; MOST_HALVINGS + 1]);
+    left[0] = halvings.min(MOST_HALVINGS);
+    while let Some(start) = stack.len().checked_sub(size) {
+        let triangle = &stack[start..];
+        let found = costliest(simd, cost, triangle);
+        let level = start / size;
+        if found <= limit {
+            most = larger(most, found);
+            stack.truncate(start);
+            continue;
+        }
+        let corners = [0, degree, size - 1].map(|k| triangle[k]);
+        if found > near || left[level] == 0 || costliest(simd, cost, &corners) > limit {
+            return found;
+        }
+        let less = left[level] - 1;
+        (left[level], left[level + 1]) = (less, less);
+        halve(stack, degree);
+    }
+    most
+}
+
+/// Replaces the coefficients of the stack's last triangle by those of its halves, cut from its first
+/// corner to the middle of the opposite side (de Casteljau's algorithm along the rows). Their first
+/// corner is that middle, so that their next cut goes to another side.
+#[inline(always)]
 fn halve(stack: &mut Vec<DVec4>, degree: usize) {
     let size = count(degree);
     let start = stack.len() - size;
@@ -78,12 +102,35 @@ fn halve(stack: &mut Vec<DVec4>, degree: usize) {
             }
         }
     }
-    stack.truncate(start + 3 * size);
+    stack.copy_within(start + size..start + 3 * size, start);
+    stack.truncate(start + 2 * size);
 }
 
 #[cfg(test)]
 mod tests {
+    use pulp::{Arch, WithSimd};
+
     use super::*;
+
+    /// Distance from z = 0.
+    struct Height;
+
+    impl Cost for Height {
+        fn squared<S: Simd>(&self, simd: S, [_, _, z]: [S::f64s; 3]) -> S::f64s {
+            simd.mul_f64s(z, z)
+        }
+    }
+
+    /// The largest height of the cubic function.
+    struct Looked(Doubt);
+
+    impl WithSimd for Looked {
+        type Output = f64;
+
+        fn with_simd<S: Simd>(self, simd: S) -> f64 {
+            largest(simd, &mut cubic(), 3, self.0, &Height)
+        }
+    }
 
     /// A cubic function, of weight one.
     fn cubic() -> Vec<DVec4> {
@@ -96,8 +143,7 @@ mod tests {
         let middle = (of[0] + 3.0 * of[1] + 3.0 * of[2] + of[3]) / 8.0;
         let mut stack = of.clone();
         halve(&mut stack, 3);
-        assert_eq!(&stack[..10], &of[..]);
-        for (half, other) in stack[10..].chunks_exact(10).zip([of[3], of[0]]) {
+        for (half, other) in stack.chunks_exact(10).zip([of[3], of[0]]) {
             assert!(half[9].distance(middle) < 1e-15);
             assert_eq!((half[0], half[3]), (other, of[9]));
         }
@@ -106,7 +152,7 @@ mod tests {
     #[test]
     fn halving_comes_closer_from_above() {
         let looked = |limit: f64, halvings: usize| {
-            largest(&mut cubic(), 3, (limit, 9.0), halvings, &|of| of.z.abs())
+            Arch::new().dispatch(Looked(Doubt { limit, near: 9.0, halvings }))
         };
         // The largest value is found at places of a fine grid.
         let mut most = 0.0_f64;

@@ -5,7 +5,7 @@ use glam::DVec2;
 use super::MeshSlices;
 use super::adaptive::Tessellation;
 use super::certify::Face;
-use super::groups::in_groups;
+use super::groups::{WRITTEN, in_groups};
 use super::numbering::number_of;
 use super::stitch::{Place, Vertices, parameter};
 use super::uniform::check_length;
@@ -51,7 +51,8 @@ impl Tessellation<'_> {
         let evaluate = |(): &mut (), ((uv, points), normals): ((&[DVec2], _), _)| {
             self.surface.vertices(uv, points, normals);
         };
-        in_groups(on_borders, observer, evaluate, Ok)?;
+        let work = self.triangles() / WRITTEN;
+        in_groups(on_borders, work, observer, evaluate, Ok)?;
         let (points, normals) =
             (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
         let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
@@ -60,7 +61,7 @@ impl Tessellation<'_> {
             self.write_block(room, index, uv, faces);
             self.surface.vertices(uv, points, normals);
         };
-        in_groups(blocks, observer, write, Ok)
+        in_groups(blocks, work, observer, write, Ok)
     }
 
     /// Writes the parameters of a block's inner vertices, and its triangles.

@@ -1,0 +1,68 @@
+//! Convex functions of points, of which a Bézier patch's control points have the largest values.
+
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
+use glam::{DVec3, DVec4};
+use pulp::Simd;
+
+/// Numbers in the widest registers.
+const MOST_LANES: usize = 8;
+
+/// What a point costs.
+pub(super) trait Cost {
+    /// Squares of what points side by side in registers cost.
+    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s;
+}
+
+/// What the costliest of some homogeneous points costs.
+#[inline(always)]
+pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) -> f64 {
+    let lanes = S::F64_LANES;
+    let (whole, rest) = points.split_at(points.len() / lanes * lanes);
+    let mut most = simd.splat_f64s(0.0);
+    for group in whole.chunks_exact(lanes) {
+        most = simd.max_f64s(most, squared(simd, cost, group));
+    }
+    if let Some(&last) = rest.last() {
+        // The last one stands in for those that are missing.
+        let mut group = [last; MOST_LANES];
+        group[..rest.len()].copy_from_slice(rest);
+        most = simd.max_f64s(most, squared(simd, cost, &group[..lanes]));
+    }
+    simd.reduce_max_f64s(most).sqrt()
+}
+
+/// Squares of what as many points cost as registers hold numbers.
+#[inline(always)]
+fn squared<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) -> S::f64s {
+    let held = S::as_simd_f64s(bytemuck::cast_slice(points)).0;
+    let held = [held[0], held[1], held[2], held[3]];
+    let [x, y, z, w] = simd.deinterleave_shfl_f64s(held);
+    let one = simd.div_f64s(simd.splat_f64s(1.0), w);
+    let point = [simd.mul_f64s(x, one), simd.mul_f64s(y, one), simd.mul_f64s(z, one)];
+    cost.squared(simd, point)
+}
+
+/// Where points side by side lie from an origin.
+#[inline(always)]
+pub(super) fn away<S: Simd>(simd: S, [x, y, z]: [S::f64s; 3], origin: DVec3) -> [S::f64s; 3] {
+    [
+        simd.sub_f64s(x, simd.splat_f64s(origin.x)),
+        simd.sub_f64s(y, simd.splat_f64s(origin.y)),
+        simd.sub_f64s(z, simd.splat_f64s(origin.z)),
+    ]
+}
+
+/// Products of points side by side with a direction.
+#[inline(always)]
+pub(super) fn dot<S: Simd, const N: usize>(
+    simd: S,
+    points: [S::f64s; N],
+    direction: [f64; N],
+) -> S::f64s {
+    let mut sum = simd.splat_f64s(0.0);
+    for (point, share) in points.into_iter().zip(direction) {
+        sum = simd.add_f64s(sum, simd.mul_f64s(point, simd.splat_f64s(share)));
+    }
+    sum
+}
