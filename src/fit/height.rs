@@ -11,6 +11,7 @@ use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
+use crate::progress::{self, Listen, Observer, Stage};
 
 /// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
 /// leave quadratics free, which bend as most surfaces do.
@@ -29,6 +30,9 @@ const FOLDS: usize = 4;
 
 /// Points that cross-validation looks at.
 const JUDGED: usize = 20_000;
+
+/// Control points up to which a solution takes a few milliseconds.
+const SMALL: usize = 1_000;
 
 /// How heights are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,13 +90,13 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 /// O(points · degree⁴), a few times that where fairness is to be found (for 20,000 points at most).
 ///
 /// ```
-/// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}};
+/// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}, progress::Silent};
 /// let points: Vec<DVec3> = (0..900)
 ///     .map(|i| (f64::from(i % 30) / 29.0, f64::from(i / 30) / 29.0))
 ///     .map(|(x, y)| DVec3::new(x, y, (2.0 * x).sin() * y))
 ///     .collect();
 /// let options = HeightOptions { net: (8, 8), degree: (3, 3), fairness: None };
-/// let found = fit_heights(&points, None, DVec3::Z, &options)?;
+/// let found = fit_heights(&points, None, DVec3::Z, &options, &mut Silent)?;
 /// assert!(found.residuals.iter().all(|height| height.abs() < 1e-4));
 /// assert!((found.surface.point(0.25, 0.5).x - 0.25).abs() < 1e-14);
 /// # Ok::<(), neurbs::Error>(())
@@ -107,10 +111,12 @@ pub fn fit_heights(
     weights: Option<&[f64]>,
     up: DVec3,
     options: &HeightOptions,
+    observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
+    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     let heights = Heights::of(points, weights, up, options)?;
-    let (fairness, expected) = heights.best_fairness(options.fairness);
-    let fit = heights.fitted(fairness)?;
+    let (fairness, expected) = heights.best_fairness(options.fairness, &mut listen)?;
+    let fit = heights.fitted(fairness, &mut listen)?;
     Ok(HeightFit { expected, ..fit })
 }
 
@@ -122,9 +128,11 @@ pub(crate) fn fit_heights_with(
     up: DVec3,
     options: &HeightOptions,
     fairness: f64,
+    observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let options = HeightOptions { fairness: Some(fairness), ..*options };
-    Heights::of(points, weights, up, &options)?.fitted(fairness)
+    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
+    Heights::of(points, weights, up, &options)?.fitted(fairness, &mut listen)
 }
 
 /// Points by their places in the unit square of a plane and their heights over it.
@@ -173,11 +181,12 @@ impl<'a> Heights<'a> {
         Ok(Self { axes, low, size, local, uv, weights, options: fitting, order })
     }
 
-    fn fitted(self, fairness: f64) -> Result<HeightFit> {
+    fn fitted(self, fairness: f64, listen: &mut Listen<'_>) -> Result<HeightFit> {
         let Self { axes: [along, across, up], low, size, local, uv, weights, options, order } =
             self;
-        let heights = Equations::of(&local, &uv, weights, &options, order, &mut || Ok(()))?
-            .solve(fairness, &mut || Ok(()))?;
+        let heights = Equations::of(&local, &uv, weights, &options, order, listen)?
+            .solve(fairness, listen)?;
+        listen()?;
         let residuals = residuals(&heights, &local, &uv);
         let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
         let net = heights.control_points().iter().enumerate().map(|(i, point)| {
@@ -191,45 +200,90 @@ impl<'a> Heights<'a> {
 
     /// Cross-validation: the weight with which the points of each part are predicted best from the
     /// other parts, and the mean square of the error then.
-    fn best_fairness(&self, given: Option<f64>) -> (f64, f64) {
-        let Self { local, uv, weights, options, order, .. } = self;
+    fn best_fairness(&self, given: Option<f64>, listen: &mut Listen<'_>) -> Result<(f64, f64)> {
         let tried = given.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
-        let step = local.len().div_ceil(JUDGED).max(1);
-        let looked_at: Vec<usize> = (0..local.len()).step_by(step).collect();
-        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-        let pick = |fold: usize, left_out: bool| -> Vec<usize> {
-            let places = looked_at.iter().enumerate();
-            // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
-            let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == fold) == left_out);
-            wanted.map(|(_, &index)| index).collect()
-        };
-        let errors_of = |fold: usize| -> Vec<f64> {
-            let (seen, left) = (pick(fold, false), pick(fold, true));
-            let points: Vec<DVec3> = seen.iter().map(|&i| local[i]).collect();
-            let places: Vec<DVec2> = seen.iter().map(|&i| uv[i]).collect();
-            let own: Vec<f64> = seen.iter().map(|&i| weight(i)).collect();
-            let never = &mut || Ok(());
-            let Ok(equations) = Equations::of(&points, &places, Some(&own), options, *order, never)
-            else {
-                return vec![f64::INFINITY; tried.len()];
+        let step = self.local.len().div_ceil(JUDGED).max(1);
+        let looked_at: Vec<usize> = (0..self.local.len()).step_by(step).collect();
+        let fold = |fold: usize, listen: &mut Listen<'_>| Fold::of(self, &looked_at, fold, listen);
+        let folds = self.of_each_fold(listen, fold)?;
+        let total: f64 = looked_at.iter().map(|&i| self.weight(i)).sum();
+        let mut errors = Vec::with_capacity(tried.len());
+        for &fairness in &tried {
+            listen()?;
+            let error = |fold: usize, listen: &mut Listen<'_>| match &folds[fold] {
+                Some(fold) => fold.error(fairness, listen),
+                None => Ok(f64::INFINITY),
             };
-            let error = |fairness: &f64| {
-                let Ok(surface) = equations.solve(*fairness, &mut || Ok(())) else {
-                    return f64::INFINITY;
-                };
-                let patches = Patches::of(&surface);
-                let rest = |i: usize| local[i].z - patches.at(uv[i]).point.z;
-                left.iter().map(|&i| weight(i) * rest(i).powi(2)).sum()
-            };
-            tried.iter().map(error).collect()
-        };
-        let folds: Vec<Vec<f64>> = (0..FOLDS).into_par_iter().map(errors_of).collect();
-        let total: f64 = looked_at.iter().map(|&i| weight(i)).sum();
-        let sum = |i: usize| folds.iter().map(|errors| errors[i]).sum::<f64>() / total;
-        let errors: Vec<f64> = (0..tried.len()).map(sum).collect();
+            let sums = self.of_each_fold(listen, error)?;
+            errors.push(sums.iter().sum::<f64>() / total);
+        }
         let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
-        smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i]))
+        Ok(smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i])))
+    }
+
+    /// Does a job for each fold. Small nets are solved for before anybody would listen: their folds
+    /// are looked at side by side, those of large nets one after the other.
+    fn of_each_fold<T: Send>(
+        &self,
+        listen: &mut Listen<'_>,
+        job: impl Fn(usize, &mut Listen<'_>) -> Result<T> + Sync,
+    ) -> Result<Vec<T>> {
+        let FitOptions { knots_u, knots_v, .. } = &self.options;
+        if knots_u.control_points() * knots_v.control_points() <= SMALL {
+            return (0..FOLDS).into_par_iter().map(|fold| job(fold, &mut || Ok(()))).collect();
+        }
+        (0..FOLDS).map(|fold| job(fold, listen)).collect()
+    }
+
+    fn weight(&self, i: usize) -> f64 {
+        self.weights.map_or(1.0, |weights| weights[i])
+    }
+}
+
+/// A part of the points, and the surface of the other parts.
+struct Fold<'a> {
+    heights: &'a Heights<'a>,
+    equations: Equations,
+    left_out: Vec<usize>,
+}
+
+impl<'a> Fold<'a> {
+    /// One of the parts of the points that are looked at; `None` if the others hold no surface.
+    fn of(
+        heights: &'a Heights<'a>,
+        looked_at: &[usize],
+        number: usize,
+        listen: &mut Listen<'_>,
+    ) -> Result<Option<Self>> {
+        let pick = |left_out: bool| -> Vec<usize> {
+            let places = looked_at.iter().enumerate();
+            // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
+            let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == number) == left_out);
+            wanted.map(|(_, &index)| index).collect()
+        };
+        let (seen, left_out) = (pick(false), pick(true));
+        let points: Vec<DVec3> = seen.iter().map(|&i| heights.local[i]).collect();
+        let places: Vec<DVec2> = seen.iter().map(|&i| heights.uv[i]).collect();
+        let own: Vec<f64> = seen.iter().map(|&i| heights.weight(i)).collect();
+        let Heights { options, order, .. } = heights;
+        match Equations::of(&points, &places, Some(&own), options, *order, listen) {
+            Ok(equations) => Ok(Some(Self { heights, equations, left_out })),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) => Ok(None),
+        }
+    }
+
+    /// The sum of the squared heights of the points left out, each with its weight.
+    fn error(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<f64> {
+        let surface = match self.equations.solve(fairness, listen) {
+            Ok(surface) => surface,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(_) => return Ok(f64::INFINITY),
+        };
+        let (heights, patches) = (self.heights, Patches::of(&surface));
+        let rest = |i: usize| heights.local[i].z - patches.at(heights.uv[i]).point.z;
+        Ok(self.left_out.iter().map(|&i| heights.weight(i) * rest(i).powi(2)).sum())
     }
 }
 
@@ -247,6 +301,7 @@ pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::Silent;
 
     fn unit(i: u32) -> (f64, f64) {
         let i = f64::from(i);
@@ -273,12 +328,12 @@ mod tests {
             (0..2000).map(unit).map(|(x, y)| DVec3::new(x, y, wave(x, y))).collect();
         let noisy: Vec<DVec3> =
             (0..).zip(&exact).take(200).map(|(i, p)| *p + DVec3::Z * 0.02 * noise(i)).collect();
-        let free = fit_heights(&exact, None, DVec3::Z, &options(12)).unwrap();
+        let free = fit_heights(&exact, None, DVec3::Z, &options(12), &mut Silent).unwrap();
         let best = HeightOptions { fairness: Some(0.0), ..options(12) };
-        let best = fit_heights(&exact, None, DVec3::Z, &best).unwrap();
+        let best = fit_heights(&exact, None, DVec3::Z, &best, &mut Silent).unwrap();
         let sum = |fit: &HeightFit| fit.residuals.iter().map(|height| height * height).sum::<f64>();
         assert!(sum(&free) < 1.1 * sum(&best), "{} {}", sum(&free), sum(&best));
-        let found = fit_heights(&noisy, None, DVec3::Z, &options(12)).unwrap();
+        let found = fit_heights(&noisy, None, DVec3::Z, &options(12), &mut Silent).unwrap();
         assert!(found.fairness >= 100.0 * free.fairness, "{}", found.fairness);
         let error = |p: &DVec3| found.surface.point(p.x, p.y).z - p.z;
         let rms = |points: &[DVec3]| {
@@ -295,7 +350,7 @@ mod tests {
             .filter(|(x, y)| (x - 0.5).hypot(y - 0.5) > 0.2)
             .map(|(x, y)| DVec3::new(x, y, 0.3 * wave(x, y)))
             .collect();
-        let found = fit_heights(&points, None, DVec3::Z, &options(20)).unwrap();
+        let found = fit_heights(&points, None, DVec3::Z, &options(20), &mut Silent).unwrap();
         assert!((found.surface.point(0.5, 0.5).z - 0.3 * wave(0.5, 0.5)).abs() < 0.02);
     }
 
@@ -306,7 +361,7 @@ mod tests {
             .map(unit)
             .map(|(x, y)| turn * DVec3::new(3.0 * x, y, 0.2 * wave(x, y)))
             .collect();
-        let found = fit_heights(&points, None, turn * DVec3::Z, &options(10)).unwrap();
+        let found = fit_heights(&points, None, turn * DVec3::Z, &options(10), &mut Silent).unwrap();
         assert!(found.residuals.iter().all(|height| height.abs() < 1e-3));
         let feet = points.iter().zip(&found.uv);
         let gap = |(p, at): (&DVec3, &DVec2)| found.surface.point(at.x, at.y).distance(*p);
@@ -316,7 +371,7 @@ mod tests {
     #[test]
     fn a_line_is_no_field() {
         let line: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i), 2.0, 1.0)).collect();
-        let error = fit_heights(&line, None, DVec3::Z, &options(4)).unwrap_err();
+        let error = fit_heights(&line, None, DVec3::Z, &options(4), &mut Silent).unwrap_err();
         assert!(error.to_string().contains("extended across"));
     }
 }

@@ -13,7 +13,7 @@ const REPORT: Duration = Duration::from_millis(20);
 /// Triangles for whose division no other thread is woken: it would be done before that has come.
 const FEW: usize = 128;
 
-/// Triangles that are written in the time in which one is found.
+/// Triangles, or vertices, that are written in the time in which one triangle is found.
 pub(super) const WRITTEN: usize = 16;
 
 /// Does a job for each item, in parallel, and takes the results in order; reports in between. All

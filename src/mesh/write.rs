@@ -51,8 +51,7 @@ impl Tessellation<'_> {
         let evaluate = |(): &mut (), ((uv, points), normals): ((&[DVec2], _), _)| {
             self.surface.vertices(uv, points, normals);
         };
-        let work = self.triangles() / WRITTEN;
-        in_groups(on_borders, work, observer, evaluate, Ok)?;
+        in_groups(on_borders, borders / WRITTEN, observer, evaluate, Ok)?;
         let (points, normals) =
             (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
         let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
@@ -61,7 +60,7 @@ impl Tessellation<'_> {
             self.write_block(room, index, uv, faces);
             self.surface.vertices(uv, points, normals);
         };
-        in_groups(blocks, work, observer, write, Ok)
+        in_groups(blocks, self.triangles() / WRITTEN, observer, write, Ok)
     }
 
     /// Writes the parameters of a block's inner vertices, and its triangles.

@@ -1,12 +1,21 @@
 //! A few points, evenly over space, from as many as there are.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-/// Smallest voxels, as a share of the first points' extent: so small that none holds two.
-const LEAST_VOXEL: f64 = 1e-6;
+use crate::error::Result;
+use crate::progress::Listen;
+
+/// Smallest voxels, as a share of the first points' extent: so small that none holds two, so large
+/// that a place among them is a number of `PLACES` bits, even rounded down to a power of two.
+const LEAST_VOXEL: f64 = 2e-6;
+const PLACES: usize = 21;
+
+/// Points that are put into voxels between two looks at the observer.
+const POINTS_PER_LOOK: usize = 1 << 15;
 
 /// Chooses points evenly over space from a stream, in memory for twice as many as it keeps.
 ///
@@ -98,70 +107,103 @@ impl Hasher for Scatter {
 }
 
 impl EvenSample {
-    /// Nothing yet; `most` points at most.
+    /// Nothing yet; `most` points at most, one at least.
     #[must_use]
     pub fn new(most: usize) -> Self {
-        Self { most, seen: 0, side: 0.0, voxels: Voxels::default(), first: Vec::new() }
+        Self { most: most.max(1), seen: 0, side: 0.0, voxels: Voxels::default(), first: Vec::new() }
     }
 
     /// Looks at the next points of the stream.
     pub fn extend(&mut self, points: &[DVec3]) {
+        // Only who listens may stop it.
+        let _never = self.look_at(points, &mut || Ok(()));
+    }
+
+    /// The same, which may be stopped; it is of no use then.
+    pub(crate) fn look_at(&mut self, points: &[DVec3], listen: &mut Listen<'_>) -> Result<()> {
         for &point in points {
             let chosen = Chosen::new(point, self.seen);
             self.seen += 1;
             if self.side > 0.0 {
                 prefer(&mut self.voxels, self.side, chosen);
-                self.coarsen();
+                while self.voxels.len() > self.most {
+                    self.side *= 2.0;
+                    let chosen = std::mem::take(&mut self.voxels).into_values();
+                    self.fill(chosen, listen)?;
+                }
             } else {
                 self.first.push(chosen);
                 if self.first.len() > self.most {
-                    self.divide();
+                    self.divide(listen)?;
                 }
             }
         }
+        Ok(())
     }
 
     /// The first voxels.
-    fn divide(&mut self) {
+    fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
         let low = self.first.iter().fold(DVec3::INFINITY, |low, c| low.min(c.point));
         let high = self.first.iter().fold(DVec3::NEG_INFINITY, |high, c| high.max(c.point));
         let extent = (high - low).max_element();
         if extent == 0.0 {
             // Copies of one point: one is as good as all.
             self.first.truncate(1);
-            return;
+            return Ok(());
         }
         // Numbers of voxels stay far within 64 bits.
         let far = low.abs().max(high.abs()).max_element();
         let least = (extent * LEAST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
-        // From coarse to fine: as long as voxels are few, they are soon counted.
-        self.side = least.max(extent.log2().ceil().exp2());
-        while self.side > least && self.has_room_for_voxels(0.5 * self.side) {
-            self.side *= 0.5;
-        }
-        for chosen in std::mem::take(&mut self.first) {
+        self.side = least * self.doublings(least).exp2();
+        let first = std::mem::take(&mut self.first).into_iter();
+        self.fill(first, listen)
+    }
+
+    /// Puts points into empty voxels.
+    fn fill(
+        &mut self,
+        chosen: impl ExactSizeIterator<Item = Chosen>,
+        listen: &mut Listen<'_>,
+    ) -> Result<()> {
+        self.voxels.reserve(self.most.min(chosen.len()));
+        for (k, chosen) in chosen.enumerate() {
+            if k % POINTS_PER_LOOK == 0 {
+                listen()?;
+            }
             prefer(&mut self.voxels, self.side, chosen);
         }
-        self.coarsen();
+        Ok(())
     }
 
-    /// Whether the first points lie in no more voxels of this side than points may be kept.
-    fn has_room_for_voxels(&self, side: f64) -> bool {
-        let mut voxels = HashSet::<[i64; 3], BuildHasherDefault<Scatter>>::default();
-        self.first.iter().all(|chosen| {
-            voxels.insert(chosen.voxel(side));
-            voxels.len() <= self.most
-        })
-    }
-
-    fn coarsen(&mut self) {
-        while self.voxels.len() > self.most {
-            self.side *= 2.0;
-            let voxels = std::mem::take(&mut self.voxels);
-            for chosen in voxels.into_values() {
-                prefer(&mut self.voxels, self.side, chosen);
-            }
+    /// How often voxels of this side must double until the first points lie in no more of them than
+    /// points may be kept.
+    fn doublings(&self, side: f64) -> f64 {
+        let mut lowest = [i64::MAX; 3];
+        for chosen in &self.first {
+            let voxel = chosen.voxel(side);
+            lowest = [0, 1, 2].map(|axis| lowest[axis].min(voxel[axis]));
         }
+        // Where a voxel of every size begins.
+        let origin = lowest.map(|lowest| lowest >> (PLACES - 1) << (PLACES - 1));
+        let code = |chosen: &Chosen| {
+            let voxel = chosen.voxel(side);
+            interleaved([0, 1, 2].map(|axis| voxel[axis].abs_diff(origin[axis])))
+        };
+        let mut codes: Vec<u64> = self.first.par_iter().map(code).collect();
+        codes.par_sort_unstable();
+        // In this order the points of a voxel of any size follow one another; the highest bit in
+        // which neighbours differ says up to which size they lie apart.
+        let mut apart = [0; PLACES + 1];
+        for pair in codes.windows(2) {
+            let differing = u64::BITS - (pair[0] ^ pair[1]).leading_zeros();
+            apart[differing.div_ceil(3) as usize] += 1;
+        }
+        let (mut voxels, mut doublings) = (1 + apart[1..].iter().sum::<usize>(), 0);
+        while voxels > self.most {
+            doublings += 1;
+            voxels -= apart[doublings];
+        }
+        doublings as f64
     }
 
     fn chosen(&self) -> Vec<Chosen> {
@@ -190,6 +232,22 @@ impl EvenSample {
     }
 }
 
+/// The bits of a voxel's place, taken in turns from its three numbers (G. M. Morton, 1966).
+fn interleaved(place: [u64; 3]) -> u64 {
+    let spread = |along: u64| {
+        let steps = [
+            (32, 0x1f_0000_0000_ffff),
+            (16, 0x1f_0000_ff00_00ff),
+            (8, 0x100f_00f0_0f00_f00f),
+            (4, 0x10c3_0c30_c30c_30c3),
+            (2, 0x1249_2492_4924_9249),
+        ];
+        steps.iter().fold(along, |bits, (shift, mask)| (bits | bits << shift) & mask)
+    };
+    let [x, y, z] = place.map(spread);
+    x | y << 1 | z << 2
+}
+
 /// Keeps the better one of a voxel's point and another.
 fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
     let kept = voxels.entry(chosen.voxel(side)).or_insert(chosen);
@@ -200,6 +258,8 @@ fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     fn cloud() -> Vec<DVec3> {
@@ -227,6 +287,23 @@ mod tests {
         turned = sample(&turned, 100).points();
         turned.reverse();
         assert_eq!(whole.points(), turned);
+    }
+
+    #[test]
+    fn voxels_are_as_small_as_there_is_room_for() {
+        for centre in [DVec3::ZERO, DVec3::new(700.0, -0.3, 1e3)] {
+            let place = |i: u32| centre - 0.5 + f64::from(i) * DVec3::new(0.754_9, 0.569_8, 0.131);
+            let points: Vec<DVec3> =
+                (0..3001).map(|i| centre + (place(i) - centre).fract()).collect();
+            let mut sample = EvenSample::new(3000);
+            sample.extend(&points);
+            let count = |side: f64| {
+                let places = points.iter().map(|&point| Chosen::new(point, 0).voxel(side));
+                places.collect::<HashSet<_>>().len()
+            };
+            assert!(count(sample.side) <= 3000 && count(0.5 * sample.side) > 3000);
+            assert_eq!(count(sample.side), sample.points().len());
+        }
     }
 
     #[test]

@@ -110,7 +110,7 @@ pub(super) fn fit_heights(
     let weights = weights.as_ref().map(Numbers::as_slice).transpose()?;
     let found = call::run(py, None, |watcher| {
         point_cloud::checked_bounds(points, watcher)?;
-        fit::fit_heights(points, weights, up, &options)
+        fit::fit_heights(points, weights, up, &options, watcher)
     })?;
     Ok(HeightFit {
         surface: Py::new(py, NurbsSurface::new(py, found.surface)?)?,

@@ -130,8 +130,9 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     for portion in cloud.chunks(PORTION) {
         let (step, total) = (sample.seen(), cloud.len());
         let progress = Progress::of_stage(Stage::Cleaning, step, total as u64, total);
-        progress::report(observer, &progress)?;
-        sample.extend(portion);
+        let mut listen = || progress::report(observer, &progress);
+        listen()?;
+        sample.look_at(portion, &mut listen)?;
     }
     #[expect(clippy::cast_possible_truncation, reason = "no more points fit into memory")]
     Ok(sample.indices().into_iter().map(|index| index as u32).collect())

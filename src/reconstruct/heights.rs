@@ -26,6 +26,9 @@ const LEAST_GAIN: f64 = 0.95;
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
+/// Points whose feet are looked for between two reports.
+const PORTION: usize = 1 << 17;
+
 /// Points for each control point that tell how steep a surface is, and how many at least.
 const TELLING: usize = 16;
 const LEAST_TELLING: usize = 20_000;
@@ -71,16 +74,16 @@ pub(super) fn fit(
                 let steepness = cosines(&known.surface, &known.uv, up);
                 (steepness, fairness.unwrap_or(known.fairness))
             }
-            None => steepness(job, up, &options)?,
+            None => steepness(job, up, &options, observer)?,
         };
         // Noise has no direction, so what counts is the distance from the slope, not the height.
         let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
         let weights: Vec<f64> = steepness.into_iter().enumerate().map(weight).collect();
         if growth.is_none() {
-            return fit_heights_with(job.points, Some(&weights), up, &options, fairness);
+            return fit_heights_with(job.points, Some(&weights), up, &options, fairness, observer);
         }
         let options = HeightOptions { fairness: Some(fairness), ..options };
-        fit_heights(job.points, Some(&weights), up, &options)
+        fit_heights(job.points, Some(&weights), up, &options, observer)
     };
     let mut net = net;
     let mut fit = solve(net)?;
@@ -110,21 +113,33 @@ pub(super) fn fit(
     };
     let HeightFit { surface, uv, fairness, .. } = fit;
     // The nearest place is not the one straight below.
-    let (uv, distances) = project(&surface, (false, false), job.points, &uv);
-    Ok(Fit { surface, uv, distances, fairness, iterations, ended_by })
+    let (mut feet, mut distances) = (Vec::with_capacity(uv.len()), Vec::with_capacity(uv.len()));
+    let mut listen = progress::listener(observer, Stage::Fitting, job.points.len());
+    for (points, uv) in job.points.chunks(PORTION).zip(uv.chunks(PORTION)) {
+        listen()?;
+        let (uv, apart) = project(&surface, (false, false), points, uv);
+        feet.extend(uv);
+        distances.extend(apart);
+    }
+    Ok(Fit { surface, uv: feet, distances, fairness, iterations, ended_by })
 }
 
 /// How steep the surface is at the points, as the cosine of its slope, and the fairness that it
 /// wants: by a first fit to as many of them as tell.
-fn steepness(job: &Job<'_>, up: DVec3, options: &HeightOptions) -> Result<(Vec<f64>, f64)> {
+fn steepness(
+    job: &Job<'_>,
+    up: DVec3,
+    options: &HeightOptions,
+    observer: &mut dyn Observer,
+) -> Result<(Vec<f64>, f64)> {
     let enough = (TELLING * options.net.0 * options.net.1).max(LEAST_TELLING);
     let points: Vec<DVec3> = every(job.points, enough).copied().collect();
     let weights: Option<Vec<f64>> =
         job.weights.as_ref().map(|weights| every(weights, enough).copied().collect());
     let weights = weights.as_deref();
     let first = match options.fairness {
-        Some(fairness) => fit_heights_with(&points, weights, up, options, fairness)?,
-        None => fit_heights(&points, weights, up, options)?,
+        Some(fairness) => fit_heights_with(&points, weights, up, options, fairness, observer)?,
+        None => fit_heights(&points, weights, up, options, observer)?,
     };
     let axes = height_axes(&points, up);
     let place = |point: DVec3| DVec2::from_array(axes.map(|axis| axis.dot(point)));

@@ -307,6 +307,8 @@ LONG_JOBS = {
         "neurbs.reconstruct(many, method='paper', reach=10.0, max_steps=10**12, grid=(300, 300))"
     ),
     "fit a surface": "neurbs.reconstruct(many, grid=(120, 120))",
+    "more points than are fitted": "neurbs.reconstruct(rng.random((1_500_000, 3)))",
+    "heights": "[neurbs.fit_heights(many, (90, 90)) for _ in range(100)]",
     "evaluate": "[surface.evaluate(uv) for _ in range(1000)]",
     "tessellate": "surface.tessellate(shape=(7000, 7000))",
     "tessellate within a tolerance": "surface.tessellate(1e-6, relative=True)",
