@@ -84,11 +84,10 @@ impl Part<'_> {
 pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
 /// An upper bound of the distance between the surface over the unit square of `net` and the
-/// triangles, in both directions; anything above `limit` if it is above it. `middle` is the
-/// surface's point in the middle of the square.
+/// triangles, in both directions; anything above `limit` if it is above it.
 pub(super) fn distance(
     bernstein: &Bernstein,
-    (net, middle): (&[DVec4], DVec3),
+    net: &[DVec4],
     mesh: Faces<'_>,
     limit: f64,
     work: &mut Workspace,
@@ -97,7 +96,7 @@ pub(super) fn distance(
         let centre = mesh.0[0].point;
         return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
     }
-    let least = work.least([middle], mesh);
+    let least = work.least([bernstein.middle(net).project()], mesh);
     if least > limit {
         return least;
     }

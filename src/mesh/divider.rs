@@ -84,8 +84,7 @@ impl Divider<'_> {
         let distance = if hopeless && piece.divisible() {
             f64::INFINITY
         } else {
-            let middle = self.bernstein.middle(net).project();
-            certify::distance(self.bernstein, (net, middle), mesh, tolerance, &mut desk.work)
+            certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
@@ -204,8 +203,7 @@ impl Divider<'_> {
         cut.faces(piece.ends(outline), faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
-            let middle = self.bernstein.middle(nets).project();
-            certify::distance(self.bernstein, (nets, middle), mesh, tolerance, work)
+            certify::distance(self.bernstein, nets, mesh, tolerance, work)
         } else {
             self.distance_of_patches(block, (*piece, points), mesh, (patch, part, work))
         };

@@ -41,11 +41,17 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
         let results = Mutex::new(vec![]);
         let early = || if started.elapsed() < REPORT { items.next() } else { None };
         let group = std::iter::from_fn(early).take(left);
-        let at_once = if triangles > FEW { 1 } else { left };
-        share(group, at_once, |room, (index, item)| {
+        let work = |room: &mut R, (index, item)| {
             let result = job(room, item);
             results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
-        });
+        };
+        // What was wrongly expected to be little is shared after a while.
+        if triangles > FEW || left < total {
+            share(group, 1, work);
+        } else {
+            let mut room = R::default();
+            group.for_each(|item| work(&mut room, item));
+        }
         let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
         results.sort_unstable_by_key(|&(index, _)| index);
         results.into_iter().try_for_each(|(_, result)| take(result))?;
