@@ -32,8 +32,6 @@ pub(super) struct Bernstein {
     /// For each coefficient of the diagonal from (0, 0) and of the one from (0, 1), the coefficients
     /// that it is the mean of.
     diagonals: [Means; 2],
-    /// The weights of a net's control points in the middle of the square.
-    middle: Vec<f64>,
 }
 
 /// The corners of the unit square, counter-clockwise.
@@ -98,20 +96,7 @@ impl Bernstein {
             diagonals[0].push(shares().map(|a| (a * (q + 1) + m - a, weight(a))));
             diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
         }
-        let all = (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j)));
-        let weights: Vec<f64> = all.map(|(i, j)| binomial(p, i) * binomial(q, j)).collect();
-        let sum: f64 = weights.iter().sum();
-        let middle = weights.into_iter().map(|weight| weight / sum).collect();
-        Self { p, q, rows: u.len(), triangle, halves, diagonals, middle }
-    }
-
-    /// The point of a net in the middle of its square.
-    pub(super) fn middle(&self, net: &[DVec4]) -> DVec4 {
-        let mut sum = DVec4::ZERO;
-        for (h, weight) in net.iter().zip(&self.middle) {
-            sum += *weight * *h;
-        }
-        sum
+        Self { p, q, rows: u.len(), triangle, halves, diagonals }
     }
 
     /// Where a corner of the unit square stands in a net; `None` for other places.
@@ -190,10 +175,6 @@ impl Bernstein {
         out: &mut Vec<DVec4>,
     ) {
         out.clear();
-        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == at) {
-            self.halves[lacking].of(of, out);
-            return;
-        }
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
         let place = |x: f64, low: f64, high: f64| {
             if x == low {
@@ -209,6 +190,10 @@ impl Bernstein {
             *at = DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y));
         }
         if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
+            if in_box == at {
+                self.halves[lacking].of(of, out);
+                return;
+            }
             v.clear();
             rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
             self.halves[lacking].of(v, out);

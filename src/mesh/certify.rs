@@ -68,10 +68,6 @@ pub(super) struct Part<'a> {
 }
 
 impl Part<'_> {
-    fn is_whole(&self) -> bool {
-        (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
-    }
-
     /// What it has of a segment, in its own unit square.
     fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
         let (from, to) = clip(segment, self.low, self.high)?;
@@ -96,7 +92,8 @@ pub(super) fn distance(
         let centre = mesh.0[0].point;
         return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
     }
-    let least = work.least([bernstein.middle(net).project()], mesh);
+    let middle = bernstein.point(net, DVec2::splat(0.5), &mut work.part).project();
+    let least = work.least([middle], mesh);
     if least > limit {
         return least;
     }
@@ -168,19 +165,25 @@ impl Workspace {
         }
         self.arch.dispatch(Certify { work: self, bernstein, part, mesh, limit })
     }
+}
 
+/// [`Workspace::certify`] in registers of any width.
+struct Certify<'a> {
+    work: &'a mut Workspace,
+    bernstein: &'a Bernstein,
+    part: Part<'a>,
+    mesh: Faces<'a>,
+    limit: f64,
+}
+
+impl Certify<'_> {
     /// Takes what the surface over each face costs into account.
     #[inline(always)]
-    fn look_at_faces<S: Simd>(
-        &mut self,
-        simd: S,
-        bernstein: &Bernstein,
-        part: Part<'_>,
-        (corners, faces): Faces<'_>,
-        limit: f64,
-    ) {
-        let whole = part.is_whole();
-        for (face, frame) in faces.iter().zip(&self.frames) {
+    fn look_at_faces<S: Simd>(&mut self, simd: S) {
+        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+        let (work, limit) = (&mut **work, *limit);
+        let whole = (part.low, part.high) == (DVec2::ZERO, DVec2::ONE);
+        for (face, frame) in faces.iter().zip(&work.frames) {
             let mut polygon =
                 Polygon::of([corners[face[0]].at, corners[face[1]].at, corners[face[2]].at]);
             if !whole {
@@ -193,27 +196,27 @@ impl Workspace {
             }
             if !whole {
                 // Points of the surface may tell that it is too far, the whole net that it is not.
-                self.curve.clear();
-                self.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
-                let found = costliest(simd, frame, &self.curve);
+                work.curve.clear();
+                work.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
+                let found = costliest(simd, frame, &work.curve);
                 if found > limit {
-                    self.most = found;
+                    work.most = found;
                     return;
                 }
                 let found = costliest(simd, frame, part.net);
                 if found <= limit {
-                    self.most = larger(self.most, found);
+                    work.most = larger(work.most, found);
                     continue;
                 }
             }
             for i in 2..at.len() {
-                let (stack, blossoms) = (&mut self.coefficients, &mut self.blossoms);
+                let (stack, blossoms) = (&mut work.coefficients, &mut work.blossoms);
                 let at = longest_first([at[0], at[i - 1], at[i]]);
                 bernstein.triangle(part.net, at, blossoms, stack);
                 let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
                 let found = largest(simd, stack, bernstein.p + bernstein.q, doubt, frame);
-                self.most = larger(self.most, found);
-                if self.most > limit {
+                work.most = larger(work.most, found);
+                if work.most > limit {
                     return;
                 }
             }
@@ -222,57 +225,39 @@ impl Workspace {
 
     /// Takes the distance of a part's sides from the outer edges into account.
     #[inline(always)]
-    fn follow_sides<S: Simd>(
-        &mut self,
-        simd: S,
-        bernstein: &Bernstein,
-        part: Part<'_>,
-        (corners, faces): Faces<'_>,
-        limit: f64,
-    ) {
+    fn follow_sides<S: Simd>(&mut self, simd: S) {
+        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
         for (k, &face) in faces.iter().enumerate() {
             for (i, j) in edges(face) {
                 if beside(faces, k, (i, j)).is_some() {
                     continue;
                 }
                 let (a, b) = (corners[i], corners[j]);
-                let ends =
-                    if part.is_whole() { Some((a.at, b.at)) } else { part.clip((a.at, b.at)) };
-                let Some(ends) = ends else { continue };
-                self.curve.clear();
-                bernstein.segment(part.net, ends, &mut self.part, &mut self.curve);
+                let Some(ends) = part.clip((a.at, b.at)) else { continue };
+                work.curve.clear();
+                bernstein.segment(part.net, ends, &mut work.part, &mut work.curve);
                 let chord = Chord::new(a.point, b.point);
-                let mut found = costliest(simd, &chord, &self.curve);
-                if found > limit {
-                    closer(&mut self.curve);
-                    found = costliest(simd, &chord, &self.curve);
+                let mut found = costliest(simd, &chord, &work.curve);
+                if found > *limit {
+                    closer(&mut work.curve);
+                    found = costliest(simd, &chord, &work.curve);
                 }
-                self.most = larger(self.most, found);
+                work.most = larger(work.most, found);
             }
         }
     }
-}
-
-/// [`Workspace::certify`] in registers of any width.
-struct Certify<'a> {
-    work: &'a mut Workspace,
-    bernstein: &'a Bernstein,
-    part: Part<'a>,
-    mesh: Faces<'a>,
-    limit: f64,
 }
 
 impl WithSimd for Certify<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { work, bernstein, part, mesh, limit } = self;
-        work.look_at_faces(simd, bernstein, part, mesh, limit);
-        if work.most <= limit {
-            work.follow_sides(simd, bernstein, part, mesh, limit);
+    fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
+        self.look_at_faces(simd);
+        if self.work.most <= self.limit {
+            self.follow_sides(simd);
         }
-        work.most
+        self.work.most
     }
 }
 

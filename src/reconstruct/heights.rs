@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::counted::every;
 use super::job::{Fit, Job};
+use super::measured::PORTION;
 use super::outline::{area, bounds};
 use super::start::whole;
 use crate::error::Result;
@@ -25,9 +26,6 @@ const LEAST_GAIN: f64 = 0.95;
 /// Share of the rectangle around the points that their convex hull fills at least, where the
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
-
-/// Points whose feet are looked for between two reports.
-const PORTION: usize = 1 << 17;
 
 /// Points for each control point that tell how steep a surface is, and how many at least.
 const TELLING: usize = 16;

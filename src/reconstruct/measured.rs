@@ -12,7 +12,7 @@ use crate::point_cloud::{KdTree, Neighbor};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Points whose feet are looked for at a time: tens of milliseconds, and little memory.
-const PORTION: usize = 1 << 16;
+pub(super) const PORTION: usize = 1 << 16;
 
 /// Points from whose feet those of others are looked for: the nearest of so many is not far.
 const BESIDE: usize = 1 << 16;
