@@ -10,10 +10,12 @@ use std::ops::{Add, Mul};
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec4};
+use pulp::Simd;
 
+use super::cost::{OCTET, Octet};
 use super::means::Means;
-use super::triangle::triples;
-use crate::nurbs::MAX_ORDER;
+use super::triangle::{self, triples};
+use crate::nurbs::{MAX_ORDER, Row};
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
 /// those of a triangle or of a segment.
@@ -29,9 +31,8 @@ pub(super) struct Bernstein {
     /// The same for the halves of the square, by the corner that they lack, in the order of
     /// [`UNIT`]; the indices are those of coefficients.
     halves: [Means; 4],
-    /// For each coefficient of the diagonal from (0, 0) and of the one from (0, 1), the coefficients
-    /// that it is the mean of.
-    diagonals: [Means; 2],
+    /// From a triangle's coefficients to those of its halves.
+    pub cuts: [Means; 2],
 }
 
 /// The corners of the unit square, counter-clockwise.
@@ -45,7 +46,8 @@ pub(super) fn half(lacking: usize) -> [DVec2; 3] {
     [UNIT[(lacking + 2) % 4], UNIT[(lacking + 3) % 4], UNIT[(lacking + 1) % 4]]
 }
 
-fn binomial(n: usize, k: usize) -> f64 {
+/// Ways to choose k of n.
+pub(super) fn binomial(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
 
@@ -61,7 +63,7 @@ impl Bernstein {
 
     fn new((p, q): (usize, usize)) -> Self {
         let (u, v, n) = (triples(p), triples(q), p + q);
-        let (mut triangle, mut halves) = (Means::default(), <[Means; 4]>::default());
+        let (mut triangle, mut halves) = (vec![], [const { vec![] }; 4]);
         for of in triples(n) {
             // A coefficient's arguments are dealt to u and v in all ways.
             let mut shares = vec![];
@@ -73,7 +75,8 @@ impl Bernstein {
                 let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
                 shares.push((i, j, ways / binomial(n, p)));
             }
-            triangle.push(shares.iter().map(|&(i, j, weight)| (j * u.len() + i, weight)));
+            let blossoms = shares.iter().map(|&(i, j, weight)| (j * u.len() + i, weight));
+            triangle.push(blossoms.collect());
             for (lacking, means) in halves.iter_mut().enumerate() {
                 let corners = half(lacking);
                 let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
@@ -83,20 +86,15 @@ impl Bernstein {
                         .map(|(&n, at)| if x(at) > 0.5 { n } else { 0 })
                         .sum()
                 };
-                means.push(shares.iter().map(|&(i, j, weight)| {
+                let coefficients = shares.iter().map(|&(i, j, weight)| {
                     let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
                     (row * (q + 1) + col, weight)
-                }));
+                });
+                means.push(coefficients.collect());
             }
         }
-        let mut diagonals = <[Means; 2]>::default();
-        for m in 0..=n {
-            let shares = || (0..=p).filter(|&a| a <= m && m - a <= q);
-            let weight = |a: usize| binomial(p, a) * binomial(q, m - a) / binomial(n, m);
-            diagonals[0].push(shares().map(|a| (a * (q + 1) + m - a, weight(a))));
-            diagonals[1].push(shares().map(|a| (a * (q + 1) + q - (m - a), weight(a))));
-        }
-        Self { p, q, rows: u.len(), triangle, halves, diagonals }
+        let (triangle, halves) = (Means::new(&triangle), halves.map(|means| Means::new(&means)));
+        Self { p, q, rows: u.len(), triangle, halves, cuts: triangle::halves(n) }
     }
 
     /// Where a corner of the unit square stands in a net; `None` for other places.
@@ -123,58 +121,47 @@ impl Bernstein {
     }
 
     /// The point of a net at a place in its square.
-    pub(super) fn point(&self, net: &[DVec4], at: DVec2, part: &mut Vec<DVec4>) -> DVec4 {
-        part.clear();
-        part.extend_from_slice(net);
-        (0..self.p).for_each(|_| reduce(part, self.q + 1, at.x));
-        (0..self.q).for_each(|_| reduce(part, 1, at.y));
-        part[0]
+    pub(super) fn point(&self, net: &[DVec4], at: DVec2) -> DVec4 {
+        let (u, v) = (polynomials(self.p, at.x), polynomials(self.q, at.y));
+        let mut point = DVec4::ZERO;
+        for (row, share) in net.chunks_exact(self.q + 1).zip(u) {
+            let mut inner = DVec4::ZERO;
+            for (h, share) in row.iter().zip(v) {
+                inner += share * *h;
+            }
+            point += share * inner;
+        }
+        point
     }
 
-    /// The control points of the curve above a segment of the square, in the direction of growing
-    /// x, or else y, appended to `out`.
+    /// The control points of the curve above a part of a side of the square, in the direction of
+    /// growing parameters, appended to `out`.
     #[inline(always)]
-    pub(super) fn segment(
-        &self,
-        net: &[DVec4],
-        (from, to): (DVec2, DVec2),
-        part: &mut Vec<DVec4>,
-        out: &mut Vec<DVec4>,
-    ) {
+    pub(super) fn segment(&self, net: &[DVec4], (from, to): (DVec2, DVec2), out: &mut Vec<DVec4>) {
         let (p, width, start) = (self.p, self.q + 1, out.len());
         let (low, high) = (from.min(to), from.max(to));
-        let end = |x: f64| x == 0.0 || x == 1.0;
-        if low.x == high.x && end(low.x) {
+        if low.x == high.x {
             let row = if low.x == 0.0 { 0 } else { p * width };
             out.extend_from_slice(&net[row..row + width]);
             restrict(&mut out[start..], (0, 1), self.q, (low.y, high.y));
-        } else if low.y == high.y && end(low.y) {
+        } else {
             let column = if low.y == 0.0 { 0 } else { self.q };
             out.extend((0..=p).map(|row| net[row * width + column]));
             restrict(&mut out[start..], (0, 1), p, (low.x, high.x));
-        } else {
-            let falls = (from.x < to.x) != (from.y < to.y);
-            let diagonal = &self.diagonals[usize::from(falls)];
-            if (low, high) == (DVec2::ZERO, DVec2::ONE) {
-                diagonal.of(net, out);
-                return;
-            }
-            part.clear();
-            self.rectangle(net, (low.x, high.x), (low.y, high.y), part);
-            diagonal.of(part, out);
         }
     }
 
     /// The Bézier coefficients on a triangle of the square of a function with these ones.
     #[inline(always)]
-    pub(super) fn triangle(
+    pub(super) fn triangle<S: Simd>(
         &self,
+        simd: S,
         of: &[DVec4],
         at: [DVec2; 3],
         Blossoms { u, v, parts }: &mut Blossoms,
-        out: &mut Vec<DVec4>,
+        out: &mut Vec<Octet>,
     ) {
-        out.clear();
+        out.resize(self.triangle.octets(), [[0.0; OCTET]; 4]);
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
         let place = |x: f64, low: f64, high: f64| {
             if x == low {
@@ -191,12 +178,12 @@ impl Bernstein {
         }
         if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
             if in_box == at {
-                self.halves[lacking].of(of, out);
+                self.halves[lacking].of(simd, |k| of[k].to_array(), out);
                 return;
             }
             v.clear();
             rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
-            self.halves[lacking].of(v, out);
+            self.halves[lacking].of(simd, |k| v[k].to_array(), out);
             return;
         }
         // First in u, for each column; then, as one of many columns, each of these in v.
@@ -209,8 +196,24 @@ impl Bernstein {
         });
         v.clear();
         blossoms(u, (self.q, rows), at.map(|at| at.y), parts, |rows| v.extend_from_slice(rows));
-        self.triangle.of(v, out);
+        self.triangle.of(simd, |k| v[k].to_array(), out);
     }
+}
+
+/// The Bernstein polynomials of a degree (*The NURBS Book*, A1.3).
+pub(super) fn polynomials(degree: usize, x: f64) -> Row {
+    let mut row = [0.0; MAX_ORDER];
+    row[0] = 1.0;
+    for level in 1..=degree {
+        let mut kept = 0.0;
+        for value in &mut row[..level] {
+            let before = *value;
+            *value = kept + (1.0 - x) * before;
+            kept = x * before;
+        }
+        row[level] = kept;
+    }
+    row
 }
 
 /// Memory that blossoms need.
@@ -310,6 +313,8 @@ where
 
 #[cfg(test)]
 mod tests {
+    use pulp::{Arch, WithSimd};
+
     use super::*;
 
     /// A net of random-looking points.
@@ -327,40 +332,58 @@ mod tests {
             let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
             let mut part = vec![];
             bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
-            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8), &mut vec![]);
-            let outside =
-                bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8), &mut vec![]);
+            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
+            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
             assert!(inside.distance(outside) < 1e-14);
         }
     }
 
     #[test]
-    fn segments_and_triangles_pass_through_their_points() {
+    fn sides_pass_through_their_points() {
+        for (p, q) in [(1, 1), (3, 3), (2, 4)] {
+            let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
+            for side in [(0.0, 0.2, 0.0, 0.6), (1.0, 0.5, 1.0, 0.25), (0.1, 1.0, 0.9, 1.0)] {
+                let (from, to) = (DVec2::new(side.0, side.1), DVec2::new(side.2, side.3));
+                let mut curve = vec![];
+                bernstein.segment(&net, (from, to), &mut curve);
+                let share = polynomials(curve.len() - 1, 0.5);
+                let middle: DVec4 = curve.iter().zip(share).map(|(h, share)| share * *h).sum();
+                let expected = bernstein.point(&net, from.midpoint(to));
+                assert!(middle.distance(expected) < 1e-14);
+            }
+        }
+    }
+
+    /// The coefficients of a net on a triangle.
+    struct OnTriangle<'a>(&'a Bernstein, &'a [DVec4], [DVec2; 3]);
+
+    impl WithSimd for OnTriangle<'_> {
+        type Output = Vec<Octet>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<Octet> {
+            let mut all = vec![];
+            self.0.triangle(simd, self.1, self.2, &mut Blossoms::default(), &mut all);
+            all
+        }
+    }
+
+    #[test]
+    fn triangles_pass_through_their_centres() {
         let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
         for (p, q) in [(1, 1), (3, 3), (2, 4)] {
             let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
-            let halves = (0..4).map(half);
-            for at in halves.chain([inner]) {
-                let (mut blossoms, mut curve) = (vec![], vec![]);
-                bernstein.segment(&net, (at[0], at[1]), &mut blossoms, &mut curve);
-                let m = curve.len() - 1;
-                let middle: DVec4 =
-                    (0..=m).map(|k| binomial(m, k) / 2.0_f64.powf(m as f64) * curve[k]).sum();
-                assert!(
-                    middle.distance(bernstein.point(&net, at[0].midpoint(at[1]), &mut vec![]))
-                        < 1e-14
-                );
-                let mut all = vec![];
-                bernstein.triangle(&net, at, &mut Blossoms::default(), &mut all);
+            for at in (0..4).map(half).chain([inner]) {
+                let all = Arch::new().dispatch(OnTriangle(&bernstein, &net, at));
                 let centre: DVec4 = triples(n)
                     .iter()
-                    .zip(&all)
-                    .map(|(of, &point)| {
+                    .enumerate()
+                    .map(|(k, of)| {
                         let ways = binomial(n, of[0]) * binomial(n - of[0], of[1]);
-                        ways / 3.0_f64.powf(n as f64) * point
+                        let point = all[k / OCTET].map(|row| row[k % OCTET]);
+                        ways / 3.0_f64.powf(n as f64) * DVec4::from_array(point)
                     })
                     .sum();
-                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0, &mut vec![]);
+                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
                 assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
             }
         }

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, DVec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
-use super::cost::{Cost, away, costliest, dot};
+use super::cost::{Cost, Octet, away, costliest, dot};
 use super::frame::Frame;
 use super::polygon::{Polygon, clip};
 use super::triangle::{Doubt, larger, largest};
@@ -41,9 +41,8 @@ pub(super) type Face = [usize; 3];
 pub(super) struct Workspace {
     arch: Arch,
     blossoms: Blossoms,
-    coefficients: Vec<DVec4>,
-    /// The part of the net between the ends of a segment, and the curve above it.
-    part: Vec<DVec4>,
+    coefficients: Vec<Octet>,
+    /// The curve above a side.
     curve: Vec<DVec4>,
     /// The frames of the faces.
     frames: Vec<Frame>,
@@ -91,11 +90,6 @@ pub(super) fn distance(
     if !work.begin(mesh) {
         let centre = mesh.0[0].point;
         return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
-    }
-    let middle = bernstein.point(net, DVec2::splat(0.5), &mut work.part).project();
-    let least = work.least([middle], mesh);
-    if least > limit {
-        return least;
     }
     work.certify(bernstein, Part { low: DVec2::ZERO, high: DVec2::ONE, net }, mesh, limit)
 }
@@ -186,6 +180,15 @@ impl Certify<'_> {
         for (face, frame) in faces.iter().zip(&work.frames) {
             let mut polygon =
                 Polygon::of([corners[face[0]].at, corners[face[1]].at, corners[face[2]].at]);
+            if !whole && polygon.misses(part.low, part.high) {
+                continue;
+            }
+            // The whole net may tell that the surface is near enough, points of it that it is not.
+            let found = costliest(simd, frame, part.net);
+            if found <= limit {
+                work.most = larger(work.most, found);
+                continue;
+            }
             if !whole {
                 polygon.clip(part.low, part.high);
                 polygon.stretch(part.low, part.high);
@@ -195,7 +198,6 @@ impl Certify<'_> {
                 continue;
             }
             if !whole {
-                // Points of the surface may tell that it is too far, the whole net that it is not.
                 work.curve.clear();
                 work.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
                 let found = costliest(simd, frame, &work.curve);
@@ -203,18 +205,14 @@ impl Certify<'_> {
                     work.most = found;
                     return;
                 }
-                let found = costliest(simd, frame, part.net);
-                if found <= limit {
-                    work.most = larger(work.most, found);
-                    continue;
-                }
             }
             for i in 2..at.len() {
                 let (stack, blossoms) = (&mut work.coefficients, &mut work.blossoms);
                 let at = longest_first([at[0], at[i - 1], at[i]]);
-                bernstein.triangle(part.net, at, blossoms, stack);
+                bernstein.triangle(simd, part.net, at, blossoms, stack);
                 let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
-                let found = largest(simd, stack, bernstein.p + bernstein.q, doubt, frame);
+                let of = (bernstein.p + bernstein.q, &bernstein.cuts);
+                let found = largest(simd, stack, of, doubt, frame);
                 work.most = larger(work.most, found);
                 if work.most > limit {
                     return;
@@ -235,7 +233,7 @@ impl Certify<'_> {
                 let (a, b) = (corners[i], corners[j]);
                 let Some(ends) = part.clip((a.at, b.at)) else { continue };
                 work.curve.clear();
-                bernstein.segment(part.net, ends, &mut work.part, &mut work.curve);
+                bernstein.segment(part.net, ends, &mut work.curve);
                 let chord = Chord::new(a.point, b.point);
                 let mut found = costliest(simd, &chord, &work.curve);
                 if found > *limit {

@@ -6,7 +6,10 @@ use glam::{DVec3, DVec4};
 use pulp::Simd;
 
 /// Numbers in the widest registers.
-const MOST_LANES: usize = 8;
+pub(super) const OCTET: usize = 8;
+
+/// Eight homogeneous points side by side: first coordinates, second ones, third ones, weights.
+pub(super) type Octet = [[f64; OCTET]; 4];
 
 /// What a point costs.
 pub(super) trait Cost {
@@ -25,7 +28,7 @@ pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) ->
     }
     if let Some(&last) = rest.last() {
         // The last one stands in for those that are missing.
-        let mut group = [last; MOST_LANES];
+        let mut group = [last; OCTET];
         group[..rest.len()].copy_from_slice(rest);
         most = simd.max_f64s(most, squared(simd, cost, &group[..lanes]));
     }
@@ -37,7 +40,26 @@ pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) ->
 fn squared<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) -> S::f64s {
     let held = S::as_simd_f64s(bytemuck::cast_slice(points)).0;
     let held = [held[0], held[1], held[2], held[3]];
-    let [x, y, z, w] = simd.deinterleave_shfl_f64s(held);
+    projected(simd, cost, simd.deinterleave_shfl_f64s(held))
+}
+
+/// What the costliest of some homogeneous points side by side costs.
+#[inline(always)]
+pub(super) fn costliest_of<S: Simd>(simd: S, cost: &impl Cost, octets: &[Octet]) -> f64 {
+    let mut most = simd.splat_f64s(0.0);
+    for [x, y, z, w] in octets {
+        let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
+        let (z, w) = (S::as_simd_f64s(z).0, S::as_simd_f64s(w).0);
+        for k in 0..OCTET / S::F64_LANES {
+            most = simd.max_f64s(most, projected(simd, cost, [x[k], y[k], z[k], w[k]]));
+        }
+    }
+    simd.reduce_max_f64s(most).sqrt()
+}
+
+/// Squares of what points cost whose homogeneous coordinates these are.
+#[inline(always)]
+fn projected<S: Simd>(simd: S, cost: &impl Cost, [x, y, z, w]: [S::f64s; 4]) -> S::f64s {
     let one = simd.div_f64s(simd.splat_f64s(1.0), w);
     let point = [simd.mul_f64s(x, one), simd.mul_f64s(y, one), simd.mul_f64s(z, one)];
     cost.squared(simd, point)

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::bernstein::{Bernstein, UNIT};
+use super::bernstein::{Bernstein, UNIT, polynomials};
 use super::certify::{self, Corner, Face, Faces, Workspace};
 use super::options::Limits;
 use super::outline::{Bending, MOST_CORNERS, Zip};
@@ -15,7 +15,7 @@ use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, halve};
 
 /// Tolerances by which a piece may be expected to leave its triangles without being looked at closer.
-const HOPELESS: f64 = 2.0;
+const HOPELESS: f64 = 1.1;
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -121,10 +121,10 @@ impl Divider<'_> {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
-            u.add(points[j..].iter().step_by(q + 1).take(p + 1).copied());
+            u.add(points, (j, q + 1), p);
         }
-        for row in points.chunks_exact(q + 1) {
-            v.add(row.iter().copied());
+        for i in 0..=p {
+            v.add(points, (i * (q + 1), 1), q);
         }
         let bent = u.sag.max(v.sag) > (self.limits.tolerance / 4.0).powi(2);
         if if bent { u.sag >= v.sag } else { u.length >= v.length } {
@@ -191,8 +191,8 @@ impl Divider<'_> {
             let end = UNIT.iter().position(|corner| *corner == at);
             let point = match end {
                 Some(end) => desk.points[self.ends()[end]],
-                None if single => self.bernstein.point(&desk.nets, at, &mut desk.part).project(),
-                None => self.point(block, (u, v), desk).project(),
+                None if single => self.bernstein.point(&desk.nets, at).project(),
+                None => self.point(block, (u, v)).project(),
             };
             desk.corners.push(Corner { at, point });
         }
@@ -273,13 +273,13 @@ impl Divider<'_> {
         };
         for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
             let at = (place(piece.u, i, p), place(piece.v, j, q));
-            let point = self.point(block, at, desk).project();
+            let point = self.point(block, at).project();
             desk.points.push(point);
         }
     }
 
     /// The homogeneous point at a place of a block.
-    fn point(&self, block: Block, (u, v): Place, desk: &mut Desk) -> DVec4 {
+    fn point(&self, block: Block, (u, v): Place) -> DVec4 {
         if u % PATCH == 0 && v % PATCH == 0 {
             let (row, col) = ((u / PATCH) as usize, (v / PATCH) as usize);
             return self.nets.corner((block.rows.0 + row, block.cols.0 + col));
@@ -290,9 +290,8 @@ impl Divider<'_> {
             (from + index, f64::from(place - start) / f64::from(PATCH))
         };
         let ((row, x), (col, y)) = (index(u, block.rows), index(v, block.cols));
-        desk.patch.clear();
-        self.nets.append((row, col), &mut desk.patch);
-        self.bernstein.point(&desk.patch, DVec2::new(x, y), &mut desk.part)
+        let (p, q) = self.nets.degrees;
+        self.nets.point((row, col), (&polynomials(p, x), &polynomials(q, y)))
     }
 
     /// Divides a piece that has become unfit in this direction first.
@@ -323,13 +322,15 @@ struct Line {
 }
 
 impl Line {
-    fn add(&mut self, mut inner: impl DoubleEndedIterator<Item = DVec3>) {
-        let (Some(a), Some(b)) = (inner.next(), inner.next_back()) else { return };
-        let length = a.distance_squared(b);
-        let along = (b - a) / length.sqrt().max(f64::MIN_POSITIVE);
+    /// Takes a curve into account whose control points follow one another by `stride`.
+    fn add(&mut self, points: &[DVec3], (start, stride): (usize, usize), degree: usize) {
+        let a = points[start];
+        let chord = points[start + degree * stride] - a;
+        let length = chord.length_squared();
+        let along = chord / length.sqrt().max(f64::MIN_POSITIVE);
         self.length = self.length.max(length);
-        for point in inner {
-            let away = point - a;
+        for k in 1..degree {
+            let away = points[start + k * stride] - a;
             self.sag = larger(self.sag, (away - away.dot(along) * along).length_squared());
         }
     }

@@ -73,14 +73,18 @@ impl Frame {
             [along[0].length_squared(), along[1].length_squared(), along[2].length_squared()];
         let longest = usize::from(lengths[0] < lengths[1]);
         let longest = if lengths[2] > lengths[longest] { 2 } else { longest };
-        let x = along[longest].normalize_or_zero();
+        let mut scales = [0.0; 3];
+        for (scale, length) in scales.iter_mut().zip(lengths) {
+            *scale = if length > 0.0 { 1.0 / length.sqrt() } else { 0.0 };
+        }
+        let x = scales[longest] * along[longest];
         let y = normal.cross(x);
         let flat = |away: DVec3| DVec2::new(away.dot(x), away.dot(y));
         let corners = [DVec2::ZERO, flat(along[0]), flat(c - a)];
         let (mut edges, mut valleys) = ([Edge::default(); 3], [1.0; 2]);
         for (k, edge) in edges.iter_mut().enumerate() {
             let (start, end) = (corners[k], corners[(k + 1) % 3]);
-            let out = -(end - start).perp().normalize_or_zero();
+            let out = -scales[k] * (end - start).perp();
             (edge.out, edge.at) = (out, out.dot(start));
             let Some(other) = beside[k] else {
                 edge.outer = true;

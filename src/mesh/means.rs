@@ -1,57 +1,90 @@
 //! Linear maps with few terms: what turns control points into others.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use std::collections::BTreeMap;
-use std::ops::{Add, Mul};
 
-/// Terms that are added without a look whether there are more.
-const TOGETHER: usize = 4;
+use pulp::Simd;
 
-/// Weighted means of elements of a slice.
+use super::cost::{OCTET, Octet};
+
+/// A point, and how much eight means take of it; aligned as registers are loaded.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+struct Term {
+    weights: [f64; OCTET],
+    point: u32,
+}
+
+/// Weighted means of homogeneous points, eight at a time.
 #[derive(Debug, Default)]
 pub(super) struct Means {
-    /// Indices and weights, mean after mean, each filled up with weights of zero: fewer ends of
-    /// loops to be foreseen.
-    terms: Vec<[(u32, f64); TOGETHER]>,
-    /// The end of each mean's terms.
+    /// The points that eight means take something of, and how much each.
+    terms: Vec<Term>,
+    /// The end of the terms of each eight.
     ends: Vec<usize>,
 }
 
 impl Means {
-    /// Appends a mean; weights of the same element add up.
-    pub(super) fn push(&mut self, terms: impl IntoIterator<Item = (usize, f64)>) {
-        let mut sums: BTreeMap<usize, f64> = BTreeMap::new();
-        for (index, weight) in terms {
-            *sums.entry(index).or_default() += weight;
+    /// From the terms of each mean: indices and weights, those of the same point added up. The last
+    /// one stands in for those that are missing to eight.
+    pub(super) fn new(means: &[Vec<(usize, f64)>]) -> Self {
+        let mut this = Self::default();
+        for octet in means.chunks(OCTET) {
+            let mut weights: BTreeMap<usize, [f64; OCTET]> = BTreeMap::new();
+            for (lane, mean) in
+                octet.iter().chain(octet.last().into_iter().cycle()).take(OCTET).enumerate()
+            {
+                for &(index, weight) in mean {
+                    weights.entry(index).or_default()[lane] += weight;
+                }
+            }
+            let terms = weights.into_iter();
+            this.terms.extend(
+                terms.filter_map(|(i, weights)| {
+                    Some(Term { point: u32::try_from(i).ok()?, weights })
+                }),
+            );
+            this.ends.push(this.terms.len());
         }
-        let terms: Vec<_> = sums
-            .into_iter()
-            .filter_map(|(i, weight)| Some((u32::try_from(i).ok()?, weight)))
-            .collect();
-        for terms in terms.chunks(TOGETHER) {
-            let mut together = [(0, 0.0); TOGETHER];
-            together[..terms.len()].copy_from_slice(terms);
-            self.terms.push(together);
-        }
-        self.ends.push(self.terms.len());
+        this
     }
 
-    /// Appends the means to `out`.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    /// How many times eight they are.
+    pub(super) fn octets(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Writes the means of the points that `point` tells.
     #[inline(always)]
-    pub(super) fn of<T>(&self, elements: &[T], out: &mut Vec<T>)
-    where
-        T: Copy + Default + Add<Output = T>,
-        f64: Mul<T, Output = T>,
-    {
-        let (start, mut from) = (out.len(), 0);
-        out.resize(start + self.ends.len(), T::default());
-        for (mean, &end) in out[start..].iter_mut().zip(&self.ends) {
-            let mut sum = T::default();
-            for [a, b, c, d] in &self.terms[from..end] {
-                let first = a.1 * elements[a.0 as usize] + b.1 * elements[b.0 as usize];
-                sum = sum + (first + (c.1 * elements[c.0 as usize] + d.1 * elements[d.0 as usize]));
+    pub(super) fn of<S: Simd>(
+        &self,
+        simd: S,
+        point: impl Fn(usize) -> [f64; 4],
+        out: &mut [Octet],
+    ) {
+        let mut from = 0;
+        for ([x, y, z, w], &end) in out.iter_mut().zip(&self.ends) {
+            let terms = &self.terms[from..end];
+            let (x, y) = (S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0);
+            let (z, w) = (S::as_mut_simd_f64s(z).0, S::as_mut_simd_f64s(w).0);
+            for k in 0..OCTET / S::F64_LANES {
+                let mut sums = [simd.splat_f64s(0.0); 4];
+                for Term { weights, point: index } in terms {
+                    let weights = S::as_simd_f64s(weights).0[k];
+                    let point = point(*index as usize);
+                    sums[0] =
+                        simd.add_f64s(sums[0], simd.mul_f64s(weights, simd.splat_f64s(point[0])));
+                    sums[1] =
+                        simd.add_f64s(sums[1], simd.mul_f64s(weights, simd.splat_f64s(point[1])));
+                    sums[2] =
+                        simd.add_f64s(sums[2], simd.mul_f64s(weights, simd.splat_f64s(point[2])));
+                    sums[3] =
+                        simd.add_f64s(sums[3], simd.mul_f64s(weights, simd.splat_f64s(point[3])));
+                }
+                (x[k], y[k], z[k], w[k]) = (sums[0], sums[1], sums[2], sums[3]);
             }
-            (*mean, from) = (sum, end);
+            from = end;
         }
     }
 }

@@ -21,14 +21,20 @@ impl Bending {
     /// Of a net of degrees p and q: the mean of its second differences.
     pub(super) fn of(points: &[DVec3], (p, q): (usize, usize)) -> Self {
         let width = q + 1;
-        let point = |i: usize, j: usize| points[i * width + j];
+        let row = |i: usize| &points[i * width..][..width];
         // Second differences telescope to the difference of the first ones at the ends.
-        let uu = |j: usize| (point(p, j) - point(p - 1, j)) - (point(1, j) - point(0, j));
-        let vv = |i: usize| (point(i, q) - point(i, q - 1)) - (point(i, 1) - point(i, 0));
-        let uu = (0..=q).map(uu).sum::<DVec3>() * p as f64 / width as f64;
-        let vv = (0..=p).map(vv).sum::<DVec3>() * q as f64 / (p + 1) as f64;
-        let twist = (point(p, q) - point(p, 0)) - (point(0, q) - point(0, 0));
-        let across = (point(p, q) - point(0, 0)).cross(point(0, q) - point(p, 0));
+        let (first, second, last_but_one, last) = (row(0), row(1), row(p - 1), row(p));
+        let mut uu = DVec3::ZERO;
+        for j in 0..width {
+            uu += (last[j] - last_but_one[j]) - (second[j] - first[j]);
+        }
+        let mut vv = DVec3::ZERO;
+        for row in points.chunks_exact(width) {
+            vv += (row[q] - row[q - 1]) - (row[1] - row[0]);
+        }
+        let (uu, vv) = (uu * p as f64 / width as f64, vv * q as f64 / (p + 1) as f64);
+        let twist = (last[q] - last[0]) - (first[q] - first[0]);
+        let across = (last[q] - first[0]).cross(first[q] - last[0]);
         let normal = across.normalize_or_zero();
         Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
     }

@@ -19,6 +19,26 @@ impl Polygon {
         &self.corners[..self.count]
     }
 
+    /// Whether it has no area in common with a rectangle: a side of one of them has all of the
+    /// other one on its outer side.
+    pub(super) fn misses(&self, low: DVec2, high: DVec2) -> bool {
+        let corners = self.corners();
+        let (mut least, mut most) = (corners[0], corners[0]);
+        for &corner in corners {
+            (least, most) = (least.min(corner), most.max(corner));
+        }
+        if least.cmpge(high).any() || most.cmple(low).any() {
+            return true;
+        }
+        (0..corners.len()).any(|k| {
+            let (a, along) = (corners[k], corners[(k + 1) % corners.len()] - corners[k]);
+            // The rectangle's corner that is furthest to the left, where the polygon lies.
+            let x = if along.y > 0.0 { low.x } else { high.x };
+            let y = if along.x > 0.0 { high.y } else { low.y };
+            along.perp_dot(DVec2::new(x, y) - a) <= 0.0
+        })
+    }
+
     /// Moves to where a rectangle is the unit square.
     pub(super) fn stretch(&mut self, low: DVec2, high: DVec2) {
         self.corners.iter_mut().for_each(|corner| *corner = (*corner - low) / (high - low));
@@ -90,8 +110,10 @@ mod tests {
         for (u, v) in cuts.windows(2).flat_map(|u| cuts.windows(2).map(move |v| (u, v))) {
             let (low, high) = (DVec2::new(u[0], v[0]), DVec2::new(u[1], v[1]));
             let mut part = Polygon::of(triangle);
+            let misses = part.misses(low, high);
             part.clip(low, high);
-            if part.corners().len() > 2 {
+            assert_eq!(misses, part.corners().len() < 3);
+            if !misses {
                 sum += area(part.corners());
             }
             let inside = clip((triangle[1], triangle[2]), low, high);

@@ -4,10 +4,11 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
-use glam::DVec4;
 use pulp::Simd;
 
-use super::cost::{Cost, costliest};
+use super::bernstein::binomial;
+use super::cost::{Cost, OCTET, Octet, costliest_of};
+use super::means::Means;
 
 /// How often a triangle is halved at the very most.
 const MOST_HALVINGS: usize = 8;
@@ -40,70 +41,86 @@ pub(super) struct Doubt {
     pub halvings: usize,
 }
 
+/// The maps from the coefficients on a triangle to those on its halves, cut from its first corner to
+/// the middle of the opposite side (de Casteljau's algorithm along the rows). Their first corner is
+/// that middle, so that their next cut goes to another side.
+pub(super) fn halves(degree: usize) -> [Means; 2] {
+    let none = || vec![vec![]; count(degree)];
+    let (mut first, mut second) = (none(), none());
+    let mut from = 0;
+    for apex in 0..=degree {
+        // The middle counts `level` times, the first corner `apex` times.
+        let (n, mut at) = (degree - apex, apex);
+        for level in 0..=n {
+            let share = |k: usize| binomial(level, k) / 2.0_f64.powf(level as f64);
+            first[at] = (0..=level).map(|k| (from + k, share(k))).collect();
+            second[at] = (0..=level).map(|k| (from + n - level + k, share(k))).collect();
+            at += degree + 1 - level;
+        }
+        from += n + 1;
+    }
+    [Means::new(&first), Means::new(&second)]
+}
+
 /// The largest cost of a function's coefficients, or anything above the limit if a value costs more
 /// than it. The cost is convex, so no value costs more than all coefficients. Where they leave doubt,
 /// those of parts are looked at. The stack holds nothing but the coefficients.
 #[inline(always)]
 pub(super) fn largest<S: Simd>(
     simd: S,
-    stack: &mut Vec<DVec4>,
-    degree: usize,
+    stack: &mut Vec<Octet>,
+    (degree, halves): (usize, &[Means; 2]),
     Doubt { limit, near, halvings }: Doubt,
     cost: &impl Cost,
 ) -> f64 {
-    let size = count(degree);
+    let size = halves[0].octets();
     let (mut most, mut left) = (0.0, [0; MOST_HALVINGS + 1]);
     left[0] = halvings.min(MOST_HALVINGS);
     while let Some(start) = stack.len().checked_sub(size) {
         let triangle = &stack[start..];
-        let found = costliest(simd, cost, triangle);
+        let found = costliest_of(simd, cost, triangle);
         let level = start / size;
         if found <= limit {
             most = larger(most, found);
             stack.truncate(start);
             continue;
         }
-        let corners = [0, degree, size - 1].map(|k| triangle[k]);
-        if found > near || left[level] == 0 || costliest(simd, cost, &corners) > limit {
+        if found > near
+            || left[level] == 0
+            || costliest_of(simd, cost, &[corners(triangle, degree)]) > limit
+        {
             return found;
         }
         let less = left[level] - 1;
         (left[level], left[level + 1]) = (less, less);
-        halve(stack, degree);
+        stack.resize(start + 3 * size, [[0.0; OCTET]; 4]);
+        let (triangle, parts) = stack[start..].split_at_mut(size);
+        for (part, half) in parts.chunks_exact_mut(size).zip(halves) {
+            half.of(simd, |k| point(triangle, k), part);
+        }
+        stack.copy_within(start + size.., start);
+        stack.truncate(start + 2 * size);
     }
     most
 }
 
-/// Replaces the coefficients of the stack's last triangle by those of its halves, cut from its first
-/// corner to the middle of the opposite side (de Casteljau's algorithm along the rows). Their first
-/// corner is that middle, so that their next cut goes to another side.
+/// One of some points side by side.
 #[inline(always)]
-fn halve(stack: &mut Vec<DVec4>, degree: usize) {
-    let size = count(degree);
-    let start = stack.len() - size;
-    stack.resize(start + 3 * size + degree + 1, DVec4::ZERO);
-    let (of, halves) = stack[start..].split_at_mut(size);
-    let (second, halves) = halves.split_at_mut(size);
-    let (first, row) = halves.split_at_mut(size);
-    let mut from = 0;
-    for apex in 0..=degree {
-        let n = degree - apex;
-        let row = &mut row[..=n];
-        row.copy_from_slice(&of[from..=from + n]);
-        from += n + 1;
-        // The middle counts `level` times, the first corner `apex` times.
-        let mut at = apex;
-        for level in 0..=n {
-            first[at] = row[0];
-            second[at] = row[n - level];
-            at += degree + 1 - level;
-            for k in 0..n - level {
-                row[k] = 0.5 * (row[k] + row[k + 1]);
-            }
-        }
+fn point(octets: &[Octet], k: usize) -> [f64; 4] {
+    let ([x, y, z, w], lane) = (&octets[k / OCTET], k % OCTET);
+    [x[lane], y[lane], z[lane], w[lane]]
+}
+
+/// The coefficients at a triangle's corners, which are values.
+#[inline(always)]
+fn corners(triangle: &[Octet], degree: usize) -> Octet {
+    let mut corners = [[0.0; OCTET]; 4];
+    for lane in 0..OCTET {
+        let at = [0, degree, count(degree) - 1][lane % 3];
+        let corner = point(triangle, at);
+        (0..4).for_each(|axis| corners[axis][lane] = corner[axis]);
     }
-    stack.copy_within(start + size..start + 3 * size, start);
-    stack.truncate(start + 2 * size);
+    corners
 }
 
 #[cfg(test)]
@@ -128,24 +145,48 @@ mod tests {
         type Output = f64;
 
         fn with_simd<S: Simd>(self, simd: S) -> f64 {
-            largest(simd, &mut cubic(), 3, self.0, &Height)
+            largest(simd, &mut cubic(), (3, &halves(3)), self.0, &Height)
         }
     }
 
-    /// A cubic function, of weight one.
-    fn cubic() -> Vec<DVec4> {
-        (0..count(3)).map(|k| DVec4::new(0.0, 0.0, (1.7 * k as f64).sin(), 1.0)).collect()
+    /// The coefficients of the cubic function's halves.
+    struct Halved;
+
+    impl WithSimd for Halved {
+        type Output = [Vec<Octet>; 2];
+
+        fn with_simd<S: Simd>(self, simd: S) -> [Vec<Octet>; 2] {
+            let of = cubic();
+            halves(3).map(|half| {
+                let mut out = cubic();
+                half.of(simd, |k| point(&of, k), &mut out);
+                out
+            })
+        }
+    }
+
+    /// A coefficient of a cubic function.
+    fn height(k: usize) -> f64 {
+        (1.7 * k as f64).sin()
+    }
+
+    /// All of them, of weight one; the last one again where they end.
+    fn cubic() -> Vec<Octet> {
+        let last = count(3) - 1;
+        let heights =
+            |octet: usize| std::array::from_fn(|lane| height((octet * OCTET + lane).min(last)));
+        (0..2).map(|octet| [[0.0; OCTET], [0.0; OCTET], heights(octet), [1.0; OCTET]]).collect()
     }
 
     #[test]
     fn halves_meet_in_the_middle_of_a_side() {
-        let of = cubic();
-        let middle = (of[0] + 3.0 * of[1] + 3.0 * of[2] + of[3]) / 8.0;
-        let mut stack = of.clone();
-        halve(&mut stack, 3);
-        for (half, other) in stack.chunks_exact(10).zip([of[3], of[0]]) {
-            assert!(half[9].distance(middle) < 1e-15);
-            assert_eq!((half[0], half[3]), (other, of[9]));
+        let middle = (height(0) + 3.0 * height(1) + 3.0 * height(2) + height(3)) / 8.0;
+        let parts = Arch::new().dispatch(Halved);
+        for (half, other) in parts.iter().zip([0, 3]) {
+            let heights = [0, 3, 9].map(|k| point(half, k)[2]);
+            assert!((heights[2] - middle).abs() < 1e-15);
+            let (first, second) = if other == 0 { (0, 9) } else { (3, 9) };
+            assert_eq!((heights[0], heights[1]), (height(first), height(second)));
         }
     }
 
@@ -165,8 +206,8 @@ mod tests {
             };
             let powers =
                 |of: &[usize; 3]| (0..3).map(|k| at[k].powf(of[k] as f64)).product::<f64>();
-            let terms = triples(3).into_iter().zip(cubic());
-            let value: f64 = terms.map(|(of, c)| ways(&of) * powers(&of) * c.z).sum();
+            let terms = triples(3).into_iter().enumerate();
+            let value: f64 = terms.map(|(k, of)| ways(&of) * powers(&of) * height(k)).sum();
             most = most.max(value.abs());
         }
         let (rough, fine) = (looked(f64::MAX, 0), looked(1.01 * most, 8));

@@ -2,10 +2,12 @@
 
 use glam::DVec4;
 
+use super::basis::Row;
 use super::direction::{Direction, transpose};
 use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
+use crate::progress::Listen;
 
 /// A surface cut along its knots, and wherever else it was asked for, into Bézier patches.
 #[derive(Clone, Debug)]
@@ -25,12 +27,10 @@ impl PatchNets {
     /// Cuts a surface at its knots and at these sorted parameters inside its domain.
     pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Result<Self> {
         let listen = &mut || Ok(());
-        let along_u = surface.strip(Direction::U, listen)?.refined(more_u, listen)?;
-        let along_u = along_u.bezier(listen)?;
+        let along_u = cut(surface.strip(Direction::U, listen)?, more_u, listen)?;
         let (knots, rows) = (surface.knots_v().clone(), along_u.rows());
         let points = transpose(&along_u.points, along_u.width, listen)?;
-        let along_v = Strip { knots, points, width: rows }.refined(more_v, listen)?;
-        let along_v = along_v.bezier(listen)?;
+        let along_v = cut(Strip { knots, points, width: rows }, more_v, listen)?;
         Ok(Self {
             u: along_u.knots.breaks(),
             v: along_v.knots.breaks(),
@@ -46,6 +46,25 @@ impl PatchNets {
         self.points[j * q * self.rows + i * p]
     }
 
+    /// The homogeneous point of a patch where its Bernstein polynomials in u and v have these values.
+    pub(crate) fn point(&self, (row, col): (usize, usize), (u, v): (&Row, &Row)) -> DVec4 {
+        let (p, q) = self.degrees;
+        let mut point = DVec4::ZERO;
+        for (j, share) in v[..=q].iter().enumerate() {
+            // Of what lies on a border, one column is enough.
+            if *share == 0.0 {
+                continue;
+            }
+            let column = &self.points[(col * q + j) * self.rows + row * p..][..=p];
+            let mut inner = DVec4::ZERO;
+            for (h, share) in column.iter().zip(u) {
+                inner += *share * *h;
+            }
+            point += *share * inner;
+        }
+        point
+    }
+
     /// Appends the homogeneous control points of the patch in this row and column, row by row.
     pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
@@ -53,6 +72,12 @@ impl PatchNets {
             net.extend((col * q..=(col + 1) * q).map(|j| self.points[j * self.rows + i]));
         }
     }
+}
+
+/// Bézier curves, cut at their knots and at these parameters.
+fn cut(strip: Strip, more: &[f64], listen: &mut Listen<'_>) -> Result<Strip> {
+    let strip = if more.is_empty() { strip } else { strip.refined(more, listen)? };
+    strip.bezier(listen)
 }
 
 #[cfg(test)]

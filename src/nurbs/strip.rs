@@ -113,9 +113,8 @@ impl Strip {
             }
         };
         let empty = vec![DVec4::ZERO; width];
-        let mut points = in_steps((total, width), listen, |rows| {
-            rows.flat_map(|row| old(row).map_or(&empty[..], |row| self.row(row))).copied()
-        })?;
+        let row = |row| old(row).map_or(&empty[..], |row| self.row(row));
+        let mut points = gathered((total, width), listen, row)?;
         // Row k - p - 1 is the next to be filled; i is the old span that is being copied.
         let mut i = last + p - 1;
         let mut k = last + p - 1 + new.len();
@@ -151,10 +150,15 @@ impl Strip {
         Err(Error::parameter(name, must, value))
     }
 
+    /// Whether the domain is all that the knots span.
+    fn is_clamped(&self) -> bool {
+        let t = self.knots.as_slice();
+        (t[0], t[t.len() - 1]) == self.knots.domain()
+    }
+
     /// The same curves with clamped knots on the same domain.
     pub(super) fn clamped(&self, listen: &mut Listen<'_>) -> Result<Self> {
-        let t = self.knots.as_slice();
-        if (t[0], t[t.len() - 1]) == self.knots.domain() {
+        if self.is_clamped() {
             return self.copied(listen);
         }
         let starting = self.clamped_at_start(listen)?;
@@ -201,9 +205,7 @@ impl Strip {
     /// The same curves run through backwards, on the same domain.
     pub(super) fn reversed(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let count = self.rows();
-        let points = in_steps((count, self.width), listen, |rows| {
-            rows.flat_map(|row| self.row(count - 1 - row)).copied()
-        })?;
+        let points = gathered((count, self.width), listen, |row| self.row(count - 1 - row))?;
         Ok(Self { knots: self.knots.reversed(), points, width: self.width })
     }
 
@@ -239,12 +241,14 @@ impl Strip {
 
     /// The same curves with every inner knot as often as the degree: Bézier curves, end to end.
     pub(super) fn bezier(&self, listen: &mut Listen<'_>) -> Result<Self> {
-        let strip = self.clamped(listen)?;
-        let degree = strip.knots.degree();
-        let missing = |value| std::iter::repeat_n(value, degree - strip.knots.multiplicity(value));
-        let breaks = strip.knots.breaks();
+        if !self.is_clamped() {
+            return self.clamped(listen)?.bezier(listen);
+        }
+        let degree = self.knots.degree();
+        let missing = |value| std::iter::repeat_n(value, degree - self.knots.multiplicity(value));
+        let breaks = self.knots.breaks();
         let new: Vec<f64> = breaks[1..breaks.len() - 1].iter().flat_map(|&v| missing(v)).collect();
-        strip.refined(&new, listen)
+        self.refined(&new, listen)
     }
 
     /// This and the strip that follows it, which begins where this one ends and has the same
@@ -261,6 +265,20 @@ impl Strip {
         points.extend(next.rows_from(1..next.rows(), listen)?);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
+}
+
+/// So many rows of this width, one after the other.
+fn gathered<'a>(
+    (rows, width): (usize, usize),
+    listen: &mut Listen<'_>,
+    row: impl Fn(usize) -> &'a [DVec4],
+) -> Result<Vec<DVec4>> {
+    let mut points = Vec::with_capacity(rows * width);
+    for range in steps(rows, width) {
+        listen()?;
+        range.for_each(|k| points.extend_from_slice(row(k)));
+    }
+    Ok(points)
 }
 
 /// Whether two rows of homogeneous points are the same place, within a tolerance.
