@@ -117,13 +117,18 @@ impl<'a> Landmarks<'a> {
 fn spread_out(points: &[DVec3], count: usize) -> (Vec<u32>, f64) {
     let mut chosen = Vec::with_capacity(count);
     let mut nearest = vec![f64::INFINITY; points.len()];
+    // Coordinate by coordinate the processor compares several points at a time.
+    let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
     let mut next = 0;
     while chosen.len() < count {
         chosen.push(u32::try_from(next).unwrap_or(u32::MAX));
         let from = points[next];
+        for (((nearest, x), y), z) in nearest.iter_mut().zip(&x).zip(&y).zip(&z) {
+            let squared = DVec3::new(*x, *y, *z).distance_squared(from);
+            *nearest = if squared < *nearest { squared } else { *nearest };
+        }
         let mut farthest = (0, 0.0);
-        for (i, (nearest, point)) in nearest.iter_mut().zip(points).enumerate() {
-            *nearest = nearest.min(point.distance_squared(from));
+        for (i, nearest) in nearest.iter().enumerate() {
             if *nearest > farthest.1 {
                 farthest = (i, *nearest);
             }

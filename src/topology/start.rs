@@ -115,16 +115,14 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
 fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
     let mut slopes: Vec<DVec3> = (0..points.len())
         .into_par_iter()
-        .map(|point| {
+        .map_init(Vec::new, |around, point| {
             let own = points[point];
             // Neighbours of neighbours show the slope through noise.
-            let mut around: Vec<usize> = graph
-                .edges(point)
-                .iter()
-                .flat_map(|edge| graph.edges(edge.to as usize))
-                .map(|edge| edge.to as usize)
-                .filter(|&other| other != point)
-                .collect();
+            around.clear();
+            for edge in graph.edges(point) {
+                around.extend(graph.edges(edge.to as usize).iter().map(|edge| edge.to as usize));
+            }
+            around.retain(|&other| other != point);
             around.sort_unstable();
             around.dedup();
             let around = around.iter().copied();
