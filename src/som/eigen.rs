@@ -73,9 +73,15 @@ fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usi
         (matrix[a], matrix[b]) = turned(matrix[a], matrix[b]);
     }
     // The other columns change as the rows did.
-    for k in (0..size).filter(|&k| k != p && k != q) {
-        matrix[k * size + p] = matrix[p * size + k];
-        matrix[k * size + q] = matrix[q * size + k];
+    let (above, rest) = matrix.split_at_mut(p * size);
+    let (row_p, rest) = rest.split_at_mut(size);
+    let (between, rest) = rest.split_at_mut((q - p - 1) * size);
+    let (row_q, below) = rest.split_at_mut(size);
+    for (rows, first) in [(above, 0), (between, p + 1), (below, q + 1)] {
+        let columns = row_p[first..].iter().zip(&row_q[first..]);
+        for (row, (a, b)) in rows.chunks_exact_mut(size).zip(columns) {
+            (row[p], row[q]) = (*a, *b);
+        }
     }
 }
 

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cohomology::{Edge, loops};
+use super::laplacian::Laplacian;
 use crate::point_cloud::NeighborGraph;
 
 /// One of so many points is a landmark, between which loops are looked for. With fewer points to a
@@ -28,12 +29,6 @@ const CLOSED_BY: f64 = 0.75;
 
 /// Sums are made of so many loops at most.
 const MOST_SUMMED: usize = 3;
-
-/// Steps of the conjugate gradients; some tens suffice for a thousand landmarks.
-const MOST_STEPS: usize = 400;
-
-/// Residual at which they end, as a share of the first: for angles far finer than the points tell.
-const SOLVED: f64 = 1e-6;
 
 /// Landmarks among which a point's angle is interpolated.
 const NEAR: usize = 3;
@@ -90,10 +85,16 @@ impl<'a> Landmarks<'a> {
         };
         let seen: Vec<Vec<(u32, f64)>> = self.around.iter().map(within).collect();
         let edges = edges(&self.chosen, &seen);
-        let mut forms: Vec<Form> = loops(self.chosen.len(), &edges)
+        let vertices = self.chosen.len();
+        let both_ways = |edge: &Edge| {
+            let weight = weight(edge);
+            [(edge.from, edge.to, weight), (edge.to, edge.from, weight)]
+        };
+        let laplacian = Laplacian::of(vertices, edges.iter().flat_map(both_ways));
+        let mut forms: Vec<Form> = loops(vertices, &edges)
             .into_par_iter()
             .filter(|cocycle| cocycle.birth <= CLOSED_BY * reach)
-            .map(|cocycle| Form::harmonic(self.chosen.len(), &edges, &cocycle.values))
+            .map(|cocycle| Form::harmonic(&laplacian, &edges, &cocycle.values, vertices))
             .collect();
         shorten(&mut forms, &edges);
         let near = if forms.is_empty() { Vec::new() } else { nearest(&seen, self.graph.len()) };
@@ -116,13 +117,18 @@ impl<'a> Landmarks<'a> {
 fn spread_out(points: &[DVec3], count: usize) -> (Vec<u32>, f64) {
     let mut chosen = Vec::with_capacity(count);
     let mut nearest = vec![f64::INFINITY; points.len()];
+    // Coordinate by coordinate the processor compares several points at a time.
+    let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
     let mut next = 0;
     while chosen.len() < count {
         chosen.push(u32::try_from(next).unwrap_or(u32::MAX));
         let from = points[next];
+        for (((nearest, x), y), z) in nearest.iter_mut().zip(&x).zip(&y).zip(&z) {
+            let squared = DVec3::new(*x, *y, *z).distance_squared(from);
+            *nearest = if squared < *nearest { squared } else { *nearest };
+        }
         let mut farthest = (0, 0.0);
-        for (i, (nearest, point)) in nearest.iter_mut().zip(points).enumerate() {
-            *nearest = nearest.min(point.distance_squared(from));
+        for (i, nearest) in nearest.iter().enumerate() {
             if *nearest > farthest.1 {
                 farthest = (i, *nearest);
             }
@@ -163,6 +169,10 @@ fn edges(landmarks: &[u32], seen: &[Vec<(u32, f64)>]) -> Vec<Edge> {
     edges
 }
 
+fn weight(edge: &Edge) -> f64 {
+    (edge.length * edge.length).recip()
+}
+
 /// A closed form: turns along each edge, and the angle of each landmark.
 struct Form {
     turns: Vec<f64>,
@@ -172,27 +182,13 @@ struct Form {
 impl Form {
     /// The evenest form in the class of a cocycle: least squares over the edges, each weighted by
     /// the inverse square of its length.
-    fn harmonic(vertices: usize, edges: &[Edge], values: &[i32]) -> Self {
-        let weight = |edge: &Edge| (edge.length * edge.length).recip();
-        let apply = |x: &[f64]| {
-            let mut sums = vec![0.0; vertices];
-            for edge in edges {
-                let flow = weight(edge) * (x[edge.to as usize] - x[edge.from as usize]);
-                sums[edge.to as usize] += flow;
-                sums[edge.from as usize] -= flow;
-            }
-            sums
-        };
+    fn harmonic(laplacian: &Laplacian, edges: &[Edge], values: &[i32], vertices: usize) -> Self {
         let mut right = vec![0.0; vertices];
-        let mut diagonal = vec![0.0; vertices];
         for (edge, &value) in edges.iter().zip(values) {
-            let (from, to) = (edge.from as usize, edge.to as usize);
-            right[to] += weight(edge) * f64::from(value);
-            right[from] -= weight(edge) * f64::from(value);
-            diagonal[to] += weight(edge);
-            diagonal[from] += weight(edge);
+            right[edge.to as usize] += weight(edge) * f64::from(value);
+            right[edge.from as usize] -= weight(edge) * f64::from(value);
         }
-        let angles = conjugate_gradients(apply, &right, &diagonal);
+        let angles = laplacian.solve(&right);
         let left = |(edge, &value): (&Edge, &i32)| {
             f64::from(value) - (angles[edge.to as usize] - angles[edge.from as usize])
         };
@@ -302,40 +298,4 @@ fn shorten(forms: &mut [Form], edges: &[Edge]) {
     // The longer the loop, the smaller its slope.
     let energy = |form: &Form| form.dot(form, edges);
     forms.sort_by(|a, b| energy(a).total_cmp(&energy(b)));
-}
-
-/// Solves a positive semidefinite system (Golub and Van Loan, Matrix Computations, section 11.5),
-/// preconditioned by its diagonal.
-pub(super) fn conjugate_gradients(
-    apply: impl Fn(&[f64]) -> Vec<f64>,
-    right: &[f64],
-    diagonal: &[f64],
-) -> Vec<f64> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let prepare = |r: &[f64]| -> Vec<f64> {
-        r.iter().zip(diagonal).map(|(r, d)| if *d > 0.0 { r / d } else { 0.0 }).collect()
-    };
-    let mut x = vec![0.0; right.len()];
-    let mut residual = right.to_vec();
-    let mut prepared = prepare(&residual);
-    let mut direction = prepared.clone();
-    let mut energy = dot(&residual, &prepared);
-    let enough = SOLVED * SOLVED * energy;
-    for _ in 0..MOST_STEPS {
-        if energy <= enough {
-            break;
-        }
-        let image = apply(&direction);
-        let step = energy / dot(&direction, &image);
-        for i in 0..x.len() {
-            x[i] += step * direction[i];
-            residual[i] -= step * image[i];
-        }
-        prepared = prepare(&residual);
-        let before = std::mem::replace(&mut energy, dot(&residual, &prepared));
-        for (direction, prepared) in direction.iter_mut().zip(&prepared) {
-            *direction = prepared + energy / before * *direction;
-        }
-    }
-    x
 }

@@ -4,8 +4,6 @@
 //! (Discrete & Computational Geometry 45, 2011); the bookkeeping by annotations of edges is that of
 //! J.-D. Boissonnat, T. Dey, C. Maria, *The compressed annotation matrix* (2013).
 
-use std::collections::HashMap;
-
 /// Coefficients are counted modulo this prime. With 2 alone a loop that is walked twice would count
 /// as none; a larger one than this makes no difference to loops of point clouds.
 const PRIME: i64 = 47;
@@ -32,21 +30,19 @@ pub(super) struct Cocycle {
 pub(super) fn loops(vertices: usize, edges: &[Edge]) -> Vec<Cocycle> {
     let mut complex = Annotations::default();
     let mut joined: Vec<u32> = (0..).take(vertices).collect();
-    let mut neighbors: Vec<HashMap<u32, u32>> = vec![HashMap::new(); vertices];
+    // For each vertex its neighbours, ascending, and the edges to them.
+    let mut neighbors: Vec<Vec<(u32, u32)>> = vec![Vec::new(); vertices];
     for (number, edge) in (0_u32..).zip(edges) {
         let (a, b) = (root(&mut joined, edge.from), root(&mut joined, edge.to));
         complex.add_edge(a == b);
         joined[a.max(b) as usize] = a.min(b);
-        let (from, to) = (edge.from as usize, edge.to as usize);
-        let (few, many) =
-            if neighbors[from].len() < neighbors[to].len() { (from, to) } else { (to, from) };
-        let third = |(vertex, &side): (&u32, &u32)| {
-            neighbors[many].get(vertex).map(|&other| (*vertex, side, other))
-        };
-        let mut thirds: Vec<(u32, u32, u32)> = neighbors[few].iter().filter_map(third).collect();
-        thirds.sort_unstable();
-        for (vertex, side, other) in thirds {
-            let (at_from, at_to) = if few == from { (side, other) } else { (other, side) };
+        let mut others = neighbors[edge.to as usize].as_slice();
+        for &(vertex, at_from) in &neighbors[edge.from as usize] {
+            let nearer = others.iter().take_while(|(other, _)| *other < vertex).count();
+            others = &others[nearer..];
+            let Some(&(_, at_to)) = others.first().filter(|(other, _)| *other == vertex) else {
+                continue;
+            };
             // The boundary of i < j < k is jk - ik + ij.
             complex.add_triangle(if vertex < edge.from {
                 [(number, 1), (at_to, -1), (at_from, 1)]
@@ -56,8 +52,10 @@ pub(super) fn loops(vertices: usize, edges: &[Edge]) -> Vec<Cocycle> {
                 [(at_to, 1), (at_from, -1), (number, 1)]
             });
         }
-        neighbors[from].insert(edge.to, number);
-        neighbors[to].insert(edge.from, number);
+        for (own, other) in [(edge.from, edge.to), (edge.to, edge.from)] {
+            let list = &mut neighbors[own as usize];
+            list.insert(list.partition_point(|(vertex, _)| *vertex < other), (other, number));
+        }
     }
     complex.alive(edges)
 }
@@ -77,6 +75,8 @@ struct Annotations {
     of_edges: Vec<Vec<(u32, i64)>>,
     /// For each class the edge that closed it, and edges that may count in it; none if it is dead.
     classes: Vec<(u32, Vec<u32>)>,
+    /// What counts around a triangle; kept for its memory.
+    around: Vec<(u32, i64)>,
 }
 
 impl Annotations {
@@ -94,19 +94,20 @@ impl Annotations {
     /// Fills a triangle: what counts around it is no loop any more, and the youngest class in it
     /// dies.
     fn add_triangle(&mut self, sides: [(u32, i64); 3]) {
-        let mut around: Vec<(u32, i64)> = Vec::new();
+        let Self { of_edges, classes, around } = self;
+        around.clear();
         for (edge, sign) in sides {
-            add(&mut around, &self.of_edges[edge as usize], sign);
+            add(around, &of_edges[edge as usize], sign);
         }
         let Some(&(youngest, coefficient)) = around.last() else { return };
         let inverse = inverse(coefficient);
-        for edge in std::mem::take(&mut self.classes[youngest as usize].1) {
-            let own = &mut self.of_edges[edge as usize];
+        for edge in std::mem::take(&mut classes[youngest as usize].1) {
+            let own = &mut of_edges[edge as usize];
             let Ok(at) = own.binary_search_by_key(&youngest, |&(class, _)| class) else { continue };
             let factor = -own[at].1 * inverse;
-            add(own, &around, factor);
+            add(own, around, factor);
             for &(class, _) in &around[..around.len() - 1] {
-                self.classes[class as usize].1.push(edge);
+                classes[class as usize].1.push(edge);
             }
         }
     }

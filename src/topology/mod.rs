@@ -8,6 +8,7 @@ mod border;
 mod circle;
 mod cohomology;
 mod height_field;
+mod laplacian;
 mod start;
 
 use std::sync::OnceLock;

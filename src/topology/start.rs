@@ -5,7 +5,8 @@ use std::collections::BinaryHeap;
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::circle::{Circle, conjugate_gradients};
+use super::circle::Circle;
+use super::laplacian::Laplacian;
 use crate::point_cloud::{NeighborGraph, Plane};
 
 /// Sectors of a tube in which its ends are looked for.
@@ -114,16 +115,14 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
 fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
     let mut slopes: Vec<DVec3> = (0..points.len())
         .into_par_iter()
-        .map(|point| {
+        .map_init(Vec::new, |around, point| {
             let own = points[point];
             // Neighbours of neighbours show the slope through noise.
-            let mut around: Vec<usize> = graph
-                .edges(point)
-                .iter()
-                .flat_map(|edge| graph.edges(edge.to as usize))
-                .map(|edge| edge.to as usize)
-                .filter(|&other| other != point)
-                .collect();
+            around.clear();
+            for edge in graph.edges(point) {
+                around.extend(graph.edges(edge.to as usize).iter().map(|edge| edge.to as usize));
+            }
+            around.retain(|&other| other != point);
             around.sort_unstable();
             around.dedup();
             let around = around.iter().copied();
@@ -151,12 +150,10 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
     let rises = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
     let right: Vec<f64> =
         (0..points.len()).map(|from| -rises(from).map(|(a, b)| rise(a, b)).sum::<f64>()).collect();
-    let diagonal: Vec<f64> = (0..points.len()).map(|from| graph.edges(from).len() as f64).collect();
-    let apply = |x: &[f64]| -> Vec<f64> {
-        let flow = |from: usize| rises(from).map(|(a, b)| x[a] - x[b]).sum();
-        (0..points.len()).into_par_iter().map(flow).collect()
-    };
-    conjugate_gradients(apply, &right, &diagonal)
+    let links = (0_u32..).zip(points).flat_map(|(from, _)| {
+        graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
+    });
+    Laplacian::of(points.len(), links).solve(&right)
 }
 
 /// Turns vectors so that neighbours point the same way, starting from the first of each piece and
