@@ -12,7 +12,7 @@ use super::outline::{Bending, MOST_CORNERS, Zip};
 use super::piece::{Block, Direction, PATCH, Part, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
-use crate::nurbs::{NurbsSurface, PatchNets, halve};
+use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
 
 /// Tolerances by which a piece may be expected to leave its triangles without being looked at closer.
 const HOPELESS: f64 = 1.1;
@@ -33,6 +33,8 @@ pub(super) struct Desk {
     nets: Vec<DVec4>,
     /// The control points of the last net in space.
     points: Vec<DVec3>,
+    /// Where its columns lie.
+    columns: Vec<(usize, Row)>,
     patch: Vec<DVec4>,
     part: Vec<DVec4>,
     corners: Vec<Corner>,
@@ -196,7 +198,7 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { nets, points, patch, part, corners, faces, work, deviation } = desk;
+        let Desk { nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
         let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
@@ -271,27 +273,21 @@ impl Divider<'_> {
             let steps = ((to - from) / step) as usize * k / n;
             from + u32::try_from(steps).unwrap_or(0) * step
         };
-        for (i, j) in (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j))) {
-            let at = (place(piece.u, i, p), place(piece.v, j, q));
-            let point = self.point(block, at).project();
-            desk.points.push(point);
+        desk.columns.clear();
+        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols, q)));
+        for i in 0..=p {
+            let (row, u) = located(place(piece.u, i, p), block.rows, p);
+            for (col, v) in &desk.columns {
+                desk.points.push(self.nets.point((row, *col), (&u, v)).project());
+            }
         }
     }
 
     /// The homogeneous point at a place of a block.
     fn point(&self, block: Block, (u, v): Place) -> DVec4 {
-        if u % PATCH == 0 && v % PATCH == 0 {
-            let (row, col) = ((u / PATCH) as usize, (v / PATCH) as usize);
-            return self.nets.corner((block.rows.0 + row, block.cols.0 + col));
-        }
-        let index = |place: u32, (from, to): (usize, usize)| {
-            let index = ((place / PATCH) as usize).min(to - from - 1);
-            let start = u32::try_from(index).unwrap_or(0) * PATCH;
-            (from + index, f64::from(place - start) / f64::from(PATCH))
-        };
-        let ((row, x), (col, y)) = (index(u, block.rows), index(v, block.cols));
         let (p, q) = self.nets.degrees;
-        self.nets.point((row, col), (&polynomials(p, x), &polynomials(q, y)))
+        let ((row, u), (col, v)) = (located(u, block.rows, p), located(v, block.cols, q));
+        self.nets.point((row, col), (&u, &v))
     }
 
     /// Divides a piece that has become unfit in this direction first.
@@ -306,6 +302,14 @@ impl Divider<'_> {
             self.divide(block, half, desk, done);
         }
     }
+}
+
+/// The patch, in these rows or columns, that a place of a block lies in, and the Bernstein polynomials
+/// there.
+fn located(place: u32, (from, to): (usize, usize), degree: usize) -> (usize, Row) {
+    let index = ((place / PATCH) as usize).min(to - from - 1);
+    let start = u32::try_from(index).unwrap_or(0) * PATCH;
+    (from + index, polynomials(degree, f64::from(place - start) / f64::from(PATCH)))
 }
 
 /// The share of a range that lies before x.

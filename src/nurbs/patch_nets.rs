@@ -40,12 +40,6 @@ impl PatchNets {
         })
     }
 
-    /// The homogeneous point where these cuts in u and v meet.
-    pub(crate) fn corner(&self, (i, j): (usize, usize)) -> DVec4 {
-        let (p, q) = self.degrees;
-        self.points[j * q * self.rows + i * p]
-    }
-
     /// The homogeneous point of a patch where its Bernstein polynomials in u and v have these values.
     pub(crate) fn point(&self, (row, col): (usize, usize), (u, v): (&Row, &Row)) -> DVec4 {
         let (p, q) = self.degrees;
