@@ -8,9 +8,8 @@ use pulp::Simd;
 
 use super::cost::{OCTET, Octet};
 
-/// A point, and how much eight means take of it; aligned as registers are loaded.
+/// A point, and how much eight means take of it.
 #[derive(Clone, Copy, Debug)]
-#[repr(C)]
 struct Term {
     weights: [f64; OCTET],
     point: u32,
@@ -31,20 +30,15 @@ impl Means {
     pub(super) fn new(means: &[Vec<(usize, f64)>]) -> Self {
         let mut this = Self::default();
         for octet in means.chunks(OCTET) {
-            let mut weights: BTreeMap<usize, [f64; OCTET]> = BTreeMap::new();
-            for (lane, mean) in
-                octet.iter().chain(octet.last().into_iter().cycle()).take(OCTET).enumerate()
-            {
-                for &(index, weight) in mean {
-                    weights.entry(index).or_default()[lane] += weight;
+            let mut points: BTreeMap<usize, [f64; OCTET]> = BTreeMap::new();
+            for lane in 0..OCTET {
+                for &(point, weight) in &octet[lane.min(octet.len() - 1)] {
+                    points.entry(point).or_default()[lane] += weight;
                 }
             }
-            let terms = weights.into_iter();
-            this.terms.extend(
-                terms.filter_map(|(i, weights)| {
-                    Some(Term { point: u32::try_from(i).ok()?, weights })
-                }),
-            );
+            this.terms.extend(points.into_iter().filter_map(|(point, weights)| {
+                Some(Term { weights, point: u32::try_from(point).ok()? })
+            }));
             this.ends.push(this.terms.len());
         }
         this
@@ -70,17 +64,13 @@ impl Means {
             let (z, w) = (S::as_mut_simd_f64s(z).0, S::as_mut_simd_f64s(w).0);
             for k in 0..OCTET / S::F64_LANES {
                 let mut sums = [simd.splat_f64s(0.0); 4];
-                for Term { weights, point: index } in terms {
-                    let weights = S::as_simd_f64s(weights).0[k];
-                    let point = point(*index as usize);
-                    sums[0] =
-                        simd.add_f64s(sums[0], simd.mul_f64s(weights, simd.splat_f64s(point[0])));
-                    sums[1] =
-                        simd.add_f64s(sums[1], simd.mul_f64s(weights, simd.splat_f64s(point[1])));
-                    sums[2] =
-                        simd.add_f64s(sums[2], simd.mul_f64s(weights, simd.splat_f64s(point[2])));
-                    sums[3] =
-                        simd.add_f64s(sums[3], simd.mul_f64s(weights, simd.splat_f64s(point[3])));
+                for term in terms {
+                    let weights = S::as_simd_f64s(&term.weights).0[k];
+                    let point = point(term.point as usize);
+                    for axis in 0..4 {
+                        let share = simd.mul_f64s(weights, simd.splat_f64s(point[axis]));
+                        sums[axis] = simd.add_f64s(sums[axis], share);
+                    }
                 }
                 (x[k], y[k], z[k], w[k]) = (sums[0], sums[1], sums[2], sums[3]);
             }
