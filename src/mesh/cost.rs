@@ -3,7 +3,9 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec3, DVec4};
-use pulp::Simd;
+use pulp::{Scalar, Simd};
+
+use super::triangle::larger;
 
 /// Numbers in the widest registers.
 pub(super) const OCTET: usize = 8;
@@ -26,13 +28,12 @@ pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) ->
     for group in whole.chunks_exact(lanes) {
         most = simd.max_f64s(most, squared(simd, cost, group));
     }
-    if let Some(&last) = rest.last() {
-        // The last one stands in for those that are missing.
-        let mut group = [last; OCTET];
-        group[..rest.len()].copy_from_slice(rest);
-        most = simd.max_f64s(most, squared(simd, cost, &group[..lanes]));
+    let mut most = simd.reduce_max_f64s(most);
+    // What is left is too little to be worth the way into registers.
+    for point in rest {
+        most = larger(most, projected(Scalar::new(), cost, point.to_array()));
     }
-    simd.reduce_max_f64s(most).sqrt()
+    most.sqrt()
 }
 
 /// Squares of what as many points cost as registers hold numbers.
