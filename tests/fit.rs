@@ -235,19 +235,20 @@ fn all_degrees_are_fitted() {
 #[test]
 fn the_observer_can_stop_every_stage() {
     let points = rolled(500);
-    let mut seen = 0;
-    let mut count = |_: &Progress| {
-        seen += 1;
+    // How often a stage reports depends on the time that it takes; that it does, does not.
+    let mut stages = vec![];
+    let mut note = |progress: &Progress| {
+        if !stages.contains(&progress.stage) {
+            stages.push(progress.stage);
+        }
         ControlFlow::Continue(())
     };
     let options = ReconstructOptions { grid: Some((8, 8)), ..ReconstructOptions::default() };
-    reconstruct(&points, &options, &mut count).unwrap();
-    assert!(seen > 30, "{seen}");
-    for stop in [0, seen / 4, seen / 2, seen - 1] {
-        let mut calls = 0;
-        let mut stopping = |_: &Progress| {
-            calls += 1;
-            if calls > stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    reconstruct(&points, &options, &mut note).unwrap();
+    assert!(stages.len() > 4, "{stages:?}");
+    for stage in stages {
+        let mut stopping = |progress: &Progress| {
+            if progress.stage == stage { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let stopped: Result<_> = reconstruct(&points, &options, &mut stopping);
         assert!(matches!(stopped, Err(Error::Interrupted)));
