@@ -56,8 +56,8 @@ pub struct Approximation {
     pub ended_by: EndedBy,
 }
 
-/// Solutions with the whole net for each with a coarse one.
-const COARSE_SHARE: usize = 2;
+/// Solutions with the whole net for each with a coarse one: that only has to take shape.
+const COARSE_SHARE: usize = 4;
 
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;

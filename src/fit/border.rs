@@ -41,14 +41,17 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
 /// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the
-/// square goes on by `margin` along u and v. Says as well whether a side has a notch.
+/// square goes on by about `border` spacings, which have this size along u and v. Says as well
+/// whether a side has a notch.
 pub(super) fn conformed(
     uv: &[DVec2],
     closed: [bool; 2],
     noise: DVec2,
-    margin: DVec2,
+    border: f64,
+    spacing: DVec2,
 ) -> Result<(Vec<DVec2>, bool)> {
     let (mut uv, mut notched) = (uv.to_vec(), false);
+    let mut sides = [None, None];
     for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
             let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
@@ -61,10 +64,15 @@ pub(super) fn conformed(
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
         }
+        sides[d] = Some((low, high));
     }
-    for d in (0..2).filter(|&d| !closed[d]) {
-        for uv in &mut uv {
-            uv[d] = (uv[d] + margin[d]) / (1.0 + 2.0 * margin[d]);
+    for uv in &mut uv {
+        let inside = *uv;
+        for (d, side) in sides.iter().enumerate() {
+            let Some((low, high)) = side else { continue };
+            let margin = |edge: &Edge| edge.margin(inside[1 - d], border, spacing[d]);
+            let (low, high) = (margin(low), margin(high));
+            uv[d] = (inside[d] + low) / (1.0 + low + high);
         }
     }
     Ok((uv, notched))

@@ -16,15 +16,34 @@ struct Flexibility {
     deepest: f64,
     /// Places deeper than this cannot touch it.
     near: f64,
+    /// Depth of the ground whose places say how dense they are there; without, they are as dense
+    /// everywhere.
+    ground: Option<f64>,
 }
 
 /// Rounded corners are covered by the surface's corners rather than followed into them.
 const FIRM: Flexibility =
-    Flexibility { control_points: 8, stiffness: 10.0, deepest: 0.1, near: 0.4 };
+    Flexibility { control_points: 8, stiffness: 10.0, deepest: 0.1, near: 0.4, ground: Some(0.15) };
 
 /// Notches are followed, if not into their corners, whose parameters would crowd.
 const SUPPLE: Flexibility =
-    Flexibility { control_points: 10, stiffness: 1.0, deepest: 0.3, near: 0.7 };
+    Flexibility { control_points: 10, stiffness: 1.0, deepest: 0.3, near: 0.7, ground: None };
+
+/// Least density of places on the ground, as a share of the mean: it keeps an edge in bounds. That of
+/// so many control points at either end is higher: drawn in hardly at all, an edge would leave much of
+/// a rounded corner to the surface; drawn in fully, it would bend and cut off places beside the corner.
+const SPARSEST: f64 = 0.02;
+const SPARSEST_AT_CORNERS: f64 = 0.75;
+const CORNER: usize = 2;
+
+/// How far a surface goes beyond an edge: so many spacings of the points, and standard deviations of
+/// where the edge lies, for each spacing of border that is asked for. With half a spacing of border
+/// the surface seldom ends before the points' ground does, and goes 0.4 to 0.5 spacings beyond on
+/// average.
+const BEYOND: (f64, f64) = (0.5, 4.0);
+
+/// Share of the mean density below which places are those of a rounded corner.
+const SPARSE: f64 = 0.3;
 
 /// Strips of the square in which the ground under the lowest place is looked at, but those at either
 /// end, where corners are rounded; and its mean height, beyond what chance leaves, from which on the
@@ -66,6 +85,8 @@ pub(super) struct Edge {
     knots: KnotVector,
     heights: Vec<f64>,
     deepest: f64,
+    /// Standard deviations of the heights there, and spacings of the places as multiples of the mean.
+    doubts: Vec<(f64, f64)>,
 }
 
 /// A place by the basis functions at its x, and its y.
@@ -78,6 +99,16 @@ impl Edge {
     /// The height, which rounding does not take beyond the bounds either.
     pub(super) fn at(&self, x: f64) -> f64 {
         height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.deepest)
+    }
+
+    /// How far beyond the edge a surface should go on, for a border of this many spacings.
+    pub(super) fn margin(&self, x: f64, border: f64, spacing: f64) -> f64 {
+        let (plain, doubtful) = BEYOND;
+        let beyond = |&(deviation, spread): &(f64, f64)| {
+            border * spread * (plain * spacing + doubtful * deviation)
+        };
+        let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
+        height(&margins, &Basis::at(&self.knots, x))
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
@@ -126,7 +157,24 @@ impl Edge {
             near.map(|&(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
         near.sort_by(|a, b| a.y.total_cmp(&b.y));
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
-        let slopes = areas(&knots, control_points, count);
+        let areas = areas(&knots, control_points);
+        let even: Vec<f64> = areas.iter().map(|area| count * area).collect();
+        let slopes = match flexibility.ground {
+            Some(depth) => {
+                let low = near.iter().take_while(|place| place.y < depth);
+                // Where places are even, half of the ground lies below their mean.
+                let mean = low.clone().map(|place| place.y).sum::<f64>()
+                    / low.clone().count().max(1) as f64;
+                let ground = depth - (2.0 * mean - depth).clamp(0.0, deepest);
+                let least = |i: usize| {
+                    let corner = !closed && (i < CORNER || i + CORNER >= control_points);
+                    even[i] * if corner { SPARSEST_AT_CORNERS } else { SPARSEST }
+                };
+                let found = sums(low, control_points).into_iter().enumerate();
+                found.map(|(i, sum)| (sum / ground).max(least(i))).collect()
+            }
+            None => even.clone(),
+        };
         let mut search = Search { near, stride: 1, slopes, count, closed, flexibility };
         let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
         // Places touch a curve with so many degrees of freedom at this distance on average.
@@ -142,9 +190,14 @@ impl Edge {
             }
             scale = (LEFT_OF_SCALE * scale).max(last);
         }
+        let deviations = search.deviations(&knots, &heights, last);
+        let spreads = search.slopes.iter().zip(&even);
+        let spreads = spreads.map(|(here, even)| spread(here / even));
+        let mut doubts: Vec<(f64, f64)> = deviations.into_iter().zip(spreads).collect();
         let repeated = if closed { DEGREE } else { 0 };
         heights.extend_from_within(..repeated);
-        Ok(Self { knots, heights, deepest })
+        doubts.extend_from_within(..repeated);
+        Ok(Self { knots, heights, deepest, doubts })
     }
 }
 
@@ -177,15 +230,33 @@ fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
     terms.map(|(i, value)| value * heights[at(basis.first + i)]).sum()
 }
 
-/// `count` times the area under each basis function; closed curves repeat them.
-fn areas(knots: &KnotVector, control_points: usize, count: f64) -> Vec<f64> {
+/// The places' basis functions added up.
+fn sums<'a>(places: impl Iterator<Item = &'a Place>, control_points: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; control_points];
+    for Place { basis, .. } in places {
+        for (i, value) in basis.values.iter().enumerate() {
+            sums[(basis.first + i) % control_points] += value;
+        }
+    }
+    sums
+}
+
+/// By how much farther than usual a surface goes on where the density of places is this share of the
+/// mean: as far as their spacing is larger, but not where there is hardly any, at a rounded corner.
+fn spread(density: f64) -> f64 {
+    let sparse = density.min(SPARSE) / SPARSE;
+    sparse / density.clamp(SPARSE, 1.0).sqrt()
+}
+
+/// The area under each basis function; closed curves repeat them.
+fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
     let mut areas = vec![0.0; control_points];
     for span in knots.breaks().windows(2) {
         let length = span[1] - span[0];
         for (place, weight) in gauss::rule(DEGREE) {
             let basis = Basis::<4>::at(knots, span[0] + place * length);
             for (i, value) in basis.values.iter().enumerate() {
-                areas[(basis.first + i) % control_points] += count * weight * length * value;
+                areas[(basis.first + i) % control_points] += weight * length * value;
             }
         }
     }
@@ -265,6 +336,31 @@ impl Search {
     }
 
     fn step(&self, heights: &[f64], scale: f64) -> Option<Vec<f64>> {
+        let (matrix, slopes) = self.equations(heights, scale);
+        matrix.cholesky().map(|factor| factor.solve(&slopes))
+    }
+
+    /// Standard deviations of the height where each control point has most to say, by Laplace's
+    /// approximation of the likelihood: its second derivatives are the inverse of the variances.
+    fn deviations(&self, knots: &KnotVector, heights: &[f64], scale: f64) -> Vec<f64> {
+        let size = self.slopes.len();
+        let Some(factor) = self.equations(heights, scale).0.cholesky() else {
+            return vec![0.0; size];
+        };
+        let deviation = |x: f64| {
+            let basis = Basis::<4>::at(knots, x.clamp(0.0, 1.0));
+            let mut values = vec![0.0; size];
+            for (i, value) in basis.values.iter().enumerate() {
+                values[(basis.first + i) % size] += value;
+            }
+            let variance: f64 = factor.solve(&values).iter().zip(&values).map(|(a, b)| a * b).sum();
+            variance.sqrt()
+        };
+        knots.greville().into_iter().take(size).map(deviation).collect()
+    }
+
+    /// Newton's equations for the next step.
+    fn equations(&self, heights: &[f64], scale: f64) -> (Dense, Vec<f64>) {
         let size = self.slopes.len();
         let mut matrix = Dense::new(size);
         let mut slopes = self.slopes.clone();
@@ -295,7 +391,7 @@ impl Search {
             }
         }
         matrix.add_ridge(RIDGE);
-        matrix.cholesky().map(|factor| factor.solve(&slopes))
+        (matrix, slopes)
     }
 }
 
@@ -353,6 +449,23 @@ mod tests {
                 assert!((y - 0.05).abs() < 0.012, "{y}");
             }
         }
+    }
+
+    #[test]
+    fn surfaces_go_on_farther_where_edges_are_doubtful() {
+        let level = above(|_| 0.05);
+        let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
+        let sure = Edge::under(&level, 0.0, false).unwrap();
+        let margin = |edge: &Edge, x: f64| edge.margin(x, 0.5, spacing) / spacing;
+        assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
+        assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
+        assert_eq!(sure.margin(0.5, 0.0, spacing), 0.0);
+        // One place of four on the right half, so that spacings there are longer.
+        let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
+        let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
+        assert!((thinned.len() as f64) < 0.7 * count);
+        let thinned = Edge::under(&thinned, 0.0, false).unwrap();
+        assert!(margin(&thinned, 0.8) > 1.5 * margin(&thinned, 0.2));
     }
 
     #[test]

@@ -51,7 +51,7 @@ const ENOUGH: usize = 16;
 const LEAST_SEEN: usize = 2000;
 
 /// Iterations end when the error falls by less than this share.
-const CONVERGED: f64 = 0.04;
+const CONVERGED: f64 = 0.06;
 
 /// Iterations go on beyond their limit, up to so many times, while the error falls under this share
 /// of what it was: where a surface passes through all points they converge ever faster.
@@ -244,12 +244,13 @@ impl<'a> Fitting<'a> {
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
         let (length_u, length_v) = lengths(&surface);
-        let margin = border * (length_u * length_v / self.points.len() as f64).sqrt();
+        let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
         let feet = self.correct(&surface, STEPS);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&feet);
         let notched;
-        (self.uv, notched) = conformed(&self.uv, self.closed, noise / size, margin / size)?;
+        (self.uv, notched) =
+            conformed(&self.uv, self.closed, noise / size, border, spacing / size)?;
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);
         self.falling = self.aim().max(FAIRNESS_OF_BENT);

@@ -24,10 +24,25 @@ const CANDIDATES: usize = 48;
 /// Candidates on either side over which an outline turns at a corner.
 const TURN: usize = CANDIDATES / 16;
 
-/// What it costs, in right angles that the outline does not turn at a corner, if opposite sides are
-/// not equally long, or the rectangle is no square: each times the logarithm of the ratio.
+/// What it costs if the outline does not turn by a right angle at a corner, times the square of what
+/// is missing.
+const WRONG: f64 = 1.0;
+
+/// What it costs if opposite sides are not equally long, or the rectangle is no square: each times the
+/// logarithm of the ratio.
 const UNEVEN: f64 = 1.5;
 const LONG: f64 = 0.3;
+
+/// What it costs, for outlines that turn inwards somewhere, where opposite sides do not bend alike:
+/// each right angle by which one of their parts turns more than that across. A bent strip is unbent,
+/// but a step in one side would stay.
+const UNLIKE: f64 = 0.5;
+
+/// Right angles by which an outline turns inwards not by chance.
+const INWARDS: f64 = 0.3;
+
+/// Parts of a side that are compared.
+const PARTS: usize = 3;
 
 /// Cracks on either side over which the outline's stairs are smoothed.
 const STAIRS: usize = 3;
@@ -283,6 +298,19 @@ fn corners(line: &[DVec2]) -> [usize; 4] {
         (angle / std::f64::consts::FRAC_PI_2).min(1.0)
     };
     let turns: Vec<f64> = (0..count).map(turn).collect();
+    let wrongs: Vec<f64> = turns.iter().map(|turn| WRONG * (1.0 - turn).powi(2)).collect();
+    // What the outline has turned by before each candidate, twice around.
+    let mut turned = vec![0.0];
+    (0..2 * count + TURN).for_each(|i| turned.push(turned[i] + turns[i % count] / TURN as f64));
+    let parts = |from: usize, to: usize| {
+        let inner = (to - from).saturating_sub(2 * TURN);
+        let before = |part: usize| turned[from + TURN + inner * part / PARTS];
+        [0, 1, 2].map(|part| before(part + 1) - before(part))
+    };
+    let bent = turns.iter().any(|turn| *turn < -INWARDS);
+    let unlike = |side: [f64; PARTS], across: [f64; PARTS]| {
+        side.iter().zip(across.iter().rev()).map(|(a, b)| (a + b).abs()).sum::<f64>()
+    };
     let logs: Vec<f64> = (0..=count).map(|length| (length as f64).ln()).collect();
     let mut best = (f64::NEG_INFINITY, [0; 4]);
     for a in 0..count {
@@ -295,8 +323,14 @@ fn corners(line: &[DVec2]) -> [usize; 4] {
                     let [ab, bc, cd, da] = [b - a, c - b, d - c, a + count - d];
                     let uneven = (logs[ab] - logs[cd]).abs() + (logs[bc] - logs[da]).abs();
                     let long = (logs[ab + cd] - logs[bc + da]).abs();
-                    let right = turns[a] + turns[b] + turns[c] + turns[d];
-                    let worth = right - UNEVEN * uneven - LONG * long;
+                    let wrong = wrongs[a] + wrongs[b] + wrongs[c] + wrongs[d];
+                    let worth = -wrong - UNEVEN * uneven - LONG * long;
+                    if worth <= best.0 {
+                        continue;
+                    }
+                    let sides = unlike(parts(a, b), parts(c, d));
+                    let ends = unlike(parts(b, c), parts(d, a + count));
+                    let worth = if bent { worth - UNLIKE * (sides + ends) } else { worth };
                     if worth > best.0 {
                         best = (worth, [a, b, c, d]);
                     }
@@ -351,6 +385,24 @@ mod tests {
         // Near the corners, too, which a square around the disc would leave empty.
         let near = |corner: DVec2| uv.iter().any(|uv| uv.distance(corner) < 0.3);
         assert!([DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE].into_iter().all(near));
+    }
+
+    #[test]
+    fn bent_strips_are_unbent() {
+        // An L has six corners: the ends of its arms become those of a rectangle, and the corners
+        // where it bends come to lie across each other, in the middles of the long sides.
+        let places = scattered(|p| p.x < 0.0 || p.y < 0.0);
+        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        assert!((2.0..4.0).contains(&aspect), "{aspect}");
+        let at = |place: DVec2| {
+            let nearer = |&i: &usize, &j: &usize| {
+                places[i].distance(place).total_cmp(&places[j].distance(place))
+            };
+            uv[(0..places.len()).min_by(nearer).unwrap()]
+        };
+        let bends = [at(DVec2::NEG_ONE), at(DVec2::splat(-0.05))];
+        assert!(bends.iter().all(|uv| (0.3..0.7).contains(&uv.x)), "{bends:?}");
+        assert!((bends[0].y - bends[1].y).abs() > 0.6, "{bends:?}");
     }
 
     #[test]
