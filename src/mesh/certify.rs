@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3, DVec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
-use super::cost::{Cost, Octet, away, costliest, dot};
+use super::cost::{Octet, costliest};
 use super::frame::Frame;
 use super::polygon::{Polygon, clip};
 use super::triangle::{Doubt, larger, largest};
@@ -67,6 +67,11 @@ pub(super) struct Part<'a> {
 }
 
 impl Part<'_> {
+    /// Whether it is all of the piece.
+    fn is_whole(&self) -> bool {
+        (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
+    }
+
     /// What it has of a segment, in its own unit square.
     fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
         let (from, to) = clip(segment, self.low, self.high)?;
@@ -112,7 +117,7 @@ impl Workspace {
     /// pole), that of a face beside it.
     fn plane(&self, faces: &[Face], k: usize) -> Option<DVec3> {
         let beside = |edge| self.normals[beside(faces, k, edge)?];
-        self.normals[k].or_else(|| edges(faces[k]).into_iter().find_map(beside))
+        self.normals[k].or_else(|| (0..3).find_map(beside))
     }
 
     /// A distance that the surface has at least if these are its points: they are as far from the
@@ -136,11 +141,8 @@ impl Workspace {
     fn place_frames(&mut self, (corners, faces): Faces<'_>) {
         for (k, &face) in faces.iter().enumerate() {
             let Some(normal) = self.plane(faces, k) else { continue };
-            let (mut points, mut next) = ([DVec3::ZERO; 3], [None; 3]);
-            for (i, edge) in edges(face).into_iter().enumerate() {
-                points[i] = corners[edge.0].point;
-                next[i] = beside(faces, k, edge).and_then(|other| self.normals[other]);
-            }
+            let points = face.map(|corner| corners[corner].point);
+            let next = [0, 1, 2].map(|edge| self.normals[beside(faces, k, edge)?]);
             self.frames.push(Frame::new(points, normal, next));
         }
     }
@@ -175,11 +177,9 @@ impl Certify<'_> {
     #[inline(always)]
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
-        let (work, limit) = (&mut **work, *limit);
-        let whole = (part.low, part.high) == (DVec2::ZERO, DVec2::ONE);
+        let (work, limit, whole) = (&mut **work, *limit, part.is_whole());
         for (face, frame) in faces.iter().zip(&work.frames) {
-            let mut polygon =
-                Polygon::of([corners[face[0]].at, corners[face[1]].at, corners[face[2]].at]);
+            let mut polygon = Polygon::of(face.map(|corner| corners[corner].at));
             if !whole && polygon.misses(part.low, part.high) {
                 continue;
             }
@@ -223,22 +223,29 @@ impl Certify<'_> {
 
     /// Takes the distance of a part's sides from the outer edges into account.
     #[inline(always)]
-    fn follow_sides<S: Simd>(&mut self, simd: S) {
+    fn follow_sides(&mut self) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+        let whole = part.is_whole();
         for (k, &face) in faces.iter().enumerate() {
-            for (i, j) in edges(face) {
-                if beside(faces, k, (i, j)).is_some() {
+            for (edge, (i, j)) in edges(face).into_iter().enumerate() {
+                if beside(faces, k, edge).is_some() {
                     continue;
                 }
                 let (a, b) = (corners[i], corners[j]);
-                let Some(ends) = part.clip((a.at, b.at)) else { continue };
+                let side = (a.at, b.at);
+                let Some(ends) = (if whole { Some(side) } else { part.clip(side) }) else {
+                    continue;
+                };
                 work.curve.clear();
                 bernstein.segment(part.net, ends, &mut work.curve);
                 let chord = Chord::new(a.point, b.point);
-                let mut found = costliest(simd, &chord, &work.curve);
+                // The ends of a whole side are those of its chord.
+                let last = work.curve.len() - 1;
+                let looked_at = if whole { &work.curve[1..last] } else { &work.curve[..] };
+                let mut found = chord.furthest(looked_at);
                 if found > *limit {
                     closer(&mut work.curve);
-                    found = costliest(simd, &chord, &work.curve);
+                    found = chord.furthest(&work.curve);
                 }
                 work.most = larger(work.most, found);
             }
@@ -253,17 +260,21 @@ impl WithSimd for Certify<'_> {
     fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
         self.look_at_faces(simd);
         if self.work.most <= self.limit {
-            self.follow_sides(simd);
+            self.follow_sides();
         }
         self.work.most
     }
 }
 
-/// The face beside an edge of a face of a strip, in which neighbours follow one another.
-fn beside(faces: &[Face], k: usize, (i, j): (usize, usize)) -> Option<usize> {
-    let shares = |other: &usize| edges(faces[*other]).contains(&(j, i));
-    let before = k.checked_sub(1).filter(shares);
-    before.or_else(|| Some(k + 1).filter(|k| *k < faces.len()).filter(shares))
+/// The face beside an edge of a face, as those of a [`Zip`](super::outline::Zip) follow one another:
+/// what they share is the last edge of the later one, and begins or ends at its first corner.
+#[inline(always)]
+fn beside(faces: &[Face], k: usize, edge: usize) -> Option<usize> {
+    if edge == 2 {
+        return k.checked_sub(1);
+    }
+    let next = faces.get(k + 1)?;
+    (next[0] == faces[k][edge]).then_some(k + 1)
 }
 
 /// Whether neighbours turn away from one another too far to be a sheet.
@@ -302,7 +313,7 @@ fn closer(curve: &mut Vec<DVec4>) {
     halve(first, second, count - 1, 1, 0..1);
 }
 
-/// The distance from a segment.
+/// A segment, to be measured from.
 struct Chord {
     start: DVec3,
     along: DVec3,
@@ -316,20 +327,17 @@ impl Chord {
         let along = b - a;
         Self { start: a, along, scale: 1.0 / along.length_squared().max(f64::MIN_POSITIVE) }
     }
-}
 
-impl Cost for Chord {
+    /// The largest distance of some homogeneous points. They are too few to be worth the way into
+    /// registers.
     #[inline(always)]
-    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s {
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        let point = away(simd, point, self.start);
-        let share = dot(simd, point, (self.scale * self.along).to_array());
-        let share = simd.min_f64s(simd.max_f64s(share, zero), one);
-        let mut squared = zero;
-        for (point, along) in point.into_iter().zip(self.along.to_array()) {
-            let aside = simd.sub_f64s(point, simd.mul_f64s(share, simd.splat_f64s(along)));
-            squared = simd.add_f64s(squared, simd.mul_f64s(aside, aside));
+    fn furthest(&self, points: &[DVec4]) -> f64 {
+        let mut most = 0.0;
+        for h in points {
+            let away = h.project() - self.start;
+            let share = (self.scale * away.dot(self.along)).clamp(0.0, 1.0);
+            most = larger(most, (away - share * self.along).length_squared());
         }
-        squared
+        most.sqrt()
     }
 }

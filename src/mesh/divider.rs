@@ -34,7 +34,7 @@ pub(super) struct Desk {
     /// The control points of the last net in space.
     points: Vec<DVec3>,
     /// Where its columns lie.
-    columns: Vec<(usize, Row)>,
+    columns: Vec<Located>,
     patch: Vec<DVec4>,
     part: Vec<DVec4>,
     corners: Vec<Corner>,
@@ -74,31 +74,29 @@ impl Divider<'_> {
         let net = &desk.nets[start..];
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
-        let ends = self.ends().map(|k| desk.points[k]);
-        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
-        desk.faces.clear();
-        let tolerance = self.limits.tolerance;
+        let (tolerance, divisible) = (self.limits.tolerance, piece.divisible());
         let bending = Bending::of(&desk.points, (p, q));
-        let cut = Zip::best(&corners, bending, tolerance);
-        cut.faces([0, 1, 2, 3], &mut desk.faces);
-        let mesh = (&corners[..], &desk.faces[..]);
         let hopeless = bending.sag_of_square() > HOPELESS * tolerance;
-        let distance = if hopeless && piece.divisible() {
-            f64::INFINITY
-        } else {
-            certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work)
-        };
-        let direction = if distance <= tolerance {
-            self.beyond(block, &piece.corners(), mesh)
-        } else {
-            Some(self.steeper(&desk.points))
-        };
-        let Some(direction) = direction.filter(|_| piece.divisible()) else {
-            desk.deviation = desk.deviation.max(distance);
-            done.push(Piece { cut, ..piece });
-            desk.nets.truncate(start);
-            return;
-        };
+        let mut direction = None;
+        if !(hopeless && divisible) {
+            let ends = self.ends().map(|k| desk.points[k]);
+            let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
+            let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
+            desk.faces.clear();
+            cut.faces([0, 1, 2, 3], &mut desk.faces);
+            let mesh = (&corners[..], &desk.faces[..]);
+            let distance =
+                certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
+            let met = distance <= tolerance;
+            direction = if met { self.beyond(block, &piece.corners(), mesh) } else { None };
+            if !divisible || (met && direction.is_none()) {
+                desk.deviation = desk.deviation.max(distance);
+                done.push(Piece { cut, ..piece });
+                desk.nets.truncate(start);
+                return;
+            }
+        }
+        let direction = direction.unwrap_or_else(|| self.steeper(&desk.points));
         let [first, second] = piece.halves(direction);
         // The second half's net takes this one's place, the first half's goes on top.
         desk.nets.extend_from_within(start..);
@@ -200,9 +198,10 @@ impl Divider<'_> {
         }
         let Desk { nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
-        let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
+        let ends = piece.ends(outline);
+        let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
-        cut.faces(piece.ends(outline), faces);
+        cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
             certify::distance(self.bernstein, nets, mesh, tolerance, work)
@@ -276,9 +275,9 @@ impl Divider<'_> {
         desk.columns.clear();
         desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols, q)));
         for i in 0..=p {
-            let (row, u) = located(place(piece.u, i, p), block.rows, p);
-            for (col, v) in &desk.columns {
-                desk.points.push(self.nets.point((row, *col), (&u, v)).project());
+            let row = located(place(piece.u, i, p), block.rows, p);
+            for col in &desk.columns {
+                desk.points.push(self.nets.point(row.shares(), col.shares()).project());
             }
         }
     }
@@ -286,8 +285,8 @@ impl Divider<'_> {
     /// The homogeneous point at a place of a block.
     fn point(&self, block: Block, (u, v): Place) -> DVec4 {
         let (p, q) = self.nets.degrees;
-        let ((row, u), (col, v)) = (located(u, block.rows, p), located(v, block.cols, q));
-        self.nets.point((row, col), (&u, &v))
+        let (row, col) = (located(u, block.rows, p), located(v, block.cols, q));
+        self.nets.point(row.shares(), col.shares())
     }
 
     /// Divides a piece that has become unfit in this direction first.
@@ -304,12 +303,33 @@ impl Divider<'_> {
     }
 }
 
-/// The patch, in these rows or columns, that a place of a block lies in, and the Bernstein polynomials
-/// there.
-fn located(place: u32, (from, to): (usize, usize), degree: usize) -> (usize, Row) {
-    let index = ((place / PATCH) as usize).min(to - from - 1);
-    let start = u32::try_from(index).unwrap_or(0) * PATCH;
-    (from + index, polynomials(degree, f64::from(place - start) / f64::from(PATCH)))
+/// Where a place of a block lies along one direction of the nets.
+#[derive(Debug)]
+enum Located {
+    /// Between patches: at this control point.
+    Between(usize),
+    /// Inside a patch: its first control point, and how much of each.
+    Inside(usize, Row, usize),
+}
+
+impl Located {
+    /// The first control point, and how much of each from there on.
+    fn shares(&self) -> (usize, &[f64]) {
+        match self {
+            Self::Between(at) => (*at, &[1.0]),
+            Self::Inside(start, row, order) => (*start, &row[..*order]),
+        }
+    }
+}
+
+/// Where a place of a block with these rows or columns lies.
+fn located(place: u32, (first, _): (usize, usize), degree: usize) -> Located {
+    let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
+    if rest == 0 {
+        return Located::Between(patch * degree);
+    }
+    let row = polynomials(degree, f64::from(rest) / f64::from(PATCH));
+    Located::Inside(patch * degree, row, degree + 1)
 }
 
 /// The share of a range that lies before x.

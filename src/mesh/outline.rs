@@ -5,7 +5,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::bernstein::UNIT;
 use super::certify::{Corner, Face};
 
 /// How the surface bends over the unit square of a net: the second derivatives of its height above
@@ -75,16 +74,20 @@ impl Zip {
         (self.bits >> STEPS) as usize
     }
 
-    /// The best cut of an outline, counter-clockwise in the parameters from the corner (0, 0): of
-    /// each new edge the one that the surface bends less over, against `tolerance`, and that is
-    /// shorter, against the outline.
-    pub(super) fn best(corners: &[Corner], bending: Bending, tolerance: f64) -> Self {
+    /// The best cut of an outline that has the piece's own corners at these places,
+    /// counter-clockwise in the parameters from the corner (0, 0): of each new edge the one that the
+    /// surface bends less over, against `tolerance`, and that is shorter, against the outline.
+    pub(super) fn best(
+        corners: &[Corner],
+        ends: [usize; 4],
+        bending: Bending,
+        tolerance: f64,
+    ) -> Self {
         let extent = diameter(corners).max(f64::MIN_POSITIVE);
         let cost = |i: usize, j: usize| {
             let (a, b) = (corners[i], corners[j]);
             bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
         };
-        let ends = UNIT.map(|at| corners.iter().position(|corner| corner.at == at).unwrap_or(0));
         let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
         let (mut steps, mut bit) = (u32::from(second), 1);
         let choose = |right: (usize, usize), left: (usize, usize)| {
@@ -150,6 +153,7 @@ fn diameter(corners: &[Corner]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bernstein::UNIT;
     use super::*;
 
     fn outline(places: &[(f64, f64)]) -> Vec<Corner> {
@@ -191,8 +195,8 @@ mod tests {
                 [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)]
             {
                 let mut faces = vec![];
-                let cut = Zip::best(&corners, Bending { uu, uv, vv }, 0.01);
                 let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+                let cut = Zip::best(&corners, ends, Bending { uu, uv, vv }, 0.01);
                 cut.faces(ends, &mut faces);
                 assert_eq!(faces.len(), corners.len() - 2);
                 let area = |face: &Face| {
