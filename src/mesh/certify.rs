@@ -9,7 +9,7 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec3, DVec4};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 
 use super::bernstein::{Bernstein, Blossoms};
 use super::cost::{Octet, costliest};
@@ -36,10 +36,9 @@ pub(super) struct Corner {
 /// Three corners of an outline, counter-clockwise.
 pub(super) type Face = [usize; 3];
 
-/// Memory that certifying needs, and the vector instructions that it may use.
+/// Memory that certifying needs.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    arch: Arch,
     blossoms: Blossoms,
     coefficients: Vec<Octet>,
     /// The curve above a side.
@@ -73,6 +72,7 @@ impl Part<'_> {
     }
 
     /// What it has of a segment, in its own unit square.
+    #[inline(always)]
     fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
         let (from, to) = clip(segment, self.low, self.high)?;
         let inside = |at: DVec2| (at - self.low) / (self.high - self.low);
@@ -85,7 +85,9 @@ pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
 /// An upper bound of the distance between the surface over the unit square of `net` and the
 /// triangles, in both directions; anything above `limit` if it is above it.
-pub(super) fn distance(
+#[inline(always)]
+pub(super) fn distance<S: Simd>(
+    simd: S,
     bernstein: &Bernstein,
     net: &[DVec4],
     mesh: Faces<'_>,
@@ -96,11 +98,13 @@ pub(super) fn distance(
         let centre = mesh.0[0].point;
         return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
     }
-    work.certify(bernstein, Part { low: DVec2::ZERO, high: DVec2::ONE, net }, mesh, limit)
+    let part = Part { low: DVec2::ZERO, high: DVec2::ONE, net };
+    work.certify(simd, bernstein, part, mesh, limit)
 }
 
 impl Workspace {
     /// Prepares for triangles, of which no part has been seen; whether they are a sheet.
+    #[inline(always)]
     pub(super) fn begin(&mut self, (corners, faces): Faces<'_>) -> bool {
         let Self { frames, normals, most, .. } = self;
         *most = 0.0;
@@ -115,6 +119,7 @@ impl Workspace {
 
     /// The normal of the plane that stands for a face: of one without area (its corners lie on a
     /// pole), that of a face beside it.
+    #[inline(always)]
     fn plane(&self, faces: &[Face], k: usize) -> Option<DVec3> {
         let beside = |edge| self.normals[beside(faces, k, edge)?];
         self.normals[k].or_else(|| (0..3).find_map(beside))
@@ -122,6 +127,7 @@ impl Workspace {
 
     /// A distance that the surface has at least if these are its points: they are as far from the
     /// planes of all faces, whichever they lie over.
+    #[inline(always)]
     pub(super) fn least(
         &self,
         points: impl IntoIterator<Item = DVec3>,
@@ -138,6 +144,7 @@ impl Workspace {
         points.into_iter().map(height).fold(0.0, larger)
     }
 
+    #[inline(always)]
     fn place_frames(&mut self, (corners, faces): Faces<'_>) {
         for (k, &face) in faces.iter().enumerate() {
             let Some(normal) = self.plane(faces, k) else { continue };
@@ -149,8 +156,10 @@ impl Workspace {
 
     /// The largest distance of a part, and of those before it; anything above `limit` if it is above
     /// it.
-    pub(super) fn certify(
+    #[inline(always)]
+    pub(super) fn certify<S: Simd>(
         &mut self,
+        simd: S,
         bernstein: &Bernstein,
         part: Part<'_>,
         mesh: Faces<'_>,
@@ -159,11 +168,16 @@ impl Workspace {
         if self.frames.is_empty() {
             self.place_frames(mesh);
         }
-        self.arch.dispatch(Certify { work: self, bernstein, part, mesh, limit })
+        let mut certify = Certify { work: self, bernstein, part, mesh, limit };
+        certify.look_at_faces(simd);
+        if certify.work.most <= limit {
+            certify.follow_sides();
+        }
+        self.most
     }
 }
 
-/// [`Workspace::certify`] in registers of any width.
+/// What certifying a part of a piece needs to know.
 struct Certify<'a> {
     work: &'a mut Workspace,
     bernstein: &'a Bernstein,
@@ -253,19 +267,6 @@ impl Certify<'_> {
     }
 }
 
-impl WithSimd for Certify<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
-        self.look_at_faces(simd);
-        if self.work.most <= self.limit {
-            self.follow_sides();
-        }
-        self.work.most
-    }
-}
-
 /// The face beside an edge of a face, as those of a [`Zip`](super::outline::Zip) follow one another:
 /// what they share is the last edge of the later one, and begins or ends at its first corner.
 #[inline(always)]
@@ -278,16 +279,19 @@ fn beside(faces: &[Face], k: usize, edge: usize) -> Option<usize> {
 }
 
 /// Whether neighbours turn away from one another too far to be a sheet.
+#[inline(always)]
 fn folded(a: Option<DVec3>, b: Option<DVec3>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a.dot(b) < SHEET)
 }
 
 /// The directed edges of a face.
+#[inline(always)]
 fn edges([a, b, c]: Face) -> [(usize, usize); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
 /// The normal of a triangle, if it has one.
+#[inline(always)]
 fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
     let longest = (b - a).length_squared().max((c - a).length_squared());
     let cross = (b - a).cross(c - a);

@@ -3,7 +3,10 @@
 //! A piece that its triangles do not meet within the limits is halved, across the direction that
 //! bends more; one of several patches, between patches.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::{DVec2, DVec3, DVec4};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, UNIT, polynomials};
 use super::certify::{self, Corner, Face, Faces, Workspace};
@@ -29,6 +32,10 @@ pub(super) struct Divider<'a> {
 /// Memory that dividing needs.
 #[derive(Debug, Default)]
 pub(super) struct Desk {
+    /// The vector instructions that may be used.
+    arch: Arch,
+    /// The pieces whose nets are on the desk.
+    pieces: Vec<Piece>,
     /// Nets, one behind the other: those of the pieces around the one being looked at.
     nets: Vec<DVec4>,
     /// The control points of the last net in space.
@@ -56,7 +63,7 @@ impl Divider<'_> {
     ) {
         if piece.is_single() {
             self.load(block, piece, desk);
-            self.divide_net(block, piece, desk, done);
+            desk.arch.dispatch(DivideNet { divider: self, block, piece, desk, done });
             return;
         }
         let mut merged = piece;
@@ -66,57 +73,87 @@ impl Divider<'_> {
         }
     }
 
-    /// As [`Divider::divide`], for a piece whose net is the last of the desk's; takes it away.
-    fn divide_net(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
-        let size = (self.bernstein.p + 1) * (self.bernstein.q + 1);
-        let start = desk.nets.len() - size;
+    /// As [`Divider::divide`], for a piece whose net is the only one on the desk; takes it away.
+    #[inline(always)]
+    fn divide_net<S: Simd>(
+        &self,
+        simd: S,
+        (block, piece): (Block, Piece),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
-        let net = &desk.nets[start..];
-        desk.points.clear();
-        desk.points.extend(net.iter().map(|h| h.project()));
-        let (tolerance, divisible) = (self.limits.tolerance, piece.divisible());
-        let bending = Bending::of(&desk.points, (p, q));
-        let hopeless = bending.sag_of_square() > HOPELESS * tolerance;
-        let mut direction = None;
-        if !(hopeless && divisible) {
-            let ends = self.ends().map(|k| desk.points[k]);
-            let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
-            let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
-            desk.faces.clear();
-            cut.faces([0, 1, 2, 3], &mut desk.faces);
-            let mesh = (&corners[..], &desk.faces[..]);
-            let distance =
-                certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work);
-            let met = distance <= tolerance;
-            direction = if met { self.beyond(block, &piece.corners(), mesh) } else { None };
-            if !divisible || (met && direction.is_none()) {
-                desk.deviation = desk.deviation.max(distance);
-                done.push(Piece { cut, ..piece });
+        let size = (p + 1) * (q + 1);
+        desk.pieces.clear();
+        desk.pieces.push(piece);
+        while let Some(piece) = desk.pieces.pop() {
+            let start = desk.nets.len() - size;
+            let Some(direction) = self.unmet(simd, (block, piece), desk, done) else {
                 desk.nets.truncate(start);
-                return;
+                continue;
+            };
+            let [first, second] = piece.halves(direction);
+            // The second half's net takes this one's place, the first half's goes on top.
+            desk.pieces.extend([second, first]);
+            desk.nets.extend_from_within(start..);
+            let (below, above) = desk.nets.split_at_mut(start + size);
+            let below = &mut below[start..];
+            match direction {
+                Direction::U => halve(above, below, p, q + 1, 0..=q),
+                Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
             }
         }
-        let direction = direction.unwrap_or_else(|| self.steeper(&desk.points));
-        let [first, second] = piece.halves(direction);
-        // The second half's net takes this one's place, the first half's goes on top.
-        desk.nets.extend_from_within(start..);
-        let (below, above) = desk.nets.split_at_mut(start + size);
-        let below = &mut below[start..];
-        match direction {
-            Direction::U => halve(above, below, p, q + 1, 0..=q),
-            Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
+    }
+
+    /// Looks at a piece whose net is the last on the desk: the direction to divide it in, or, if it
+    /// need not be, appends it.
+    #[inline(always)]
+    fn unmet<S: Simd>(
+        &self,
+        simd: S,
+        (block, piece): (Block, Piece),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) -> Option<Direction> {
+        let degrees = self.nets.degrees;
+        let (tolerance, divisible) = (self.limits.tolerance, piece.divisible());
+        let net = &desk.nets[desk.nets.len() - (degrees.0 + 1) * (degrees.1 + 1)..];
+        desk.points.clear();
+        desk.points.extend(net.iter().map(|h| h.project()));
+        let bending = Bending::of(&desk.points, degrees);
+        if divisible && bending.sag_of_square() > HOPELESS * tolerance {
+            return Some(self.steeper(&desk.points));
         }
-        self.divide_net(block, first, desk, done);
-        self.divide_net(block, second, desk, done);
+        let ends = self.ends().map(|k| desk.points[k]);
+        let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
+        let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
+        desk.faces.clear();
+        cut.faces([0, 1, 2, 3], &mut desk.faces);
+        let mesh = (&corners[..], &desk.faces[..]);
+        let distance =
+            certify::distance(simd, self.bernstein, net, mesh, tolerance, &mut desk.work);
+        let direction = if distance <= tolerance {
+            self.beyond(block, &piece.corners(), mesh)
+        } else {
+            Some(self.steeper(&desk.points))
+        };
+        let direction = direction.filter(|_| divisible);
+        if direction.is_none() {
+            desk.deviation = desk.deviation.max(distance);
+            done.push(Piece { cut, ..piece });
+        }
+        direction
     }
 
     /// Where the corners of the unit square stand in a net, counter-clockwise.
+    #[inline(always)]
     fn ends(&self) -> [usize; 4] {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         [0, p * (q + 1), (p + 1) * (q + 1) - 1, q]
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
+    #[inline(always)]
     fn steeper(&self, points: &[DVec3]) -> Direction {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let (mut u, mut v) = (Line::default(), Line::default());
@@ -180,6 +217,18 @@ impl Divider<'_> {
         outline: &[Place],
         desk: &mut Desk,
     ) -> Option<Direction> {
+        desk.arch.dispatch(Check { divider: self, block, piece, outline, desk })
+    }
+
+    /// [`Divider::check`] in registers of any width.
+    #[inline(always)]
+    fn check_in<S: Simd>(
+        &self,
+        simd: S,
+        (block, piece): (Block, &mut Piece),
+        outline: &[Place],
+        desk: &mut Desk,
+    ) -> Option<Direction> {
         self.load(block, *piece, desk);
         let single = piece.is_single();
         if outline.len() > MOST_CORNERS {
@@ -204,9 +253,9 @@ impl Divider<'_> {
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if single {
-            certify::distance(self.bernstein, nets, mesh, tolerance, work)
+            certify::distance(simd, self.bernstein, nets, mesh, tolerance, work)
         } else {
-            self.distance_of_patches(block, (*piece, points), mesh, (patch, part, work))
+            self.distance_of_patches(simd, block, (*piece, points), mesh, (patch, part, work))
         };
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
@@ -223,8 +272,10 @@ impl Divider<'_> {
 
     /// The certified distance of a piece of several patches, on which these points lie, or anything
     /// above the tolerance.
-    fn distance_of_patches(
+    #[inline(always)]
+    fn distance_of_patches<S: Simd>(
         &self,
+        simd: S,
         block: Block,
         (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
@@ -241,7 +292,7 @@ impl Divider<'_> {
             net.clear();
             self.bernstein.rectangle(patch, u, v, net);
             let part = certify::Part { low, high, net };
-            most = work.certify(self.bernstein, part, mesh, limit);
+            most = work.certify(simd, self.bernstein, part, mesh, limit);
             if most > limit {
                 break;
             }
@@ -251,6 +302,7 @@ impl Divider<'_> {
 
     /// Makes the net of a piece the only one on the desk; of several patches only points, between
     /// which it bends about as the piece does.
+    #[inline(always)]
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
@@ -303,6 +355,44 @@ impl Divider<'_> {
     }
 }
 
+/// [`Divider::divide_net`] in registers of any width.
+struct DivideNet<'a> {
+    divider: &'a Divider<'a>,
+    block: Block,
+    piece: Piece,
+    desk: &'a mut Desk,
+    done: &'a mut Vec<Piece>,
+}
+
+impl WithSimd for DivideNet<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { divider, block, piece, desk, done } = self;
+        divider.divide_net(simd, (block, piece), desk, done);
+    }
+}
+
+/// [`Divider::check`] in registers of any width.
+struct Check<'a> {
+    divider: &'a Divider<'a>,
+    block: Block,
+    piece: &'a mut Piece,
+    outline: &'a [Place],
+    desk: &'a mut Desk,
+}
+
+impl WithSimd for Check<'_> {
+    type Output = Option<Direction>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Direction> {
+        let Self { divider, block, piece, outline, desk } = self;
+        divider.check_in(simd, (block, piece), outline, desk)
+    }
+}
+
 /// Where a place of a block lies along one direction of the nets.
 #[derive(Debug)]
 enum Located {
@@ -314,6 +404,7 @@ enum Located {
 
 impl Located {
     /// The first control point, and how much of each from there on.
+    #[inline(always)]
     fn shares(&self) -> (usize, &[f64]) {
         match self {
             Self::Between(at) => (*at, &[1.0]),
@@ -323,6 +414,7 @@ impl Located {
 }
 
 /// Where a place of a block with these rows or columns lies.
+#[inline(always)]
 fn located(place: u32, (first, _): (usize, usize), degree: usize) -> Located {
     let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
     if rest == 0 {
@@ -347,6 +439,7 @@ struct Line {
 
 impl Line {
     /// Takes a curve into account whose control points follow one another by `stride`.
+    #[inline(always)]
     fn add(&mut self, points: &[DVec3], (start, stride): (usize, usize), degree: usize) {
         let a = points[start];
         let chord = points[start + degree * stride] - a;

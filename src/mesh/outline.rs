@@ -3,6 +3,8 @@
 //! A piece is a rectangle of the parameters. On its sides stand, besides its own four corners, the
 //! corners of its neighbours: with all of them in its triangles no vertex is left on an edge.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::{DVec2, DVec3};
 
 use super::certify::{Corner, Face};
@@ -18,6 +20,7 @@ pub(super) struct Bending {
 
 impl Bending {
     /// Of a net of degrees p and q: the mean of its second differences.
+    #[inline(always)]
     pub(super) fn of(points: &[DVec3], (p, q): (usize, usize)) -> Self {
         let width = q + 1;
         let row = |i: usize| &points[i * width..][..width];
@@ -39,12 +42,14 @@ impl Bending {
     }
 
     /// About how far the surface leaves two triangles over the unit square.
+    #[inline(always)]
     pub(super) fn sag_of_square(&self) -> f64 {
         let diagonal = self.sag(DVec2::ONE).min(self.sag(DVec2::new(1.0, -1.0)));
         diagonal.max(self.sag(DVec2::X)).max(self.sag(DVec2::Y))
     }
 
     /// About how far the surface leaves the chord over this step, in the unit square, at most.
+    #[inline(always)]
     fn sag(&self, step: DVec2) -> f64 {
         let Self { uu, uv, vv } = self;
         (uu * step.x * step.x + 2.0 * uv * step.x * step.y + vv * step.y * step.y).abs() / 8.0
@@ -77,6 +82,7 @@ impl Zip {
     /// The best cut of an outline that has the piece's own corners at these places,
     /// counter-clockwise in the parameters from the corner (0, 0): of each new edge the one that the
     /// surface bends less over, against `tolerance`, and that is shorter, against the outline.
+    #[inline(always)]
     pub(super) fn best(
         corners: &[Corner],
         ends: [usize; 4],
@@ -103,6 +109,7 @@ impl Zip {
 
     /// Appends the triangles of the cut of an outline that has the piece's own corners at these
     /// places.
+    #[inline(always)]
     pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
         let mut steps = self.bits >> 1;
         let choose = |_, _| {
@@ -116,6 +123,7 @@ impl Zip {
 
 /// Runs along the chains. Where both may go on, `choose` says which: it gets the ends of both
 /// possible steps, (here, there) on the chain that runs with the outline and on the other one.
+#[inline(always)]
 fn zip(
     ends: [usize; 4],
     count: usize,
@@ -144,6 +152,7 @@ fn zip(
     push([right, to, left]);
 }
 
+#[inline(always)]
 fn diameter(corners: &[Corner]) -> f64 {
     let first = corners[0].point;
     let grow = |(low, high): (DVec3, DVec3), c: &Corner| (low.min(c.point), high.max(c.point));

@@ -35,6 +35,7 @@ impl PatchNets {
 
     /// The homogeneous point that is the sum of these shares of control points: in each column from
     /// the second start on, of those from the first start on.
+    #[inline(always)]
     pub(crate) fn point(&self, (from_u, u): (usize, &[f64]), (from_v, v): (usize, &[f64])) -> DVec4 {
         let mut point = DVec4::ZERO;
         for (j, share) in v.iter().enumerate() {
@@ -49,6 +50,7 @@ impl PatchNets {
     }
 
     /// Appends the homogeneous control points of the patch in this row and column, row by row.
+    #[inline(always)]
     pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
         for i in row * p..=(row + 1) * p {
