@@ -298,6 +298,10 @@ fn blossoms(degree: usize, [x, y, z]: [f64; 3], out: &mut Vec<f64>) {
 fn multiply(polynomial: &mut [f64], degree: usize, x: f64) {
     let Some(next) = polynomial.get_mut(degree + 1) else { return };
     *next = 0.0;
+    // Corners of triangles often lie on the sides of the square.
+    if x == 0.0 {
+        return;
+    }
     for k in (0..=degree).rev() {
         let value = polynomial[k];
         polynomial[k + 1] += x * value;

@@ -9,7 +9,7 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec3, DVec4};
-use pulp::Simd;
+use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
 use super::cost::{Octet, costliest};
@@ -65,7 +65,12 @@ pub(super) struct Part<'a> {
     pub net: &'a [DVec4],
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
+    /// All of a piece.
+    pub(super) fn whole(net: &'a [DVec4]) -> Self {
+        Self { low: DVec2::ZERO, high: DVec2::ONE, net }
+    }
+
     /// Whether it is all of the piece.
     fn is_whole(&self) -> bool {
         (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
@@ -83,23 +88,11 @@ impl Part<'_> {
 /// The triangles of a piece.
 pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
-/// An upper bound of the distance between the surface over the unit square of `net` and the
-/// triangles, in both directions; anything above `limit` if it is above it.
-#[inline(always)]
-pub(super) fn distance<S: Simd>(
-    simd: S,
-    bernstein: &Bernstein,
-    net: &[DVec4],
-    mesh: Faces<'_>,
-    limit: f64,
-    work: &mut Workspace,
-) -> f64 {
-    if !work.begin(mesh) {
-        let centre = mesh.0[0].point;
-        return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
-    }
-    let part = Part { low: DVec2::ZERO, high: DVec2::ONE, net };
-    work.certify(simd, bernstein, part, mesh, limit)
+/// An upper bound of the distance between the surface over the unit square of `net` and triangles that
+/// are no sheet, in both directions: all are in this ball around the first corner.
+pub(super) fn ball(net: &[DVec4], (corners, _): Faces<'_>) -> f64 {
+    let centre = corners[0].point;
+    net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max)
 }
 
 impl Workspace {
@@ -154,31 +147,25 @@ impl Workspace {
         }
     }
 
-    /// The largest distance of a part, and of those before it; anything above `limit` if it is above
-    /// it.
+    /// What finds an upper bound of the distance between a part of the surface, and those before it,
+    /// and the triangles, in both directions; anything above `limit` if it is above it.
     #[inline(always)]
-    pub(super) fn certify<S: Simd>(
-        &mut self,
-        simd: S,
-        bernstein: &Bernstein,
-        part: Part<'_>,
-        mesh: Faces<'_>,
+    pub(super) fn certify<'a>(
+        &'a mut self,
+        bernstein: &'a Bernstein,
+        part: Part<'a>,
+        mesh: Faces<'a>,
         limit: f64,
-    ) -> f64 {
+    ) -> Certify<'a> {
         if self.frames.is_empty() {
             self.place_frames(mesh);
         }
-        let mut certify = Certify { work: self, bernstein, part, mesh, limit };
-        certify.look_at_faces(simd);
-        if certify.work.most <= limit {
-            certify.follow_sides();
-        }
-        self.most
+        Certify { work: self, bernstein, part, mesh, limit }
     }
 }
 
 /// What certifying a part of a piece needs to know.
-struct Certify<'a> {
+pub(super) struct Certify<'a> {
     work: &'a mut Workspace,
     bernstein: &'a Bernstein,
     part: Part<'a>,
@@ -264,6 +251,19 @@ impl Certify<'_> {
                 work.most = larger(work.most, found);
             }
         }
+    }
+}
+
+impl WithSimd for Certify<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
+        self.look_at_faces(simd);
+        if self.work.most <= self.limit {
+            self.follow_sides();
+        }
+        self.work.most
     }
 }
 

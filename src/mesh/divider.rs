@@ -9,10 +9,10 @@ use glam::{DVec2, DVec3, DVec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, UNIT, polynomials};
-use super::certify::{self, Corner, Face, Faces, Workspace};
+use super::certify::{self, Corner, Face, Faces, Part, Workspace};
 use super::options::Limits;
 use super::outline::{Bending, MOST_CORNERS, Zip};
-use super::piece::{Block, Direction, PATCH, Part, Piece};
+use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
@@ -130,8 +130,12 @@ impl Divider<'_> {
         desk.faces.clear();
         cut.faces([0, 1, 2, 3], &mut desk.faces);
         let mesh = (&corners[..], &desk.faces[..]);
-        let distance =
-            certify::distance(simd, self.bernstein, net, mesh, tolerance, &mut desk.work);
+        let work = &mut desk.work;
+        let distance = if work.begin(mesh) {
+            work.certify(self.bernstein, Part::whole(net), mesh, tolerance).with_simd(simd)
+        } else {
+            certify::ball(net, mesh)
+        };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
         } else {
@@ -217,18 +221,6 @@ impl Divider<'_> {
         outline: &[Place],
         desk: &mut Desk,
     ) -> Option<Direction> {
-        desk.arch.dispatch(Check { divider: self, block, piece, outline, desk })
-    }
-
-    /// [`Divider::check`] in registers of any width.
-    #[inline(always)]
-    fn check_in<S: Simd>(
-        &self,
-        simd: S,
-        (block, piece): (Block, &mut Piece),
-        outline: &[Place],
-        desk: &mut Desk,
-    ) -> Option<Direction> {
         self.load(block, *piece, desk);
         let single = piece.is_single();
         if outline.len() > MOST_CORNERS {
@@ -245,17 +237,19 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
+        let Desk { arch, nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
         let ends = piece.ends(outline);
         let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
-        let distance = if single {
-            certify::distance(simd, self.bernstein, nets, mesh, tolerance, work)
+        let distance = if !single {
+            self.distance_of_patches(block, (*piece, points), mesh, (*arch, patch, part, work))
+        } else if work.begin(mesh) {
+            arch.dispatch(work.certify(self.bernstein, Part::whole(nets), mesh, tolerance))
         } else {
-            self.distance_of_patches(simd, block, (*piece, points), mesh, (patch, part, work))
+            certify::ball(nets, mesh)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
@@ -272,27 +266,25 @@ impl Divider<'_> {
 
     /// The certified distance of a piece of several patches, on which these points lie, or anything
     /// above the tolerance.
-    #[inline(always)]
-    fn distance_of_patches<S: Simd>(
+    fn distance_of_patches(
         &self,
-        simd: S,
         block: Block,
         (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
-        (patch, net, work): (&mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
+        (arch, patch, net, work): (Arch, &mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
         if !work.begin(mesh) || work.least(points.iter().copied(), mesh) > limit {
             return f64::INFINITY;
         }
         let mut most = 0.0;
-        for Part { patch: (row, col), u, v, low, high } in piece.parts() {
+        for piece::Part { patch: (row, col), u, v, low, high } in piece.parts() {
             patch.clear();
             self.nets.append((block.rows.0 + row, block.cols.0 + col), patch);
             net.clear();
             self.bernstein.rectangle(patch, u, v, net);
-            let part = certify::Part { low, high, net };
-            most = work.certify(simd, self.bernstein, part, mesh, limit);
+            let part = Part { low, high, net };
+            most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
             if most > limit {
                 break;
             }
@@ -308,7 +300,7 @@ impl Divider<'_> {
         desk.points.clear();
         if piece.is_single() {
             desk.patch.clear();
-            for Part { patch, u, v, .. } in piece.parts() {
+            for piece::Part { patch, u, v, .. } in piece.parts() {
                 self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
                 self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
             }
@@ -371,25 +363,6 @@ impl WithSimd for DivideNet<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { divider, block, piece, desk, done } = self;
         divider.divide_net(simd, (block, piece), desk, done);
-    }
-}
-
-/// [`Divider::check`] in registers of any width.
-struct Check<'a> {
-    divider: &'a Divider<'a>,
-    block: Block,
-    piece: &'a mut Piece,
-    outline: &'a [Place],
-    desk: &'a mut Desk,
-}
-
-impl WithSimd for Check<'_> {
-    type Output = Option<Direction>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<Direction> {
-        let Self { divider, block, piece, outline, desk } = self;
-        divider.check_in(simd, (block, piece), outline, desk)
     }
 }
 

@@ -11,7 +11,6 @@ use numpy::{
     PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use super::errors::{NeurbsError, is_about_input};
 
@@ -233,9 +232,7 @@ pub(super) fn constant<T: Element + Copy, D: Dimension>(
 pub(super) fn freeze<T: Element, D: Dimension>(
     array: &Bound<'_, PyArray<T, D>>,
 ) -> PyResult<Py<PyArray<T, D>>> {
-    let flags = PyDict::new(array.py());
-    flags.set_item("write", false)?;
-    array.call_method("setflags", (), Some(&flags))?;
+    writable(array)?.make_nonwriteable();
     Ok(array.clone().unbind())
 }
 
