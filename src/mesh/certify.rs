@@ -120,7 +120,6 @@ impl Workspace {
 
     /// A distance that the surface has at least if these are its points: they are as far from the
     /// planes of all faces, whichever they lie over.
-    #[inline(always)]
     pub(super) fn least(
         &self,
         points: impl IntoIterator<Item = DVec3>,
@@ -268,7 +267,8 @@ impl WithSimd for Certify<'_> {
 }
 
 /// The face beside an edge of a face, as those of a [`Zip`](super::outline::Zip) follow one another:
-/// what they share is the last edge of the later one, and begins or ends at its first corner.
+/// what two share is the last edge of the later one, and, in the earlier one, begins at the first
+/// corner of the later one.
 #[inline(always)]
 fn beside(faces: &[Face], k: usize, edge: usize) -> Option<usize> {
     if edge == 2 {

@@ -294,7 +294,6 @@ impl Divider<'_> {
 
     /// Makes the net of a piece the only one on the desk; of several patches only points, between
     /// which it bends about as the piece does.
-    #[inline(always)]
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
@@ -317,9 +316,9 @@ impl Divider<'_> {
             from + u32::try_from(steps).unwrap_or(0) * step
         };
         desk.columns.clear();
-        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols, q)));
+        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols.0, q)));
         for i in 0..=p {
-            let row = located(place(piece.u, i, p), block.rows, p);
+            let row = located(place(piece.u, i, p), block.rows.0, p);
             for col in &desk.columns {
                 desk.points.push(self.nets.point(row.shares(), col.shares()).project());
             }
@@ -329,7 +328,7 @@ impl Divider<'_> {
     /// The homogeneous point at a place of a block.
     fn point(&self, block: Block, (u, v): Place) -> DVec4 {
         let (p, q) = self.nets.degrees;
-        let (row, col) = (located(u, block.rows, p), located(v, block.cols, q));
+        let (row, col) = (located(u, block.rows.0, p), located(v, block.cols.0, q));
         self.nets.point(row.shares(), col.shares())
     }
 
@@ -377,7 +376,6 @@ enum Located {
 
 impl Located {
     /// The first control point, and how much of each from there on.
-    #[inline(always)]
     fn shares(&self) -> (usize, &[f64]) {
         match self {
             Self::Between(at) => (*at, &[1.0]),
@@ -386,9 +384,8 @@ impl Located {
     }
 }
 
-/// Where a place of a block with these rows or columns lies.
-#[inline(always)]
-fn located(place: u32, (first, _): (usize, usize), degree: usize) -> Located {
+/// Where a place of a block lies that begins with this row or column of patches.
+fn located(place: u32, first: usize, degree: usize) -> Located {
     let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
     if rest == 0 {
         return Located::Between(patch * degree);

@@ -38,11 +38,7 @@ pub(super) struct Lattice {
 
 impl Lattice {
     /// Of a surface, the nets of its patches, and how many pieces it is about to have.
-    pub(super) fn new(
-        surface: &NurbsSurface,
-        mut nets: PatchNets,
-        estimate: Estimate,
-    ) -> Self {
+    pub(super) fn new(surface: &NurbsSurface, mut nets: PatchNets, estimate: Estimate) -> Self {
         let closed = surface.closed();
         let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {

@@ -35,8 +35,11 @@ impl PatchNets {
 
     /// The homogeneous point that is the sum of these shares of control points: in each column from
     /// the second start on, of those from the first start on.
-    #[inline(always)]
-    pub(crate) fn point(&self, (from_u, u): (usize, &[f64]), (from_v, v): (usize, &[f64])) -> DVec4 {
+    pub(crate) fn point(
+        &self,
+        (from_u, u): (usize, &[f64]),
+        (from_v, v): (usize, &[f64]),
+    ) -> DVec4 {
         let mut point = DVec4::ZERO;
         for (j, share) in v.iter().enumerate() {
             let column = &self.points[(from_v + j) * self.rows + from_u..][..u.len()];
@@ -50,7 +53,6 @@ impl PatchNets {
     }
 
     /// Appends the homogeneous control points of the patch in this row and column, row by row.
-    #[inline(always)]
     pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
         for i in row * p..=(row + 1) * p {
@@ -166,7 +168,33 @@ impl WithSimd for Extraction<'_> {
 mod tests {
     use glam::DVec3;
 
+    use super::super::bezier::bernstein;
     use super::*;
+
+    #[test]
+    fn patches_are_the_surface() {
+        let point = |k: usize| {
+            let k = k as f64;
+            DVec3::new((1.3 * k).sin(), (2.9 * k).cos(), (0.7 * k * k).sin())
+        };
+        let weights = (0..35).map(|k| 1.5 + (3.1 * f64::from(k)).sin()).collect();
+        // Neither clamped nor uniform, with a knot of the degree's multiplicity.
+        let u = KnotVector::new(2, vec![0.0, 0.2, 0.5, 1.0, 1.0, 1.7, 2.0, 3.0]).unwrap();
+        let v = KnotVector::new(3, vec![-1.0, 0.0, 0.5, 0.6, 1.0, 1.0, 3.0, 4.0, 4.0, 4.0, 4.0]);
+        let net = (0..35).map(point).collect();
+        let surface = NurbsSurface::new(net, Some(weights), u, v.unwrap()).unwrap();
+        let nets = PatchNets::new(&surface, &[0.7, 1.6], &[2.0]);
+        let middle = |degree| bernstein(degree, 0.3)[0];
+        let (rows, cols) = (middle(2), middle(3));
+        for (i, ends_u) in nets.u.windows(2).enumerate() {
+            for (j, ends_v) in nets.v.windows(2).enumerate() {
+                let inside = nets.point((2 * i, &rows[..3]), (3 * j, &cols[..4])).project();
+                let at = |ends: &[f64]| ends[0] + 0.3 * (ends[1] - ends[0]);
+                assert!(inside.distance(surface.point(at(ends_u), at(ends_v))) < 1e-14);
+            }
+        }
+        assert_eq!((nets.u.len(), nets.v.len()), (5, 5));
+    }
 
     #[test]
     fn patches_begin_and_end_on_the_surface() {
