@@ -118,22 +118,17 @@ impl Workspace {
         self.normals[k].or_else(|| (0..3).find_map(beside))
     }
 
-    /// A distance that the surface has at least if these are its points: they are as far from the
-    /// planes of all faces, whichever they lie over.
-    pub(super) fn least(
-        &self,
-        points: impl IntoIterator<Item = DVec3>,
-        (corners, faces): Faces<'_>,
-    ) -> f64 {
-        let planes = || {
-            faces.iter().zip(&self.normals).filter_map(|(f, n)| Some((corners[f[0]].point, (*n)?)))
-        };
-        let height = |point: DVec3| {
-            planes()
-                .map(|(origin, normal)| normal.dot(point - origin).abs())
-                .fold(f64::INFINITY, f64::min)
-        };
-        points.into_iter().map(height).fold(0.0, larger)
+    /// Whether one of these points of the surface, of which those in the middle come first, is further
+    /// than `limit` from the planes of all faces: from the triangles, whichever it lies over.
+    pub(super) fn misses(&self, points: &[DVec3], (corners, faces): Faces<'_>, limit: f64) -> bool {
+        let (before, behind) = points.split_at(points.len() / 2);
+        behind.iter().chain(before).any(|point| {
+            let planes = faces.iter().zip(&self.normals);
+            let mut heights = planes.filter_map(|(face, normal)| {
+                Some((*normal)?.dot(*point - corners[face[0]].point).abs())
+            });
+            heights.all(|height| height > limit)
+        })
     }
 
     #[inline(always)]

@@ -274,7 +274,7 @@ impl Divider<'_> {
         (arch, patch, net, work): (Arch, &mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        if !work.begin(mesh) || work.least(points.iter().copied(), mesh) > limit {
+        if !work.begin(mesh) || work.misses(points, mesh, limit) {
             return f64::INFINITY;
         }
         let mut most = 0.0;
