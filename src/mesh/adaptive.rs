@@ -71,14 +71,14 @@ impl<'a> Tessellation<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let limits = options.limits(diagonal(&[surface]))?;
-        let nets = PatchNets::new(surface, &[], &[])?;
+        let nets = PatchNets::new(surface, &[], &[]);
         let estimate = Estimate::of(&nets, &limits);
         if estimate.triangles > SURELY * options.max_triangles as f64 {
             return Err(too_many(options, &limits, estimate.triangles));
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let triangles = estimate.triangles as usize;
-        let lattice = Lattice::new(surface, nets, estimate)?;
+        let lattice = Lattice::new(surface, nets, estimate);
         let bernstein = Bernstein::of(lattice.nets.degrees);
         let borders = Borders::new(&lattice);
         let mut this = Self {

@@ -23,13 +23,11 @@ use crate::nurbs::{MAX_ORDER, Row};
 pub(super) struct Bernstein {
     pub p: usize,
     pub q: usize,
-    /// How many blossoms in u a triangle has.
-    rows: usize,
-    /// For each coefficient of a triangle, the blossoms that it is the mean of; their indices are
-    /// `v * rows + u`.
-    triangle: Means,
-    /// The same for the halves of the square, by the corner that they lack, in the order of
-    /// [`UNIT`]; the indices are those of coefficients.
+    /// How the arguments of a triangle's coefficients are dealt to u and v: for each blossom in v
+    /// and, within, in u, the coefficient that takes their product, and how much of it.
+    deals: Vec<(usize, f64)>,
+    /// For the halves of the square, by the corner that they lack, in the order of [`UNIT`]: the
+    /// coefficients of the square that those of a triangle are means of.
     halves: [Means; 4],
     /// From a triangle's coefficients to those of its halves.
     pub cuts: [Means; 2],
@@ -63,38 +61,29 @@ impl Bernstein {
 
     fn new((p, q): (usize, usize)) -> Self {
         let (u, v, n) = (triples(p), triples(q), p + q);
-        let (mut triangle, mut halves) = (vec![], [const { vec![] }; 4]);
-        for of in triples(n) {
-            // A coefficient's arguments are dealt to u and v in all ways.
-            let mut shares = vec![];
-            for (i, in_u) in
-                u.iter().enumerate().filter(|(_, in_u)| (0..3).all(|k| in_u[k] <= of[k]))
-            {
-                let in_v = [0, 1, 2].map(|k| of[k] - in_u[k]);
-                let j = v.iter().position(|&counts| counts == in_v).unwrap_or(0);
-                let ways: f64 = (0..3).map(|k| binomial(of[k], in_u[k])).product();
-                shares.push((i, j, ways / binomial(n, p)));
-            }
-            let blossoms = shares.iter().map(|&(i, j, weight)| (j * u.len() + i, weight));
-            triangle.push(blossoms.collect());
-            for (lacking, means) in halves.iter_mut().enumerate() {
-                let corners = half(lacking);
-                let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
-                    counts
-                        .iter()
-                        .zip(&corners)
-                        .map(|(&n, at)| if x(at) > 0.5 { n } else { 0 })
-                        .sum()
-                };
-                let coefficients = shares.iter().map(|&(i, j, weight)| {
-                    let (row, col) = (ones(&u[i], |at| at.x), ones(&v[j], |at| at.y));
-                    (row * (q + 1) + col, weight)
-                });
-                means.push(coefficients.collect());
-            }
+        let of = triples(n);
+        // A coefficient's arguments are dealt to u and v in all ways.
+        let mut deals = vec![];
+        for (in_v, in_u) in v.iter().flat_map(|in_v| u.iter().map(move |in_u| (in_v, in_u))) {
+            let sum = [0, 1, 2].map(|k| in_u[k] + in_v[k]);
+            let ways: f64 = (0..3).map(|k| binomial(sum[k], in_u[k])).product();
+            let taker = of.iter().position(|counts| *counts == sum).unwrap_or(0);
+            deals.push((taker, ways / binomial(n, p)));
         }
-        let (triangle, halves) = (Means::new(&triangle), halves.map(|means| Means::new(&means)));
-        Self { p, q, rows: u.len(), triangle, halves, cuts: triangle::halves(n) }
+        let halves = [0, 1, 2, 3].map(|lacking| {
+            let corners = half(lacking);
+            let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
+                counts.iter().zip(&corners).map(|(&n, at)| if x(at) > 0.5 { n } else { 0 }).sum()
+            };
+            let mut means = vec![vec![]; of.len()];
+            for (k, &(taker, share)) in deals.iter().enumerate() {
+                let (in_v, in_u) = (&v[k / u.len()], &u[k % u.len()]);
+                let (row, col) = (ones(in_u, |at| at.x), ones(in_v, |at| at.y));
+                means[taker].push((row * (q + 1) + col, share));
+            }
+            Means::new(&means)
+        });
+        Self { p, q, deals, halves, cuts: triangle::halves(n) }
     }
 
     /// Where a corner of the unit square stands in a net; `None` for other places.
@@ -158,10 +147,10 @@ impl Bernstein {
         simd: S,
         of: &[DVec4],
         at: [DVec2; 3],
-        Blossoms { u, v, parts }: &mut Blossoms,
+        blossoms: &mut Blossoms,
         out: &mut Vec<Octet>,
     ) {
-        out.resize(self.triangle.octets(), [[0.0; OCTET]; 4]);
+        out.resize(self.halves[0].octets(), [[0.0; OCTET]; 4]);
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
         let place = |x: f64, low: f64, high: f64| {
             if x == low {
@@ -181,22 +170,65 @@ impl Bernstein {
                 self.halves[lacking].of(simd, |k| of[k].to_array(), out);
                 return;
             }
-            v.clear();
-            rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), v);
-            self.halves[lacking].of(simd, |k| v[k].to_array(), out);
+            let part = &mut blossoms.part;
+            part.clear();
+            rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), part);
+            self.halves[lacking].of(simd, |k| part[k].to_array(), out);
             return;
         }
+        self.blossom(of, at, blossoms, out);
+    }
+
+    /// The same for any triangle.
+    #[inline(always)]
+    fn blossom(
+        &self,
+        of: &[DVec4],
+        at: [DVec2; 3],
+        Blossoms { u, v, points, values, sums, .. }: &mut Blossoms,
+        out: &mut [Octet],
+    ) {
+        let (orders, width) = ((self.p + 1, self.q + 1), self.q + 1);
+        blossoms(self.p, at.map(|at| at.x), u);
+        blossoms(self.q, at.map(|at| at.y), v);
         // First in u, for each column; then, as one of many columns, each of these in v.
-        let (rows, mut row) = (self.rows, 0);
-        u.clear();
-        u.resize(rows * (self.q + 1), DVec4::ZERO);
-        blossoms(of, (self.p, self.q + 1), at.map(|at| at.x), parts, |columns| {
-            columns.iter().enumerate().for_each(|(j, &value)| u[j * rows + row] = value);
-            row += 1;
-        });
-        v.clear();
-        blossoms(u, (self.q, rows), at.map(|at| at.y), parts, |rows| v.extend_from_slice(rows));
-        self.triangle.of(simd, |k| v[k].to_array(), out);
+        let rows = u.len() / orders.0;
+        points.clear();
+        points.resize(rows * width, NOTHING);
+        for (i, shares) in u.chunks_exact(orders.0).enumerate() {
+            for (share, row) in shares.iter().zip(of.chunks_exact(width)) {
+                if *share != 0.0 {
+                    let sums = points[i..].iter_mut().step_by(rows);
+                    sums.zip(row).for_each(|(sum, h)| add(sum, *share, &h.to_array()));
+                }
+            }
+        }
+        sums.clear();
+        sums.resize(OCTET * out.len(), NOTHING);
+        let mut last = 0;
+        for (shares, deals) in v.chunks_exact(orders.1).zip(self.deals.chunks_exact(rows)) {
+            values.clear();
+            values.resize(4 * rows, 0.0);
+            for (share, column) in shares.iter().zip(points.chunks_exact(rows)) {
+                if *share != 0.0 {
+                    let column: &[f64] = bytemuck::cast_slice(column);
+                    values.iter_mut().zip(column).for_each(|(sum, x)| *sum += *share * x);
+                }
+            }
+            let values: &[Lanes] = bytemuck::cast_slice(values);
+            for (value, &(taker, deal)) in values.iter().zip(deals) {
+                add(&mut sums[taker], deal, value);
+                last = last.max(taker);
+            }
+        }
+        // As everywhere, the last one stands in for those that are missing to eight.
+        let end = sums[last];
+        sums[last..].fill(end);
+        for (octet, sums) in out.iter_mut().zip(sums.chunks_exact(OCTET)) {
+            for (lane, sum) in sums.iter().enumerate() {
+                (0..4).for_each(|axis| octet[axis][lane] = sum[axis]);
+            }
+        }
     }
 }
 
@@ -219,55 +251,62 @@ pub(super) fn polynomials(degree: usize, x: f64) -> Row {
 /// Memory that blossoms need.
 #[derive(Debug, Default)]
 pub(super) struct Blossoms {
-    u: Vec<DVec4>,
-    v: Vec<DVec4>,
-    parts: [Vec<DVec4>; 3],
+    part: Vec<DVec4>,
+    u: Vec<f64>,
+    v: Vec<f64>,
+    points: Vec<Lanes>,
+    values: Vec<f64>,
+    sums: Vec<Lanes>,
 }
 
-/// The blossoms of some functions side by side, whose coefficients are rows of `width`, at each of
-/// the three arguments as often as [`triples`] say, in their order.
+/// A homogeneous point as an array, in a form that the compiler vectorizes.
+type Lanes = [f64; 4];
+
+/// The sum of no points.
+const NOTHING: Lanes = [0.0; 4];
+
+/// Adds a multiple of a point.
 #[inline(always)]
-fn blossoms(
-    of: &[DVec4],
-    (degree, width): (usize, usize),
-    [x, y, z]: [f64; 3],
-    [first, second, third]: &mut [Vec<DVec4>; 3],
-    mut take: impl FnMut(&[DVec4]),
-) {
-    first.clear();
-    first.extend_from_slice(of);
+fn add(sum: &mut Lanes, factor: f64, point: &Lanes) {
+    (0..4).for_each(|axis| sum[axis] += factor * point[axis]);
+}
+
+/// How much the blossoms of a degree take of each coefficient, at each of the three arguments as often
+/// as [`triples`] say, in their order: a blossom of the Bernstein polynomials, of which the k-th stands
+/// beside the k-th power of s, is the product of 1 - x + x s over all arguments x.
+#[inline(always)]
+fn blossoms(degree: usize, [x, y, z]: [f64; 3], out: &mut Vec<f64>) {
+    out.clear();
+    let mut first = [0.0; MAX_ORDER];
+    first[0] = 1.0;
     for a in 0..=degree {
-        second.clone_from(first);
+        let mut second = first;
         for b in 0..=degree - a {
-            third.clone_from(second);
-            (0..degree - a - b).for_each(|_| reduce(third, width, z));
-            take(third);
-            if a + b < degree {
-                reduce(second, width, y);
+            let start = out.len();
+            out.extend_from_slice(&second[..=degree]);
+            for known in a + b..degree {
+                multiply(&mut out[start..], known, z);
             }
+            multiply(&mut second, a + b, y);
         }
-        if a < degree {
-            reduce(first, width, x);
-        }
+        multiply(&mut first, a, x);
     }
 }
 
-/// Fixes an argument of blossoms: each row becomes a mean with the next one.
+/// Multiplies a polynomial of a degree by 1 - x + x s.
 #[inline(always)]
-fn reduce<T>(rows: &mut Vec<T>, width: usize, x: f64)
-where
-    T: Copy + Add<Output = T>,
-    f64: Mul<T, Output = T>,
-{
-    let less = rows.len() - width;
-    if x == 1.0 {
-        rows.copy_within(width.., 0);
-    } else if x != 0.0 {
-        for k in 0..less {
-            rows[k] = (1.0 - x) * rows[k] + x * rows[k + width];
-        }
+fn multiply(polynomial: &mut [f64], degree: usize, x: f64) {
+    let Some(next) = polynomial.get_mut(degree + 1) else { return };
+    *next = 0.0;
+    // Corners of triangles often lie on the sides of the square.
+    if x == 0.0 {
+        return;
     }
-    rows.truncate(less);
+    for k in (0..=degree).rev() {
+        let value = polynomial[k];
+        polynomial[k + 1] += x * value;
+        polynomial[k] = (1.0 - x) * value;
+    }
 }
 
 /// The part of a net over a rectangle of its square, appended to `out`.

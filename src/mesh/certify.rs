@@ -9,10 +9,10 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec3, DVec4};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
-use super::cost::{Cost, Octet, away, costliest, dot};
+use super::cost::{Octet, costliest};
 use super::frame::Frame;
 use super::polygon::{Polygon, clip};
 use super::triangle::{Doubt, larger, largest};
@@ -36,10 +36,9 @@ pub(super) struct Corner {
 /// Three corners of an outline, counter-clockwise.
 pub(super) type Face = [usize; 3];
 
-/// Memory that certifying needs, and the vector instructions that it may use.
+/// Memory that certifying needs.
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
-    arch: Arch,
     blossoms: Blossoms,
     coefficients: Vec<Octet>,
     /// The curve above a side.
@@ -66,8 +65,19 @@ pub(super) struct Part<'a> {
     pub net: &'a [DVec4],
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
+    /// All of a piece.
+    pub(super) fn whole(net: &'a [DVec4]) -> Self {
+        Self { low: DVec2::ZERO, high: DVec2::ONE, net }
+    }
+
+    /// Whether it is all of the piece.
+    fn is_whole(&self) -> bool {
+        (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
+    }
+
     /// What it has of a segment, in its own unit square.
+    #[inline(always)]
     fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
         let (from, to) = clip(segment, self.low, self.high)?;
         let inside = |at: DVec2| (at - self.low) / (self.high - self.low);
@@ -78,24 +88,16 @@ impl Part<'_> {
 /// The triangles of a piece.
 pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
-/// An upper bound of the distance between the surface over the unit square of `net` and the
-/// triangles, in both directions; anything above `limit` if it is above it.
-pub(super) fn distance(
-    bernstein: &Bernstein,
-    net: &[DVec4],
-    mesh: Faces<'_>,
-    limit: f64,
-    work: &mut Workspace,
-) -> f64 {
-    if !work.begin(mesh) {
-        let centre = mesh.0[0].point;
-        return net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max);
-    }
-    work.certify(bernstein, Part { low: DVec2::ZERO, high: DVec2::ONE, net }, mesh, limit)
+/// An upper bound of the distance between the surface over the unit square of `net` and triangles that
+/// are no sheet, in both directions: all are in this ball around the first corner.
+pub(super) fn ball(net: &[DVec4], (corners, _): Faces<'_>) -> f64 {
+    let centre = corners[0].point;
+    net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max)
 }
 
 impl Workspace {
     /// Prepares for triangles, of which no part has been seen; whether they are a sheet.
+    #[inline(always)]
     pub(super) fn begin(&mut self, (corners, faces): Faces<'_>) -> bool {
         let Self { frames, normals, most, .. } = self;
         *most = 0.0;
@@ -110,59 +112,54 @@ impl Workspace {
 
     /// The normal of the plane that stands for a face: of one without area (its corners lie on a
     /// pole), that of a face beside it.
+    #[inline(always)]
     fn plane(&self, faces: &[Face], k: usize) -> Option<DVec3> {
         let beside = |edge| self.normals[beside(faces, k, edge)?];
-        self.normals[k].or_else(|| edges(faces[k]).into_iter().find_map(beside))
+        self.normals[k].or_else(|| (0..3).find_map(beside))
     }
 
-    /// A distance that the surface has at least if these are its points: they are as far from the
-    /// planes of all faces, whichever they lie over.
-    pub(super) fn least(
-        &self,
-        points: impl IntoIterator<Item = DVec3>,
-        (corners, faces): Faces<'_>,
-    ) -> f64 {
-        let planes = || {
-            faces.iter().zip(&self.normals).filter_map(|(f, n)| Some((corners[f[0]].point, (*n)?)))
-        };
-        let height = |point: DVec3| {
-            planes()
-                .map(|(origin, normal)| normal.dot(point - origin).abs())
-                .fold(f64::INFINITY, f64::min)
-        };
-        points.into_iter().map(height).fold(0.0, larger)
+    /// Whether one of these points of the surface, of which those in the middle come first, is further
+    /// than `limit` from the planes of all faces: from the triangles, whichever it lies over.
+    pub(super) fn misses(&self, points: &[DVec3], (corners, faces): Faces<'_>, limit: f64) -> bool {
+        let (before, behind) = points.split_at(points.len() / 2);
+        behind.iter().chain(before).any(|point| {
+            let planes = faces.iter().zip(&self.normals);
+            let mut heights = planes.filter_map(|(face, normal)| {
+                Some((*normal)?.dot(*point - corners[face[0]].point).abs())
+            });
+            heights.all(|height| height > limit)
+        })
     }
 
+    #[inline(always)]
     fn place_frames(&mut self, (corners, faces): Faces<'_>) {
         for (k, &face) in faces.iter().enumerate() {
             let Some(normal) = self.plane(faces, k) else { continue };
-            let (mut points, mut next) = ([DVec3::ZERO; 3], [None; 3]);
-            for (i, edge) in edges(face).into_iter().enumerate() {
-                points[i] = corners[edge.0].point;
-                next[i] = beside(faces, k, edge).and_then(|other| self.normals[other]);
-            }
+            let points = face.map(|corner| corners[corner].point);
+            let next = [0, 1, 2].map(|edge| self.normals[beside(faces, k, edge)?]);
             self.frames.push(Frame::new(points, normal, next));
         }
     }
 
-    /// The largest distance of a part, and of those before it; anything above `limit` if it is above
-    /// it.
-    pub(super) fn certify(
-        &mut self,
-        bernstein: &Bernstein,
-        part: Part<'_>,
-        mesh: Faces<'_>,
+    /// What finds an upper bound of the distance between a part of the surface, and those before it,
+    /// and the triangles, in both directions; anything above `limit` if it is above it.
+    #[inline(always)]
+    pub(super) fn certify<'a>(
+        &'a mut self,
+        bernstein: &'a Bernstein,
+        part: Part<'a>,
+        mesh: Faces<'a>,
         limit: f64,
-    ) -> f64 {
+    ) -> Certify<'a> {
         if self.frames.is_empty() {
             self.place_frames(mesh);
         }
-        self.arch.dispatch(Certify { work: self, bernstein, part, mesh, limit })
+        Certify { work: self, bernstein, part, mesh, limit }
     }
 }
 
-/// [`Workspace::certify`] in registers of any width.
-struct Certify<'a> {
+/// What certifying a part of a piece needs to know.
+pub(super) struct Certify<'a> {
     work: &'a mut Workspace,
     bernstein: &'a Bernstein,
     part: Part<'a>,
@@ -175,11 +172,9 @@ impl Certify<'_> {
     #[inline(always)]
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
-        let (work, limit) = (&mut **work, *limit);
-        let whole = (part.low, part.high) == (DVec2::ZERO, DVec2::ONE);
+        let (work, limit, whole) = (&mut **work, *limit, part.is_whole());
         for (face, frame) in faces.iter().zip(&work.frames) {
-            let mut polygon =
-                Polygon::of([corners[face[0]].at, corners[face[1]].at, corners[face[2]].at]);
+            let mut polygon = Polygon::of(face.map(|corner| corners[corner].at));
             if !whole && polygon.misses(part.low, part.high) {
                 continue;
             }
@@ -223,22 +218,29 @@ impl Certify<'_> {
 
     /// Takes the distance of a part's sides from the outer edges into account.
     #[inline(always)]
-    fn follow_sides<S: Simd>(&mut self, simd: S) {
+    fn follow_sides(&mut self) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+        let whole = part.is_whole();
         for (k, &face) in faces.iter().enumerate() {
-            for (i, j) in edges(face) {
-                if beside(faces, k, (i, j)).is_some() {
+            for (edge, (i, j)) in edges(face).into_iter().enumerate() {
+                if beside(faces, k, edge).is_some() {
                     continue;
                 }
                 let (a, b) = (corners[i], corners[j]);
-                let Some(ends) = part.clip((a.at, b.at)) else { continue };
+                let side = (a.at, b.at);
+                let Some(ends) = (if whole { Some(side) } else { part.clip(side) }) else {
+                    continue;
+                };
                 work.curve.clear();
                 bernstein.segment(part.net, ends, &mut work.curve);
                 let chord = Chord::new(a.point, b.point);
-                let mut found = costliest(simd, &chord, &work.curve);
+                // The ends of a whole side are those of its chord.
+                let last = work.curve.len() - 1;
+                let looked_at = if whole { &work.curve[1..last] } else { &work.curve[..] };
+                let mut found = chord.furthest(looked_at);
                 if found > *limit {
                     closer(&mut work.curve);
-                    found = costliest(simd, &chord, &work.curve);
+                    found = chord.furthest(&work.curve);
                 }
                 work.most = larger(work.most, found);
             }
@@ -253,30 +255,38 @@ impl WithSimd for Certify<'_> {
     fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
         self.look_at_faces(simd);
         if self.work.most <= self.limit {
-            self.follow_sides(simd);
+            self.follow_sides();
         }
         self.work.most
     }
 }
 
-/// The face beside an edge of a face of a strip, in which neighbours follow one another.
-fn beside(faces: &[Face], k: usize, (i, j): (usize, usize)) -> Option<usize> {
-    let shares = |other: &usize| edges(faces[*other]).contains(&(j, i));
-    let before = k.checked_sub(1).filter(shares);
-    before.or_else(|| Some(k + 1).filter(|k| *k < faces.len()).filter(shares))
+/// The face beside an edge of a face, as those of a [`Zip`](super::outline::Zip) follow one another:
+/// what two share is the last edge of the later one, and, in the earlier one, begins at the first
+/// corner of the later one.
+#[inline(always)]
+fn beside(faces: &[Face], k: usize, edge: usize) -> Option<usize> {
+    if edge == 2 {
+        return k.checked_sub(1);
+    }
+    let next = faces.get(k + 1)?;
+    (next[0] == faces[k][edge]).then_some(k + 1)
 }
 
 /// Whether neighbours turn away from one another too far to be a sheet.
+#[inline(always)]
 fn folded(a: Option<DVec3>, b: Option<DVec3>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a.dot(b) < SHEET)
 }
 
 /// The directed edges of a face.
+#[inline(always)]
 fn edges([a, b, c]: Face) -> [(usize, usize); 3] {
     [(a, b), (b, c), (c, a)]
 }
 
 /// The normal of a triangle, if it has one.
+#[inline(always)]
 fn normal(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
     let longest = (b - a).length_squared().max((c - a).length_squared());
     let cross = (b - a).cross(c - a);
@@ -302,7 +312,7 @@ fn closer(curve: &mut Vec<DVec4>) {
     halve(first, second, count - 1, 1, 0..1);
 }
 
-/// The distance from a segment.
+/// A segment, to be measured from.
 struct Chord {
     start: DVec3,
     along: DVec3,
@@ -316,20 +326,17 @@ impl Chord {
         let along = b - a;
         Self { start: a, along, scale: 1.0 / along.length_squared().max(f64::MIN_POSITIVE) }
     }
-}
 
-impl Cost for Chord {
+    /// The largest distance of some homogeneous points. They are too few to be worth the way into
+    /// registers.
     #[inline(always)]
-    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s {
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        let point = away(simd, point, self.start);
-        let share = dot(simd, point, (self.scale * self.along).to_array());
-        let share = simd.min_f64s(simd.max_f64s(share, zero), one);
-        let mut squared = zero;
-        for (point, along) in point.into_iter().zip(self.along.to_array()) {
-            let aside = simd.sub_f64s(point, simd.mul_f64s(share, simd.splat_f64s(along)));
-            squared = simd.add_f64s(squared, simd.mul_f64s(aside, aside));
+    fn furthest(&self, points: &[DVec4]) -> f64 {
+        let mut most = 0.0;
+        for h in points {
+            let away = h.project() - self.start;
+            let share = (self.scale * away.dot(self.along)).clamp(0.0, 1.0);
+            most = larger(most, (away - share * self.along).length_squared());
         }
-        squared
+        most.sqrt()
     }
 }

@@ -3,13 +3,16 @@
 //! A piece that its triangles do not meet within the limits is halved, across the direction that
 //! bends more; one of several patches, between patches.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::{DVec2, DVec3, DVec4};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, UNIT, polynomials};
-use super::certify::{self, Corner, Face, Faces, Workspace};
+use super::certify::{self, Corner, Face, Faces, Part, Workspace};
 use super::options::Limits;
 use super::outline::{Bending, MOST_CORNERS, Zip};
-use super::piece::{Block, Direction, PATCH, Part, Piece};
+use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
@@ -29,12 +32,16 @@ pub(super) struct Divider<'a> {
 /// Memory that dividing needs.
 #[derive(Debug, Default)]
 pub(super) struct Desk {
+    /// The vector instructions that may be used.
+    arch: Arch,
+    /// The pieces whose nets are on the desk.
+    pieces: Vec<Piece>,
     /// Nets, one behind the other: those of the pieces around the one being looked at.
     nets: Vec<DVec4>,
     /// The control points of the last net in space.
     points: Vec<DVec3>,
     /// Where its columns lie.
-    columns: Vec<(usize, Row)>,
+    columns: Vec<Located>,
     patch: Vec<DVec4>,
     part: Vec<DVec4>,
     corners: Vec<Corner>,
@@ -56,7 +63,7 @@ impl Divider<'_> {
     ) {
         if piece.is_single() {
             self.load(block, piece, desk);
-            self.divide_net(block, piece, desk, done);
+            desk.arch.dispatch(DivideNet { divider: self, block, piece, desk, done });
             return;
         }
         let mut merged = piece;
@@ -66,59 +73,91 @@ impl Divider<'_> {
         }
     }
 
-    /// As [`Divider::divide`], for a piece whose net is the last of the desk's; takes it away.
-    fn divide_net(&self, block: Block, piece: Piece, desk: &mut Desk, done: &mut Vec<Piece>) {
-        let size = (self.bernstein.p + 1) * (self.bernstein.q + 1);
-        let start = desk.nets.len() - size;
+    /// As [`Divider::divide`], for a piece whose net is the only one on the desk; takes it away.
+    #[inline(always)]
+    fn divide_net<S: Simd>(
+        &self,
+        simd: S,
+        (block, piece): (Block, Piece),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
-        let net = &desk.nets[start..];
+        let size = (p + 1) * (q + 1);
+        desk.pieces.clear();
+        desk.pieces.push(piece);
+        while let Some(piece) = desk.pieces.pop() {
+            let start = desk.nets.len() - size;
+            let Some(direction) = self.unmet(simd, (block, piece), desk, done) else {
+                desk.nets.truncate(start);
+                continue;
+            };
+            let [first, second] = piece.halves(direction);
+            // The second half's net takes this one's place, the first half's goes on top.
+            desk.pieces.extend([second, first]);
+            desk.nets.extend_from_within(start..);
+            let (below, above) = desk.nets.split_at_mut(start + size);
+            let below = &mut below[start..];
+            match direction {
+                Direction::U => halve(above, below, p, q + 1, 0..=q),
+                Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
+            }
+        }
+    }
+
+    /// Looks at a piece whose net is the last on the desk: the direction to divide it in, or, if it
+    /// need not be, appends it.
+    #[inline(always)]
+    fn unmet<S: Simd>(
+        &self,
+        simd: S,
+        (block, piece): (Block, Piece),
+        desk: &mut Desk,
+        done: &mut Vec<Piece>,
+    ) -> Option<Direction> {
+        let degrees = self.nets.degrees;
+        let (tolerance, divisible) = (self.limits.tolerance, piece.divisible());
+        let net = &desk.nets[desk.nets.len() - (degrees.0 + 1) * (degrees.1 + 1)..];
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
+        let bending = Bending::of(&desk.points, degrees);
+        if divisible && bending.sag_of_square() > HOPELESS * tolerance {
+            return Some(self.steeper(&desk.points));
+        }
         let ends = self.ends().map(|k| desk.points[k]);
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
+        let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
         desk.faces.clear();
-        let tolerance = self.limits.tolerance;
-        let bending = Bending::of(&desk.points, (p, q));
-        let cut = Zip::best(&corners, bending, tolerance);
         cut.faces([0, 1, 2, 3], &mut desk.faces);
         let mesh = (&corners[..], &desk.faces[..]);
-        let hopeless = bending.sag_of_square() > HOPELESS * tolerance;
-        let distance = if hopeless && piece.divisible() {
-            f64::INFINITY
+        let work = &mut desk.work;
+        let distance = if work.begin(mesh) {
+            work.certify(self.bernstein, Part::whole(net), mesh, tolerance).with_simd(simd)
         } else {
-            certify::distance(self.bernstein, net, mesh, tolerance, &mut desk.work)
+            certify::ball(net, mesh)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
         } else {
             Some(self.steeper(&desk.points))
         };
-        let Some(direction) = direction.filter(|_| piece.divisible()) else {
+        let direction = direction.filter(|_| divisible);
+        if direction.is_none() {
             desk.deviation = desk.deviation.max(distance);
             done.push(Piece { cut, ..piece });
-            desk.nets.truncate(start);
-            return;
-        };
-        let [first, second] = piece.halves(direction);
-        // The second half's net takes this one's place, the first half's goes on top.
-        desk.nets.extend_from_within(start..);
-        let (below, above) = desk.nets.split_at_mut(start + size);
-        let below = &mut below[start..];
-        match direction {
-            Direction::U => halve(above, below, p, q + 1, 0..=q),
-            Direction::V => halve(above, below, q, 1, (0..=p).map(|row| row * (q + 1))),
         }
-        self.divide_net(block, first, desk, done);
-        self.divide_net(block, second, desk, done);
+        direction
     }
 
     /// Where the corners of the unit square stand in a net, counter-clockwise.
+    #[inline(always)]
     fn ends(&self) -> [usize; 4] {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         [0, p * (q + 1), (p + 1) * (q + 1) - 1, q]
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
+    #[inline(always)]
     fn steeper(&self, points: &[DVec3]) -> Direction {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let (mut u, mut v) = (Line::default(), Line::default());
@@ -198,16 +237,19 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
+        let Desk { arch, nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
-        let cut = Zip::best(corners, Bending::of(points, self.nets.degrees), tolerance);
+        let ends = piece.ends(outline);
+        let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
-        cut.faces(piece.ends(outline), faces);
+        cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
-        let distance = if single {
-            certify::distance(self.bernstein, nets, mesh, tolerance, work)
+        let distance = if !single {
+            self.distance_of_patches(block, (*piece, points), mesh, (*arch, patch, part, work))
+        } else if work.begin(mesh) {
+            arch.dispatch(work.certify(self.bernstein, Part::whole(nets), mesh, tolerance))
         } else {
-            self.distance_of_patches(block, (*piece, points), mesh, (patch, part, work))
+            certify::ball(nets, mesh)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
@@ -229,20 +271,20 @@ impl Divider<'_> {
         block: Block,
         (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
-        (patch, net, work): (&mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
+        (arch, patch, net, work): (Arch, &mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        if !work.begin(mesh) || work.least(points.iter().copied(), mesh) > limit {
+        if !work.begin(mesh) || work.misses(points, mesh, limit) {
             return f64::INFINITY;
         }
         let mut most = 0.0;
-        for Part { patch: (row, col), u, v, low, high } in piece.parts() {
+        for piece::Part { patch: (row, col), u, v, low, high } in piece.parts() {
             patch.clear();
             self.nets.append((block.rows.0 + row, block.cols.0 + col), patch);
             net.clear();
             self.bernstein.rectangle(patch, u, v, net);
-            let part = certify::Part { low, high, net };
-            most = work.certify(self.bernstein, part, mesh, limit);
+            let part = Part { low, high, net };
+            most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
             if most > limit {
                 break;
             }
@@ -257,7 +299,7 @@ impl Divider<'_> {
         desk.points.clear();
         if piece.is_single() {
             desk.patch.clear();
-            for Part { patch, u, v, .. } in piece.parts() {
+            for piece::Part { patch, u, v, .. } in piece.parts() {
                 self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
                 self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
             }
@@ -274,11 +316,11 @@ impl Divider<'_> {
             from + u32::try_from(steps).unwrap_or(0) * step
         };
         desk.columns.clear();
-        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols, q)));
+        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols.0, q)));
         for i in 0..=p {
-            let (row, u) = located(place(piece.u, i, p), block.rows, p);
-            for (col, v) in &desk.columns {
-                desk.points.push(self.nets.point((row, *col), (&u, v)).project());
+            let row = located(place(piece.u, i, p), block.rows.0, p);
+            for col in &desk.columns {
+                desk.points.push(self.nets.point(row.shares(), col.shares()).project());
             }
         }
     }
@@ -286,8 +328,8 @@ impl Divider<'_> {
     /// The homogeneous point at a place of a block.
     fn point(&self, block: Block, (u, v): Place) -> DVec4 {
         let (p, q) = self.nets.degrees;
-        let ((row, u), (col, v)) = (located(u, block.rows, p), located(v, block.cols, q));
-        self.nets.point((row, col), (&u, &v))
+        let (row, col) = (located(u, block.rows.0, p), located(v, block.cols.0, q));
+        self.nets.point(row.shares(), col.shares())
     }
 
     /// Divides a piece that has become unfit in this direction first.
@@ -304,12 +346,52 @@ impl Divider<'_> {
     }
 }
 
-/// The patch, in these rows or columns, that a place of a block lies in, and the Bernstein polynomials
-/// there.
-fn located(place: u32, (from, to): (usize, usize), degree: usize) -> (usize, Row) {
-    let index = ((place / PATCH) as usize).min(to - from - 1);
-    let start = u32::try_from(index).unwrap_or(0) * PATCH;
-    (from + index, polynomials(degree, f64::from(place - start) / f64::from(PATCH)))
+/// [`Divider::divide_net`] in registers of any width.
+struct DivideNet<'a> {
+    divider: &'a Divider<'a>,
+    block: Block,
+    piece: Piece,
+    desk: &'a mut Desk,
+    done: &'a mut Vec<Piece>,
+}
+
+impl WithSimd for DivideNet<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { divider, block, piece, desk, done } = self;
+        divider.divide_net(simd, (block, piece), desk, done);
+    }
+}
+
+/// Where a place of a block lies along one direction of the nets.
+#[derive(Debug)]
+enum Located {
+    /// Between patches: at this control point.
+    Between(usize),
+    /// Inside a patch: its first control point, and how much of each.
+    Inside(usize, Row, usize),
+}
+
+impl Located {
+    /// The first control point, and how much of each from there on.
+    fn shares(&self) -> (usize, &[f64]) {
+        match self {
+            Self::Between(at) => (*at, &[1.0]),
+            Self::Inside(start, row, order) => (*start, &row[..*order]),
+        }
+    }
+}
+
+/// Where a place of a block lies that begins with this row or column of patches.
+fn located(place: u32, first: usize, degree: usize) -> Located {
+    let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
+    if rest == 0 {
+        return Located::Between(patch * degree);
+    }
+    let row = polynomials(degree, f64::from(rest) / f64::from(PATCH));
+    Located::Inside(patch * degree, row, degree + 1)
 }
 
 /// The share of a range that lies before x.
@@ -327,6 +409,7 @@ struct Line {
 
 impl Line {
     /// Takes a curve into account whose control points follow one another by `stride`.
+    #[inline(always)]
     fn add(&mut self, points: &[DVec3], (start, stride): (usize, usize), degree: usize) {
         let a = points[start];
         let chord = points[start + degree * stride] - a;

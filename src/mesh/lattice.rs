@@ -3,7 +3,6 @@
 use super::estimate::Estimate;
 use super::piece::{Block, MOST_PATCHES};
 use super::stitch::Side;
-use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface, PatchNets};
 
 /// Pieces along the side of a block that are aimed at: few enough that all threads have work, many
@@ -39,11 +38,7 @@ pub(super) struct Lattice {
 
 impl Lattice {
     /// Of a surface, the nets of its patches, and how many pieces it is about to have.
-    pub(super) fn new(
-        surface: &NurbsSurface,
-        mut nets: PatchNets,
-        estimate: Estimate,
-    ) -> Result<Self> {
+    pub(super) fn new(surface: &NurbsSurface, mut nets: PatchNets, estimate: Estimate) -> Self {
         let closed = surface.closed();
         let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {
@@ -53,7 +48,7 @@ impl Lattice {
         let (more_u, block_u) = more(surface.knots_u(), estimate.along.0, closed.0);
         let (more_v, block_v) = more(surface.knots_v(), estimate.along.1, closed.1);
         if !(more_u.is_empty() && more_v.is_empty()) {
-            nets = PatchNets::new(surface, &more_u, &more_v)?;
+            nets = PatchNets::new(surface, &more_u, &more_v);
         }
         let lines = |cuts: &[f64], patches: usize, knots: &KnotVector| {
             let crease = |&i: &usize| knots.multiplicity(cuts[i]) >= knots.degree();
@@ -74,7 +69,7 @@ impl Lattice {
             .map(|(row, i)| is_pole(&nets, small, (0..cols).map(|col| (row, col)), Some(i), None));
         let poles_v = [(0, 0), (cols - 1, nets.degrees.1)]
             .map(|(col, j)| is_pole(&nets, small, (0..rows).map(|row| (row, col)), None, Some(j)));
-        Ok(Self { nets, u, v, closed, poles_u, poles_v })
+        Self { nets, u, v, closed, poles_u, poles_v }
     }
 
     /// How many blocks there are along u and v.

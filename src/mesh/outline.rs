@@ -3,9 +3,10 @@
 //! A piece is a rectangle of the parameters. On its sides stand, besides its own four corners, the
 //! corners of its neighbours: with all of them in its triangles no vertex is left on an edge.
 
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+
 use glam::{DVec2, DVec3};
 
-use super::bernstein::UNIT;
 use super::certify::{Corner, Face};
 
 /// How the surface bends over the unit square of a net: the second derivatives of its height above
@@ -19,6 +20,7 @@ pub(super) struct Bending {
 
 impl Bending {
     /// Of a net of degrees p and q: the mean of its second differences.
+    #[inline(always)]
     pub(super) fn of(points: &[DVec3], (p, q): (usize, usize)) -> Self {
         let width = q + 1;
         let row = |i: usize| &points[i * width..][..width];
@@ -40,12 +42,14 @@ impl Bending {
     }
 
     /// About how far the surface leaves two triangles over the unit square.
+    #[inline(always)]
     pub(super) fn sag_of_square(&self) -> f64 {
         let diagonal = self.sag(DVec2::ONE).min(self.sag(DVec2::new(1.0, -1.0)));
         diagonal.max(self.sag(DVec2::X)).max(self.sag(DVec2::Y))
     }
 
     /// About how far the surface leaves the chord over this step, in the unit square, at most.
+    #[inline(always)]
     fn sag(&self, step: DVec2) -> f64 {
         let Self { uu, uv, vv } = self;
         (uu * step.x * step.x + 2.0 * uv * step.x * step.y + vv * step.y * step.y).abs() / 8.0
@@ -75,16 +79,21 @@ impl Zip {
         (self.bits >> STEPS) as usize
     }
 
-    /// The best cut of an outline, counter-clockwise in the parameters from the corner (0, 0): of
-    /// each new edge the one that the surface bends less over, against `tolerance`, and that is
-    /// shorter, against the outline.
-    pub(super) fn best(corners: &[Corner], bending: Bending, tolerance: f64) -> Self {
+    /// The best cut of an outline that has the piece's own corners at these places,
+    /// counter-clockwise in the parameters from the corner (0, 0): of each new edge the one that the
+    /// surface bends less over, against `tolerance`, and that is shorter, against the outline.
+    #[inline(always)]
+    pub(super) fn best(
+        corners: &[Corner],
+        ends: [usize; 4],
+        bending: Bending,
+        tolerance: f64,
+    ) -> Self {
         let extent = diameter(corners).max(f64::MIN_POSITIVE);
         let cost = |i: usize, j: usize| {
             let (a, b) = (corners[i], corners[j]);
             bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
         };
-        let ends = UNIT.map(|at| corners.iter().position(|corner| corner.at == at).unwrap_or(0));
         let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
         let (mut steps, mut bit) = (u32::from(second), 1);
         let choose = |right: (usize, usize), left: (usize, usize)| {
@@ -100,6 +109,7 @@ impl Zip {
 
     /// Appends the triangles of the cut of an outline that has the piece's own corners at these
     /// places.
+    #[inline(always)]
     pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
         let mut steps = self.bits >> 1;
         let choose = |_, _| {
@@ -113,6 +123,7 @@ impl Zip {
 
 /// Runs along the chains. Where both may go on, `choose` says which: it gets the ends of both
 /// possible steps, (here, there) on the chain that runs with the outline and on the other one.
+#[inline(always)]
 fn zip(
     ends: [usize; 4],
     count: usize,
@@ -141,6 +152,7 @@ fn zip(
     push([right, to, left]);
 }
 
+#[inline(always)]
 fn diameter(corners: &[Corner]) -> f64 {
     let first = corners[0].point;
     let grow = |(low, high): (DVec3, DVec3), c: &Corner| (low.min(c.point), high.max(c.point));
@@ -150,6 +162,7 @@ fn diameter(corners: &[Corner]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::bernstein::UNIT;
     use super::*;
 
     fn outline(places: &[(f64, f64)]) -> Vec<Corner> {
@@ -191,8 +204,8 @@ mod tests {
                 [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)]
             {
                 let mut faces = vec![];
-                let cut = Zip::best(&corners, Bending { uu, uv, vv }, 0.01);
                 let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+                let cut = Zip::best(&corners, ends, Bending { uu, uv, vv }, 0.01);
                 cut.faces(ends, &mut faces);
                 assert_eq!(faces.len(), corners.len() - 2);
                 let area = |face: &Face| {

@@ -159,6 +159,8 @@ impl PatchRow {
 
 /// Splits curves of this degree, whose control points follow one another by `stride` from each of
 /// `starts`, at their middle: `first` is turned into the first halves, `second` into the second.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
 pub(crate) fn halve(
     first: &mut [DVec4],
     second: &mut [DVec4],

@@ -1,13 +1,13 @@
 //! The Bézier nets of a surface over a grid of its parameters, side by side in one array.
 
-use glam::DVec4;
+#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
-use super::basis::Row;
-use super::direction::{Direction, transpose};
-use super::strip::Strip;
+use glam::DVec4;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::basis::MAX_ORDER;
+use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
-use crate::error::Result;
-use crate::progress::Listen;
 
 /// A surface cut along its knots, and wherever else it was asked for, into Bézier patches.
 #[derive(Clone, Debug)]
@@ -24,32 +24,25 @@ pub(crate) struct PatchNets {
 }
 
 impl PatchNets {
-    /// Cuts a surface at its knots and at these sorted parameters inside its domain.
-    pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Result<Self> {
-        let listen = &mut || Ok(());
-        let along_u = cut(surface.strip(Direction::U, listen)?, more_u, listen)?;
-        let (knots, rows) = (surface.knots_v().clone(), along_u.rows());
-        let points = transpose(&along_u.points, along_u.width, listen)?;
-        let along_v = cut(Strip { knots, points, width: rows }, more_v, listen)?;
-        Ok(Self {
-            u: along_u.knots.breaks(),
-            v: along_v.knots.breaks(),
-            degrees: (along_u.knots.degree(), along_v.knots.degree()),
-            points: along_v.points,
-            rows,
-        })
+    /// Cuts a surface at its knots and at these parameters inside its domain.
+    pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Self {
+        let u = Cuts::new(surface.knots_u(), more_u);
+        let v = Cuts::new(surface.knots_v(), more_v);
+        let rows = u.firsts.len();
+        let points = Arch::new().dispatch(Extraction { surface, u: &u, v: &v });
+        Self { u: u.breaks, v: v.breaks, degrees: (u.order - 1, v.order - 1), points, rows }
     }
 
-    /// The homogeneous point of a patch where its Bernstein polynomials in u and v have these values.
-    pub(crate) fn point(&self, (row, col): (usize, usize), (u, v): (&Row, &Row)) -> DVec4 {
-        let (p, q) = self.degrees;
+    /// The homogeneous point that is the sum of these shares of control points: in each column from
+    /// the second start on, of those from the first start on.
+    pub(crate) fn point(
+        &self,
+        (from_u, u): (usize, &[f64]),
+        (from_v, v): (usize, &[f64]),
+    ) -> DVec4 {
         let mut point = DVec4::ZERO;
-        for (j, share) in v[..=q].iter().enumerate() {
-            // Of what lies on a border, one column is enough.
-            if *share == 0.0 {
-                continue;
-            }
-            let column = &self.points[(col * q + j) * self.rows + row * p..][..=p];
+        for (j, share) in v.iter().enumerate() {
+            let column = &self.points[(from_v + j) * self.rows + from_u..][..u.len()];
             let mut inner = DVec4::ZERO;
             for (h, share) in column.iter().zip(u) {
                 inner += *share * *h;
@@ -68,22 +61,145 @@ impl PatchNets {
     }
 }
 
-/// Bézier curves, cut at their knots and at these parameters.
-fn cut(strip: Strip, more: &[f64], listen: &mut Listen<'_>) -> Result<Strip> {
-    let strip = if more.is_empty() { strip } else { strip.refined(more, listen)? };
-    strip.bezier(listen)
+/// How the control points of Bézier curves, one behind the other, follow from those of a spline.
+struct Cuts {
+    /// The parameters where the curves begin and end.
+    breaks: Vec<f64>,
+    order: usize,
+    /// The first control point that each takes something of.
+    firsts: Vec<usize>,
+    /// How much each takes of that and the next ones, as many as the order.
+    shares: Vec<f64>,
+}
+
+impl Cuts {
+    fn new(knots: &KnotVector, more: &[f64]) -> Self {
+        let (degree, mut breaks) = (knots.degree(), knots.breaks());
+        if !more.is_empty() {
+            breaks.extend_from_slice(more);
+            breaks.sort_unstable_by(f64::total_cmp);
+            breaks.dedup();
+        }
+        let count = (breaks.len() - 1) * degree + 1;
+        let mut firsts = Vec::with_capacity(count);
+        let mut shares = Vec::with_capacity(count * (degree + 1));
+        for (index, ends) in breaks.windows(2).enumerate() {
+            let span = knots.span(ends[0]);
+            // The last point of a curve is the first one of the next.
+            let end = if index + 2 == breaks.len() { degree } else { degree - 1 };
+            for k in 0..=end {
+                firsts.push(span - degree);
+                let row = blossom(knots, span, (ends[0], ends[1]), k);
+                shares.extend_from_slice(&row[..=degree]);
+            }
+        }
+        Self { breaks, order: degree + 1, firsts, shares }
+    }
+
+    /// The first control point, and how much of each from there on, of each.
+    fn iter(&self) -> impl Iterator<Item = (usize, &[f64])> {
+        self.firsts.iter().copied().zip(self.shares.chunks_exact(self.order))
+    }
+}
+
+/// How much the k-th control point over a part of a span takes of those of the span: the blossom at
+/// the part's start, and k times at its end (L. Ramshaw, *Blossoms are polar forms*, 1989). That is
+/// de Boor's algorithm from its result to what it begins with; all shares are positive.
+fn blossom(knots: &KnotVector, span: usize, (from, to): (f64, f64), k: usize) -> [f64; MAX_ORDER] {
+    let (degree, t) = (knots.degree(), knots.as_slice());
+    let mut shares = [0.0; MAX_ORDER];
+    shares[degree] = 1.0;
+    for level in (1..=degree).rev() {
+        let x = if level > k { from } else { to };
+        for j in level..=degree {
+            let start = t[span - degree + j];
+            let share = (x - start) / (t[span + 1 + j - level] - start);
+            let value = shares[j];
+            shares[j - 1] += (1.0 - share) * value;
+            shares[j] = share * value;
+        }
+    }
+    shares
+}
+
+/// Control points of patches, column by column.
+struct Extraction<'a> {
+    surface: &'a NurbsSurface,
+    u: &'a Cuts,
+    v: &'a Cuts,
+}
+
+/// A homogeneous point as an array, in a form that the compiler vectorizes.
+type Lanes = [f64; 4];
+
+impl WithSimd for Extraction<'_> {
+    type Output = Vec<DVec4>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<DVec4> {
+        let Self { surface, u, v } = self;
+        let net: &[Lanes] = bytemuck::cast_slice(surface.homogeneous());
+        let (cols, rows) = (surface.shape().1, u.firsts.len());
+        let mut along_u = Vec::with_capacity(cols * rows);
+        for col in 0..cols {
+            along_u.extend(u.iter().map(|(first, shares)| {
+                let mut sum = [0.0; 4];
+                let column = net[first * cols + col..].iter().step_by(cols);
+                for (share, point) in shares.iter().zip(column) {
+                    (0..4).for_each(|axis| sum[axis] += share * point[axis]);
+                }
+                sum
+            }));
+        }
+        let along_u: &[f64] = bytemuck::cast_slice::<Lanes, f64>(&along_u);
+        let mut points = vec![DVec4::ZERO; v.firsts.len() * rows];
+        for (column, (first, shares)) in points.chunks_exact_mut(rows).zip(v.iter()) {
+            let column: &mut [f64] = bytemuck::cast_slice_mut(column);
+            let from = along_u[4 * first * rows..].chunks_exact(4 * rows);
+            for (share, from) in shares.iter().zip(from) {
+                column.iter_mut().zip(from).for_each(|(sum, x)| *sum += share * x);
+            }
+        }
+        points
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
+    use super::super::bezier::bernstein;
     use super::*;
+
+    #[test]
+    fn patches_are_the_surface() {
+        let point = |k: usize| {
+            let k = k as f64;
+            DVec3::new((1.3 * k).sin(), (2.9 * k).cos(), (0.7 * k * k).sin())
+        };
+        let weights = (0..35).map(|k| 1.5 + (3.1 * f64::from(k)).sin()).collect();
+        // Neither clamped nor uniform, with a knot of the degree's multiplicity.
+        let u = KnotVector::new(2, vec![0.0, 0.2, 0.5, 1.0, 1.0, 1.7, 2.0, 3.0]).unwrap();
+        let v = KnotVector::new(3, vec![-1.0, 0.0, 0.5, 0.6, 1.0, 1.0, 3.0, 4.0, 4.0, 4.0, 4.0]);
+        let net = (0..35).map(point).collect();
+        let surface = NurbsSurface::new(net, Some(weights), u, v.unwrap()).unwrap();
+        let nets = PatchNets::new(&surface, &[0.7, 1.6], &[2.0]);
+        let middle = |degree| bernstein(degree, 0.3)[0];
+        let (rows, cols) = (middle(2), middle(3));
+        for (i, ends_u) in nets.u.windows(2).enumerate() {
+            for (j, ends_v) in nets.v.windows(2).enumerate() {
+                let inside = nets.point((2 * i, &rows[..3]), (3 * j, &cols[..4])).project();
+                let at = |ends: &[f64]| ends[0] + 0.3 * (ends[1] - ends[0]);
+                assert!(inside.distance(surface.point(at(ends_u), at(ends_v))) < 1e-14);
+            }
+        }
+        assert_eq!((nets.u.len(), nets.v.len()), (5, 5));
+    }
 
     #[test]
     fn patches_begin_and_end_on_the_surface() {
         let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap();
-        let nets = PatchNets::new(&torus, &[0.1], &[0.6, 0.7]).unwrap();
+        let nets = PatchNets::new(&torus, &[0.1], &[0.6, 0.7]);
         assert_eq!((nets.u.len(), nets.v.len(), nets.degrees), (6, 7, (2, 2)));
         for (i, ends_u) in nets.u.windows(2).enumerate() {
             for (j, ends_v) in nets.v.windows(2).enumerate() {

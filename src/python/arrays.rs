@@ -11,7 +11,7 @@ use numpy::{
     PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::sync::PyOnceLock;
 
 use super::errors::{NeurbsError, is_about_input};
 
@@ -125,8 +125,9 @@ pub(super) fn empty<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArray<T, D>>> {
+    static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let shape = pyo3::types::PyTuple::new(py, shape)?;
-    let array = py.import("numpy")?.call_method1("empty", (shape, T::get_dtype(py)))?;
+    let array = EMPTY.import(py, "numpy", "empty")?.call1((shape, T::get_dtype(py)))?;
     Ok(array.cast_into()?)
 }
 
@@ -233,9 +234,7 @@ pub(super) fn constant<T: Element + Copy, D: Dimension>(
 pub(super) fn freeze<T: Element, D: Dimension>(
     array: &Bound<'_, PyArray<T, D>>,
 ) -> PyResult<Py<PyArray<T, D>>> {
-    let flags = PyDict::new(array.py());
-    flags.set_item("write", false)?;
-    array.call_method("setflags", (), Some(&flags))?;
+    writable(array)?.make_nonwriteable();
     Ok(array.clone().unbind())
 }
 
