@@ -24,10 +24,10 @@ const FEW_OUTLIERS: f64 = 0.01;
 
 /// How much more fairness than cross-validation has found is tried, one after the other, where a
 /// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
-/// no use in any. The first are left out where a fit takes long and hardly ever has too much of it,
-/// because it is relaxed: for all but heights.
+/// no use in any. The first are tried last where a fit takes long and hardly ever has too much of
+/// it, because it is relaxed: for all but heights.
 const FLATTENINGS: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
-const LEFT_OUT: usize = 2;
+const TRIED_LAST: usize = 2;
 
 /// The kind of surface that is fitted.
 #[derive(Clone, Copy)]
@@ -167,8 +167,11 @@ impl Job<'_> {
         }
         let net = self.different(&fit.surface);
         let (mut flat, mut fewest) = (None, flaws.count());
-        let left_out = if self.shape.up.is_some() { 0 } else { LEFT_OUT };
-        for flattening in &FLATTENINGS[left_out..] {
+        let mut flattenings = FLATTENINGS;
+        if self.shape.up.is_none() {
+            flattenings.rotate_left(TRIED_LAST);
+        }
+        for flattening in flattenings {
             if fewest == 0 {
                 break;
             }
