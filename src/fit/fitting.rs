@@ -35,7 +35,7 @@ const FIRST_FAIRNESS: f64 = 1.0;
 
 /// Least weight of the fairness: enough to hold control points that no point holds; and what few
 /// points get, which cannot tell.
-const LEAST_FAIRNESS: f64 = 1e-4;
+pub(super) const LEAST_FAIRNESS: f64 = 1e-4;
 const FAIRNESS_OF_FEW: f64 = 0.01;
 
 /// Least weight of the fairness at the first solution on a domain that was bent.
@@ -81,6 +81,26 @@ pub(super) struct Pace {
     pub(super) left_of_fairness: f64,
 }
 
+/// Control points that are held to places, in the order of solution.
+pub(super) struct Held<'a> {
+    pub(super) places: Vec<DVec3>,
+    /// How strongly, beside what the points say of one on average; 0 leaves it free.
+    pub(super) weights: &'a [f64],
+}
+
+impl Held<'_> {
+    /// Adds the squared distances from the places; `unit` is what the points say on average.
+    fn add_to(&self, matrix: &mut Band, right: &mut [[f64; 3]], unit: f64) {
+        let held = self.places.iter().zip(self.weights).enumerate();
+        for (at, (place, weight)) in held.filter(|(_, (_, weight))| **weight > 0.0) {
+            for (axis, value) in place.to_array().into_iter().enumerate() {
+                matrix.add(3 * at + axis, 3 * at + axis, weight * unit);
+                right[at][axis] += weight * unit * value;
+            }
+        }
+    }
+}
+
 /// A fit in progress.
 pub(super) struct Fitting<'a> {
     pub(super) points: &'a [DVec3],
@@ -93,12 +113,12 @@ pub(super) struct Fitting<'a> {
     /// What cross-validation has found last.
     pub(super) score: Option<cross_validation::Score>,
     /// The weight that falls from solution to solution.
-    falling: f64,
-    iterations: usize,
+    pub(super) falling: f64,
+    pub(super) iterations: usize,
     total: usize,
     /// Root of the mean square of the distances, when they were found last.
     error: Option<f64>,
-    observer: &'a mut dyn Observer,
+    pub(super) observer: &'a mut dyn Observer,
 }
 
 impl<'a> Fitting<'a> {
@@ -155,7 +175,7 @@ impl<'a> Fitting<'a> {
         self.fixed.or(self.score.map(|score| score.fairness)).unwrap_or(LEAST_FAIRNESS)
     }
 
-    fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Band {
+    pub(super) fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Band {
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
         let few = self.points.len() < FEW * space.unknowns();
         let order = if few { ORDER_OF_FEW } else { ORDER };
@@ -170,7 +190,7 @@ impl<'a> Fitting<'a> {
     }
 
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
-    fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
+    pub(super) fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
         let sample = |(place, index): (usize, usize)| {
             let (point, weight) = (self.points[index], self.weight(index));
             let Some(foot) = feet.map(|feet| feet[place]) else {
@@ -309,14 +329,29 @@ impl<'a> Fitting<'a> {
     fn solve_tangents(
         &mut self,
         space: &SplineSpace,
-        NormalEquations { mut matrix, right }: NormalEquations,
+        equations: NormalEquations,
         energy: &Band,
         along_axes: &[(usize, f64)],
+    ) -> Result<NurbsSurface> {
+        self.solve_held(space, equations, energy, along_axes, None)
+    }
+
+    /// Solves for tangent distances, while control points are held.
+    pub(super) fn solve_held(
+        &mut self,
+        space: &SplineSpace,
+        NormalEquations { mut matrix, mut right }: NormalEquations,
+        energy: &Band,
+        along_axes: &[(usize, f64)],
+        held: Option<&Held<'_>>,
     ) -> Result<NurbsSurface> {
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
         (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
+        if let Some(held) = held {
+            held.add_to(&mut matrix, &mut right, said / size as f64);
+        }
         self.factor(&mut matrix, space)?;
         let mut net: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
         matrix.solve(&mut net);

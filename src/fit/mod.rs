@@ -20,6 +20,7 @@ mod normal_equations;
 mod patches;
 mod rational;
 mod refine;
+mod relaxation;
 mod robust;
 mod space;
 
@@ -35,6 +36,7 @@ pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 pub(crate) use self::height::{cosines, fit_heights_with};
 use self::normal_equations::{NormalEquations, Sample};
 pub use self::rational::rational;
+pub(crate) use self::relaxation::{Flat, relaxed};
 pub use self::robust::biweights;
 pub(crate) use self::robust::{biweight, reach};
 use self::space::SplineSpace;

@@ -4,7 +4,7 @@ use super::band::Band;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Splines over two knot vectors. Rows and columns that a closed direction repeats are unknown
 /// only once.
@@ -83,6 +83,22 @@ impl SplineSpace {
     pub(super) fn places(&self) -> Vec<usize> {
         let [rows, cols] = [0, 1].map(|d| self.knots[d].control_points());
         (0..rows * cols).map(|at| self.place(at / cols, at % cols)).collect()
+    }
+
+    /// The places of the control points that a place on the surface touches.
+    pub(super) fn touched_at(&self, uv: DVec2) -> impl Iterator<Item = usize> + '_ {
+        let [p, q] = [0, 1].map(|d| self.knots[d].degree());
+        let [row, col] = [0, 1].map(|d| self.knots[d].span(uv[d]) - self.knots[d].degree());
+        (row..=row + p).flat_map(move |i| (col..=col + q).map(move |j| self.place(i, j)))
+    }
+
+    /// The control points of a surface of this space, in the order of solution.
+    pub(super) fn unknown_points(&self, surface: &NurbsSurface) -> Vec<DVec3> {
+        let mut points = vec![DVec3::ZERO; self.unknowns()];
+        for (place, point) in self.places().into_iter().zip(surface.control_points()) {
+            points[place] = *point;
+        }
+        points
     }
 
     /// The surface with these control points, in the order of solution.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use glam::DVec3;
 
-use super::samples::Samples;
+use super::samples::{Flaw, Samples};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::{KdTree, Neighbor, Plane};
@@ -62,6 +62,21 @@ pub fn fold_over(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<Option<FoldOver>> {
+    Ok(FoldOver::of(&folds(surface, points, observer)?))
+}
+
+impl FoldOver {
+    pub(crate) fn of(folds: &[Flaw]) -> Option<Self> {
+        folds.first().map(|first| Self { count: folds.len(), place: first.place })
+    }
+}
+
+/// The first of each pair of neighbouring samples that [`fold_over`] counts.
+pub(crate) fn folds(
+    surface: &NurbsSurface,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Vec<Flaw>> {
     let samples = Samples::of(surface, observer)?;
     let (rows, cols) = (samples.rows, samples.cols);
     let right = (0..rows * cols).filter(|at| at % cols + 1 < cols).map(|at| (at, at + 1));
@@ -69,16 +84,14 @@ pub fn fold_over(
     let flips = |&(a, b): &(usize, usize)| samples.normals[a].dot(samples.normals[b]) < 0.0;
     let folded: Vec<usize> = right.chain(below).filter(flips).map(|(a, _)| a).collect();
     if folded.is_empty() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let tree = KdTree::new(points);
-    let smooth = |at: &&usize| {
-        let near = tree.nearest(samples.places[**at], AROUND);
+    let smooth = |at: &usize| {
+        let near = tree.nearest(samples.places[*at], AROUND);
         let around = near.iter().map(|n: &Neighbor| points[n.index as usize]);
         let [_, second, third] = Plane::of(around).deviations;
         third < CREASED * second
     };
-    let wrong: Vec<&usize> = folded.iter().filter(smooth).collect();
-    let first = wrong.first().map(|&&at| samples.places[at]);
-    Ok(first.map(|place| FoldOver { count: wrong.len(), place }))
+    Ok(folded.into_iter().filter(smooth).map(|at| samples.flaw(at)).collect())
 }

@@ -8,7 +8,9 @@ mod samples;
 mod units;
 
 pub use self::excursion::{Excursion, excursion};
+pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
 pub use self::layers::{DoubleLayer, double_layer};
+pub(crate) use self::overshoot::runaways;
 pub use self::overshoot::{Overshoot, overshoot};
 pub use self::units::{UnevenExtents, uneven_extents};

@@ -5,7 +5,7 @@ use std::fmt;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::samples::Samples;
+use super::samples::{Flaw, Samples};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::{Bounds, KdTree, Neighbor};
@@ -76,6 +76,29 @@ pub fn overshoot(
     closed: (bool, bool),
     observer: &mut dyn Observer,
 ) -> Result<Option<Overshoot>> {
+    Ok(Overshoot::of(&runaways(surface, points, uv, closed, observer)?))
+}
+
+impl Overshoot {
+    /// Of runaways.
+    pub(crate) fn of(runaways: &[(f64, Flaw)]) -> Option<Self> {
+        let farthest = runaways.iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        farthest.map(|&(distance, Flaw { place, .. })| Self {
+            count: runaways.len(),
+            distance,
+            place,
+        })
+    }
+}
+
+/// The samples that [`overshoot`] counts, and their distances from the nearest points.
+pub(crate) fn runaways(
+    surface: &NurbsSurface,
+    points: &[DVec3],
+    uv: &[DVec2],
+    closed: (bool, bool),
+    observer: &mut dyn Observer,
+) -> Result<Vec<(f64, Flaw)>> {
     let samples = Samples::of(surface, observer)?;
     let slack = SLACK * Bounds::of(points).diagonal();
     let feet = Feet::of(surface, &samples, uv, closed);
@@ -85,7 +108,7 @@ pub fn overshoot(
     };
     let far: Vec<usize> = feet.unsupported(near);
     if far.is_empty() {
-        return Ok(None);
+        return Ok(Vec::new());
     }
     let places = feet.repeated();
     let (tree, ways) = (KdTree::new(points), KdTree::new(&places));
@@ -93,11 +116,10 @@ pub fn overshoot(
     let beyond = |&place: &usize| {
         let (at, foot) = (samples.places[place], feet.of_sample(place));
         let found = distance(&tree, at)?;
-        (found > slack + STEEPEST * distance(&ways, foot)?).then_some((found, at))
+        let too_far = found > slack + STEEPEST * distance(&ways, foot)?;
+        too_far.then(|| (found, samples.flaw(place)))
     };
-    let wrong: Vec<(f64, DVec3)> = far.par_iter().filter_map(beyond).collect();
-    let farthest = wrong.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(farthest.map(|(distance, place)| Overshoot { count: wrong.len(), distance, place }))
+    Ok(far.par_iter().filter_map(beyond).collect())
 }
 
 /// The feet of points among the samples of a surface.

@@ -16,8 +16,16 @@ const MOST: usize = 400;
 pub(super) struct Samples {
     pub(super) rows: usize,
     pub(super) cols: usize,
+    pub(super) uv: Vec<DVec2>,
     pub(super) places: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
+}
+
+/// A place on a surface where something is wrong.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Flaw {
+    pub(crate) uv: DVec2,
+    pub(crate) place: DVec3,
 }
 
 impl Samples {
@@ -29,7 +37,11 @@ impl Samples {
         let mut normals = places.clone();
         surface.evaluate(&uv, &mut places, Outside::Refuse, observer)?;
         surface.normals(&uv, &mut normals, Outside::Refuse, observer)?;
-        Ok(Self { rows: u.len(), cols: v.len(), places, normals })
+        Ok(Self { rows: u.len(), cols: v.len(), uv, places, normals })
+    }
+
+    pub(super) fn flaw(&self, sample: usize) -> Flaw {
+        Flaw { uv: self.uv[sample], place: self.places[sample] }
     }
 
     /// Area of the surface around each sample, roughly: half of the four triangles that have a

@@ -1,8 +1,11 @@
 //! What is wrong with a surface, whatever its distance from the points.
 
-use super::job::{Fit, Job};
+use glam::DVec2;
+
+use super::job::Job;
 use crate::error::Result;
-use crate::inspection::{FoldOver, Overshoot, fold_over, overshoot};
+use crate::inspection::{FoldOver, Overshoot, folds, runaways};
+use crate::nurbs::NurbsSurface;
 use crate::point_cloud::Normalization;
 use crate::progress::Observer;
 
@@ -10,24 +13,36 @@ use crate::progress::Observer;
 pub(super) struct Flaws {
     fold: Option<FoldOver>,
     overshoot: Option<Overshoot>,
+    /// Where on the surface.
+    pub(super) places: Vec<DVec2>,
 }
 
 impl Flaws {
-    pub(super) fn of(fit: &Fit, job: &Job<'_>, observer: &mut dyn Observer) -> Result<Self> {
+    /// Of a surface on which the job's points have their feet there.
+    pub(super) fn of(
+        surface: &NurbsSurface,
+        uv: &[DVec2],
+        job: &Job<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         let counts = |i: &usize| job.weight(*i) > 0.0;
         let counted: Vec<usize> = (0..job.points.len()).filter(counts).collect();
         let points: Vec<_> = counted.iter().map(|&i| job.points[i]).collect();
-        let uv: Vec<_> = counted.iter().map(|&i| fit.uv[i]).collect();
+        let uv: Vec<_> = counted.iter().map(|&i| uv[i]).collect();
         let closed = job.shape.closed().closed();
+        let folds = folds(surface, &points, observer)?;
+        let runaways = runaways(surface, &points, &uv, closed, observer)?;
+        let runaway_places = runaways.iter().map(|(_, flaw)| flaw.uv);
         Ok(Self {
-            fold: fold_over(&fit.surface, &points, observer)?,
-            overshoot: overshoot(&fit.surface, &points, &uv, closed, observer)?,
+            fold: FoldOver::of(&folds),
+            overshoot: Overshoot::of(&runaways),
+            places: folds.iter().map(|flaw| flaw.uv).chain(runaway_places).collect(),
         })
     }
 
     /// At how many places.
     pub(super) fn count(&self) -> usize {
-        self.fold.map_or(0, |fold| fold.count) + self.overshoot.map_or(0, |found| found.count)
+        self.places.len()
     }
 
     /// In words, in the points' own frame.

@@ -6,7 +6,7 @@ use super::feet::feet;
 use super::flaws::Flaws;
 use super::{ReconstructOptions, heights, robust};
 use crate::error::Result;
-use crate::fit::{self, ApproximateOptions, EndedBy, Growth, approximate};
+use crate::fit::{self, ApproximateOptions, Approximation, EndedBy, Flat, Growth, approximate};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som;
@@ -22,10 +22,12 @@ const ROBUST_FITS: usize = 2;
 /// them: more may have led it astray.
 const FEW_OUTLIERS: f64 = 0.01;
 
-/// Fits with more fairness than cross-validation has found, at most, and how much more each time:
-/// where a net cannot follow what bends more than it can, cross-validation sees no use in any.
-const FLATTENINGS: usize = 5;
-const FLATTER: f64 = 10.0;
+/// How much more fairness than cross-validation has found is tried, one after the other, where a
+/// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
+/// no use in any. The first are tried last where a fit takes long and hardly ever has too much of
+/// it, because it is relaxed: for all but heights.
+const FLATTENINGS: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
+const TRIED_LAST: usize = 2;
 
 /// The kind of surface that is fitted.
 #[derive(Clone, Copy)]
@@ -80,6 +82,13 @@ pub(super) struct Fit {
     pub(super) ended_by: EndedBy,
 }
 
+impl From<Approximation> for Fit {
+    fn from(found: Approximation) -> Self {
+        let Approximation { surface, uv, distances, fairness, iterations, ended_by, .. } = found;
+        Self { surface, uv, distances, fairness, iterations, ended_by }
+    }
+}
+
 impl Job<'_> {
     pub(super) fn weight(&self, index: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| weights[index])
@@ -112,7 +121,7 @@ impl Job<'_> {
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
         if self.options.rational {
             fit = self.with_free_weights(fit, net, growth, observer)?;
-            flaws = Flaws::of(&fit, self, observer)?;
+            flaws = self.flaws(&fit, observer)?;
         }
         Ok((fit, flaws))
     }
@@ -140,50 +149,69 @@ impl Job<'_> {
         };
         let found =
             approximate(self.points, &self.uv, self.weights.as_deref(), &options, observer)?;
-        Ok(Fit {
-            surface: found.surface,
-            uv: found.uv,
-            distances: found.distances,
-            fairness: found.fairness,
-            iterations: found.iterations,
-            ended_by: found.ended_by,
-        })
+        Ok(found.into())
     }
 
     /// The fit with more fairness, where it folds over or runs away and the points do not: the least
-    /// that leaves no flaw, or the fewest, and keeps a tolerance that was kept.
+    /// that leaves no flaw, or the fewest, everywhere, then less wherever it makes none. Keeps a
+    /// tolerance that was kept.
     fn flattened(
         &self,
         fit: Fit,
         growth: Option<Growth>,
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
-        let mut fewest = Flaws::of(&fit, self, observer)?;
+        let flaws = self.flaws(&fit, observer)?;
         if self.options.fairness.is_some() {
-            return Ok((fit, fewest));
+            return Ok((fit, flaws));
         }
-        let tolerance = growth.and_then(|growth| growth.tolerance);
-        let mut fairness = fit.fairness;
         let net = self.different(&fit.surface);
-        let mut best = fit;
-        for _ in 0..FLATTENINGS {
-            if fewest.count() == 0 {
-                break;
-            }
-            fairness *= FLATTER;
-            let flatter = self.fit(net, None, Some(fairness), None, observer)?;
-            let kept = |tolerance: f64| self.largest(&flatter.distances) <= tolerance;
-            if best.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
-                break;
-            }
-            let flaws = Flaws::of(&flatter, self, observer)?;
-            if flaws.count() >= fewest.count() {
-                continue;
-            }
-            let iterations = best.iterations + flatter.iterations;
-            (fewest, best) = (flaws, Fit { ended_by: best.ended_by, iterations, ..flatter });
+        let (mut flat, mut fewest) = (None, flaws.count());
+        let mut flattenings = FLATTENINGS;
+        if self.shape.up.is_none() {
+            flattenings.rotate_left(TRIED_LAST);
         }
-        Ok((best, fewest))
+        for flattening in flattenings {
+            if fewest == 0 {
+                break;
+            }
+            let fairness = Some(flattening * fit.fairness);
+            let flatter = self.fit(net, None, fairness, None, observer)?;
+            let left = self.flaws(&flatter, observer)?.count();
+            if left < fewest {
+                (flat, fewest) = (Some(flatter), left);
+            }
+        }
+        let Some(flat) = flat else { return Ok((fit, flaws)) };
+        let found = self.relaxed(&flat, fit.fairness, observer)?;
+        let tolerance = growth.and_then(|growth| growth.tolerance);
+        let kept = |tolerance: f64| self.largest(&found.distances) <= tolerance;
+        if fit.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
+            return Ok((fit, flaws));
+        }
+        let flaws = self.flaws(&found, observer)?;
+        let iterations = fit.iterations + found.iterations;
+        Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
+    }
+
+    fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {
+        Flaws::of(&fit.surface, &fit.uv, self, observer)
+    }
+
+    /// The fit with less fairness, down to `aim`, wherever that makes no flaws.
+    fn relaxed(&self, fit: &Fit, aim: f64, observer: &mut dyn Observer) -> Result<Fit> {
+        let flat = Flat {
+            surface: &fit.surface,
+            uv: &fit.uv,
+            fairness: fit.fairness,
+            closed: self.shape.closed().closed(),
+        };
+        let mut inspect = |surface: &NurbsSurface, uv: &[DVec2], observer: &mut dyn Observer| {
+            Ok(Flaws::of(surface, uv, self, observer)?.places)
+        };
+        let weights = self.weights.as_deref();
+        let found = fit::relaxed(self.points, weights, &flat, aim, &mut inspect, observer)?;
+        Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
     }
 
     /// Rows and columns of the net; in closed directions the different ones.

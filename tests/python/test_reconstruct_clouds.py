@@ -197,6 +197,18 @@ def test_a_surface_that_runs_away_is_told(rng: np.random.Generator) -> None:
     assert overshoot(points, fair) < 0.05
 
 
+def test_only_what_would_fold_stays_stiff(rng: np.random.Generator) -> None:
+    x, y = rng.random((2, 2500))
+    radius = 0.5 + 0.06 * np.sin(12 * np.pi * x)
+    points = np.column_stack([1.5 * x, radius * np.cos(3 * y), radius * np.sin(3 * y)])
+    with pytest.warns(ConvergenceWarning, match="folds over"):
+        neurbs.reconstruct(points, grid=(14, 14), topology="sheet", fairness=1e-4)
+    result = neurbs.reconstruct(points, grid=(14, 14), topology="sheet")
+    assert not result.report.warnings
+    stiff = neurbs.reconstruct(points, grid=(14, 14), topology="sheet", fairness=1.0)
+    assert result.report.rms < 0.8 * stiff.report.rms
+
+
 def test_free_weights_meet_a_cylinder_with_few_control_points(rng: np.random.Generator) -> None:
     angle, z = 2.5 * rng.random(1500), 2 * rng.random(1500)
     points = np.column_stack([np.cos(angle), np.sin(angle), z])

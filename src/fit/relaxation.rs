@@ -1,0 +1,138 @@
+//! Less fairness for a surface that has more of it than its points want, as far as nothing goes
+//! wrong.
+//!
+//! The fairness falls step by step. Where a step makes flaws, it is taken anew from where it began,
+//! while the control points around them are held to their places: the surface stays there what it
+//! was, and comes nearer the points elsewhere.
+
+use glam::{DVec2, DVec3};
+
+use super::approximate::{ApproximateOptions, Approximation};
+use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS, lengths};
+use super::growth::EndedBy;
+use super::normal_equations::NormalEquations;
+use super::space::SplineSpace;
+use crate::error::Result;
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+
+/// A surface near points, all of it with the same fairness.
+pub(crate) struct Flat<'a> {
+    pub(crate) surface: &'a NurbsSurface,
+    /// Where on it each point has its foot.
+    pub(crate) uv: &'a [DVec2],
+    pub(crate) fairness: f64,
+    pub(crate) closed: (bool, bool),
+}
+
+/// Asks for the flaws of a surface on which the points have their feet there: where on it they are.
+pub(crate) type Inspect<'a> =
+    dyn FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> + 'a;
+
+/// Share of the fairness that a step, one solution, leaves. With less of it flaws come in one step
+/// where several would have gone round them.
+const LEFT_OF_FAIRNESS: f64 = 0.5;
+
+/// Steps at most, and those at most that fail one after the other: where more are needed, hardly
+/// anything is left that could move.
+const STEPS_TAKEN: usize = 48;
+const FAILURES: usize = 6;
+
+/// How strongly a control point is held beside what the points say of one on average, when there is
+/// a flaw for the first time, and how many times that each further time.
+const FIRST_HOLD: f64 = 0.1;
+const TIGHTER: f64 = 10.0;
+
+/// With the least fairness steps end when one leaves more than this share of the error.
+const SETTLED: f64 = 0.99;
+
+/// The surface with less fairness, down to `aim` or what holds control points, that has no more
+/// flaws.
+///
+/// # Errors
+///
+/// Those of [`approximate`](super::approximate()), and of `inspect`.
+pub(crate) fn relaxed(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    flat: &Flat<'_>,
+    aim: f64,
+    inspect: &mut Inspect<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Approximation> {
+    let aim = aim.max(LEAST_FAIRNESS);
+    let options = ApproximateOptions {
+        closed: flat.closed,
+        fairness: Some(aim),
+        ..ApproximateOptions::default()
+    };
+    let mut fitting = Fitting::new(points, flat.uv, weights, &options, observer);
+    fitting.falling = flat.fairness;
+    let surface = fitting.relax(flat.surface.clone(), aim, inspect)?;
+    let fairness = fitting.falling;
+    Ok(Approximation { fairness, ..fitting.finish(surface, EndedBy::Grid) })
+}
+
+impl Fitting<'_> {
+    fn relax(
+        &mut self,
+        mut surface: NurbsSurface,
+        aim: f64,
+        inspect: &mut Inspect<'_>,
+    ) -> Result<NurbsSurface> {
+        let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
+        let space = SplineSpace::new(knots, self.closed)?;
+        let energy = self.energy(&space, lengths(&surface));
+        let along_axes = energy.for_each_axis(&space.matrix(3));
+        let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
+        let mut feet = self.correct(&surface, STEPS);
+        let mut error = self.rms(&feet);
+        let mut holds = vec![0.0; space.unknowns()];
+        let (mut reached, mut failures) = (self.falling, 0);
+        for _ in 0..STEPS_TAKEN {
+            let before = self.falling;
+            self.falling = (LEFT_OF_FAIRNESS * before).max(aim);
+            let samples = self.samples(Some(&feet));
+            let equations =
+                NormalEquations::of_tangent_distances(&space, &samples, &mut || Ok(()))?;
+            let held = Held { places: space.unknown_points(&surface), weights: &holds };
+            let next = self.solve_held(&space, equations, &energy, &along_axes, Some(&held))?;
+            self.iterations += 1;
+            let next_feet = self.correct(&next, STEPS);
+            let found = self.rms(&next_feet);
+            let flaws = inspect(&next, &self.uv, self.observer)?;
+            if flaws.len() <= fewest && found <= error {
+                let settled = before <= aim && found > SETTLED * error;
+                (surface, feet, fewest, error) = (next, next_feet, flaws.len(), found);
+                (reached, failures) = (self.falling, 0);
+                if settled {
+                    break;
+                }
+                continue;
+            }
+            self.uv.iter_mut().zip(&feet).for_each(|(uv, foot)| *uv = foot.uv);
+            failures += 1;
+            if failures > FAILURES || flaws.is_empty() && before <= aim {
+                break;
+            }
+            // Without flaws it is the fairness, new to a surface of heights, that moves it away.
+            if !flaws.is_empty() {
+                self.falling = before;
+                hold_around(&flaws, &space, &mut holds);
+            }
+        }
+        self.falling = reached;
+        Ok(surface)
+    }
+}
+
+/// Holds the control points that places on the surface touch, or holds them tighter.
+fn hold_around(places: &[DVec2], space: &SplineSpace, holds: &mut [f64]) {
+    let mut touched: Vec<usize> =
+        places.iter().flat_map(|place| space.touched_at(*place)).collect();
+    touched.sort_unstable();
+    touched.dedup();
+    for at in touched {
+        holds[at] = (TIGHTER * holds[at]).max(FIRST_HOLD);
+    }
+}
