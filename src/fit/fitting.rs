@@ -333,7 +333,7 @@ impl<'a> Fitting<'a> {
         energy: &Band,
         along_axes: &[(usize, f64)],
     ) -> Result<NurbsSurface> {
-        self.solve_held(space, equations, energy, along_axes, None)
+        self.solve_held(space, equations, energy, along_axes, &[])
     }
 
     /// Solves for tangent distances, while control points are held.
@@ -343,13 +343,13 @@ impl<'a> Fitting<'a> {
         NormalEquations { mut matrix, mut right }: NormalEquations,
         energy: &Band,
         along_axes: &[(usize, f64)],
-        held: Option<&Held<'_>>,
+        held: &[&Held<'_>],
     ) -> Result<NurbsSurface> {
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
         (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
-        if let Some(held) = held {
+        for held in held {
             held.add_to(&mut matrix, &mut right, said / size as f64);
         }
         self.factor(&mut matrix, space)?;

@@ -38,8 +38,13 @@ const LEFT_OF_FAIRNESS: f64 = 0.5;
 const STEPS_TAKEN: usize = 48;
 const FAILURES: usize = 6;
 
-/// How strongly a control point is held beside what the points say of one on average, when there is
-/// a flaw for the first time, and how many times that each further time.
+/// How strongly all control points are held to where the flat surface had them, beside what the points
+/// say of one on average: enough for those that no point holds, which else would run away beyond the
+/// border.
+const ANCHOR: f64 = 0.01;
+
+/// How strongly a control point is held to its last place when there is a flaw around it for the
+/// first time, and how many times that each further time.
 const FIRST_HOLD: f64 = 0.1;
 const TIGHTER: f64 = 10.0;
 
@@ -87,6 +92,8 @@ impl Fitting<'_> {
         let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
         let mut feet = self.correct(&surface, STEPS);
         let mut error = self.rms(&feet);
+        let anchors = vec![ANCHOR; space.unknowns()];
+        let anchored = Held { places: space.unknown_points(&surface), weights: &anchors };
         let mut holds = vec![0.0; space.unknowns()];
         let (mut reached, mut failures) = (self.falling, 0);
         for _ in 0..STEPS_TAKEN {
@@ -96,7 +103,8 @@ impl Fitting<'_> {
             let equations =
                 NormalEquations::of_tangent_distances(&space, &samples, &mut || Ok(()))?;
             let held = Held { places: space.unknown_points(&surface), weights: &holds };
-            let next = self.solve_held(&space, equations, &energy, &along_axes, Some(&held))?;
+            let held = [&anchored, &held];
+            let next = self.solve_held(&space, equations, &energy, &along_axes, &held)?;
             self.iterations += 1;
             let next_feet = self.correct(&next, STEPS);
             let found = self.rms(&next_feet);
