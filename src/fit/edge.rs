@@ -33,7 +33,7 @@ const SUPPLE: Flexibility =
 /// so many control points at either end is higher: drawn in hardly at all, an edge would leave much of
 /// a rounded corner to the surface; drawn in fully, it would bend and cut off places beside the corner.
 const SPARSEST: f64 = 0.02;
-const SPARSEST_AT_CORNERS: f64 = 0.75;
+const SPARSEST_AT_CORNERS: f64 = 0.85;
 const CORNER: usize = 2;
 
 /// How far a surface goes beyond an edge: so many spacings of the points, and standard deviations of

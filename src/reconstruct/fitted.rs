@@ -14,7 +14,7 @@ use crate::fit::{EndedBy, Growth, bounded};
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
-use crate::topology::{Kind, Topology, detect, detect_sheet};
+use crate::topology::{Kind, Topology, detect, detect_wanted};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
@@ -149,8 +149,8 @@ fn kind(
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
     match options.topology {
-        Some(Kind::Sheet) => detect_sheet(points, observer),
-        _ => detect(points, observer),
+        Some(wanted) => detect_wanted(points, wanted, observer),
+        None => detect(points, observer),
     }
 }
 
