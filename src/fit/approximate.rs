@@ -27,8 +27,8 @@ pub struct ApproximateOptions {
     /// Weight of the fairness, the energy of third derivatives: 1 gives it as large a say as all
     /// points together. `None`: by generalized cross-validation.
     pub fairness: Option<f64>,
-    /// How far the surface goes on beyond the points at open borders, in mean spacings of the
-    /// points.
+    /// About how far the surface goes on beyond the points at open borders, in mean spacings of the
+    /// points: less where the border is sure, more where it is in doubt.
     pub border: f64,
     /// Solutions with the whole net at most.
     pub iterations: usize,

@@ -49,8 +49,9 @@ pub struct ReconstructOptions<'a> {
     /// Weight of the energy of bending against the points: 1 gives it as large a say as all of
     /// them. `None`: by cross-validation. Of [`Method::Fit`].
     pub fairness: Option<f64>,
-    /// How far the surface goes on beyond the points at open borders, in their mean spacings.
-    /// `None`: half of one. Of [`Method::Fit`].
+    /// About how far the surface goes on beyond the points at open borders, in their mean spacings:
+    /// less where the border is sure, more where it is in doubt. `None`: half of one. Of
+    /// [`Method::Fit`].
     pub border: Option<f64>,
     /// Control points at most, when the net grows. Of [`Method::Fit`].
     pub max_control_points: usize,
