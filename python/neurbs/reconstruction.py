@@ -257,9 +257,9 @@ def reconstruct(
         Weight of the energy of bending: 1 gives it as large a say as all points together. By
         default generalized cross-validation chooses it.
     border : float, optional
-        About how far the surface goes on beyond the points where it is open, in their mean spacings:
-        less where their border is sure, more where it is in doubt or they are sparse; by default
-        0.5. Heights end with the points.
+        About how far the surface goes on beyond the points where it is open, in their mean
+        spacings: less where their border is sure, more where it is in doubt or they are sparse; by
+        default 0.5. Heights end with the points.
     max_control_points : int, default 40000
         Control points at most, when the net grows.
     aspect : {"data", "fixed"}, default "data"

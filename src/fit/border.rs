@@ -66,12 +66,15 @@ pub(super) fn conformed(
         }
         sides[d] = Some((low, high));
     }
+    let margins = [0, 1].map(|d: usize| {
+        let (low, high) = sides[d].as_ref()?;
+        Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d])))
+    });
     for uv in &mut uv {
         let inside = *uv;
-        for (d, side) in sides.iter().enumerate() {
-            let Some((low, high)) = side else { continue };
-            let margin = |edge: &Edge| edge.margin(inside[1 - d], border, spacing[d]);
-            let (low, high) = (margin(low), margin(high));
+        for (d, margins) in margins.iter().enumerate() {
+            let Some(margins) = margins else { continue };
+            let [low, high] = margins.each_ref().map(|margin| margin(inside[1 - d]));
             uv[d] = (inside[d] + low) / (1.0 + low + high);
         }
     }

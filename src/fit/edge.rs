@@ -101,14 +101,14 @@ impl Edge {
         height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.deepest)
     }
 
-    /// How far beyond the edge a surface should go on, for a border of this many spacings.
-    pub(super) fn margin(&self, x: f64, border: f64, spacing: f64) -> f64 {
+    /// How far beyond the edge a surface should go on at each x, for a border of this many spacings.
+    pub(super) fn margin(&self, border: f64, spacing: f64) -> impl Fn(f64) -> f64 {
         let (plain, doubtful) = BEYOND;
         let beyond = |&(deviation, spread): &(f64, f64)| {
             border * spread * (plain * spacing + doubtful * deviation)
         };
         let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
-        height(&margins, &Basis::at(&self.knots, x))
+        move |x| height(&margins, &Basis::at(&self.knots, x))
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
@@ -456,10 +456,10 @@ mod tests {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
         let sure = Edge::under(&level, 0.0, false).unwrap();
-        let margin = |edge: &Edge, x: f64| edge.margin(x, 0.5, spacing) / spacing;
+        let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing)(x) / spacing;
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
-        assert_eq!(sure.margin(0.5, 0.0, spacing), 0.0);
+        assert_eq!(sure.margin(0.0, spacing)(0.5), 0.0);
         // One place of four on the right half, so that spacings there are longer.
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
