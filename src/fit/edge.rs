@@ -170,7 +170,8 @@ impl Edge {
                     let corner = !closed && (i < CORNER || i + CORNER >= control_points);
                     even[i] * if corner { SPARSEST_AT_CORNERS } else { SPARSEST }
                 };
-                let found = sums(low, control_points).into_iter().enumerate();
+                let found =
+                    sums(low.map(|place| &place.basis), control_points).into_iter().enumerate();
                 found.map(|(i, sum)| (sum / ground).max(least(i))).collect()
             }
             None => even.clone(),
@@ -230,10 +231,10 @@ fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
     terms.map(|(i, value)| value * heights[at(basis.first + i)]).sum()
 }
 
-/// The places' basis functions added up.
-fn sums<'a>(places: impl Iterator<Item = &'a Place>, control_points: usize) -> Vec<f64> {
+/// Basis functions of some places added up; closed curves repeat them.
+fn sums<'a>(bases: impl IntoIterator<Item = &'a Basis<4>>, control_points: usize) -> Vec<f64> {
     let mut sums = vec![0.0; control_points];
-    for Place { basis, .. } in places {
+    for basis in bases {
         for (i, value) in basis.values.iter().enumerate() {
             sums[(basis.first + i) % control_points] += value;
         }
@@ -348,11 +349,7 @@ impl Search {
             return vec![0.0; size];
         };
         let deviation = |x: f64| {
-            let basis = Basis::<4>::at(knots, x.clamp(0.0, 1.0));
-            let mut values = vec![0.0; size];
-            for (i, value) in basis.values.iter().enumerate() {
-                values[(basis.first + i) % size] += value;
-            }
+            let values = sums([&Basis::at(knots, x.clamp(0.0, 1.0))], size);
             let variance: f64 = factor.solve(&values).iter().zip(&values).map(|(a, b)| a * b).sum();
             variance.sqrt()
         };

@@ -305,7 +305,7 @@ fn corners(line: &[DVec2]) -> [usize; 4] {
     let parts = |from: usize, to: usize| {
         let inner = (to - from).saturating_sub(2 * TURN);
         let before = |part: usize| turned[from + TURN + inner * part / PARTS];
-        [0, 1, 2].map(|part| before(part + 1) - before(part))
+        std::array::from_fn::<_, PARTS, _>(|part| before(part + 1) - before(part))
     };
     let bent = turns.iter().any(|turn| *turn < -INWARDS);
     let unlike = |side: [f64; PARTS], across: [f64; PARTS]| {
