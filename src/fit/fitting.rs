@@ -10,6 +10,7 @@ use super::cross_validation;
 use super::fairness;
 use super::growth::EndedBy;
 use super::normal_equations::{NormalEquations, Sample};
+use super::outline::Outline;
 use super::patches::Patches;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
@@ -268,9 +269,18 @@ impl<'a> Fitting<'a> {
         let feet = self.correct(&surface, STEPS);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&feet);
-        let notched;
-        (self.uv, notched) =
-            conformed(&self.uv, self.closed, noise / size, border, spacing / size)?;
+        let outline = if self.closed == [false, false] {
+            Outline::around(&self.uv, &surface, size, noise, border)?
+        } else {
+            None
+        };
+        let mut notched = false;
+        if let Some(outline) = outline {
+            self.uv = outline.squared(&self.uv);
+        } else {
+            (self.uv, notched) =
+                conformed(&self.uv, self.closed, noise / size, border, spacing / size)?;
+        }
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);
         self.falling = self.aim().max(FAIRNESS_OF_BENT);

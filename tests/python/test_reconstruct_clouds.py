@@ -32,6 +32,20 @@ def wave(rng: np.random.Generator, count: int) -> Points:
     return np.column_stack([x, y, 0.3 * np.sin(4 * x) * np.cos(3 * y)])
 
 
+def test_round_sheets_end_at_their_outline(rng: np.random.Generator) -> None:
+    height, angle = rng.uniform(0.1, 1, 2000), rng.uniform(0, 2 * np.pi, 2000)
+    radius = np.sqrt(1 - height**2)
+    cap = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+    result = neurbs.reconstruct(cap, grid=(12, 12), topology="sheet")
+    assert not result.report.warnings
+    side, end = np.linspace(0, 1, 101), np.ones(101)
+    border = [(side, 0 * end), (side, end), (0 * end, side), (end, side)]
+    low = result.surface.evaluate(np.concatenate([np.column_stack(uv) for uv in border]))[:, 2]
+    spacing = np.sqrt(2 * np.pi * 0.9 / 2000)
+    assert np.abs(low - 0.1).max() < 0.5 * spacing
+    assert abs(result.surface.area() / (2 * np.pi * 0.9) - 1) < 0.02
+
+
 def test_gross_outliers_cost_next_to_nothing(rng: np.random.Generator) -> None:
     points = wave(rng, 3000)
     strays = rng.uniform([0, 0, -1], [1, 1, 1], (600, 3))

@@ -1,0 +1,316 @@
+//! How likely it is that places end at a smooth curve.
+
+use super::dense::Dense;
+use crate::error::Result;
+use crate::nurbs::{Basis, KnotVector, gauss};
+
+const DEGREE: usize = 3;
+
+/// What is left of the scale of the blur each time.
+const LEFT_OF_SCALE: f64 = 0.4;
+
+/// Places that a blurred curve is looked for with at most: it only leads towards the last one.
+const BLURRED: usize = 500;
+
+/// Standard deviation of the normal distribution to the scale of the logistic one with the same:
+/// √3 / π.
+const LOGISTIC: f64 = 0.551_328_895_421_792;
+
+/// Scales behind a curve at which a place no longer touches it.
+const UNTOUCHED: f64 = 30.0;
+
+/// Newton's steps for each scale at most, the share of a scale that the last of them moves, and the
+/// times that a step which leads down is shortened.
+const STEPS: usize = 12;
+const SETTLED: f64 = 0.1;
+const SHORTENINGS: usize = 8;
+const SHORTENING: f64 = 0.4;
+
+/// Share of the mean diagonal that holds control points which no place touches.
+const RIDGE: f64 = 1e-6;
+
+/// A place by the basis functions at its x, and its y.
+pub(super) struct Place {
+    pub(super) basis: Basis<4>,
+    pub(super) y: f64,
+}
+
+/// The likelihood of smooth curves, y over x in [0, 1], at which places (x, y) end below.
+///
+/// Places are a Poisson process whose density rises across the curve from 0 to what it is behind,
+/// as the logistic function does. The logarithm of its likelihood, the sum of ln logistic((y -
+/// curve) / scale) plus the density times the area under the curve, is concave, and so is what
+/// bending costs. A closed curve comes round in x.
+pub(super) struct Likelihood {
+    pub(super) knots: KnotVector,
+    /// Those that may touch a curve, lowest first.
+    pub(super) places: Vec<Place>,
+    /// Only each so manieth of them is looked at, and counts for as many.
+    stride: usize,
+    /// What raising each control point gains by area: the density of places times the area under a
+    /// basis function.
+    pub(super) slopes: Vec<f64>,
+    count: f64,
+    pub(super) closed: bool,
+    /// What bending costs beside the area that the curve leaves outside: at 10 a second difference
+    /// of 0.1 between control points counts as much as a twentieth of the unit square.
+    pub(super) stiffness: f64,
+    /// Curves do not leave these heights.
+    bounds: (f64, f64),
+}
+
+impl Likelihood {
+    /// Of curves with so many control points under places, of which there are `count` with those
+    /// that touch no curve, evenly over the unit square.
+    pub(super) fn new(
+        places: impl Iterator<Item = (f64, f64)>,
+        count: usize,
+        (control_points, closed): (usize, bool),
+        stiffness: f64,
+        bounds: (f64, f64),
+    ) -> Result<Self> {
+        let knots = if closed {
+            KnotVector::periodic_uniform(DEGREE, control_points)?
+        } else {
+            KnotVector::clamped_uniform(DEGREE, control_points)?
+        };
+        let mut places: Vec<Place> =
+            places.map(|(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
+        places.sort_by(|a, b| a.y.total_cmp(&b.y));
+        let count = count as f64;
+        let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
+        Ok(Self { knots, places, stride: 1, slopes, count, closed, stiffness, bounds })
+    }
+
+    /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from this
+    /// scale of the blur on; before each finer one, `look` may look closer at the density. Says what
+    /// the scale was at last.
+    pub(super) fn find(
+        &mut self,
+        heights: &mut Vec<f64>,
+        first_scale: f64,
+        noise: f64,
+        mut look: impl FnMut(&mut Self, &[f64]),
+    ) -> f64 {
+        // Places touch a curve with so many degrees of freedom at this distance on average.
+        let apart = self.slopes.len() as f64 / self.count;
+        let last = (noise * LOGISTIC).max(0.5 * apart);
+        let mut scale = first_scale.max(last);
+        loop {
+            let most = if scale > last { BLURRED } else { self.places.len() };
+            self.stride = (self.places.len() / most.max(1)).max(1);
+            self.climb(heights, scale);
+            if scale <= last {
+                return scale;
+            }
+            scale = (LEFT_OF_SCALE * scale).max(last);
+            look(self, heights);
+        }
+    }
+
+    /// The control points whose second differences bending is measured by, in threes.
+    fn bends(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let (count, closed) = (self.slopes.len(), self.closed);
+        let middles = if closed { 0..count } else { 1..count - 1 };
+        middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
+    }
+
+    /// The places that may touch a curve, which lies below its highest control point.
+    fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
+        let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let behind = |place: &Place| place.y <= highest + UNTOUCHED * scale;
+        self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
+    }
+
+    /// The logarithm of the likelihood of a curve, and of what its bending costs.
+    fn worth(&self, heights: &[f64], scale: f64) -> f64 {
+        let area: f64 = self.slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
+        let likely = |place: &Place| {
+            let z = (place.y - height(heights, &place.basis)) / scale;
+            if z > UNTOUCHED {
+                0.0
+            } else if z > 0.0 {
+                -(-z).exp().ln_1p()
+            } else {
+                z - z.exp().ln_1p()
+            }
+        };
+        let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
+        let likely: f64 = self.touching(heights, scale).map(likely).sum();
+        area + self.stride as f64 * likely - 0.5 * self.stiffness * self.count * bent
+    }
+
+    /// Newton's steps to the likeliest curve with a blur of this scale.
+    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) {
+        let mut worth = self.worth(heights, scale);
+        for _ in 0..STEPS {
+            let Some(step) = self.step(heights, scale) else { return };
+            let mut share = 1.0;
+            let mut moved = 0.0;
+            for _ in 0..SHORTENINGS {
+                let steps = heights.iter().zip(&step);
+                let next: Vec<f64> = steps
+                    .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
+                    .collect();
+                let there = self.worth(&next, scale);
+                if there >= worth {
+                    let moves = next.iter().zip(heights.iter()).map(|(a, b)| (a - b).abs());
+                    moved = moves.fold(0.0, f64::max);
+                    (*heights, worth) = (next, there);
+                    break;
+                }
+                share *= SHORTENING;
+            }
+            if moved < SETTLED * scale {
+                return;
+            }
+        }
+    }
+
+    fn step(&self, heights: &[f64], scale: f64) -> Option<Vec<f64>> {
+        let (matrix, slopes) = self.equations(heights, scale);
+        matrix.cholesky().map(|factor| factor.solve(&slopes))
+    }
+
+    /// Standard deviations of the height where each control point has most to say, by Laplace's
+    /// approximation of the likelihood: its second derivatives are the inverse of the variances.
+    pub(super) fn deviations(&self, heights: &[f64], scale: f64) -> Vec<f64> {
+        let size = self.slopes.len();
+        let Some(factor) = self.equations(heights, scale).0.cholesky() else {
+            return vec![0.0; size];
+        };
+        let deviation = |x: f64| {
+            let x = if self.closed { x.rem_euclid(1.0) } else { x.clamp(0.0, 1.0) };
+            let values = sums([&Basis::at(&self.knots, x)], size);
+            let variance: f64 = factor.solve(&values).iter().zip(&values).map(|(a, b)| a * b).sum();
+            variance.sqrt()
+        };
+        self.knots.greville().into_iter().take(size).map(deviation).collect()
+    }
+
+    /// The logarithm of how likely the places are with this stiffness, whatever the curve, by
+    /// Laplace's approximation around the likeliest one; without what no stiffness changes.
+    pub(super) fn evidence(&self, heights: &[f64], scale: f64) -> f64 {
+        let Some(factor) = self.equations(heights, scale).0.cholesky() else {
+            return f64::NEG_INFINITY;
+        };
+        let bends = self.bends().count() as f64;
+        self.worth(heights, scale) + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+    }
+
+    /// Newton's equations for the next step.
+    fn equations(&self, heights: &[f64], scale: f64) -> (Dense, Vec<f64>) {
+        let size = self.slopes.len();
+        let mut matrix = Dense::new(size);
+        let mut slopes = self.slopes.clone();
+        for Place { basis, y } in self.touching(heights, scale) {
+            let z = (y - height(heights, basis)) / scale;
+            if z > UNTOUCHED {
+                continue;
+            }
+            let share = 1.0 / (1.0 + z.exp());
+            let falls = self.stride as f64 * share;
+            let bends = falls * (1.0 - share) / (scale * scale);
+            for (i, a) in basis.values.iter().enumerate() {
+                let row = (basis.first + i) % size;
+                slopes[row] -= falls / scale * a;
+                for (j, b) in basis.values.iter().enumerate() {
+                    matrix.values[row * size + (basis.first + j) % size] += bends * a * b;
+                }
+            }
+        }
+        let stiff = self.stiffness * self.count;
+        for three in self.bends() {
+            let bent = bend(heights, three);
+            for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {
+                slopes[row] -= stiff * bent * a;
+                for (&col, b) in three.iter().zip(SECOND_DIFFERENCE) {
+                    matrix.values[row * size + col] += stiff * a * b;
+                }
+            }
+        }
+        matrix.add_ridge(RIDGE);
+        (matrix, slopes)
+    }
+}
+
+const SECOND_DIFFERENCE: [f64; 3] = [1.0, -2.0, 1.0];
+
+fn bend(heights: &[f64], three: [usize; 3]) -> f64 {
+    three.iter().zip(SECOND_DIFFERENCE).map(|(&i, share)| share * heights[i]).sum()
+}
+
+/// The curve's height where these basis functions are; closed curves repeat their heights.
+pub(super) fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
+    weighted(heights, basis.first, &basis.values)
+}
+
+/// Heights from the first on, each by its weight; closed curves repeat them.
+pub(super) fn weighted(heights: &[f64], first: usize, weights: &[f64; 4]) -> f64 {
+    let at = |i: usize| if i < heights.len() { i } else { i - heights.len() };
+    weights.iter().enumerate().map(|(i, weight)| weight * heights[at(first + i)]).sum()
+}
+
+/// Basis functions of some places added up; closed curves repeat them.
+pub(super) fn sums<'a>(
+    bases: impl IntoIterator<Item = &'a Basis<4>>,
+    control_points: usize,
+) -> Vec<f64> {
+    let mut sums = vec![0.0; control_points];
+    for basis in bases {
+        for (i, value) in basis.values.iter().enumerate() {
+            sums[(basis.first + i) % control_points] += value;
+        }
+    }
+    sums
+}
+
+/// The area under each basis function; closed curves repeat them.
+fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
+    let mut areas = vec![0.0; control_points];
+    for span in knots.breaks().windows(2) {
+        let length = span[1] - span[0];
+        for (place, weight) in gauss::rule(DEGREE) {
+            let basis = Basis::<4>::at(knots, span[0] + place * length);
+            for (i, value) in basis.values.iter().enumerate() {
+                areas[(basis.first + i) % control_points] += weight * length * value;
+            }
+        }
+    }
+    areas
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The stiffness for which places above a curve say most.
+    fn likeliest_stiffness(curve: impl Fn(f64) -> f64) -> f64 {
+        let spread = |i: usize| {
+            let at = |share: f64| (0.5 + share * i as f64).fract();
+            (at(0.754_877_666_246_693), at(0.569_840_290_998_053))
+        };
+        let places: Vec<(f64, f64)> =
+            (0..3000).map(spread).filter(|&(x, y)| y > curve(x)).collect();
+        let mut best = (f64::NEG_INFINITY, 0.0);
+        for stiffness in [100.0, 1.0, 0.01] {
+            let all = places.iter().copied();
+            let form = (16, true);
+            let mut found =
+                Likelihood::new(all, places.len(), form, stiffness, (-1.0, 1.0)).unwrap();
+            let mut heights = vec![0.0; 16];
+            let scale = found.find(&mut heights, 0.05, 0.0, |_, _| {});
+            let evidence = found.evidence(&heights, scale);
+            if evidence > best.0 {
+                best = (evidence, stiffness);
+            }
+        }
+        best.1
+    }
+
+    #[test]
+    fn level_curves_are_stiff_and_wavy_ones_are_not() {
+        assert_eq!(likeliest_stiffness(|_| 0.1), 100.0);
+        assert_eq!(likeliest_stiffness(|x| 0.2 + 0.1 * (18.85 * x).sin()), 0.01);
+    }
+}
