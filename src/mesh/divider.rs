@@ -239,7 +239,7 @@ impl Divider<'_> {
         }
         let Desk { arch, nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
-        let ends = piece.ends(outline);
+        let ends = piece.ends(outline.iter().copied());
         let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
         cut.faces(ends, faces);
