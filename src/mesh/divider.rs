@@ -42,7 +42,6 @@ pub(super) struct Desk {
     points: Vec<DVec3>,
     /// Where its columns lie.
     columns: Vec<Located>,
-    patch: Vec<DVec4>,
     part: Vec<DVec4>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
@@ -237,7 +236,7 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { arch, nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
+        let Desk { arch, nets, points, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
         let ends = piece.ends(outline.iter().copied());
         let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
@@ -245,7 +244,7 @@ impl Divider<'_> {
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if !single {
-            self.distance_of_patches(block, (*piece, points), mesh, (*arch, patch, part, work))
+            self.distance_of_patches(block, (*piece, points), mesh, (*arch, part, work))
         } else if work.begin(mesh) {
             arch.dispatch(work.certify(self.bernstein, Part::whole(nets), mesh, tolerance))
         } else {
@@ -271,7 +270,7 @@ impl Divider<'_> {
         block: Block,
         (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
-        (arch, patch, net, work): (Arch, &mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
+        (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
         if !work.begin(mesh) || work.misses(points, mesh, limit) {
@@ -279,10 +278,9 @@ impl Divider<'_> {
         }
         let mut most = 0.0;
         for piece::Part { patch: (row, col), u, v, low, high } in piece.parts() {
-            patch.clear();
-            self.nets.append((block.rows.0 + row, block.cols.0 + col), patch);
             net.clear();
-            self.bernstein.rectangle(patch, u, v, net);
+            self.nets.append((block.rows.0 + row, block.cols.0 + col), net);
+            self.bernstein.rectangle(net, u, v);
             let part = Part { low, high, net };
             most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
             if most > limit {
@@ -298,10 +296,9 @@ impl Divider<'_> {
         desk.nets.clear();
         desk.points.clear();
         if piece.is_single() {
-            desk.patch.clear();
             for piece::Part { patch, u, v, .. } in piece.parts() {
-                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
-                self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.nets);
+                self.bernstein.rectangle(&mut desk.nets, u, v);
             }
             desk.points.extend(desk.nets.iter().map(|h| h.project()));
             return;
