@@ -148,13 +148,15 @@ impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
     fn with_simd<S: Simd>(self, _: S) -> Vec<Lanes> {
         let (rows, cols) = self.surface.shape();
         let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
-        let mut all = vec![[0.0; 4]; rows * self.cuts.firsts.len()];
-        let mut out = all.iter_mut();
-        for row in net.chunks_exact(cols) {
-            for ((first, shares), sum) in self.cuts.iter::<ORDER>().zip(&mut out) {
-                for (share, point) in shares.iter().zip(window::<_, ORDER>(row, first)) {
-                    (0..4).for_each(|axis| sum[axis] += share * point[axis]);
+        let width = self.cuts.firsts.len();
+        let mut all = vec![[0.0; 4]; rows * width];
+        for (row, out) in net.chunks_exact(cols).zip(all.chunks_exact_mut(width)) {
+            for ((first, shares), out) in self.cuts.iter::<ORDER>().zip(out) {
+                let (points, mut sum) = (window::<_, ORDER>(row, first), [0.0; 4]);
+                for k in 0..ORDER {
+                    (0..4).for_each(|axis| sum[axis] += shares[k] * points[k][axis]);
                 }
+                *out = sum;
             }
         }
         all
