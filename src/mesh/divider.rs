@@ -17,9 +17,6 @@ use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
 
-/// Tolerances by which a piece may be expected to leave its triangles without being looked at closer.
-const HOPELESS: f64 = 1.1;
-
 /// What dividing needs to know.
 #[derive(Debug)]
 pub(super) struct Divider<'a> {
@@ -120,7 +117,8 @@ impl Divider<'_> {
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
         let bending = Bending::of(&desk.points, degrees);
-        if divisible && bending.sag_of_square() > HOPELESS * tolerance {
+        // What is expected to leave its triangles too far is not looked at closer.
+        if divisible && bending.sag_of_square() > tolerance {
             return Some(self.steeper(&desk.points));
         }
         let ends = self.ends().map(|k| desk.points[k]);
