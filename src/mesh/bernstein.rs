@@ -6,7 +6,6 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
-use std::ops::{Add, Mul};
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec4};
@@ -26,9 +25,9 @@ pub(super) struct Bernstein {
     /// How the arguments of a triangle's coefficients are dealt to u and v: for each blossom in v
     /// and, within, in u, the coefficient that takes their product, and how much of it.
     deals: Vec<(usize, f64)>,
-    /// For the halves of the square, by the corner that they lack, in the order of [`UNIT`]: the
-    /// coefficients of the square that those of a triangle are means of.
-    halves: [Means; 4],
+    /// For each [`shape`], once it has been met: the coefficients of the square that those of the
+    /// triangle are means of.
+    shapes: Vec<OnceLock<Means>>,
     /// From a triangle's coefficients to those of its halves.
     pub cuts: [Means; 2],
 }
@@ -37,11 +36,22 @@ pub(super) struct Bernstein {
 pub(super) const UNIT: [DVec2; 4] =
     [DVec2::new(0.0, 0.0), DVec2::new(1.0, 0.0), DVec2::new(1.0, 1.0), DVec2::new(0.0, 1.0)];
 
-/// The half of the unit square that lacks this corner: the right angle first, then the ends of the
-/// diagonal.
+/// Triangles with corners at nine places.
+const SHAPES: usize = 9 * 9 * 9;
+
+/// The number of a triangle whose corners are corners of the unit square, middles of its sides or its
+/// centre, as those have that come from halving.
 #[inline(always)]
-pub(super) fn half(lacking: usize) -> [DVec2; 3] {
-    [UNIT[(lacking + 2) % 4], UNIT[(lacking + 3) % 4], UNIT[(lacking + 1) % 4]]
+fn shape(corners: [DVec2; 3]) -> Option<usize> {
+    let mut shape = 0.0;
+    let mut known = true;
+    for at in corners {
+        let halves = 2.0 * at;
+        known &= halves == halves.trunc();
+        shape = 9.0 * shape + 3.0 * halves.x + halves.y;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number")]
+    known.then_some(shape as usize)
 }
 
 /// Ways to choose k of n.
@@ -70,20 +80,29 @@ impl Bernstein {
             let taker = of.iter().position(|counts| *counts == sum).unwrap_or(0);
             deals.push((taker, ways / binomial(n, p)));
         }
-        let halves = [0, 1, 2, 3].map(|lacking| {
-            let corners = half(lacking);
-            let ones = |counts: &[usize; 3], x: fn(&DVec2) -> f64| -> usize {
-                counts.iter().zip(&corners).map(|(&n, at)| if x(at) > 0.5 { n } else { 0 }).sum()
-            };
-            let mut means = vec![vec![]; of.len()];
-            for (k, &(taker, share)) in deals.iter().enumerate() {
-                let (in_v, in_u) = (&v[k / u.len()], &u[k % u.len()]);
-                let (row, col) = (ones(in_u, |at| at.x), ones(in_v, |at| at.y));
-                means[taker].push((row * (q + 1) + col, share));
-            }
-            Means::new(&means)
-        });
-        Self { p, q, deals, halves, cuts: triangle::halves(n) }
+        let shapes = vec![OnceLock::new(); SHAPES];
+        Self { p, q, deals, shapes, cuts: triangle::halves(n) }
+    }
+
+    /// How the coefficients on a triangle follow from those of the square.
+    fn means(&self, at: [DVec2; 3]) -> Means {
+        let (mut u, mut v) = (vec![], vec![]);
+        blossoms(self.p, at.map(|at| at.x), &mut u);
+        blossoms(self.q, at.map(|at| at.y), &mut v);
+        let (u, v) = (u.chunks_exact(self.p + 1), v.chunks_exact(self.q + 1));
+        let mut means = vec![vec![]; triangle::count(self.p + self.q)];
+        let pairs = v.flat_map(|v| u.clone().map(move |u| (u, v)));
+        for ((u, v), &(taker, deal)) in pairs.zip(&self.deals) {
+            let shares = u.iter().flat_map(|u| v.iter().map(move |v| u * v)).enumerate();
+            means[taker].extend(shares.map(|(point, share)| (point, deal * share)));
+        }
+        Means::new(&means)
+    }
+
+    /// How many times eight coefficients a triangle has.
+    #[inline(always)]
+    pub(super) fn octets(&self) -> usize {
+        self.cuts[0].octets()
     }
 
     /// Where a corner of the unit square stands in a net; `None` for other places.
@@ -97,16 +116,20 @@ impl Bernstein {
         Some(end(at.x, self.p)? * (self.q + 1) + end(at.y, self.q)?)
     }
 
-    /// The part of a net over a rectangle of its square, appended to `out`.
+    /// Turns a net into that of its part over a rectangle of its square.
     #[inline(always)]
-    pub(super) fn rectangle(
-        &self,
-        net: &[DVec4],
-        x: (f64, f64),
-        y: (f64, f64),
-        out: &mut Vec<DVec4>,
-    ) {
-        rectangle(net, (self.p, self.q), x, y, out);
+    pub(super) fn rectangle(&self, net: &mut [DVec4], x: (f64, f64), y: (f64, f64)) {
+        let (width, all) = (self.q + 1, (0.0, 1.0));
+        if x != all {
+            for column in 0..width {
+                restrict(net, (column, width), self.p, x);
+            }
+        }
+        if y != all {
+            for start in (0..net.len()).step_by(width) {
+                restrict(net, (start, 1), self.q, y);
+            }
+        }
     }
 
     /// The point of a net at a place in its square.
@@ -148,32 +171,22 @@ impl Bernstein {
         of: &[DVec4],
         at: [DVec2; 3],
         blossoms: &mut Blossoms,
-        out: &mut Vec<Octet>,
+        out: &mut [Octet],
     ) {
-        out.resize(self.halves[0].octets(), [[0.0; OCTET]; 4]);
+        let out = &mut out[..self.octets()];
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
-        let place = |x: f64, low: f64, high: f64| {
-            if x == low {
-                0.0
-            } else if x == high {
-                1.0
-            } else {
-                0.5
-            }
-        };
-        let mut in_box = at;
-        for at in &mut in_box {
-            *at = DVec2::new(place(at.x, low.x, high.x), place(at.y, low.y, high.y));
-        }
-        if let Some(lacking) = (0..4).find(|&lacking| half(lacking) == in_box) {
+        let in_box = at.map(|at| (at - low) / (high - low));
+        if let Some(shape) = shape(in_box) {
+            let means = self.shapes[shape].get_or_init(|| self.means(in_box));
             if in_box == at {
-                self.halves[lacking].of(simd, |k| of[k].to_array(), out);
+                means.of(simd, |k| of[k].to_array(), out);
                 return;
             }
             let part = &mut blossoms.part;
             part.clear();
-            rectangle(of, (self.p, self.q), (low.x, high.x), (low.y, high.y), part);
-            self.halves[lacking].of(simd, |k| part[k].to_array(), out);
+            part.extend_from_slice(of);
+            self.rectangle(part, (low.x, high.x), (low.y, high.y));
+            means.of(simd, |k| part[k].to_array(), out);
             return;
         }
         self.blossom(of, at, blossoms, out);
@@ -309,28 +322,15 @@ fn multiply(polynomial: &mut [f64], degree: usize, x: f64) {
     }
 }
 
-/// The part of a net over a rectangle of its square, appended to `out`.
-#[inline(always)]
-fn rectangle<T>(net: &[T], (p, q): (usize, usize), x: (f64, f64), y: (f64, f64), out: &mut Vec<T>)
-where
-    T: Copy + Add<Output = T>,
-    f64: Mul<T, Output = T>,
-{
-    let (width, start) = (q + 1, out.len());
-    out.extend_from_slice(net);
-    let net = &mut out[start..];
-    (0..width).for_each(|column| restrict(net, (column, width), p, x));
-    (0..=p).for_each(|row| restrict(net, (row * width, 1), q, y));
-}
-
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
 #[inline(always)]
-fn restrict<T>(of: &mut [T], (start, stride): (usize, usize), degree: usize, (from, to): (f64, f64))
-where
-    T: Copy + Add<Output = T>,
-    f64: Mul<T, Output = T>,
-{
+fn restrict(
+    of: &mut [DVec4],
+    (start, stride): (usize, usize),
+    degree: usize,
+    (from, to): (f64, f64),
+) {
     if from != 0.0 {
         for level in 1..=degree {
             for k in 0..=degree - level {
@@ -369,8 +369,8 @@ mod tests {
     fn parts_agree_with_the_whole() {
         for (p, q) in [(1, 1), (3, 3), (2, 5)] {
             let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
-            let mut part = vec![];
-            bernstein.rectangle(&net, (0.25, 0.75), (0.5, 0.625), &mut part);
+            let mut part = net.clone();
+            bernstein.rectangle(&mut part, (0.25, 0.75), (0.5, 0.625));
             let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
             let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
             assert!(inside.distance(outside) < 1e-14);
@@ -400,7 +400,7 @@ mod tests {
         type Output = Vec<Octet>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<Octet> {
-            let mut all = vec![];
+            let mut all = vec![[[0.0; OCTET]; 4]; self.0.octets()];
             self.0.triangle(simd, self.1, self.2, &mut Blossoms::default(), &mut all);
             all
         }
@@ -408,10 +408,15 @@ mod tests {
 
     #[test]
     fn triangles_pass_through_their_centres() {
-        let inner = [DVec2::new(0.1, 0.9), DVec2::new(0.75, 0.5), DVec2::new(1.0, 0.25)];
+        let triangles = [
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)],
+            [(1.0, 1.0), (0.0, 1.0), (0.5, 0.0)],
+            [(0.5, 0.75), (0.5, 0.25), (0.75, 0.75)],
+            [(0.1, 0.9), (0.75, 0.5), (1.0, 0.25)],
+        ];
         for (p, q) in [(1, 1), (3, 3), (2, 4)] {
             let (bernstein, net, n) = (Bernstein::new((p, q)), net(p, q), p + q);
-            for at in (0..4).map(half).chain([inner]) {
+            for at in triangles.map(|corners| corners.map(DVec2::from)) {
                 let all = Arch::new().dispatch(OnTriangle(&bernstein, &net, at));
                 let centre: DVec4 = triples(n)
                     .iter()

@@ -12,9 +12,9 @@ use glam::{DVec2, DVec3, DVec4};
 use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
-use super::cost::{Octet, costliest};
+use super::cost::{OCTET, Octet, costliest};
 use super::frame::Frame;
-use super::polygon::{Polygon, clip};
+use super::polygon::{Polygon, misses};
 use super::triangle::{Doubt, larger, largest};
 use crate::nurbs::halve;
 
@@ -76,12 +76,12 @@ impl<'a> Part<'a> {
         (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
     }
 
-    /// What it has of a segment, in its own unit square.
+    /// What it has of a segment on a side of the piece, in its own unit square.
     #[inline(always)]
-    fn clip(&self, segment: (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
-        let (from, to) = clip(segment, self.low, self.high)?;
+    fn clip(&self, (a, b): (DVec2, DVec2)) -> Option<(DVec2, DVec2)> {
+        let (from, to) = (a.min(b).max(self.low), a.max(b).min(self.high));
         let inside = |at: DVec2| (at - self.low) / (self.high - self.low);
-        Some((inside(from), inside(to)))
+        (from.cmple(to).all() && from != to).then(|| (inside(from), inside(to)))
     }
 }
 
@@ -107,15 +107,15 @@ impl Workspace {
             normals.push(normal(corners[a].point, corners[b].point, corners[c].point));
         }
         !normals.windows(2).any(|pair| folded(pair[0], pair[1]))
-            && (0..faces.len()).all(|k| self.plane(faces, k).is_some())
+            && (0..faces.len()).all(|k| self.plane(k).is_some())
     }
 
     /// The normal of the plane that stands for a face: of one without area (its corners lie on a
     /// pole), that of a face beside it.
     #[inline(always)]
-    fn plane(&self, faces: &[Face], k: usize) -> Option<DVec3> {
-        let beside = |edge| self.normals[beside(faces, k, edge)?];
-        self.normals[k].or_else(|| (0..3).find_map(beside))
+    fn plane(&self, k: usize) -> Option<DVec3> {
+        let beside = || self.normals[k.saturating_sub(1)].or_else(|| *self.normals.get(k + 1)?);
+        self.normals[k].or_else(beside)
     }
 
     /// Whether one of these points of the surface, of which those in the middle come first, is further
@@ -134,9 +134,15 @@ impl Workspace {
     #[inline(always)]
     fn place_frames(&mut self, (corners, faces): Faces<'_>) {
         for (k, &face) in faces.iter().enumerate() {
-            let Some(normal) = self.plane(faces, k) else { continue };
+            let Some(normal) = self.plane(k) else { continue };
             let points = face.map(|corner| corners[corner].point);
-            let next = [0, 1, 2].map(|edge| self.normals[beside(faces, k, edge)?]);
+            let mut next = [None; 3];
+            if k > 0 {
+                next[LAST] = self.normals[k - 1];
+            }
+            if let Some(edge) = to_next(faces, k) {
+                next[edge] = self.normals[k + 1];
+            }
             self.frames.push(Frame::new(points, normal, next));
         }
     }
@@ -173,17 +179,19 @@ impl Certify<'_> {
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
         let (work, limit, whole) = (&mut **work, *limit, part.is_whole());
+        work.coefficients.resize((HALVINGS + 1) * bernstein.octets(), [[0.0; OCTET]; 4]);
         for (face, frame) in faces.iter().zip(&work.frames) {
-            let mut polygon = Polygon::of(face.map(|corner| corners[corner].at));
-            if !whole && polygon.misses(part.low, part.high) {
+            let triangle = face.map(|corner| corners[corner].at);
+            if !whole && misses(triangle, part.low, part.high) {
                 continue;
             }
             // The whole net may tell that the surface is near enough, points of it that it is not.
-            let found = costliest(simd, frame, part.net);
+            let found = costliest(simd, frame, part.net, limit);
             if found <= limit {
                 work.most = larger(work.most, found);
                 continue;
             }
+            let mut polygon = Polygon::of(triangle);
             if !whole {
                 polygon.clip(part.low, part.high);
                 polygon.stretch(part.low, part.high);
@@ -195,7 +203,7 @@ impl Certify<'_> {
             if !whole {
                 work.curve.clear();
                 work.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
-                let found = costliest(simd, frame, &work.curve);
+                let found = costliest(simd, frame, &work.curve, limit);
                 if found > limit {
                     work.most = found;
                     return;
@@ -206,8 +214,7 @@ impl Certify<'_> {
                 let at = longest_first([at[0], at[i - 1], at[i]]);
                 bernstein.triangle(simd, part.net, at, blossoms, stack);
                 let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
-                let of = (bernstein.p + bernstein.q, &bernstein.cuts);
-                let found = largest(simd, stack, of, doubt, frame);
+                let found = largest(simd, stack, &bernstein.cuts, doubt, frame);
                 work.most = larger(work.most, found);
                 if work.most > limit {
                     return;
@@ -222,8 +229,9 @@ impl Certify<'_> {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
         let whole = part.is_whole();
         for (k, &face) in faces.iter().enumerate() {
+            let next = to_next(faces, k);
             for (edge, (i, j)) in edges(face).into_iter().enumerate() {
-                if beside(faces, k, edge).is_some() {
+                if next == Some(edge) || (edge == LAST && k > 0) {
                     continue;
                 }
                 let (a, b) = (corners[i], corners[j]);
@@ -254,23 +262,23 @@ impl WithSimd for Certify<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) -> f64 {
         self.look_at_faces(simd);
-        if self.work.most <= self.limit {
+        let Part { low, high, .. } = self.part;
+        let inside = low.x > 0.0 && low.y > 0.0 && high.x < 1.0 && high.y < 1.0;
+        if self.work.most <= self.limit && !inside {
             self.follow_sides();
         }
         self.work.most
     }
 }
 
-/// The face beside an edge of a face, as those of a [`Zip`](super::outline::Zip) follow one another:
-/// what two share is the last edge of the later one, and, in the earlier one, begins at the first
-/// corner of the later one.
+/// The edge of a face that the one before it, among those of a [`Zip`](super::outline::Zip), shares.
+const LAST: usize = 2;
+
+/// The edge of a face that the next one shares: it begins at the first corner of that one.
 #[inline(always)]
-fn beside(faces: &[Face], k: usize, edge: usize) -> Option<usize> {
-    if edge == 2 {
-        return k.checked_sub(1);
-    }
+fn to_next(faces: &[Face], k: usize) -> Option<usize> {
     let next = faces.get(k + 1)?;
-    (next[0] == faces[k][edge]).then_some(k + 1)
+    Some(usize::from(next[0] != faces[k][0]))
 }
 
 /// Whether neighbours turn away from one another too far to be a sheet.
@@ -333,7 +341,7 @@ impl Chord {
     fn furthest(&self, points: &[DVec4]) -> f64 {
         let mut most = 0.0;
         for h in points {
-            let away = h.project() - self.start;
+            let away = h.w.recip() * h.truncate() - self.start;
             let share = (self.scale * away.dot(self.along)).clamp(0.0, 1.0);
             most = larger(most, (away - share * self.along).length_squared());
         }

@@ -15,7 +15,9 @@ use crate::progress::Observer;
 struct Room {
     desk: Desk,
     vertices: Vertices,
-    outline: Vec<Place>,
+    /// Numbers of vertices around a piece.
+    outline: Vec<usize>,
+    places: Vec<Place>,
 }
 
 impl Tessellation<'_> {
@@ -70,7 +72,7 @@ impl Tessellation<'_> {
     /// divided.
     fn review(&self, room: &mut Room, index: usize, pieces: &mut Vec<Piece>) -> bool {
         let (block, divider) = (self.lattice.block(index), self.divider());
-        let Room { desk, vertices, outline } = room;
+        let Room { desk, vertices, outline, places } = room;
         desk.deviation = 0.0;
         vertices.collect(block, pieces, self.sides(index));
         let mut divided: Option<Vec<Piece>> = None;
@@ -79,7 +81,13 @@ impl Tessellation<'_> {
             outline.clear();
             vertices.outline(piece, outline);
             let grown = outline.len() > piece.cut.corners();
-            let unfit = if grown { divider.check(block, piece, outline, desk) } else { None };
+            let unfit = if grown {
+                places.clear();
+                places.extend(outline.iter().map(|&rank| vertices.place(rank)));
+                divider.check(block, piece, places, desk)
+            } else {
+                None
+            };
             match (unfit, &mut divided) {
                 (Some(direction), _) => {
                     let piece = *piece;

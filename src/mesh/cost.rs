@@ -19,16 +19,19 @@ pub(super) trait Cost {
     fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s;
 }
 
-/// What the costliest of some homogeneous points costs.
+/// What the costliest of some homogeneous points costs, or anything above the limit if one costs more
+/// than it.
 #[inline(always)]
-pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) -> f64 {
+pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4], limit: f64) -> f64 {
     let lanes = S::F64_LANES;
     let (whole, rest) = points.split_at(points.len() / lanes * lanes);
-    let mut most = simd.splat_f64s(0.0);
+    let mut most = 0.0;
     for group in whole.chunks_exact(lanes) {
-        most = simd.max_f64s(most, squared(simd, cost, group));
+        most = larger(most, simd.reduce_max_f64s(squared(simd, cost, group)));
+        if most > limit * limit {
+            return f64::INFINITY;
+        }
     }
-    let mut most = simd.reduce_max_f64s(most);
     // What is left is too little to be worth the way into registers.
     for point in rest {
         most = larger(most, projected(Scalar::new(), cost, point.to_array()));

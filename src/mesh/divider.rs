@@ -17,9 +17,6 @@ use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
 
-/// Tolerances by which a piece may be expected to leave its triangles without being looked at closer.
-const HOPELESS: f64 = 1.1;
-
 /// What dividing needs to know.
 #[derive(Debug)]
 pub(super) struct Divider<'a> {
@@ -42,7 +39,6 @@ pub(super) struct Desk {
     points: Vec<DVec3>,
     /// Where its columns lie.
     columns: Vec<Located>,
-    patch: Vec<DVec4>,
     part: Vec<DVec4>,
     corners: Vec<Corner>,
     faces: Vec<Face>,
@@ -121,7 +117,8 @@ impl Divider<'_> {
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
         let bending = Bending::of(&desk.points, degrees);
-        if divisible && bending.sag_of_square() > HOPELESS * tolerance {
+        // What is expected to leave its triangles too far is not looked at closer.
+        if divisible && bending.sag_of_square() > tolerance {
             return Some(self.steeper(&desk.points));
         }
         let ends = self.ends().map(|k| desk.points[k]);
@@ -237,15 +234,15 @@ impl Divider<'_> {
             };
             desk.corners.push(Corner { at, point });
         }
-        let Desk { arch, nets, points, patch, part, corners, faces, work, deviation, .. } = desk;
+        let Desk { arch, nets, points, part, corners, faces, work, deviation, .. } = desk;
         let tolerance = self.limits.tolerance;
-        let ends = piece.ends(outline);
+        let ends = piece.ends(outline.iter().copied());
         let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
         faces.clear();
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if !single {
-            self.distance_of_patches(block, (*piece, points), mesh, (*arch, patch, part, work))
+            self.distance_of_patches(block, (*piece, points), mesh, (*arch, part, work))
         } else if work.begin(mesh) {
             arch.dispatch(work.certify(self.bernstein, Part::whole(nets), mesh, tolerance))
         } else {
@@ -271,7 +268,7 @@ impl Divider<'_> {
         block: Block,
         (piece, points): (Piece, &[DVec3]),
         mesh: Faces<'_>,
-        (arch, patch, net, work): (Arch, &mut Vec<DVec4>, &mut Vec<DVec4>, &mut Workspace),
+        (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
         if !work.begin(mesh) || work.misses(points, mesh, limit) {
@@ -279,10 +276,9 @@ impl Divider<'_> {
         }
         let mut most = 0.0;
         for piece::Part { patch: (row, col), u, v, low, high } in piece.parts() {
-            patch.clear();
-            self.nets.append((block.rows.0 + row, block.cols.0 + col), patch);
             net.clear();
-            self.bernstein.rectangle(patch, u, v, net);
+            self.nets.append((block.rows.0 + row, block.cols.0 + col), net);
+            self.bernstein.rectangle(net, u, v);
             let part = Part { low, high, net };
             most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
             if most > limit {
@@ -298,10 +294,9 @@ impl Divider<'_> {
         desk.nets.clear();
         desk.points.clear();
         if piece.is_single() {
-            desk.patch.clear();
             for piece::Part { patch, u, v, .. } in piece.parts() {
-                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.patch);
-                self.bernstein.rectangle(&desk.patch, u, v, &mut desk.nets);
+                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.nets);
+                self.bernstein.rectangle(&mut desk.nets, u, v);
             }
             desk.points.extend(desk.nets.iter().map(|h| h.project()));
             return;

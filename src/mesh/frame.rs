@@ -155,7 +155,7 @@ mod tests {
         type Output = f64;
 
         fn with_simd<S: Simd>(self, simd: S) -> f64 {
-            costliest(simd, self.0, &[self.1])
+            costliest(simd, self.0, &[self.1], f64::INFINITY)
         }
     }
 

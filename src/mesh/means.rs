@@ -16,7 +16,7 @@ struct Term {
 }
 
 /// Weighted means of homogeneous points, eight at a time.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Means {
     /// The points that eight means take something of, and how much each.
     terms: Vec<Term>,
@@ -32,7 +32,8 @@ impl Means {
         for octet in means.chunks(OCTET) {
             let mut points: BTreeMap<usize, [f64; OCTET]> = BTreeMap::new();
             for lane in 0..OCTET {
-                for &(point, weight) in &octet[lane.min(octet.len() - 1)] {
+                let terms = octet[lane.min(octet.len() - 1)].iter();
+                for &(point, weight) in terms.filter(|(_, weight)| *weight != 0.0) {
                     points.entry(point).or_default()[lane] += weight;
                 }
             }

@@ -60,9 +60,16 @@ impl Piece {
         [(u.0, v.0), (u.1, v.0), (u.1, v.1), (u.0, v.1)]
     }
 
-    /// Where its corners stand in an outline.
-    pub(super) fn ends(&self, outline: &[Place]) -> [usize; 4] {
-        self.corners().map(|corner| outline.iter().position(|at| *at == corner).unwrap_or(0))
+    /// Where its corners stand in an outline, counter-clockwise from the first one.
+    pub(super) fn ends(&self, outline: impl Iterator<Item = Place>) -> [usize; 4] {
+        let (corners, mut ends, mut found) = (self.corners(), [0; 4], 0);
+        for (k, at) in outline.enumerate() {
+            if corners.get(found) == Some(&at) {
+                ends[found] = k;
+                found += 1;
+            }
+        }
+        ends
     }
 
     /// Whether it lies in one patch.

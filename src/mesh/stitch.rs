@@ -1,5 +1,7 @@
 //! How blocks fit together: the vertices on their borders, and the outlines of their pieces.
 
+use std::ops::Range;
+
 use super::lattice::Lattice;
 use super::piece::{Block, PATCH, Piece};
 
@@ -144,33 +146,42 @@ impl Vertices {
 
     /// All vertices, sorted by u, then v.
     pub(super) fn places(&self) -> impl Iterator<Item = Place> + '_ {
-        self.by_u.iter().map(|&key| (first(key), second(key)))
+        (0..self.by_u.len()).map(|rank| self.place(rank))
     }
 
-    /// The place among all of the vertex at a place.
-    pub(super) fn rank(&self, (u, v): Place) -> usize {
-        self.by_u.partition_point(|&at| at < key(u, v))
+    /// The vertex with this place among all.
+    pub(super) fn place(&self, rank: usize) -> Place {
+        (first(self.by_u[rank]), second(self.by_u[rank]))
     }
 
-    /// The places of the vertices around a piece, counter-clockwise from its first corner, appended
-    /// to `out`.
-    pub(super) fn outline(&self, piece: &Piece, out: &mut Vec<Place>) {
+    /// The places among all of the vertices around a piece, counter-clockwise from its first corner,
+    /// appended to `out`.
+    pub(super) fn outline(&self, piece: &Piece, out: &mut Vec<usize>) {
         let Piece { u: (u0, u1), v: (v0, v1), .. } = *piece;
-        out.extend(line(&self.by_v, v0, (u0, u1)).map(|u| (u, v0)));
-        out.extend(line(&self.by_u, u1, (v0, v1)).map(|v| (u1, v)));
-        let from = out.len();
-        out.extend(line(&self.by_v, v1, (u0 + 1, u1 + 1)).map(|u| (u, v1)));
-        out[from..].reverse();
-        let from = out.len();
-        out.extend(line(&self.by_u, u0, (v0 + 1, v1 + 1)).map(|v| (u0, v)));
-        out[from..].reverse();
+        let (before, behind) = (line(&self.by_u, u0, (v0, v1)), line(&self.by_u, u1, (v0, v1)));
+        let between = |v: u32| {
+            let line = &self.by_v[line(&self.by_v, v, (u0, u1))];
+            line[1..line.len() - 1].iter().map(|key| rank(&self.by_u, key.rotate_left(32)))
+        };
+        out.push(before.start);
+        out.extend(between(v0));
+        out.extend(behind);
+        out.extend(between(v1).rev());
+        out.extend((before.start + 1..before.end).rev());
     }
 }
 
-/// The second numbers of the keys with this first one, from `from` to before `to`.
-fn line(keys: &[u64], at: u32, (from, to): (u32, u32)) -> impl Iterator<Item = u32> + '_ {
-    let start = keys.partition_point(|&other| other < key(at, from));
-    keys[start..].iter().take_while(move |&&other| other < key(at, to)).map(|&key| second(key))
+/// Where a key stands among others.
+fn rank(keys: &[u64], key: u64) -> usize {
+    keys.partition_point(|&other| other < key)
+}
+
+/// Where the keys stand that begin with this number and go on with one from `from` to `to`, which
+/// are among them.
+fn line(keys: &[u64], at: u32, (from, to): (u32, u32)) -> Range<usize> {
+    let (start, last) = (rank(keys, key(at, from)), key(at, to));
+    let inner = keys[start..].iter().take_while(|&&other| other < last).count();
+    start..start + inner + 1
 }
 
 /// The parameter of a place in a range of patches.

@@ -26,7 +26,7 @@ pub(super) fn larger(most: f64, x: f64) -> f64 {
 }
 
 /// How many coefficients there are.
-fn count(degree: usize) -> usize {
+pub(super) fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
@@ -64,44 +64,40 @@ pub(super) fn halves(degree: usize) -> [Means; 2] {
 
 /// The largest cost of a function's coefficients, or anything above the limit if a value costs more
 /// than it. The cost is convex, so no value costs more than all coefficients. Where they leave doubt,
-/// those of parts are looked at. The stack holds nothing but the coefficients.
+/// those of parts are looked at. The coefficients stand first in `room`, behind which there is room for
+/// as many at each halving.
 #[inline(always)]
 pub(super) fn largest<S: Simd>(
     simd: S,
-    stack: &mut Vec<Octet>,
-    (degree, halves): (usize, &[Means; 2]),
+    room: &mut [Octet],
+    halves: &[Means; 2],
     Doubt { limit, near, halvings }: Doubt,
     cost: &impl Cost,
 ) -> f64 {
     let size = halves[0].octets();
-    let (mut most, mut left) = (0.0, [0; MOST_HALVINGS + 1]);
-    left[0] = halvings.min(MOST_HALVINGS);
-    while let Some(start) = stack.len().checked_sub(size) {
-        let triangle = &stack[start..];
-        let found = costliest_of(simd, cost, triangle);
-        let level = start / size;
+    // How many halves have been looked at of the triangles around the one being looked at.
+    let (mut most, mut level, mut seen) = (0.0, 0, [0; MOST_HALVINGS]);
+    loop {
+        let found = costliest_of(simd, cost, &room[level * size..][..size]);
         if found <= limit {
             most = larger(most, found);
-            stack.truncate(start);
-            continue;
-        }
-        if found > near
-            || left[level] == 0
-            || costliest_of(simd, cost, &[corners(triangle, degree)]) > limit
-        {
+            while level > 0 && seen[level - 1] == 2 {
+                level -= 1;
+            }
+            if level == 0 {
+                return most;
+            }
+        } else if found > near || level == halvings.min(MOST_HALVINGS) {
             return found;
+        } else {
+            seen[level] = 0;
+            level += 1;
         }
-        let less = left[level] - 1;
-        (left[level], left[level + 1]) = (less, less);
-        stack.resize(start + 3 * size, [[0.0; OCTET]; 4]);
-        let (triangle, parts) = stack[start..].split_at_mut(size);
-        for (part, half) in parts.chunks_exact_mut(size).zip(halves) {
-            half.of(simd, |k| point(triangle, k), part);
-        }
-        stack.copy_within(start + size.., start);
-        stack.truncate(start + 2 * size);
+        let (around, half) = room.split_at_mut(level * size);
+        let around = &around[(level - 1) * size..];
+        halves[seen[level - 1]].of(simd, |k| point(around, k), &mut half[..size]);
+        seen[level - 1] += 1;
     }
-    most
 }
 
 /// One of some points side by side.
@@ -109,18 +105,6 @@ pub(super) fn largest<S: Simd>(
 fn point(octets: &[Octet], k: usize) -> [f64; 4] {
     let ([x, y, z, w], lane) = (&octets[k / OCTET], k % OCTET);
     [x[lane], y[lane], z[lane], w[lane]]
-}
-
-/// The coefficients at a triangle's corners, which are values.
-#[inline(always)]
-fn corners(triangle: &[Octet], degree: usize) -> Octet {
-    let mut corners = [[0.0; OCTET]; 4];
-    for lane in 0..OCTET {
-        let at = [0, degree, count(degree) - 1][lane % 3];
-        let corner = point(triangle, at);
-        (0..4).for_each(|axis| corners[axis][lane] = corner[axis]);
-    }
-    corners
 }
 
 #[cfg(test)]
@@ -145,7 +129,9 @@ mod tests {
         type Output = f64;
 
         fn with_simd<S: Simd>(self, simd: S) -> f64 {
-            largest(simd, &mut cubic(), (3, &halves(3)), self.0, &Height)
+            let mut room = cubic();
+            room.resize(9 * room.len(), [[0.0; OCTET]; 4]);
+            largest(simd, &mut room, &halves(3), self.0, &Height)
         }
     }
 

@@ -7,7 +7,7 @@ use super::adaptive::Tessellation;
 use super::certify::Face;
 use super::groups::{WRITTEN, in_groups};
 use super::numbering::number_of;
-use super::stitch::{Place, Vertices, parameter};
+use super::stitch::{Vertices, parameter};
 use super::uniform::check_length;
 use crate::error::Result;
 use crate::progress::Observer;
@@ -21,9 +21,8 @@ struct Room {
     vertices: Vertices,
     /// The numbers of the vertices, in their order.
     numbers: Vec<u32>,
-    outline: Vec<Place>,
-    /// The numbers of the vertices of the outline.
-    named: Vec<u32>,
+    /// Which vertices stand around a piece.
+    outline: Vec<usize>,
     faces: Vec<Face>,
 }
 
@@ -72,7 +71,7 @@ impl Tessellation<'_> {
         triangles: &mut [[u32; 3]],
     ) {
         let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
-        let Room { vertices, numbers, outline, named, faces } = room;
+        let Room { vertices, numbers, outline, faces } = room;
         vertices.collect(block, pieces, self.sides(index));
         let first = number_of(self.numbers.vertices[index]);
         self.names(vertices, index, first, numbers);
@@ -87,11 +86,10 @@ impl Tessellation<'_> {
         for piece in pieces {
             outline.clear();
             vertices.outline(piece, outline);
-            named.clear();
-            named.extend(outline.iter().map(|&place| numbers[vertices.rank(place)]));
             faces.clear();
-            piece.cut.faces(piece.ends(outline), faces);
-            let corners = faces.iter().map(|face| face.map(|k| named[k]));
+            let at = |corner: &usize| vertices.place(*corner);
+            piece.cut.faces(piece.ends(outline.iter().map(at)), faces);
+            let corners = faces.iter().map(|face| face.map(|k| numbers[outline[k]]));
             let whole = corners.filter(|[a, b, c]| a != b && b != c && c != a);
             whole.zip(&mut next).for_each(|(corners, out)| *out = corners);
         }

@@ -5,7 +5,7 @@
 use glam::DVec4;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::basis::MAX_ORDER;
+use super::basis::{MAX_ORDER, window, with_order};
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 
@@ -18,9 +18,9 @@ pub(crate) struct PatchNets {
     pub v: Vec<f64>,
     /// Degrees in u and v.
     pub degrees: (usize, usize),
-    /// Homogeneous control points, column by column; neighbours share their border.
+    /// Homogeneous control points, row by row; neighbours share their border.
     points: Vec<DVec4>,
-    rows: usize,
+    cols: usize,
 }
 
 impl PatchNets {
@@ -28,23 +28,32 @@ impl PatchNets {
     pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Self {
         let u = Cuts::new(surface.knots_u(), more_u);
         let v = Cuts::new(surface.knots_v(), more_v);
-        let rows = u.firsts.len();
-        let points = Arch::new().dispatch(Extraction { surface, u: &u, v: &v });
-        Self { u: u.breaks, v: v.breaks, degrees: (u.order - 1, v.order - 1), points, rows }
+        let (arch, cols) = (Arch::new(), v.firsts.len());
+        let along_v = with_order!(v.order - 1, ORDER => {
+            arch.dispatch(AlongV::<ORDER> { surface, cuts: &v })
+        });
+        let points = with_order!(u.order - 1, ORDER => {
+            arch.dispatch(AlongU::<ORDER> { points: &along_v, cols, cuts: &u })
+        });
+        Self { u: u.breaks, v: v.breaks, degrees: (u.order - 1, v.order - 1), points, cols }
     }
 
-    /// The homogeneous point that is the sum of these shares of control points: in each column from
-    /// the second start on, of those from the first start on.
+    /// The homogeneous point that is the sum of these shares of control points: in each row from
+    /// the first start on, of those from the second start on.
     pub(crate) fn point(
         &self,
         (from_u, u): (usize, &[f64]),
         (from_v, v): (usize, &[f64]),
     ) -> DVec4 {
+        // Many points are control points.
+        if u.len() == 1 && v.len() == 1 {
+            return self.points[from_u * self.cols + from_v];
+        }
         let mut point = DVec4::ZERO;
-        for (j, share) in v.iter().enumerate() {
-            let column = &self.points[(from_v + j) * self.rows + from_u..][..u.len()];
+        for (i, share) in u.iter().enumerate() {
+            let row = &self.points[(from_u + i) * self.cols + from_v..][..v.len()];
             let mut inner = DVec4::ZERO;
-            for (h, share) in column.iter().zip(u) {
+            for (h, share) in row.iter().zip(v) {
                 inner += *share * *h;
             }
             point += *share * inner;
@@ -56,7 +65,7 @@ impl PatchNets {
     pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
         for i in row * p..=(row + 1) * p {
-            net.extend((col * q..=(col + 1) * q).map(|j| self.points[j * self.rows + i]));
+            net.extend_from_slice(&self.points[i * self.cols + col * q..][..=q]);
         }
     }
 }
@@ -97,8 +106,9 @@ impl Cuts {
     }
 
     /// The first control point, and how much of each from there on, of each.
-    fn iter(&self) -> impl Iterator<Item = (usize, &[f64])> {
-        self.firsts.iter().copied().zip(self.shares.chunks_exact(self.order))
+    #[inline(always)]
+    fn iter<const ORDER: usize>(&self) -> impl Iterator<Item = (usize, &[f64; ORDER])> {
+        self.firsts.iter().copied().zip(self.shares.as_chunks().0)
     }
 }
 
@@ -122,45 +132,66 @@ fn blossom(knots: &KnotVector, span: usize, (from, to): (f64, f64), k: usize) ->
     shares
 }
 
-/// Control points of patches, column by column.
-struct Extraction<'a> {
-    surface: &'a NurbsSurface,
-    u: &'a Cuts,
-    v: &'a Cuts,
-}
-
 /// A homogeneous point as an array, in a form that the compiler vectorizes.
 type Lanes = [f64; 4];
 
-impl WithSimd for Extraction<'_> {
+/// The control points of the curves along v that stand for the rows of a surface's net.
+struct AlongV<'a, const ORDER: usize> {
+    surface: &'a NurbsSurface,
+    cuts: &'a Cuts,
+}
+
+impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
+    type Output = Vec<Lanes>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<Lanes> {
+        let (rows, cols) = self.surface.shape();
+        let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
+        let width = self.cuts.firsts.len();
+        let mut all = vec![[0.0; 4]; rows * width];
+        for (row, out) in net.chunks_exact(cols).zip(all.chunks_exact_mut(width)) {
+            for ((first, shares), out) in self.cuts.iter::<ORDER>().zip(out) {
+                let (points, mut sum) = (window::<_, ORDER>(row, first), [0.0; 4]);
+                for k in 0..ORDER {
+                    (0..4).for_each(|axis| sum[axis] += shares[k] * points[k][axis]);
+                }
+                *out = sum;
+            }
+        }
+        all
+    }
+}
+
+/// The control points of patches, row by row, from those of curves along v.
+struct AlongU<'a, const ORDER: usize> {
+    points: &'a [Lanes],
+    cols: usize,
+    cuts: &'a Cuts,
+}
+
+impl<const ORDER: usize> WithSimd for AlongU<'_, ORDER> {
     type Output = Vec<DVec4>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<DVec4> {
-        let Self { surface, u, v } = self;
-        let net: &[Lanes] = bytemuck::cast_slice(surface.homogeneous());
-        let (cols, rows) = (surface.shape().1, u.firsts.len());
-        let mut along_u = Vec::with_capacity(cols * rows);
-        for col in 0..cols {
-            along_u.extend(u.iter().map(|(first, shares)| {
-                let mut sum = [0.0; 4];
-                let column = net[first * cols + col..].iter().step_by(cols);
-                for (share, point) in shares.iter().zip(column) {
-                    (0..4).for_each(|axis| sum[axis] += share * point[axis]);
+    fn with_simd<S: Simd>(self, simd: S) -> Vec<DVec4> {
+        let cols = self.cols;
+        let mut all = vec![DVec4::ZERO; self.cuts.firsts.len() * cols];
+        for (row, (first, shares)) in all.chunks_exact_mut(cols).zip(self.cuts.iter::<ORDER>()) {
+            let mut from = self.points[first * cols..].chunks_exact(cols);
+            let from = shares.map(|_| from.next().unwrap_or_default());
+            let from = from.map(|row| S::as_simd_f64s(bytemuck::cast_slice(row)));
+            let (sums, rest) = S::as_mut_simd_f64s(bytemuck::cast_slice_mut(row));
+            for (k, sum) in sums.iter_mut().enumerate() {
+                for (share, (from, _)) in shares.iter().zip(from) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(*share), from[k]));
                 }
-                sum
-            }));
-        }
-        let along_u: &[f64] = bytemuck::cast_slice::<Lanes, f64>(&along_u);
-        let mut points = vec![DVec4::ZERO; v.firsts.len() * rows];
-        for (column, (first, shares)) in points.chunks_exact_mut(rows).zip(v.iter()) {
-            let column: &mut [f64] = bytemuck::cast_slice_mut(column);
-            let from = along_u[4 * first * rows..].chunks_exact(4 * rows);
-            for (share, from) in shares.iter().zip(from) {
-                column.iter_mut().zip(from).for_each(|(sum, x)| *sum += share * x);
+            }
+            for (k, sum) in rest.iter_mut().enumerate() {
+                shares.iter().zip(from).for_each(|(share, (_, from))| *sum += share * from[k]);
             }
         }
-        points
+        all
     }
 }
 
