@@ -144,7 +144,7 @@ impl Default for ApproximateOptions {
             closed: (false, false),
             fairness: None,
             border: 0.5,
-            iterations: 9,
+            iterations: 8,
             growth: None,
         }
     }
