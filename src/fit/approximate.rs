@@ -57,7 +57,7 @@ pub struct Approximation {
 }
 
 /// Solutions with the whole net for each with a coarse one: that only has to take shape.
-const COARSE_SHARE: usize = 4;
+const COARSE_SHARE: usize = 3;
 
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
