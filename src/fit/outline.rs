@@ -16,7 +16,7 @@ use crate::nurbs::{Basis, KnotVector, NurbsSurface, gauss};
 /// have at that density for this to be said.
 const CORNER: f64 = 0.2;
 const EMPTY: f64 = 0.5;
-const TELLING: f64 = 4.0;
+const TELLING: f64 = 12.0;
 const EMPTY_CORNERS: usize = 3;
 
 /// Control points of a line, and what its bending may cost: the likeliest counts (see
