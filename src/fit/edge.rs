@@ -176,16 +176,8 @@ fn spread(density: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::likelihood::tests::above;
     use super::*;
-
-    /// Places evenly over the unit square above a curve.
-    fn above(edge: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-        let spread = |i: usize| {
-            let at = |share: f64| (0.5 + share * i as f64).fract();
-            (at(0.754_877_666_246_693), at(0.569_840_290_998_053))
-        };
-        (0..3000).map(spread).filter(|&(x, y)| y > edge(x)).collect()
-    }
 
     #[test]
     fn edges_follow_what_bends_gently() {

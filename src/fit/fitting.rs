@@ -274,13 +274,11 @@ impl<'a> Fitting<'a> {
         } else {
             None
         };
-        let mut notched = false;
-        if let Some(outline) = outline {
-            self.uv = outline.squared(&self.uv);
-        } else {
-            (self.uv, notched) =
-                conformed(&self.uv, self.closed, noise / size, border, spacing / size)?;
-        }
+        let notched;
+        (self.uv, notched) = match outline {
+            Some(outline) => (outline.squared(&self.uv), false),
+            None => conformed(&self.uv, self.closed, noise / size, border, spacing / size)?,
+        };
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);
         self.falling = self.aim().max(FAIRNESS_OF_BENT);

@@ -4,7 +4,7 @@ use super::dense::Dense;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
-const DEGREE: usize = 3;
+pub(super) const DEGREE: usize = 3;
 
 /// What is left of the scale of the blur each time.
 const LEFT_OF_SCALE: f64 = 0.4;
@@ -281,17 +281,26 @@ fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    /// The stiffness for which places above a curve say most.
-    fn likeliest_stiffness(curve: impl Fn(f64) -> f64) -> f64 {
+    /// Places evenly over the unit square.
+    pub(in super::super) fn even() -> impl Iterator<Item = (f64, f64)> {
         let spread = |i: usize| {
             let at = |share: f64| (0.5 + share * i as f64).fract();
             (at(0.754_877_666_246_693), at(0.569_840_290_998_053))
         };
-        let places: Vec<(f64, f64)> =
-            (0..3000).map(spread).filter(|&(x, y)| y > curve(x)).collect();
+        (0..3000).map(spread)
+    }
+
+    /// Those above a curve.
+    pub(in super::super) fn above(curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+        even().filter(|&(x, y)| y > curve(x)).collect()
+    }
+
+    /// The stiffness for which places above a curve say most.
+    fn likeliest_stiffness(curve: impl Fn(f64) -> f64) -> f64 {
+        let places = above(curve);
         let mut best = (f64::NEG_INFINITY, 0.0);
         for stiffness in [100.0, 1.0, 0.01] {
             let all = places.iter().copied();

@@ -6,17 +6,19 @@ use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
 use super::edge::{NOTCHED, empty_ground, lowest};
-use super::likelihood::{Likelihood, height, sums, weighted};
+use super::likelihood::{DEGREE, Likelihood, height, sums, weighted};
 use super::patches::Patches;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface, gauss};
 
-/// Width and height of the square's corners that are empty where an outline is round, the share of
-/// the mean density of places that each of them has less of then, and how many places they would
-/// have at that density for this to be said.
+/// Width and height of the square's corners, the share of the mean density of places that an empty
+/// one has less than, and how many places it would have at that density for this to be said.
 const CORNER: f64 = 0.2;
 const EMPTY: f64 = 0.5;
 const TELLING: f64 = 12.0;
+
+/// Corners that are empty, at least, where an outline is round: another one may be full where places
+/// are dense.
 const EMPTY_CORNERS: usize = 3;
 
 /// Control points of a line, and what its bending may cost: the likeliest counts (see
@@ -105,7 +107,7 @@ impl Outline {
     }
 
     fn through(radius: impl Fn(f64) -> f64 + Sync) -> Result<Self> {
-        let knots = KnotVector::periodic_uniform(3, RADII)?;
+        let knots = KnotVector::periodic_uniform(DEGREE, RADII)?;
         let at = |i: usize| radius((i as f64 - 1.0).rem_euclid(RADII as f64) / RADII as f64);
         let values: Vec<f64> = (0..RADII).into_par_iter().map(at).collect();
         // A quasi-interpolant, as near as cubics are.
@@ -163,7 +165,8 @@ impl Outline {
     }
 }
 
-/// Whether all corners of the unit square are emptier than chance would leave them.
+/// Whether so many corners of the unit square are emptier than chance would leave them that an outline
+/// is round.
 fn has_empty_corners(uv: &[DVec2]) -> bool {
     let expected = uv.len() as f64 * 0.5 * CORNER * CORNER;
     let mut counts = [0.0; 4];
@@ -224,17 +227,18 @@ impl Line {
         let mut begun = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
         let scale = likelihood.find(&mut begun, FIRST_SCALE, noise, look);
-        let (mut best, mut heights, mut deviations) = (f64::NEG_INFINITY, vec![], vec![]);
+        let (mut most, mut best, mut heights) = (f64::NEG_INFINITY, first, begun.clone());
         for stiffness in STIFFNESSES {
             likelihood.stiffness = stiffness;
             likelihood.climb(&mut begun, scale);
             let evidence = likelihood.evidence(&begun, scale);
-            if evidence > best {
-                best = evidence;
+            if evidence > most {
+                (most, best) = (evidence, stiffness);
                 heights.clone_from(&begun);
-                deviations = likelihood.deviations(&begun, scale);
             }
         }
+        likelihood.stiffness = best;
+        let deviations = likelihood.deviations(&heights, scale);
         let curve = |way: f64| height(&heights, &Basis::at(&likelihood.knots, way));
         let outside = places.iter().map(|&(way, y)| curve(way) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();
@@ -289,15 +293,12 @@ impl Rays<'_> {
 mod tests {
     use glam::DVec3;
 
+    use super::super::likelihood::tests::even;
     use super::*;
 
     /// Parameters evenly over a part of the unit square.
     fn scattered(part: impl Fn(DVec2) -> bool) -> Vec<DVec2> {
-        let spread = |i: usize| {
-            let at = |share: f64| (0.5 + share * i as f64).fract();
-            DVec2::new(at(0.754_877_666_246_693), at(0.569_840_290_998_053))
-        };
-        (0..3000).map(spread).filter(|&place| part(place)).collect()
+        even().map(DVec2::from).filter(|&place| part(place)).collect()
     }
 
     /// A surface over the unit square.
@@ -366,5 +367,6 @@ mod tests {
         assert!(around(&scattered(notch), &surface(flat)).is_none());
         let few: Vec<DVec2> = scattered(|at| at.distance(MIDDLE) < 0.48);
         assert!(around(&few[..100], &surface(flat)).is_none());
+        assert!(around(&[MIDDLE; 1000], &surface(flat)).is_none());
     }
 }
