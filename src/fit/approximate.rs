@@ -16,7 +16,7 @@ use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::progress::Observer;
 
 /// How to approximate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateOptions {
     /// Rows and columns of the control net; in closed directions the different ones.
     pub net: (usize, usize),
@@ -34,6 +34,9 @@ pub struct ApproximateOptions {
     pub iterations: usize,
     /// Whether and how far the net grows.
     pub growth: Option<Growth>,
+    /// Parameters along u, increasing, at which the surface has creases, if its net has room for
+    /// them: isocurves along u may have corners there.
+    pub creases: Vec<f64>,
 }
 
 /// A surface near points.
@@ -146,6 +149,7 @@ impl Default for ApproximateOptions {
             border: 0.5,
             iterations: 8,
             growth: None,
+            creases: Vec::new(),
         }
     }
 }
@@ -171,16 +175,16 @@ fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     nets
 }
 
-/// Evenly spaced knots for a net.
+/// Evenly spaced knots for a net, repeated at creases.
 fn uniform(net: (usize, usize), options: &ApproximateOptions) -> Result<SplineSpace> {
-    let knots = |degree, count, closed| {
+    let knots = |degree, count, closed, creases| {
         if closed {
             KnotVector::periodic_uniform(degree, count)
         } else {
-            KnotVector::clamped_uniform(degree, count)
+            KnotVector::clamped_creased(degree, count, creases)
         }
     };
-    let u = knots(options.degree.0, net.0, options.closed.0)?;
-    let v = knots(options.degree.1, net.1, options.closed.1)?;
+    let u = knots(options.degree.0, net.0, options.closed.0, options.creases.as_slice())?;
+    let v = knots(options.degree.1, net.1, options.closed.1, &[])?;
     SplineSpace::new([u, v], options.closed.into())
 }

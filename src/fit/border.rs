@@ -3,7 +3,9 @@
 use glam::DVec2;
 
 use super::edge::{Edge, extremes, lowest};
+use super::space::SplineSpace;
 use crate::error::Result;
+use crate::nurbs::KnotVector;
 
 /// Least width of the domain between two sides, as a share of its mean: sides that lean more
 /// towards each other are those of no quadrilateral.
@@ -40,22 +42,23 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 }
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
-/// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the
-/// square goes on by about `border` spacings, which have this size along u and v. Says as well
-/// whether a side has a notch.
+/// those parameters, which are blurred by noise of this size along u and v, and turn at creases of
+/// the space. Beyond the sides the square goes on by about `border` spacings, which have this size
+/// along u and v. Says as well whether a side has a notch.
 pub(super) fn conformed(
     uv: &[DVec2],
-    closed: [bool; 2],
+    space: &SplineSpace,
     noise: DVec2,
     border: f64,
     spacing: DVec2,
 ) -> Result<(Vec<DVec2>, bool)> {
+    let (closed, creases) = (space.closed, space.knots.each_ref().map(creases));
     let (mut uv, mut notched) = (uv.to_vec(), false);
     let mut sides = [None, None];
     for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
             let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
-            Edge::under(&places, noise[d], closed[1 - d])
+            Edge::under(&places, noise[d], closed[1 - d], &creases[1 - d])
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
@@ -79,6 +82,15 @@ pub(super) fn conformed(
         }
     }
     Ok((uv, notched))
+}
+
+/// The parameters inside the domain at which knots are repeated so often that there may be a corner;
+/// polygons have them everywhere, and are not meant.
+fn creases(knots: &KnotVector) -> Vec<f64> {
+    let degree = knots.degree();
+    let (start, end) = knots.domain();
+    let inside = knots.distinct().filter(|(at, _)| start < *at && *at < end);
+    inside.filter(|(_, times)| degree > 1 && *times == degree).map(|(at, _)| at).collect()
 }
 
 /// Bounds direction d.

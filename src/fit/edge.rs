@@ -1,14 +1,14 @@
 //! The smooth curve at which points end, most likely.
 
-use super::likelihood::{Likelihood, Place, height, sums};
+use super::likelihood::{DEGREE, Likelihood, Place, height, sums};
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector};
 
 /// How far an edge follows the places.
 struct Flexibility {
     control_points: usize,
-    /// See [`Likelihood::stiffness`].
-    stiffness: f64,
+    /// Those that places choose among, see [`Likelihood::stiffness`]; the search begins with the last.
+    stiffnesses: &'static [f64],
     /// It does not go deeper.
     deepest: f64,
     /// Places deeper than this cannot touch it.
@@ -19,12 +19,17 @@ struct Flexibility {
 }
 
 /// Rounded corners are covered by the surface's corners rather than followed into them.
-const FIRM: Flexibility =
-    Flexibility { control_points: 8, stiffness: 10.0, deepest: 0.1, near: 0.4, ground: Some(0.15) };
+const FIRM: Flexibility = Flexibility {
+    control_points: 8,
+    stiffnesses: &[1000.0, 100.0, 10.0],
+    deepest: 0.1,
+    near: 0.4,
+    ground: Some(0.15),
+};
 
 /// Notches are followed, if not into their corners, whose parameters would crowd.
 const SUPPLE: Flexibility =
-    Flexibility { control_points: 10, stiffness: 1.0, deepest: 0.3, near: 0.7, ground: None };
+    Flexibility { control_points: 10, stiffnesses: &[1.0], deepest: 0.3, near: 0.7, ground: None };
 
 /// Least density of places on the ground, as a share of the mean: it keeps an edge in bounds. That of
 /// so many control points at either end is higher: drawn in hardly at all, an edge would leave much of
@@ -82,13 +87,19 @@ impl Edge {
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
-    /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x.
-    pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
-        let firm = Self::likeliest(places, noise, closed, &FIRM)?;
+    /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x; one
+    /// with creases may have corners there.
+    pub(super) fn under(
+        places: &[(f64, f64)],
+        noise: f64,
+        closed: bool,
+        creases: &[f64],
+    ) -> Result<Self> {
+        let firm = Self::likeliest(places, noise, closed, creases, &FIRM)?;
         if empty_ground(places, |x| firm.at(x), ENDS) < NOTCHED {
             return Ok(firm);
         }
-        Self::likeliest(places, noise, closed, &SUPPLE)
+        Self::likeliest(places, noise, closed, creases, &SUPPLE)
     }
 
     /// Whether it follows a notch.
@@ -100,13 +111,21 @@ impl Edge {
         places: &[(f64, f64)],
         noise: f64,
         closed: bool,
+        creases: &[f64],
         flexibility: &'static Flexibility,
     ) -> Result<Self> {
-        let &Flexibility { control_points, stiffness, deepest, near, ground } = flexibility;
+        let &Flexibility { control_points, stiffnesses, deepest, near, ground } = flexibility;
         let touching = places.iter().copied().filter(|place| place.1 < near);
-        let form = (control_points, closed);
+        // A crease takes the place of one that bends, and of two beside it.
+        let control_points = control_points + (DEGREE - 1) * creases.len();
+        let knots = if closed {
+            KnotVector::periodic_uniform(DEGREE, control_points)?
+        } else {
+            KnotVector::clamped_creased(DEGREE, control_points, creases)?
+        };
         let bounds = (OUTERMOST, deepest);
-        let mut likelihood = Likelihood::new(touching, places.len(), form, stiffness, bounds)?;
+        let least = stiffnesses[stiffnesses.len() - 1];
+        let mut likelihood = Likelihood::new(touching, places.len(), knots, least, bounds);
         let even = likelihood.slopes.clone();
         if let Some(depth) = ground {
             let low: Vec<&Place> =
@@ -125,6 +144,7 @@ impl Edge {
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
         let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
         let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, |_, _| {});
+        likelihood.stiffen(&mut heights, scale, stiffnesses);
         let spreads = likelihood.slopes.iter().zip(&even).map(|(here, even)| spread(here / even));
         let mut doubts: Vec<(f64, f64)> =
             likelihood.deviations(&heights, scale).into_iter().zip(spreads).collect();
@@ -182,7 +202,7 @@ mod tests {
     #[test]
     fn edges_follow_what_bends_gently() {
         let bent = |x: f64| 0.08 * x * (1.0 - x);
-        let found = Edge::under(&above(bent), 0.0, false).unwrap();
+        let found = Edge::under(&above(bent), 0.0, false, &[]).unwrap();
         for i in 0..=20 {
             let x = f64::from(i) / 20.0;
             assert!((found.at(x) - bent(x)).abs() < 0.006, "{x} {} {}", found.at(x), bent(x));
@@ -190,12 +210,24 @@ mod tests {
     }
 
     #[test]
+    fn edges_turn_at_creases() {
+        let tent = |x: f64| 0.08 - 0.16 * (x - 0.4).abs().min(0.5);
+        let error = |creases: &[f64]| {
+            let found = Edge::under(&above(tent), 0.0, false, creases).unwrap();
+            let at = |i: i32| 0.3 + f64::from(i) / 100.0;
+            (0..=20).map(|i| (found.at(at(i)) - tent(at(i))).abs()).fold(0.0, f64::max)
+        };
+        let (creased, smooth) = (error(&[0.4]), error(&[]));
+        assert!(creased < 0.006 && creased < 0.5 * smooth, "{creased} {smooth}");
+    }
+
+    #[test]
     fn notches_are_followed_and_rounded_corners_are_not() {
         let notch = |x: f64| 0.2 * (std::f64::consts::PI * x).sin().powi(2);
         let round = |x: f64| 0.5 - (0.25 - (x - 0.5).powi(2)).max(0.0).powf(0.25) / 2.0_f64.sqrt();
         let edges = [
-            Edge::under(&above(notch), 0.0, false).unwrap(),
-            Edge::under(&above(round), 0.0, false).unwrap(),
+            Edge::under(&above(notch), 0.0, false, &[]).unwrap(),
+            Edge::under(&above(round), 0.0, false, &[]).unwrap(),
         ];
         assert_eq!(edges.each_ref().map(Edge::is_notched), [true, false]);
         assert!((0.08..0.2).contains(&edges[0].at(0.5)), "{}", edges[0].at(0.5));
@@ -208,7 +240,7 @@ mod tests {
         let noisy: Vec<(f64, f64)> =
             above(|_| 0.05).into_iter().enumerate().map(|(i, (x, y))| (x, y + wave(i))).collect();
         for closed in [false, true] {
-            let found = Edge::under(&noisy, 0.02, closed).unwrap();
+            let found = Edge::under(&noisy, 0.02, closed, &[]).unwrap();
             for i in 0..=20 {
                 let y = found.at(f64::from(i) / 20.0);
                 assert!((y - 0.05).abs() < 0.012, "{y}");
@@ -220,7 +252,7 @@ mod tests {
     fn surfaces_go_on_farther_where_edges_are_doubtful() {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
-        let sure = Edge::under(&level, 0.0, false).unwrap();
+        let sure = Edge::under(&level, 0.0, false, &[]).unwrap();
         let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing)(x) / spacing;
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
@@ -229,7 +261,7 @@ mod tests {
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
         assert!((thinned.len() as f64) < 0.7 * count);
-        let thinned = Edge::under(&thinned, 0.0, false).unwrap();
+        let thinned = Edge::under(&thinned, 0.0, false, &[]).unwrap();
         assert!(margin(&thinned, 0.8) > 1.5 * margin(&thinned, 0.2));
     }
 
@@ -237,7 +269,7 @@ mod tests {
     fn few_places_bound_as_well() {
         for count in 1..6 {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
-            let found = Edge::under(&places, 0.0, false).unwrap();
+            let found = Edge::under(&places, 0.0, false, &[]).unwrap();
             assert!(
                 (0..=10)
                     .all(|i| (OUTERMOST..=FIRM.deepest).contains(&found.at(f64::from(i) / 10.0)))

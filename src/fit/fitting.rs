@@ -277,7 +277,7 @@ impl<'a> Fitting<'a> {
         let notched;
         (self.uv, notched) = match outline {
             Some(outline) => (outline.squared(&self.uv), false),
-            None => conformed(&self.uv, self.closed, noise / size, border, spacing / size)?,
+            None => conformed(&self.uv, &space, noise / size, border, spacing / size)?,
         };
         let energy = self.energy(&space, (length_u, length_v));
         let samples = self.samples(None);

@@ -1,7 +1,6 @@
 //! How likely it is that places end at a smooth curve.
 
 use super::dense::Dense;
-use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
 pub(super) const DEGREE: usize = 3;
@@ -65,21 +64,18 @@ impl Likelihood {
     pub(super) fn new(
         places: impl Iterator<Item = (f64, f64)>,
         count: usize,
-        (control_points, closed): (usize, bool),
+        knots: KnotVector,
         stiffness: f64,
         bounds: (f64, f64),
-    ) -> Result<Self> {
-        let knots = if closed {
-            KnotVector::periodic_uniform(DEGREE, control_points)?
-        } else {
-            KnotVector::clamped_uniform(DEGREE, control_points)?
-        };
+    ) -> Self {
+        let closed = knots.is_periodic();
+        let control_points = knots.control_points() - if closed { DEGREE } else { 0 };
         let mut places: Vec<Place> =
             places.map(|(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
         places.sort_by(|a, b| a.y.total_cmp(&b.y));
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
-        Ok(Self { knots, places, stride: 1, slopes, count, closed, stiffness, bounds })
+        Self { knots, places, stride: 1, slopes, count, closed, stiffness, bounds }
     }
 
     /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from this
@@ -108,11 +104,14 @@ impl Likelihood {
         }
     }
 
-    /// The control points whose second differences bending is measured by, in threes.
-    fn bends(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
+    /// The control points whose second differences bending is measured by, in threes; a curve turns
+    /// at a crease as it likes.
+    fn bends(&self) -> impl Iterator<Item = [usize; 3]> {
         let (count, closed) = (self.slopes.len(), self.closed);
+        let knots = self.knots.as_slice();
         let middles = if closed { 0..count } else { 1..count - 1 };
-        middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
+        let smooth = middles.filter(move |i| knots[i + 1] < knots[i + DEGREE]);
+        smooth.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
     }
 
     /// The places that may touch a curve, which lies below its highest control point.
@@ -196,6 +195,22 @@ impl Likelihood {
         };
         let bends = self.bends().count() as f64;
         self.worth(heights, scale) + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+    }
+
+    /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve.
+    pub(super) fn stiffen(&mut self, heights: &mut Vec<f64>, scale: f64, stiffnesses: &[f64]) {
+        let mut climber = heights.clone();
+        let (mut most, mut best) = (f64::NEG_INFINITY, self.stiffness);
+        for &stiffness in stiffnesses {
+            self.stiffness = stiffness;
+            self.climb(&mut climber, scale);
+            let evidence = self.evidence(&climber, scale);
+            if evidence > most {
+                (most, best) = (evidence, stiffness);
+                heights.clone_from(&climber);
+            }
+        }
+        self.stiffness = best;
     }
 
     /// Newton's equations for the next step.
@@ -304,9 +319,8 @@ pub(super) mod tests {
         let mut best = (f64::NEG_INFINITY, 0.0);
         for stiffness in [100.0, 1.0, 0.01] {
             let all = places.iter().copied();
-            let form = (16, true);
-            let mut found =
-                Likelihood::new(all, places.len(), form, stiffness, (-1.0, 1.0)).unwrap();
+            let knots = KnotVector::periodic_uniform(DEGREE, 16).unwrap();
+            let mut found = Likelihood::new(all, places.len(), knots, stiffness, (-1.0, 1.0));
             let mut heights = vec![0.0; 16];
             let scale = found.find(&mut heights, 0.05, 0.0, |_, _| {});
             let evidence = found.evidence(&heights, scale);

@@ -212,9 +212,9 @@ impl Line {
             polar.into_iter().map(|(way, square)| (way, 1.0 - square / mean)).collect();
 
         let first = STIFFNESSES[STIFFNESSES.len() / 2];
-        let form = (CONTROL_POINTS, true);
+        let knots = KnotVector::periodic_uniform(DEGREE, CONTROL_POINTS)?;
         let all = places.iter().copied();
-        let mut likelihood = Likelihood::new(all, places.len(), form, first, BOUNDS)?;
+        let mut likelihood = Likelihood::new(all, places.len(), knots, first, BOUNDS);
         let even = likelihood.slopes.clone();
         let look = |likelihood: &mut Likelihood, heights: &[f64]| {
             let behind = likelihood.places.iter();
@@ -224,20 +224,10 @@ impl Line {
             likelihood.slopes =
                 dense.map(|(sum, even)| (sum / GROUND).max(SPARSEST * even)).collect();
         };
-        let mut begun = vec![0.0; CONTROL_POINTS];
+        let mut heights = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
-        let scale = likelihood.find(&mut begun, FIRST_SCALE, noise, look);
-        let (mut most, mut best, mut heights) = (f64::NEG_INFINITY, first, begun.clone());
-        for stiffness in STIFFNESSES {
-            likelihood.stiffness = stiffness;
-            likelihood.climb(&mut begun, scale);
-            let evidence = likelihood.evidence(&begun, scale);
-            if evidence > most {
-                (most, best) = (evidence, stiffness);
-                heights.clone_from(&begun);
-            }
-        }
-        likelihood.stiffness = best;
+        let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, look);
+        likelihood.stiffen(&mut heights, scale, &STIFFNESSES);
         let deviations = likelihood.deviations(&heights, scale);
         let curve = |way: f64| height(&heights, &Basis::at(&likelihood.knots, way));
         let outside = places.iter().map(|&(way, y)| curve(way) - y).fold(0.0, f64::max);

@@ -70,7 +70,9 @@ pub(super) fn reconstruct(
     clock.lap("training");
 
     let growth = growth(options, &frame);
-    let mut job = Job { points: &local, weights: counted.weights.clone(), uv, shape, options };
+    let creases = start.creases;
+    let weights = counted.weights.clone();
+    let mut job = Job { points: &local, weights, uv, creases, shape, options };
     let (fit, flaws) = job.done(start.net, growth, told)?;
     clock.lap("fitting");
 

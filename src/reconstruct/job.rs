@@ -68,6 +68,8 @@ pub(super) struct Job<'a> {
     pub(super) weights: Option<Vec<f64>>,
     /// Where the map has them; nothing for heights.
     pub(super) uv: Vec<DVec2>,
+    /// Where along u the surface has creases.
+    pub(super) creases: Vec<f64>,
     pub(super) shape: Shape,
     pub(super) options: &'a ReconstructOptions<'a>,
 }
@@ -144,6 +146,7 @@ impl Job<'_> {
             closed: self.shape.closed().closed(),
             fairness,
             border: self.options.border.unwrap_or(BORDER),
+            creases: self.creases.clone(),
             growth,
             ..ApproximateOptions::default()
         };

@@ -11,11 +11,13 @@ mod options;
 mod outline;
 mod own_frame;
 mod paper;
+mod quadrilateral;
 mod region;
 mod relay;
 mod report;
 mod robust;
 mod start;
+mod strip;
 
 use glam::{DVec2, DVec3};
 

@@ -1,7 +1,8 @@
 //! The four sides of a flat map of the points, where it has four.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
+use super::quadrilateral::Quadrilateral;
 use super::region::Region;
 use crate::som;
 
@@ -9,36 +10,57 @@ use crate::som;
 /// as four-sided: a rectangle fills all of it, an ellipse's largest 0.64 of it.
 const FOUR_SIDED: f64 = 0.9;
 
+/// Share of its convex hull that a region with four sides fills at least. Its border lies outside of the
+/// places, so that a square of some hundreds fills 1.05 to 1.1 of it.
+const FILLED: f64 = 0.95;
+
 /// Corners of the hull that are looked at, evenly along it.
 const MOST_CORNERS: usize = 64;
 
-/// Steps of Newton's method for a place in a quadrilateral; it is nearly a parallelogram.
-const STEPS: usize = 8;
+/// Places of a flat map in the unit square.
+pub(super) struct Squared {
+    pub(super) uv: Vec<DVec2>,
+    /// How many times longer the map is than wide.
+    pub(super) aspect: f64,
+    /// Where along u it bends sharply, as a [`Strip`](super::strip::Strip) does.
+    pub(super) creases: Vec<f64>,
+}
 
-/// Places in the unit square, and how many times longer the outline is than wide.
+impl Squared {
+    /// Stretched so that the places fill the unit square.
+    pub(super) fn filled(uv: Vec<DVec2>, aspect: f64, creases: &[f64]) -> Self {
+        let (low, high) = bounds(&uv);
+        let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+        let uv = uv.into_iter().map(|uv| (uv - low) / size).collect();
+        Self { uv, aspect, creases: creases.iter().map(|at| (at - low.x) / size.x).collect() }
+    }
+}
+
+/// Places of a flat map of points in the unit square.
 ///
-/// If the outline has four sides, its corners become those of the square, bilinearly; else the
-/// rectangle around it, whose sides lie along x and y, does.
-pub(super) fn unit_square(places: &[DVec2]) -> (Vec<DVec2>, f64) {
+/// If the outline has four sides, its corners become those of the square, bilinearly. If it is that
+/// of a bent strip, which only the points tell, or none with four sides, the region that the places
+/// fill becomes the square; and the rectangle around it, whose sides lie along x and y, where they
+/// fill none.
+pub(super) fn unit_square(places: &[DVec2], points: Option<&[DVec3]>) -> Squared {
     let hull = som::hull(places);
     let (low, high) = bounds(places);
     let rectangle = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
     let corners = largest(&hull);
-    if corners.is_none()
-        && let Some(region) = Region::of(places)
-    {
-        let (uv, aspect) = region.rectified(places);
-        return (filled(uv), aspect);
+    if let Some(region) = Region::of(places) {
+        // What fills little of its hull is not four-sided just because the hull is.
+        if (corners.is_none() || region.area() < FILLED * area(&hull))
+            && let Some(squared) = points.and_then(|points| region.straightened(places, points))
+        {
+            return squared;
+        }
+        if corners.is_none() {
+            return region.rectified(places);
+        }
     }
     let quad = Quadrilateral(corners.unwrap_or(rectangle)).lengthwise();
-    (filled(places.iter().map(|&place| quad.inverse(place)).collect()), quad.aspect())
-}
-
-/// The places stretched so that they fill the unit square.
-fn filled(uv: Vec<DVec2>) -> Vec<DVec2> {
-    let (low, high) = bounds(&uv);
-    let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
-    uv.into_iter().map(|uv| (uv - low) / size).collect()
+    let uv = places.iter().map(|&place| quad.inverse(place)).collect();
+    Squared::filled(uv, quad.aspect(), &[])
 }
 
 pub(super) fn bounds(places: &[DVec2]) -> (DVec2, DVec2) {
@@ -79,45 +101,6 @@ pub(super) fn area(polygon: &[DVec2]) -> f64 {
     0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }
 
-/// Four corners, counter-clockwise; the first becomes the origin, the second (1, 0).
-struct Quadrilateral([DVec2; 4]);
-
-impl Quadrilateral {
-    /// Mean lengths of the sides along x and along y.
-    fn lengths(&self) -> (f64, f64) {
-        let [a, b, c, d] = self.0;
-        (0.5 * (a.distance(b) + d.distance(c)), 0.5 * (a.distance(d) + b.distance(c)))
-    }
-
-    fn aspect(&self) -> f64 {
-        let (along, across) = self.lengths();
-        along / across
-    }
-
-    /// The same with its long sides along x.
-    fn lengthwise(self) -> Self {
-        let [a, b, c, d] = self.0;
-        if self.aspect() < 1.0 { Self([b, c, d, a]) } else { self }
-    }
-
-    /// The place in the unit square that the bilinear map brings here.
-    fn inverse(&self, place: DVec2) -> DVec2 {
-        let [a, b, c, d] = self.0;
-        let (along, across, twist) = (b - a, d - a, a - b + c - d);
-        let mut uv = DVec2::splat(0.5);
-        for _ in 0..STEPS {
-            let rest = place - (a + uv.x * along + uv.y * across + uv.x * uv.y * twist);
-            let (du, dv) = (along + uv.y * twist, across + uv.x * twist);
-            let det = du.perp_dot(dv);
-            if det == 0.0 {
-                break;
-            }
-            uv += DVec2::new(rest.perp_dot(dv), du.perp_dot(rest)) / det;
-        }
-        uv
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,11 +112,33 @@ mod tests {
         (0..441).map(|k| place((share(k / 21), share(k % 21)))).collect()
     }
 
+    /// Points in a plane.
+    fn flat(places: &[DVec2]) -> Vec<DVec3> {
+        places.iter().map(|place| place.extend(0.0)).collect()
+    }
+
+    #[test]
+    fn what_fills_little_of_a_four_sided_hull_is_a_strip() {
+        // The hull of a U is a rectangle.
+        let spread = |i: usize| {
+            let at = |share: f64| 3.0 * (0.5 + share * i as f64).fract();
+            DVec2::new(at(0.754_877_666_246_693), at(0.569_840_290_998_053))
+        };
+        let is_inside = |place: &DVec2| (place.x - 1.5).abs() > 0.5 || place.y < 1.0;
+        let places: Vec<DVec2> = (0..1200).map(spread).filter(is_inside).collect();
+        let found = unit_square(&places, Some(&flat(&places)));
+        assert_eq!(found.creases.len(), 2);
+        assert!((4.0..9.0).contains(&found.aspect), "{}", found.aspect);
+        let whole: Vec<DVec2> = (0..1200).map(spread).collect();
+        assert!(unit_square(&whole, Some(&flat(&whole))).creases.is_empty());
+    }
+
     #[test]
     fn a_kite_becomes_the_square() {
         let corners = [(0.0, 0.0), (4.0, -1.0), (5.0, 3.0), (-0.5, 2.0)];
         let corners = corners.map(|(x, y)| DVec2::new(x, y));
-        let (uv, aspect) = unit_square(&lattice(corners));
+        let places = lattice(corners);
+        let Squared { uv, aspect, .. } = unit_square(&places, Some(&flat(&places)));
         assert!((1.4..1.8).contains(&aspect), "{aspect}");
         let expected = lattice([DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y]);
         // Up to a half turn: any of the four corners may come first.
@@ -149,7 +154,7 @@ mod tests {
         let disc: Vec<DVec2> = (0..200)
             .map(|k| f64::from(k / 20 + 1) / 10.0 * DVec2::from_angle(f64::from(k) * 0.3146))
             .collect();
-        let (uv, aspect) = unit_square(&disc);
+        let Squared { uv, aspect, .. } = unit_square(&disc, Some(&flat(&disc)));
         assert!((aspect - 1.0).abs() < 0.05, "{aspect}");
         let middle = uv.iter().sum::<DVec2>() / 200.0;
         assert!(middle.distance(DVec2::splat(0.5)) < 0.05);

@@ -1,9 +1,10 @@
 //! The region of the plane that places fill, and the map that makes a rectangle of it.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use super::outline::{area, bounds};
+use super::outline::{Squared, area, bounds};
 use super::start::whole;
+use super::strip::{self, Strip};
 use crate::som;
 
 /// Cells of the raster that would cover the convex hull.
@@ -57,6 +58,8 @@ const AROUND: [DVec2; 4] = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
 /// A raster of square cells, those that belong to the region connected and without holes.
 pub(super) struct Region {
     origin: DVec2,
+    /// Radius of the blur.
+    radius: f64,
     cell: f64,
     cols: usize,
     inside: Vec<bool>,
@@ -78,7 +81,8 @@ impl Region {
         let frame = DVec2::splat(FRAME * radius + 2.0 * cell);
         let size = (high - low + 2.0 * frame) / cell;
         let (cols, rows) = (whole(size.x) + 2, whole(size.y) + 2);
-        let mut region = Self { origin: low - frame, cell, cols, inside: vec![false; rows * cols] };
+        let inside = vec![false; rows * cols];
+        let mut region = Self { origin: low - frame, radius, cell, cols, inside };
         let mut density = vec![0.0; rows * cols];
         for &place in places {
             region.around(place).into_iter().for_each(|(at, share)| density[at] += share);
@@ -167,14 +171,28 @@ impl Region {
         }
     }
 
-    /// Each place's coordinates in the rectangle that the region is mapped to conformally, each
-    /// from 0 to 1, the first along its long side; and how many times longer than wide it is.
-    pub(super) fn rectified(&self, places: &[DVec2]) -> (Vec<DVec2>, f64) {
+    pub(super) fn area(&self) -> f64 {
+        self.inside.iter().filter(|inside| **inside).count() as f64 * self.cell * self.cell
+    }
+
+    /// The places in the unit square that the region becomes arm by arm, if it is a bent strip; each
+    /// place is that of a point in space.
+    pub(super) fn straightened(&self, places: &[DVec2], points: &[DVec3]) -> Option<Squared> {
+        let (line, step, _) = self.line(&self.outline(), strip::CANDIDATES);
+        let window = strip::window(self.radius / step);
+        let turns = strip::turns(&line, window, places, points);
+        Strip::of(&line, &turns, window).map(|strip| strip.straightened(places))
+    }
+
+    /// The places in the unit square that the region is mapped to conformally, its long side along u.
+    pub(super) fn rectified(&self, places: &[DVec2]) -> Squared {
         let cracks = self.outline();
-        let sides = self.sides(&cracks);
+        let (line, _, starts) = self.line(&cracks, CANDIDATES);
+        let starts = corners(&line, &turns(&line)).map(|corner| starts[corner]);
+        let side = |i: usize| (starts.iter().filter(|&&start| start <= i).count() + 3) % 4;
         let mut ends = vec![[None; 4]; self.inside.len()];
-        for (&(cell, side), &number) in cracks.iter().zip(&sides) {
-            ends[cell][side] = Some(number);
+        for (i, &(cell, at)) in cracks.iter().enumerate() {
+            ends[cell][at] = Some(side(i));
         }
         let (u, energy) = self.harmonic(&ends, 3, 1);
         let (v, _) = self.harmonic(&ends, 0, 2);
@@ -185,16 +203,17 @@ impl Region {
             if energy > 1.0 { DVec2::new(uv.y, 1.0 - uv.x) } else { uv }
         };
         let uv = places.iter().map(place).collect();
-        (uv, energy.max(1.0 / energy))
+        Squared::filled(uv, energy.max(1.0 / energy), &[])
     }
 
-    /// The number of the side that each crack belongs to, from 0 to 3 along the outline.
-    fn sides(&self, cracks: &[Crack]) -> Vec<usize> {
+    /// So many places along the outline at equal distances, this distance, and the number of the
+    /// crack at each.
+    fn line(&self, cracks: &[Crack], places: usize) -> (Vec<DVec2>, f64, Vec<usize>) {
         let count = cracks.len();
         let middle = |i: usize| {
             let (cell, side) = cracks[i % count];
-            let at = DVec2::new((cell % self.cols) as f64, (cell / self.cols) as f64);
-            at + 0.5 * AROUND[side]
+            let at = DVec2::new((cell % self.cols) as f64, (cell / self.cols) as f64) + 0.5;
+            self.origin + self.cell * (at + 0.5 * AROUND[side])
         };
         let window = 2 * STAIRS + 1;
         let smooth = |i: usize| (0..window).map(|k| middle(i + k)).sum::<DVec2>() / window as f64;
@@ -203,14 +222,10 @@ impl Region {
         for i in 0..count {
             along.push(along[i] + line[i].distance(line[(i + 1) % count]));
         }
-        let length = along[count];
-        let at = |k: usize| {
-            let goal = length * (k % CANDIDATES) as f64 / CANDIDATES as f64;
-            along.partition_point(|&a| a < goal).min(count - 1)
-        };
-        let corners = corners(&(0..CANDIDATES).map(|k| line[at(k)]).collect::<Vec<_>>());
-        let starts = corners.map(at);
-        (0..count).map(|i| (starts.iter().filter(|&&start| start <= i).count() + 3) % 4).collect()
+        let step = along[count] / places as f64;
+        let at = |k: usize| along.partition_point(|&a| a < step * k as f64).min(count - 1);
+        let starts: Vec<usize> = (0..places).map(at).collect();
+        (starts.iter().map(|&start| line[start]).collect(), step, starts)
     }
 
     /// The function that is harmonic in the region, 0 at one side, 1 at another, and flows along
@@ -287,17 +302,23 @@ struct Stencil {
     weight: f64,
 }
 
-/// The four of a closed line's places, equally far from one another along it, that are most like
-/// the corners of a rectangle: the line turns there by right angles, and opposite sides are equally
-/// long.
-fn corners(line: &[DVec2]) -> [usize; 4] {
+/// By how much a closed line turns to the left around each of its places, in right angles, one at
+/// most.
+fn turns(line: &[DVec2]) -> Vec<f64> {
     let count = line.len();
     let turn = |i: usize| {
         let [before, here, after] = [i + count - TURN, i, i + TURN].map(|k| line[k % count]);
         let angle = (here - before).angle_to(after - here);
         (angle / std::f64::consts::FRAC_PI_2).min(1.0)
     };
-    let turns: Vec<f64> = (0..count).map(turn).collect();
+    (0..count).map(turn).collect()
+}
+
+/// The four of a closed line's places, equally far from one another along it, that are most like
+/// the corners of a rectangle: the line turns there by right angles, and opposite sides are equally
+/// long.
+fn corners(line: &[DVec2], turns: &[f64]) -> [usize; 4] {
+    let count = line.len();
     let wrongs: Vec<f64> = turns.iter().map(|turn| WRONG * (1.0 - turn).powi(2)).collect();
     // What the outline has turned by before each candidate, twice around.
     let mut turned = vec![0.0];
@@ -378,7 +399,7 @@ mod tests {
     #[test]
     fn a_disc_fills_a_square_evenly() {
         let places = scattered(|p| p.length() < 1.0);
-        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        let Squared { uv, aspect, .. } = Region::of(&places).unwrap().rectified(&places);
         assert!((1.0..1.05).contains(&aspect), "{aspect}");
         let (low, high) = bounds(&uv);
         assert!(low.max_element() < 0.12 && high.min_element() > 0.88, "{low} {high}");
@@ -392,7 +413,7 @@ mod tests {
         // An L has six corners: the ends of its arms become those of a rectangle, and the corners
         // where it bends come to lie across each other, in the middles of the long sides.
         let places = scattered(|p| p.x < 0.0 || p.y < 0.0);
-        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        let Squared { uv, aspect, .. } = Region::of(&places).unwrap().rectified(&places);
         assert!((2.0..4.0).contains(&aspect), "{aspect}");
         let at = |place: DVec2| {
             let nearer = |&i: &usize, &j: &usize| {
@@ -408,7 +429,7 @@ mod tests {
     #[test]
     fn neighbours_stay_neighbours() {
         let places = scattered(|p| p.x < 0.0 || p.y < 0.0);
-        let (uv, aspect) = Region::of(&places).unwrap().rectified(&places);
+        let Squared { uv, aspect, .. } = Region::of(&places).unwrap().rectified(&places);
         assert!(aspect > 1.2, "{aspect}");
         for (i, a) in places.iter().enumerate() {
             for (j, b) in places.iter().enumerate().filter(|(_, b)| a.distance(**b) < 0.1) {

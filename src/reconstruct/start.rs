@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::outline;
+use super::outline::{self, Squared};
 use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, Normalization};
@@ -12,6 +12,9 @@ use crate::topology::Chart;
 
 /// Points that distances along the surface are found for.
 const UNROLLED: usize = 1000;
+
+/// Points without which the corners of an outline are too doubtful to bend a surface there.
+const TELLING: usize = 600;
 
 /// Least number of points to a node, so that the map does not follow single ones.
 const POINTS_PER_NODE: usize = 3;
@@ -28,6 +31,8 @@ pub(super) struct OrderedStart {
     lattice: Lattice,
     nodes: Vec<DVec3>,
     pub(super) net: (usize, usize),
+    /// Where along u the surface has creases.
+    pub(super) creases: Vec<f64>,
 }
 
 impl OrderedStart {
@@ -48,7 +53,8 @@ impl OrderedStart {
         if let Start::Given { nodes, shape: (rows, cols) } = options.init {
             let lattice = Lattice::grid(rows, cols, som::Cells::Quad, topology)?;
             let nodes = nodes.iter().map(|&node| frame.apply(node)).collect();
-            return Ok(Self { lattice, nodes, net: split(rows as f64 / cols as f64) });
+            let net = split(rows as f64 / cols as f64);
+            return Ok(Self { lattice, nodes, net, creases: Vec::new() });
         }
         if let Some(chart) = chart {
             let ratio = chart.lengths.0 / chart.lengths.1;
@@ -58,25 +64,26 @@ impl OrderedStart {
             let lattice = lattice(net, sample.len(), topology)?;
             let nodes = chart.lattice(lattice.shape());
             let nodes = nodes.into_iter().map(|node| frame.apply(node)).collect();
-            return Ok(Self { lattice, nodes, net });
+            return Ok(Self { lattice, nodes, net, creases: Vec::new() });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
             let mut few = EvenSample::new(UNROLLED);
             few.extend(sample);
             let few = few.points();
             if let Some(places) = som::unroll(&few, observer)? {
-                let (uv, aspect) = outline::unit_square(&places);
+                let known = (sample.len() >= TELLING).then_some(few.as_slice());
+                let Squared { uv, aspect, creases } = outline::unit_square(&places, known);
                 let net = split(aspect);
                 let lattice = lattice(net, sample.len(), topology)?;
                 let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
-                return Ok(Self { lattice, nodes, net });
+                return Ok(Self { lattice, nodes, net, creases });
             }
         }
         let net = split(1.0);
         let lattice = lattice(net, sample.len(), topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
-        Ok(Self { lattice, nodes, net })
+        Ok(Self { lattice, nodes, net, creases: Vec::new() })
     }
 
     /// In order over a rectangle in the plane across the heights, where the points have these
@@ -89,7 +96,7 @@ impl OrderedStart {
     ) -> Result<Self> {
         let lattice = lattice(net, sample.len(), Topology::Sheet)?;
         let nodes = som::spread_out(sample, uv, &lattice, observer)?;
-        Ok(Self { lattice, nodes, net })
+        Ok(Self { lattice, nodes, net, creases: Vec::new() })
     }
 }
 

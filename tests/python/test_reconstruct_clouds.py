@@ -46,6 +46,29 @@ def test_round_sheets_end_at_their_outline(rng: np.random.Generator) -> None:
     assert abs(result.surface.area() / (2 * np.pi * 0.9) - 1) < 0.02
 
 
+def test_bent_strips_have_creases_from_corner_to_corner(rng: np.random.Generator) -> None:
+    x, y = rng.uniform(0, 2, (2, 3000))
+    x, y = np.compress((x < 1) | (y < 1), [x, y], axis=1)
+    bent = np.column_stack([x, y, 0.3 * (x - 1) * (y - 1)])
+    result = neurbs.reconstruct(bent, grid=(12, 12), topology="sheet")
+    assert not result.report.warnings
+    inner, times = np.unique(result.surface.knots[0][4:-4], return_counts=True)
+    (crease,) = inner[times == 3]
+    # The ends of the crease, and of the surface, are the corners of the L.
+    across = np.array([0.0, 1.0])
+    ends = [result.surface.evaluate(np.column_stack([u + 0 * across, across])) for u in (0, crease, 1)]
+    corners = np.concatenate(ends)[:, :2]
+    wanted = np.array([(0, 0), (1, 1), (2, 0), (2, 1), (0, 2), (1, 2)])
+    apart = np.linalg.norm(corners[:, None] - wanted, axis=-1)
+    spacing = np.sqrt(3 / len(bent))
+    assert sorted(apart.argmin(axis=1)) == list(range(6))
+    assert apart.min(axis=1).max() < 4 * spacing
+    x, y = np.moveaxis((np.indices((400, 400)) + 0.5) / 200, 0, -1).reshape(-1, 2).T
+    slopes = np.hypot(1, 0.3 * np.hypot(x - 1, y - 1))
+    area = np.sum(slopes[(x < 1) | (y < 1)]) / 200**2
+    assert 1 < result.surface.area() / area < 1.08
+
+
 def test_gross_outliers_cost_next_to_nothing(rng: np.random.Generator) -> None:
     points = wave(rng, 3000)
     strays = rng.uniform([0, 0, -1], [1, 1, 1], (600, 3))
