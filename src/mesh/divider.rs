@@ -5,6 +5,7 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
+use std::cell::RefCell;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3, DVec4};
@@ -52,7 +53,23 @@ pub(super) struct Desk {
     faces: Vec<Face>,
     work: Workspace,
     /// The largest certified distance of a finished piece.
-    pub deviation: f64,
+    deviation: f64,
+}
+
+thread_local! {
+    /// Each thread keeps its desk: small meshes would spend much of their time on asking for memory.
+    static DESK: RefCell<Desk> = RefCell::default();
+}
+
+impl Desk {
+    /// What `work`, which must not ask for it again, does at the desk of this thread, and the largest
+    /// distance that it has certified.
+    pub(super) fn with<T>(work: impl FnOnce(&mut Self) -> T) -> (T, f64) {
+        DESK.with_borrow_mut(|desk| {
+            desk.deviation = 0.0;
+            (work(desk), desk.deviation)
+        })
+    }
 }
 
 impl Divider<'_> {

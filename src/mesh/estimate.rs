@@ -39,7 +39,7 @@ impl Estimate {
             let (row, col) = (middle(i, some_rows, rows), middle(j, some_cols, cols));
             nets.append(row..row + 1, col..col + 1, &mut net);
             points.clear();
-            points.extend(net.iter().map(|h| h.project()));
+            points.extend(net.iter().map(|h| h.w.recip() * h.truncate()));
             let counts = counts(&points, nets.degrees, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }
