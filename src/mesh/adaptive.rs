@@ -150,12 +150,12 @@ impl<'a> Tessellation<'a> {
     ) -> Result<()> {
         let (divider, lattice) = (self.divider(), &self.lattice);
         let mut count = 0;
-        let job = |desk: &mut Desk, index: usize| {
+        let job = |(): &mut (), index: usize| {
             let (block, mut done) = (lattice.block(index), vec![]);
-            desk.deviation = 0.0;
-            divider.divide(block, Piece::of(block), desk, &mut done);
+            let divide = |desk: &mut Desk| divider.divide(block, Piece::of(block), desk, &mut done);
+            let ((), deviation) = Desk::with(divide);
             done.shrink_to_fit();
-            (done, desk.deviation)
+            (done, deviation)
         };
         let mut pieces = Vec::with_capacity(lattice.blocks());
         let mut deviation = 0.0_f64;

@@ -116,10 +116,11 @@ impl Bernstein {
         Some(end(at.x, self.p)? * (self.q + 1) + end(at.y, self.q)?)
     }
 
-    /// Turns a net into that of its part over a rectangle of its square.
+    /// Turns a net with rows of so many control points into that of its part over a rectangle of its
+    /// square, which must have all of it in a direction in which it is of several patches.
     #[inline(always)]
-    pub(super) fn rectangle(&self, net: &mut [DVec4], x: (f64, f64), y: (f64, f64)) {
-        let (width, all) = (self.q + 1, (0.0, 1.0));
+    pub(super) fn rectangle(&self, net: &mut [DVec4], width: usize, x: (f64, f64), y: (f64, f64)) {
+        let all = (0.0, 1.0);
         if x != all {
             for column in 0..width {
                 restrict(net, (column, width), self.p, x);
@@ -129,37 +130,6 @@ impl Bernstein {
             for start in (0..net.len()).step_by(width) {
                 restrict(net, (start, 1), self.q, y);
             }
-        }
-    }
-
-    /// The point of a net at a place in its square.
-    pub(super) fn point(&self, net: &[DVec4], at: DVec2) -> DVec4 {
-        let (u, v) = (polynomials(self.p, at.x), polynomials(self.q, at.y));
-        let mut point = DVec4::ZERO;
-        for (row, share) in net.chunks_exact(self.q + 1).zip(u) {
-            let mut inner = DVec4::ZERO;
-            for (h, share) in row.iter().zip(v) {
-                inner += share * *h;
-            }
-            point += share * inner;
-        }
-        point
-    }
-
-    /// The control points of the curve above a part of a side of the square, in the direction of
-    /// growing parameters, appended to `out`.
-    #[inline(always)]
-    pub(super) fn segment(&self, net: &[DVec4], (from, to): (DVec2, DVec2), out: &mut Vec<DVec4>) {
-        let (p, width, start) = (self.p, self.q + 1, out.len());
-        let (low, high) = (from.min(to), from.max(to));
-        if low.x == high.x {
-            let row = if low.x == 0.0 { 0 } else { p * width };
-            out.extend_from_slice(&net[row..row + width]);
-            restrict(&mut out[start..], (0, 1), self.q, (low.y, high.y));
-        } else {
-            let column = if low.y == 0.0 { 0 } else { self.q };
-            out.extend((0..=p).map(|row| net[row * width + column]));
-            restrict(&mut out[start..], (0, 1), p, (low.x, high.x));
         }
     }
 
@@ -174,18 +144,19 @@ impl Bernstein {
         out: &mut [Octet],
     ) {
         let out = &mut out[..self.octets()];
+        if let Some(shape) = shape(at) {
+            let means = self.shapes[shape].get_or_init(|| self.means(at));
+            means.of(simd, |k| of[k].to_array(), out);
+            return;
+        }
         let (low, high) = (at[0].min(at[1]).min(at[2]), at[0].max(at[1]).max(at[2]));
         let in_box = at.map(|at| (at - low) / (high - low));
         if let Some(shape) = shape(in_box) {
             let means = self.shapes[shape].get_or_init(|| self.means(in_box));
-            if in_box == at {
-                means.of(simd, |k| of[k].to_array(), out);
-                return;
-            }
             let part = &mut blossoms.part;
             part.clear();
             part.extend_from_slice(of);
-            self.rectangle(part, (low.x, high.x), (low.y, high.y));
+            self.rectangle(part, self.q + 1, (low.x, high.x), (low.y, high.y));
             means.of(simd, |k| part[k].to_array(), out);
             return;
         }
@@ -325,7 +296,7 @@ fn multiply(polynomial: &mut [f64], degree: usize, x: f64) {
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
 #[inline(always)]
-fn restrict(
+pub(super) fn restrict(
     of: &mut [DVec4],
     (start, stride): (usize, usize),
     degree: usize,
@@ -365,31 +336,22 @@ mod tests {
         (0..(p + 1) * (q + 1)).map(point).collect()
     }
 
+    /// The point of a net at a place in its square.
+    fn point(net: &[DVec4], (p, q): (usize, usize), at: DVec2) -> DVec4 {
+        let (u, v) = (polynomials(p, at.x), polynomials(q, at.y));
+        let row = |row: &[DVec4]| row.iter().zip(v).map(|(h, share)| share * *h).sum::<DVec4>();
+        net.chunks_exact(q + 1).zip(u).map(|(points, share)| share * row(points)).sum()
+    }
+
     #[test]
     fn parts_agree_with_the_whole() {
         for (p, q) in [(1, 1), (3, 3), (2, 5)] {
             let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
             let mut part = net.clone();
-            bernstein.rectangle(&mut part, (0.25, 0.75), (0.5, 0.625));
-            let inside = bernstein.point(&part, DVec2::new(0.3, 0.8));
-            let outside = bernstein.point(&net, DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
+            bernstein.rectangle(&mut part, q + 1, (0.25, 0.75), (0.5, 0.625));
+            let inside = point(&part, (p, q), DVec2::new(0.3, 0.8));
+            let outside = point(&net, (p, q), DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
             assert!(inside.distance(outside) < 1e-14);
-        }
-    }
-
-    #[test]
-    fn sides_pass_through_their_points() {
-        for (p, q) in [(1, 1), (3, 3), (2, 4)] {
-            let (bernstein, net) = (Bernstein::new((p, q)), net(p, q));
-            for side in [(0.0, 0.2, 0.0, 0.6), (1.0, 0.5, 1.0, 0.25), (0.1, 1.0, 0.9, 1.0)] {
-                let (from, to) = (DVec2::new(side.0, side.1), DVec2::new(side.2, side.3));
-                let mut curve = vec![];
-                bernstein.segment(&net, (from, to), &mut curve);
-                let share = polynomials(curve.len() - 1, 0.5);
-                let middle: DVec4 = curve.iter().zip(share).map(|(h, share)| share * *h).sum();
-                let expected = bernstein.point(&net, from.midpoint(to));
-                assert!(middle.distance(expected) < 1e-14);
-            }
         }
     }
 
@@ -427,7 +389,7 @@ mod tests {
                         ways / 3.0_f64.powf(n as f64) * DVec4::from_array(point)
                     })
                     .sum();
-                let expected = bernstein.point(&net, (at[0] + at[1] + at[2]) / 3.0);
+                let expected = point(&net, (p, q), (at[0] + at[1] + at[2]) / 3.0);
                 assert!(centre.distance(expected) < 1e-14, "{p} {q} {at:?}");
             }
         }

@@ -12,11 +12,12 @@ use glam::{DVec2, DVec3, DVec4};
 use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
+use super::chord::Chord;
 use super::cost::{OCTET, Octet, costliest};
 use super::frame::Frame;
+use super::net::Net;
 use super::polygon::{Polygon, misses};
 use super::triangle::{Doubt, larger, largest};
-use crate::nurbs::halve;
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
 /// pieces that fold more must be small enough for a ball of the tolerance.
@@ -41,6 +42,10 @@ pub(super) type Face = [usize; 3];
 pub(super) struct Workspace {
     blossoms: Blossoms,
     coefficients: Vec<Octet>,
+    /// The faces of which a part's net leaves doubt.
+    doubtful: Vec<usize>,
+    /// One of a part's patches.
+    patch: Vec<DVec4>,
     /// The curve above a side.
     curve: Vec<DVec4>,
     /// The frames of the faces.
@@ -62,17 +67,17 @@ const HALVINGS: usize = 2;
 pub(super) struct Part<'a> {
     pub low: DVec2,
     pub high: DVec2,
-    pub net: &'a [DVec4],
+    pub net: Net<'a>,
 }
 
 impl<'a> Part<'a> {
     /// All of a piece.
-    pub(super) fn whole(net: &'a [DVec4]) -> Self {
+    pub(super) fn whole(net: Net<'a>) -> Self {
         Self { low: DVec2::ZERO, high: DVec2::ONE, net }
     }
 
     /// Whether it is all of the piece.
-    fn is_whole(&self) -> bool {
+    pub(super) fn is_whole(&self) -> bool {
         (self.low, self.high) == (DVec2::ZERO, DVec2::ONE)
     }
 
@@ -90,9 +95,9 @@ pub(super) type Faces<'a> = (&'a [Corner], &'a [Face]);
 
 /// An upper bound of the distance between the surface over the unit square of `net` and triangles that
 /// are no sheet, in both directions: all are in this ball around the first corner.
-pub(super) fn ball(net: &[DVec4], (corners, _): Faces<'_>) -> f64 {
+pub(super) fn ball(net: Net<'_>, (corners, _): Faces<'_>) -> f64 {
     let centre = corners[0].point;
-    net.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max)
+    net.points.iter().map(|h| h.project().distance(centre)).fold(0.0, f64::max)
 }
 
 impl Workspace {
@@ -177,47 +182,75 @@ impl Certify<'_> {
     /// Takes what the surface over each face costs into account.
     #[inline(always)]
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
-        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
-        let (work, limit, whole) = (&mut **work, *limit, part.is_whole());
-        work.coefficients.resize((HALVINGS + 1) * bernstein.octets(), [[0.0; OCTET]; 4]);
-        for (face, frame) in faces.iter().zip(&work.frames) {
+        let Self { work, part, mesh: (corners, faces), limit, .. } = self;
+        let (whole, limit) = (part.is_whole(), *limit);
+        work.doubtful.clear();
+        for (k, face) in faces.iter().enumerate() {
             let triangle = face.map(|corner| corners[corner].at);
-            if !whole && misses(triangle, part.low, part.high) {
-                continue;
-            }
-            // The whole net may tell that the surface is near enough, points of it that it is not.
-            let found = costliest(simd, frame, part.net, limit);
-            if found <= limit {
-                work.most = larger(work.most, found);
-                continue;
-            }
-            let mut polygon = Polygon::of(triangle);
-            if !whole {
-                polygon.clip(part.low, part.high);
-                polygon.stretch(part.low, part.high);
-            }
-            let at = polygon.corners();
-            if at.len() < 3 {
-                continue;
-            }
-            if !whole {
-                work.curve.clear();
-                work.curve.extend(at.iter().filter_map(|&at| Some(part.net[bernstein.end(at)?])));
-                let found = costliest(simd, frame, &work.curve, limit);
-                if found > limit {
-                    work.most = found;
-                    return;
+            if whole || !misses(triangle, part.low, part.high) {
+                // The whole net may tell that the surface is near enough.
+                let found = costliest(simd, &work.frames[k], part.net.points, limit);
+                if found <= limit {
+                    work.most = larger(work.most, found);
+                } else {
+                    work.doubtful.push(k);
                 }
             }
-            for i in 2..at.len() {
-                let (stack, blossoms) = (&mut work.coefficients, &mut work.blossoms);
-                let at = longest_first([at[0], at[i - 1], at[i]]);
-                bernstein.triangle(simd, part.net, at, blossoms, stack);
-                let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
-                let found = largest(simd, stack, &bernstein.cuts, doubt, frame);
-                work.most = larger(work.most, found);
-                if work.most > limit {
-                    return;
+        }
+        if !work.doubtful.is_empty() {
+            self.look_at_patches(simd);
+        }
+    }
+
+    /// Takes into account what the surface costs over each face of which its net leaves doubt.
+    #[inline(always)]
+    fn look_at_patches<S: Simd>(&mut self, simd: S) {
+        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+        let Workspace { blossoms, coefficients, patch, doubtful, curve, frames, most, .. } =
+            &mut **work;
+        let (limit, single) = (*limit, part.net.is_single());
+        let whole = single && part.is_whole();
+        coefficients.resize((HALVINGS + 1) * bernstein.octets(), [[0.0; OCTET]; 4]);
+        for (at, (low, high)) in part.net.places((part.low, part.high)) {
+            let net = part.net.patch(at, patch);
+            for &k in &*doubtful {
+                let (frame, triangle) = (&frames[k], faces[k].map(|corner| corners[corner].at));
+                if !single {
+                    if misses(triangle, low, high) {
+                        continue;
+                    }
+                    let found = costliest(simd, frame, net, limit);
+                    if found <= limit {
+                        *most = larger(*most, found);
+                        continue;
+                    }
+                }
+                let mut polygon = Polygon::of(triangle);
+                if !whole {
+                    polygon.clip(low, high);
+                    polygon.stretch(low, high);
+                    if polygon.corners().len() < 3 {
+                        continue;
+                    }
+                    // Points of the surface may tell that it is not.
+                    curve.clear();
+                    let ends = polygon.corners().iter().filter_map(|&at| bernstein.end(at));
+                    curve.extend(ends.map(|end| net[end]));
+                    *most = larger(*most, costliest(simd, frame, curve, limit));
+                    if *most > limit {
+                        return;
+                    }
+                }
+                let at = polygon.corners();
+                for i in 2..at.len() {
+                    let at = longest_first([at[0], at[i - 1], at[i]]);
+                    bernstein.triangle(simd, net, at, blossoms, coefficients);
+                    let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
+                    let found = largest(simd, coefficients, &bernstein.cuts, doubt, frame);
+                    *most = larger(*most, found);
+                    if *most > limit {
+                        return;
+                    }
                 }
             }
         }
@@ -225,8 +258,8 @@ impl Certify<'_> {
 
     /// Takes the distance of a part's sides from the outer edges into account.
     #[inline(always)]
-    fn follow_sides(&mut self) {
-        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+    fn follow_sides<S: Simd>(&mut self, simd: S) {
+        let Self { work, part, mesh: (corners, faces), limit, .. } = self;
         let whole = part.is_whole();
         for (k, &face) in faces.iter().enumerate() {
             let next = to_next(faces, k);
@@ -239,17 +272,8 @@ impl Certify<'_> {
                 let Some(ends) = (if whole { Some(side) } else { part.clip(side) }) else {
                     continue;
                 };
-                work.curve.clear();
-                bernstein.segment(part.net, ends, &mut work.curve);
                 let chord = Chord::new(a.point, b.point);
-                // The ends of a whole side are those of its chord.
-                let last = work.curve.len() - 1;
-                let looked_at = if whole { &work.curve[1..last] } else { &work.curve[..] };
-                let mut found = chord.furthest(looked_at);
-                if found > *limit {
-                    closer(&mut work.curve);
-                    found = chord.furthest(&work.curve);
-                }
+                let found = chord.furthest(simd, part, ends, &mut work.curve, *limit);
                 work.most = larger(work.most, found);
             }
         }
@@ -265,7 +289,7 @@ impl WithSimd for Certify<'_> {
         let Part { low, high, .. } = self.part;
         let inside = low.x > 0.0 && low.y > 0.0 && high.x < 1.0 && high.y < 1.0;
         if self.work.most <= self.limit && !inside {
-            self.follow_sides();
+            self.follow_sides(simd);
         }
         self.work.most
     }
@@ -309,42 +333,4 @@ fn longest_first(at: [DVec2; 3]) -> [DVec2; 3] {
     let side = |k: usize| at[(k + 1) % 3].distance_squared(at[(k + 2) % 3]);
     let first = (1..3).fold(0, |first, k| if side(k) > side(first) { k } else { first });
     [at[first], at[(first + 1) % 3], at[(first + 2) % 3]]
-}
-
-/// Replaces the control points of a curve by those of its halves, which lie closer to it.
-#[inline(always)]
-fn closer(curve: &mut Vec<DVec4>) {
-    let count = curve.len();
-    curve.extend_from_within(..);
-    let (first, second) = curve.split_at_mut(count);
-    halve(first, second, count - 1, 1, 0..1);
-}
-
-/// A segment, to be measured from.
-struct Chord {
-    start: DVec3,
-    along: DVec3,
-    /// One by the square of its length.
-    scale: f64,
-}
-
-impl Chord {
-    #[inline(always)]
-    fn new(a: DVec3, b: DVec3) -> Self {
-        let along = b - a;
-        Self { start: a, along, scale: 1.0 / along.length_squared().max(f64::MIN_POSITIVE) }
-    }
-
-    /// The largest distance of some homogeneous points. They are too few to be worth the way into
-    /// registers.
-    #[inline(always)]
-    fn furthest(&self, points: &[DVec4]) -> f64 {
-        let mut most = 0.0;
-        for h in points {
-            let away = h.w.recip() * h.truncate() - self.start;
-            let share = (self.scale * away.dot(self.along)).clamp(0.0, 1.0);
-            most = larger(most, (away - share * self.along).length_squared());
-        }
-        most.sqrt()
-    }
 }

@@ -13,7 +13,6 @@ use crate::progress::Observer;
 /// Memory of a thread.
 #[derive(Default)]
 struct Room {
-    desk: Desk,
     vertices: Vertices,
     /// Numbers of vertices around a piece.
     outline: Vec<usize>,
@@ -37,7 +36,9 @@ impl Tessellation<'_> {
             let (mut divided, mut deviation) = (vec![], self.deviation);
             let count = blocks.iter().map(|(_, pieces)| pieces.len()).sum();
             let review = |room: &mut Room, (index, pieces): (usize, &mut Vec<Piece>)| {
-                (index, self.review(room, index, pieces), room.desk.deviation)
+                let review = |desk: &mut Desk| self.review(desk, room, index, pieces);
+                let (changed, deviation) = Desk::with(review);
+                (index, changed, deviation)
             };
             in_groups(blocks, count, observer, review, |(index, changed, most)| {
                 divided.extend(changed.then_some(index));
@@ -70,10 +71,14 @@ impl Tessellation<'_> {
 
     /// Looks at the pieces of a block that have got vertices on their sides; whether one was
     /// divided.
-    fn review(&self, room: &mut Room, index: usize, pieces: &mut Vec<Piece>) -> bool {
+    fn review(
+        &self,
+        desk: &mut Desk,
+        Room { vertices, outline, places }: &mut Room,
+        index: usize,
+        pieces: &mut Vec<Piece>,
+    ) -> bool {
         let (block, divider) = (self.lattice.block(index), self.divider());
-        let Room { desk, vertices, outline, places } = room;
-        desk.deviation = 0.0;
         vertices.collect(block, pieces, self.sides(index));
         let mut divided: Option<Vec<Piece>> = None;
         for k in 0..pieces.len() {

@@ -25,13 +25,14 @@ pub(super) trait Cost {
 pub(super) fn costliest<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4], limit: f64) -> f64 {
     let lanes = S::F64_LANES;
     let (whole, rest) = points.split_at(points.len() / lanes * lanes);
-    let mut most = 0.0;
+    let (mut all, high) = (simd.splat_f64s(0.0), simd.splat_f64s(limit * limit));
     for group in whole.chunks_exact(lanes) {
-        most = larger(most, simd.reduce_max_f64s(squared(simd, cost, group)));
-        if most > limit * limit {
+        all = simd.max_f64s(all, squared(simd, cost, group));
+        if simd.first_true_m64s(simd.greater_than_f64s(all, high)) < lanes {
             return f64::INFINITY;
         }
     }
+    let mut most = if whole.is_empty() { 0.0 } else { simd.reduce_max_f64s(all) };
     // What is left is too little to be worth the way into registers.
     for point in rest {
         most = larger(most, projected(Scalar::new(), cost, point.to_array()));
@@ -86,9 +87,9 @@ pub(super) fn dot<S: Simd, const N: usize>(
     points: [S::f64s; N],
     direction: [f64; N],
 ) -> S::f64s {
-    let mut sum = simd.splat_f64s(0.0);
-    for (point, share) in points.into_iter().zip(direction) {
-        sum = simd.add_f64s(sum, simd.mul_f64s(point, simd.splat_f64s(share)));
+    let mut sum = simd.mul_f64s(points[0], simd.splat_f64s(direction[0]));
+    for k in 1..N {
+        sum = simd.add_f64s(sum, simd.mul_f64s(points[k], simd.splat_f64s(direction[k])));
     }
     sum
 }

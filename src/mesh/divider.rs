@@ -5,17 +5,26 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
+use std::cell::RefCell;
+use std::ops::Range;
+
 use glam::{DVec2, DVec3, DVec4};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bernstein::{Bernstein, UNIT, polynomials};
 use super::certify::{self, Corner, Face, Faces, Part, Workspace};
+use super::chord::Chord;
+use super::net::Net;
 use super::options::Limits;
 use super::outline::{Bending, MOST_CORNERS, Zip};
 use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
 use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
+
+/// Share of the tolerance from which on a proof leaves so little that new vertices hardly ever keep
+/// within it.
+const GROWS: f64 = 0.75;
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -44,7 +53,23 @@ pub(super) struct Desk {
     faces: Vec<Face>,
     work: Workspace,
     /// The largest certified distance of a finished piece.
-    pub deviation: f64,
+    deviation: f64,
+}
+
+thread_local! {
+    /// Each thread keeps its desk: small meshes would spend much of their time on asking for memory.
+    static DESK: RefCell<Desk> = RefCell::default();
+}
+
+impl Desk {
+    /// What `work`, which must not ask for it again, does at the desk of this thread, and the largest
+    /// distance that it has certified.
+    pub(super) fn with<T>(work: impl FnOnce(&mut Self) -> T) -> (T, f64) {
+        DESK.with_borrow_mut(|desk| {
+            desk.deviation = 0.0;
+            (work(desk), desk.deviation)
+        })
+    }
 }
 
 impl Divider<'_> {
@@ -129,9 +154,10 @@ impl Divider<'_> {
         let mesh = (&corners[..], &desk.faces[..]);
         let work = &mut desk.work;
         let distance = if work.begin(mesh) {
-            work.certify(self.bernstein, Part::whole(net), mesh, tolerance).with_simd(simd)
+            let whole = Part::whole(Net::single(net, degrees));
+            work.certify(self.bernstein, whole, mesh, tolerance).with_simd(simd)
         } else {
-            certify::ball(net, mesh)
+            certify::ball(Net::single(net, degrees), mesh)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, &piece.corners(), mesh)
@@ -141,7 +167,7 @@ impl Divider<'_> {
         let direction = direction.filter(|_| divisible);
         if direction.is_none() {
             desk.deviation = desk.deviation.max(distance);
-            done.push(Piece { cut, ..piece });
+            done.push(Piece { cut: cut.proven(distance / tolerance), ..piece });
         }
         direction
     }
@@ -180,10 +206,10 @@ impl Divider<'_> {
         places: &[Place],
         (corners, faces): Faces<'_>,
     ) -> Option<Direction> {
-        let Limits { cosine, edge, aspect, .. } = self.limits;
-        if cosine.is_none() && edge.is_none() && aspect.is_none() {
+        if self.limits.only_distance() {
             return None;
         }
+        let Limits { cosine, edge, aspect, .. } = self.limits;
         let [a, b, c, d] = UNIT.map(|at| corners.iter().position(|corner| corner.at == at));
         let (a, b, c, d) = (a?, b?, c?, d?);
         let length = |i: usize, j: usize| corners[i].point.distance(corners[j].point);
@@ -218,35 +244,42 @@ impl Divider<'_> {
         outline: &[Place],
         desk: &mut Desk,
     ) -> Option<Direction> {
-        self.load(block, *piece, desk);
-        let single = piece.is_single();
         if outline.len() > MOST_CORNERS {
+            self.load(block, *piece, desk);
             return Some(self.steeper(&desk.points));
         }
-        desk.corners.clear();
-        for &(u, v) in outline {
-            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
-            let end = UNIT.iter().position(|corner| *corner == at);
-            let point = match end {
-                Some(end) => desk.points[self.ends()[end]],
-                None if single => self.bernstein.point(&desk.nets, at).project(),
-                None => self.point(block, (u, v)).project(),
-            };
-            desk.corners.push(Corner { at, point });
+        let ends = piece.ends(outline.iter().copied());
+        let share = piece.cut.share().filter(|share| outline.len() > 4 && *share < GROWS);
+        let share = share.filter(|_| self.limits.only_distance());
+        if let Some(share) = share {
+            self.place((block, *piece), outline, false, desk);
+            if self.grow(piece, ends, share, desk) {
+                return None;
+            }
+        }
+        self.load(block, *piece, desk);
+        let tolerance = self.limits.tolerance;
+        let bending = Bending::of(&desk.points, self.nets.degrees);
+        // What is expected to leave its triangles too far is not looked at closer.
+        if piece.divisible() && bending.sag_of_square() > tolerance {
+            return Some(self.steeper(&desk.points));
+        }
+        if share.is_none() {
+            self.place((block, *piece), outline, true, desk);
         }
         let Desk { arch, nets, points, part, corners, faces, work, deviation, .. } = desk;
-        let tolerance = self.limits.tolerance;
-        let ends = piece.ends(outline.iter().copied());
-        let cut = Zip::best(corners, ends, Bending::of(points, self.nets.degrees), tolerance);
+        let single = piece.is_single();
+        let cut = Zip::best(corners, ends, bending, tolerance);
         faces.clear();
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if !single {
             self.distance_of_patches(block, (*piece, points), mesh, (*arch, part, work))
         } else if work.begin(mesh) {
-            arch.dispatch(work.certify(self.bernstein, Part::whole(nets), mesh, tolerance))
+            let whole = Part::whole(Net::single(nets, self.nets.degrees));
+            arch.dispatch(work.certify(self.bernstein, whole, mesh, tolerance))
         } else {
-            certify::ball(nets, mesh)
+            certify::ball(Net::single(nets, self.nets.degrees), mesh)
         };
         let direction = if distance <= tolerance {
             self.beyond(block, outline, mesh)
@@ -255,10 +288,70 @@ impl Divider<'_> {
         };
         let direction = direction.filter(|_| piece.divisible());
         if direction.is_none() {
-            piece.cut = cut;
+            piece.cut = cut.proven(distance / tolerance);
             *deviation = deviation.max(distance);
         }
         direction
+    }
+
+    /// Puts the corners of an outline on the desk; those of the piece are known if it is loaded.
+    fn place(
+        &self,
+        (block, piece): (Block, Piece),
+        outline: &[Place],
+        loaded: bool,
+        desk: &mut Desk,
+    ) {
+        desk.corners.clear();
+        for &(u, v) in outline {
+            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
+            let end = UNIT.iter().position(|corner| *corner == at).filter(|_| loaded);
+            let point = match end {
+                Some(end) => desk.points[self.ends()[end]],
+                None => self.point(block, (u, v)).project(),
+            };
+            desk.corners.push(Corner { at, point });
+        }
+    }
+
+    /// Whether the triangles that a piece was proven with hold with new vertices on its sides: then it
+    /// is cut into triangles with them.
+    ///
+    /// Triangles that keep the edge between the two come from them by moving the new vertices off
+    /// their sides. No point moves further than these do, so neither does the distance from the
+    /// surface grow by more.
+    fn grow(
+        &self,
+        piece: &mut Piece,
+        ends: [usize; 4],
+        share: f64,
+        Desk { corners, faces, work, deviation, .. }: &mut Desk,
+    ) -> bool {
+        let tolerance = self.limits.tolerance;
+        let mut moved = 0.0;
+        for (k, &start) in ends.iter().enumerate() {
+            let (end, last) = match ends.get(k + 1) {
+                Some(&end) => (end, end),
+                None => (0, corners.len()),
+            };
+            let side = Chord::new(corners[start].point, corners[end].point);
+            for corner in &corners[start + 1..last] {
+                moved = larger(moved, side.squared(corner.point));
+            }
+        }
+        let distance = share * tolerance + moved.sqrt();
+        if distance > tolerance {
+            return false;
+        }
+        let cut = piece.cut.grown(corners, ends);
+        faces.clear();
+        cut.faces(ends, faces);
+        let sheet = work.begin((&corners[..], &faces[..]));
+        if sheet {
+            piece.cut = cut;
+            *deviation = deviation.max(distance);
+        }
+        sheet
     }
 
     /// The certified distance of a piece of several patches, on which these points lie, or anything
@@ -275,11 +368,9 @@ impl Divider<'_> {
             return f64::INFINITY;
         }
         let mut most = 0.0;
-        for piece::Part { patch: (row, col), u, v, low, high } in piece.parts() {
+        for of_piece in piece.parts() {
             net.clear();
-            self.nets.append((block.rows.0 + row, block.cols.0 + col), net);
-            self.bernstein.rectangle(net, u, v);
-            let part = Part { low, high, net };
+            let part = self.part(block, &of_piece, net);
             most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
             if most > limit {
                 break;
@@ -288,15 +379,25 @@ impl Divider<'_> {
         most
     }
 
+    /// A part of a piece, whose control points are appended to `points`, where nothing else is.
+    fn part<'a>(&self, block: Block, part: &piece::Part, points: &'a mut Vec<DVec4>) -> Part<'a> {
+        let piece::Part { rows, cols, u, v, low, high } = part;
+        let move_by = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
+        let (rows, cols) = (move_by(rows, block.rows.0), move_by(cols, block.cols.0));
+        let (patches, degrees) = ((rows.len(), cols.len()), self.nets.degrees);
+        self.nets.append(rows, cols, points);
+        self.bernstein.rectangle(points, patches.1 * degrees.1 + 1, *u, *v);
+        Part { low: *low, high: *high, net: Net { points, patches, degrees } }
+    }
+
     /// Makes the net of a piece the only one on the desk; of several patches only points, between
     /// which it bends about as the piece does.
     fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
         if piece.is_single() {
-            for piece::Part { patch, u, v, .. } in piece.parts() {
-                self.nets.append((block.rows.0 + patch.0, block.cols.0 + patch.1), &mut desk.nets);
-                self.bernstein.rectangle(&mut desk.nets, u, v);
+            for part in piece.parts() {
+                self.part(block, &part, &mut desk.nets);
             }
             desk.points.extend(desk.nets.iter().map(|h| h.project()));
             return;
@@ -315,7 +416,8 @@ impl Divider<'_> {
         for i in 0..=p {
             let row = located(place(piece.u, i, p), block.rows.0, p);
             for col in &desk.columns {
-                desk.points.push(self.nets.point(row.shares(), col.shares()).project());
+                let h = self.nets.point(row.shares(), col.shares());
+                desk.points.push(h.w.recip() * h.truncate());
             }
         }
     }

@@ -36,9 +36,10 @@ impl Estimate {
         let (mut net, mut points, mut sums) = (vec![], vec![], [0.0; 3]);
         for (i, j) in (0..some_rows).flat_map(|i| (0..some_cols).map(move |j| (i, j))) {
             net.clear();
-            nets.append((middle(i, some_rows, rows), middle(j, some_cols, cols)), &mut net);
+            let (row, col) = (middle(i, some_rows, rows), middle(j, some_cols, cols));
+            nets.append(row..row + 1, col..col + 1, &mut net);
             points.clear();
-            points.extend(net.iter().map(|h| h.project()));
+            points.extend(net.iter().map(|h| h.w.recip() * h.truncate()));
             let counts = counts(&points, nets.degrees, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }

@@ -172,9 +172,9 @@ fn is_pole(
 ) -> bool {
     let width = nets.degrees.1 + 1;
     let (mut net, mut pole) = (vec![], None);
-    for patch in patches {
+    for (i, j) in patches {
         net.clear();
-        nets.append(patch, &mut net);
+        nets.append(i..i + 1, j..j + 1, &mut net);
         for (k, h) in net.iter().enumerate() {
             let inside = row.is_none_or(|i| k / width == i) && col.is_none_or(|j| k % width == j);
             let point = h.project();

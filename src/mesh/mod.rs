@@ -3,6 +3,7 @@
 mod adaptive;
 mod bernstein;
 mod certify;
+mod chord;
 mod conform;
 mod cost;
 mod distance;
@@ -13,6 +14,7 @@ mod groups;
 mod lattice;
 mod means;
 mod measure;
+mod net;
 mod numbering;
 mod options;
 mod outline;

@@ -66,6 +66,13 @@ pub(super) struct Limits {
     pub aspect: Option<f64>,
 }
 
+impl Limits {
+    /// Whether nothing is limited but the distance.
+    pub(super) fn only_distance(&self) -> bool {
+        self.cosine.is_none() && self.edge.is_none() && self.aspect.is_none()
+    }
+}
+
 impl TessellateOptions {
     /// The same limits for several surfaces at once: with the tolerance in the points' unit, where
     /// it is a share of the diagonal of the box around all control nets.

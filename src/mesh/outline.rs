@@ -62,13 +62,17 @@ impl Bending {
 pub(super) struct Zip {
     /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The next,
     /// from below: whether the next step is on the chain that runs with the outline. From
-    /// [`STEPS`] on: how many corners the outline has. All in one number, because large meshes have
-    /// many of them.
+    /// [`STEPS`] on: how many corners the outline has. Four leave no choice of steps; in their place
+    /// stands the share of the tolerance that the two triangles were proven to lie within, in parts
+    /// of [`SHARES`]. All in one number, because large meshes have many of them.
     bits: u32,
 }
 
-/// Bits for the steps.
+/// Bits for the steps, and the lowest one.
 const STEPS: u32 = 27;
+
+/// The whole tolerance, as large as there is room for in place of the steps.
+const SHARES: u32 = (1 << (STEPS - 1)) - 1;
 
 /// Most corners of an outline: a [`Zip`] holds the steps of no more.
 pub(super) const MOST_CORNERS: usize = 28;
@@ -95,16 +99,64 @@ impl Zip {
             bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
         };
         let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
+        Self::chosen(ends, corners.len(), second, |right, left| {
+            cost(right.1, left.0) <= cost(right.0, left.1)
+        })
+    }
+
+    /// The cut whose steps `choose` says.
+    #[inline(always)]
+    fn chosen(
+        ends: [usize; 4],
+        count: usize,
+        second: bool,
+        mut choose: impl FnMut((usize, usize), (usize, usize)) -> bool,
+    ) -> Self {
         let (mut steps, mut bit) = (u32::from(second), 1);
         let choose = |right: (usize, usize), left: (usize, usize)| {
-            let with = cost(right.1, left.0) <= cost(right.0, left.1);
+            let with = choose(right, left);
             steps |= u32::from(with).checked_shl(bit).unwrap_or(0);
             bit += 1;
             with
         };
-        let count = corners.len();
         zip(ends, count, second, choose, |_| ());
         Self { bits: steps | u32::try_from(count).unwrap_or(u32::MAX) << STEPS }
+    }
+
+    /// The same cut of four corners, with the share of the tolerance that it was proven to lie within.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+    #[inline(always)]
+    pub(super) fn proven(self, share: f64) -> Self {
+        if self.corners() > 4 {
+            return self;
+        }
+        // What is cut off is less than one part.
+        let parts = 1 + (share.min(1.0) * f64::from(SHARES - 1)) as u32;
+        Self { bits: self.bits | parts << 1 }
+    }
+
+    /// The share of the tolerance that a cut of four corners was proven to lie within.
+    pub(super) fn share(self) -> Option<f64> {
+        let parts = self.bits >> 1 & SHARES;
+        (self.corners() == 4).then(|| f64::from(parts) / f64::from(SHARES - 1))
+    }
+
+    /// A cut of an outline with more corners that keeps the diagonal of this one of four: of each
+    /// other new edge the shorter one.
+    pub(super) fn grown(self, corners: &[Corner], ends: [usize; 4]) -> Self {
+        let second = self.bits & 1 == 1;
+        let diagonal = if second { (ends[2], ends[0]) } else { (ends[1], ends[3]) };
+        let length = |i: usize, j: usize| corners[i].point.distance_squared(corners[j].point);
+        let mut before = true;
+        Self::chosen(ends, corners.len(), second, |right, left| {
+            let at = (right.0 == diagonal.0, left.0 == diagonal.1);
+            before &= at != (true, true);
+            // A chain that has come to the diagonal waits there for the other one.
+            if before && at.0 != at.1 {
+                return at.1;
+            }
+            length(right.1, left.0) <= length(right.0, left.1)
+        })
     }
 
     /// Appends the triangles of the cut of an outline that has the piece's own corners at these
@@ -216,5 +268,36 @@ mod tests {
                 assert!((faces.iter().map(area).sum::<f64>() - 1.0).abs() < 1e-15);
             }
         }
+    }
+    #[test]
+    fn cuts_grow_about_their_diagonal() {
+        let places = [
+            (0.0, 0.0),
+            (0.3, 0.0),
+            (1.0, 0.0),
+            (1.0, 0.25),
+            (1.0, 0.5),
+            (1.0, 1.0),
+            (0.5, 1.0),
+            (0.0, 1.0),
+            (0.0, 0.5),
+        ];
+        let corners = outline(&places);
+        let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+        for (bending, diagonal) in [(1.0, [1, 3]), (-1.0, [0, 2])] {
+            let bending = Bending { uu: 1.0, uv: 0.5 * bending, vv: 1.0 };
+            let square = outline(&UNIT.map(|at| (at.x, at.y)));
+            let cut = Zip::best(&square, [0, 1, 2, 3], bending, 0.01).proven(0.3);
+            let share = cut.share().unwrap();
+            assert!((0.3..0.3 + 1e-7).contains(&share), "{share}");
+            let mut faces = vec![];
+            let grown = cut.grown(&corners, ends).proven(0.3);
+            grown.faces(ends, &mut faces);
+            assert_eq!((grown.share(), faces.len()), (None, corners.len() - 2));
+            let [a, b] = diagonal.map(|k| ends[k]);
+            let along = faces.iter().filter(|face| face.contains(&a) && face.contains(&b));
+            assert_eq!(along.count(), 2, "{faces:?}");
+        }
+        assert_eq!(Zip::default().share(), None);
     }
 }

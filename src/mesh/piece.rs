@@ -1,5 +1,7 @@
 //! Pieces: the rectangles of the parameters that become two triangles, or a few more.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use super::outline::Zip;
@@ -30,10 +32,15 @@ pub(super) struct Block {
     pub cols: (usize, usize),
 }
 
-/// What a piece has of one patch of a block.
+/// Patches of a part at most.
+const PATCHES_OF_PART: usize = 16;
+
+/// What a piece has of a rectangle of patches of a block.
 pub(super) struct Part {
-    pub patch: (usize, usize),
-    /// The rectangle in the unit square of the patch.
+    pub rows: Range<usize>,
+    pub cols: Range<usize>,
+    /// The rectangle in the unit square of these patches: all of it, if they are several in this
+    /// direction.
     pub u: (f64, f64),
     pub v: (f64, f64),
     /// The rectangle in the unit square of the piece.
@@ -78,25 +85,30 @@ impl Piece {
         single(self.u) && single(self.v)
     }
 
-    /// Its parts in different patches, of which those in the middle come first.
+    /// Its parts of a few patches each, of which those in the middle come first.
     pub(super) fn parts(self) -> impl Iterator<Item = Part> {
-        let count = |(from, to): (u32, u32)| (to - 1) / PATCH - from / PATCH + 1;
-        let (rows, cols) = (count(self.u), count(self.v));
-        let all = rows * cols;
+        let ends = |(from, to): (u32, u32)| ((from / PATCH) as usize, to.div_ceil(PATCH) as usize);
+        let (rows, cols) = (ends(self.u), ends(self.v));
+        let wide = (cols.1 - cols.0).min(PATCHES_OF_PART);
+        let high = (rows.1 - rows.0).min(PATCHES_OF_PART / wide);
+        let (down, along) = ((rows.1 - rows.0).div_ceil(high), (cols.1 - cols.0).div_ceil(wide));
+        let all = down * along;
         (0..all).map(move |k| {
-            let k = (k + rows / 2 * cols + cols / 2) % all;
-            let share = |(from, to): (u32, u32), k: u32| {
-                let patch = from / PATCH + k;
-                let start = patch * PATCH;
-                let (low, high) = (from.max(start), to.min(start + PATCH));
-                let of_patch = |x: u32| f64::from(x - start) / f64::from(PATCH);
-                let of_piece = |x: u32| f64::from(x - from) / f64::from(to - from);
-                (patch as usize, (of_patch(low), of_patch(high)), (of_piece(low), of_piece(high)))
-            };
-            let (row, u, x) = share(self.u, k / cols);
-            let (col, v, y) = share(self.v, k % cols);
+            let k = (k + down / 2 * along + along / 2) % all;
+            let share =
+                |(from, to): (u32, u32), (first, end): (usize, usize), size: usize, k: usize| {
+                    let patches = first + k * size..end.min(first + (k + 1) * size);
+                    let place = |patch: usize| u32::try_from(patch).unwrap_or(0) * PATCH;
+                    let (start, stop) = (place(patches.start), place(patches.end));
+                    let (low, high) = (from.max(start), to.min(stop));
+                    let of_patches = |x: u32| f64::from(x - start) / f64::from(stop - start);
+                    let of_piece = |x: u32| f64::from(x - from) / f64::from(to - from);
+                    (patches, (of_patches(low), of_patches(high)), (of_piece(low), of_piece(high)))
+                };
+            let (rows, u, x) = share(self.u, rows, high, k / along);
+            let (cols, v, y) = share(self.v, cols, wide, k % along);
             let (low, high) = (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1));
-            Part { patch: (row, col), u, v, low, high }
+            Part { rows, cols, u, v, low, high }
         })
     }
 
@@ -106,14 +118,15 @@ impl Piece {
             let middle = from + (to - from) / 2;
             if to - from > PATCH { middle / PATCH * PATCH } else { middle }
         };
+        let uncut = Self { cut: Zip::default(), ..self };
         match direction {
             Direction::U => {
                 let at = middle(self.u);
-                [Self { u: (self.u.0, at), ..self }, Self { u: (at, self.u.1), ..self }]
+                [Self { u: (self.u.0, at), ..uncut }, Self { u: (at, self.u.1), ..uncut }]
             }
             Direction::V => {
                 let at = middle(self.v);
-                [Self { v: (self.v.0, at), ..self }, Self { v: (at, self.v.1), ..self }]
+                [Self { v: (self.v.0, at), ..uncut }, Self { v: (at, self.v.1), ..uncut }]
             }
         }
     }

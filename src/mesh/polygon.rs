@@ -29,6 +29,10 @@ impl Polygon {
         for (axis, at, sign) in
             [(0, low.x, 1.0), (0, high.x, -1.0), (1, low.y, 1.0), (1, high.y, -1.0)]
         {
+            let outside = |corner: &DVec2| sign * (corner[axis] - at) < 0.0;
+            if !self.corners().iter().any(outside) {
+                continue;
+            }
             let (before, count) = (self.corners, self.count);
             self.count = 0;
             let mut push = |corner: DVec2| {

@@ -2,6 +2,8 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
+use std::ops::Range;
+
 use glam::DVec4;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -61,11 +63,12 @@ impl PatchNets {
         point
     }
 
-    /// Appends the homogeneous control points of the patch in this row and column, row by row.
-    pub(crate) fn append(&self, (row, col): (usize, usize), net: &mut Vec<DVec4>) {
+    /// Appends the homogeneous control points of the patches in these rows and columns, row by row.
+    pub(crate) fn append(&self, rows: Range<usize>, cols: Range<usize>, net: &mut Vec<DVec4>) {
         let (p, q) = self.degrees;
-        for i in row * p..=(row + 1) * p {
-            net.extend_from_slice(&self.points[i * self.cols + col * q..][..=q]);
+        let (start, width) = (cols.start * q, cols.len() * q + 1);
+        for i in rows.start * p..=rows.end * p {
+            net.extend_from_slice(&self.points[i * self.cols + start..][..width]);
         }
     }
 }
@@ -235,7 +238,7 @@ mod tests {
         for (i, ends_u) in nets.u.windows(2).enumerate() {
             for (j, ends_v) in nets.v.windows(2).enumerate() {
                 let mut net = vec![];
-                nets.append((i, j), &mut net);
+                nets.append(i..i + 1, j..j + 1, &mut net);
                 let corners = [(0, 0, 0), (2, 0, 1), (6, 1, 0), (8, 1, 1)];
                 for (k, at_u, at_v) in corners {
                     let point = torus.point(ends_u[at_u], ends_v[at_v]);
