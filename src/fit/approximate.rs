@@ -25,7 +25,8 @@ pub struct ApproximateOptions {
     /// Directions in which the surface closes smoothly.
     pub closed: (bool, bool),
     /// Weight of the fairness, the energy of third derivatives: 1 gives it as large a say as all
-    /// points together. `None`: by generalized cross-validation.
+    /// points together. `None`: by generalized cross-validation; how much more derivatives along one
+    /// direction count is found, too, by marginal likelihood.
     pub fairness: Option<f64>,
     /// About how far the surface goes on beyond the points at open borders, in mean spacings of the
     /// points: less where the border is sure, more where it is in doubt.

@@ -76,6 +76,12 @@ impl Band {
         self.values[at] += value;
     }
 
+    /// The entry (i, j).
+    #[inline]
+    pub(super) fn entry(&self, i: usize, j: usize) -> f64 {
+        self.values[self.index(i.max(j), i.min(j))]
+    }
+
     /// Adds a symmetric block of three rows from 3 i on and three columns from 3 j on, and the same
     /// the other way round; values are those of the pairs 00, 01, 02, 11, 12 and 22.
     #[inline]

@@ -1,11 +1,13 @@
 //! How smooth the points want their surface: the weight of the fairness by generalized
 //! cross-validation (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and B. Marx, *Flexible smoothing
-//! with B-splines and penalties*, 1996).
+//! with B-splines and penalties*, 1996), and before that, from the second time on, its anisotropy.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::anisotropy;
 use super::band::Band;
+use super::fairness::Energy;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Quad, Question, add, answers};
 use super::space::SplineSpace;
@@ -17,8 +19,10 @@ use crate::nurbs::{Row, padded};
 /// largest, little more than a quadratic is left.
 const TRIED: (f64, f64) = (-4.0, 3.0);
 
-/// Steps between weights tried first, and how close the search comes, in decades.
+/// Steps between weights tried first, and how close the search comes, in decades; the first ones
+/// from a weight that was best before.
 const STEPS: (f64, f64) = (1.0, 0.2);
+const STEP_FROM_KNOWN: f64 = 0.5;
 
 /// The surface may not have more than this share of as many degrees of freedom as there are
 /// points: it would pass through them and know nothing of their noise.
@@ -32,22 +36,41 @@ const JUDGED: usize = 20_000;
 pub(super) struct Score {
     /// Weight of the fairness.
     pub(super) fairness: f64,
+    /// The weight for each unit of the energy's trace: with it the energy has as large a say on
+    /// another net.
+    level: f64,
+    /// Of the energy.
+    pub(super) anisotropy: f64,
     /// Mean square of the error to be expected at a point that was left out.
     pub(super) error: f64,
 }
 
 /// The weight that generalized cross-validation finds best, from the heights of the points over
-/// the surface along their normals; `None` if the points cannot tell.
+/// the surface along their normals, near the `known` one, which may be of another net; `None` if the
+/// points cannot tell. What is known already makes the anisotropy more likely first.
 pub(super) fn best(
     space: &SplineSpace,
     samples: &[Sample],
-    energy: &Band,
-    near: Option<f64>,
+    energy: Energy,
+    known: Option<Score>,
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
-    let unit = equations.matrix.trace() / energy.trace();
     let heights = Heights::of(space, samples);
-    let score_at = |exponent: f64| heights.score(&equations, energy, exponent, unit);
+    let said = equations.matrix.trace();
+    let anisotropy = match known {
+        Some(Score { level, .. }) => {
+            anisotropy::more_likely(space, samples, &equations, energy, level * said)?
+        }
+        None => energy.anisotropy,
+    };
+    let energy = energy.with_anisotropy(anisotropy).matrix(space);
+    let trace = energy.trace();
+    let score_at = |exponent: f64| -> Result<Option<Score>> {
+        let fairness = 10.0_f64.powf(exponent);
+        let level = fairness / trace;
+        let error = heights.expected_error(&equations, &energy, level * said)?;
+        Ok(error.map(|error| Score { fairness, level, anisotropy, error }))
+    };
     let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
         (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
         (a, b) => a.or(b),
@@ -55,12 +78,13 @@ pub(super) fn best(
     let scores = |exponents: &[f64]| -> Result<Vec<Option<Score>>> {
         exponents.par_iter().map(|&exponent| score_at(exponent)).collect()
     };
-    let mut step = STEPS.0;
-    let mut found = match near {
-        Some(fairness) => score_at(fairness.log10().clamp(TRIED.0, TRIED.1))?,
+    let mut found = match known {
+        Some(Score { level, .. }) => score_at((level * trace).log10().clamp(TRIED.0, TRIED.1))?,
         None => None,
     };
+    let mut step = STEP_FROM_KNOWN;
     if found.is_none() {
+        step = STEPS.0;
         let mut exponents = vec![TRIED.0];
         while exponents[exponents.len() - 1] + step <= TRIED.1 {
             exponents.push(exponents[exponents.len() - 1] + step);
@@ -117,16 +141,16 @@ impl<'a> Heights<'a> {
         Self { space, judged, count }
     }
 
-    fn score(
+    /// The mean square of the error to be expected with so many times this energy; `None` if the
+    /// points cannot tell.
+    fn expected_error(
         &self,
         equations: &NormalEquations,
         energy: &Band,
-        exponent: f64,
-        unit: f64,
-    ) -> Result<Option<Score>> {
-        let fairness = 10.0_f64.powf(exponent);
+        times: f64,
+    ) -> Result<Option<f64>> {
         let mut factor = equations.matrix.clone();
-        factor.add_scaled(fairness * unit, energy);
+        factor.add_scaled(times, energy);
         if !factor.factor::<Error>(&mut || Ok(()))? {
             return Ok(None);
         }
@@ -136,8 +160,7 @@ impl<'a> Heights<'a> {
         }
         let mut net = equations.right.clone();
         factor.solve(&mut net);
-        let error = self.mean_square(&net) / (1.0 - freedom / self.count).powi(2);
-        Ok(Some(Score { fairness, error }))
+        Ok(Some(self.mean_square(&net) / (1.0 - freedom / self.count).powi(2)))
     }
 
     /// The mean square of the heights over the surface with these control points, in the order of

@@ -15,34 +15,86 @@ const MOST_ORDER: usize = 3;
 const MIXED: [&[f64]; MOST_ORDER + 1] =
     [&[1.0], &[1.0, 1.0], &[1.0, 2.0, 1.0], &[1.0, 3.0, 3.0, 1.0]];
 
-/// The energy as a matrix over the unknowns: the integral of all squared derivatives of one order,
-/// mixed ones as often as they occur, over a domain of these lengths in space. Order 2 is the thin
-/// plate's.
-pub(super) fn energy(space: &SplineSpace, lengths: (f64, f64), order: usize) -> Band {
-    let [u, v] = &space.knots;
-    let (gram_u, gram_v) = (Gram::of(u), Gram::of(v));
-    // With x = length_u u and y = length_v v, up to a factor.
-    let ratio = lengths.1 / lengths.0;
-    let mut shares = [0.0; MOST_ORDER + 1];
-    for ((share, count), by_v) in shares.iter_mut().zip(MIXED[order]).zip(0_i32..) {
-        *share = count * ratio.powi(i32::try_from(order).unwrap_or(0) - 2 * by_v);
+/// The energy of a surface: the integral of all squared derivatives of one order, mixed ones as often
+/// as they occur, over a domain of these lengths in space. Order 2 is the thin plate's.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Energy {
+    /// The domain's length along v, in that along u.
+    ratio: f64,
+    pub(super) order: usize,
+    /// How many times as much the derivatives along u alone count, and those along v alone as many
+    /// times less.
+    pub(super) anisotropy: f64,
+}
+
+impl Energy {
+    /// In which all directions count alike.
+    pub(super) fn new(lengths: (f64, f64), order: usize) -> Self {
+        Self { ratio: lengths.1 / lengths.0, order, anisotropy: 1.0 }
     }
-    let (rows, cols) = (u.control_points(), v.control_points());
-    let mut matrix = space.matrix(1);
-    for i in 0..rows {
-        for k in i..(i + u.degree() + 1).min(rows) {
-            let along: [f64; MOST_ORDER + 1] =
-                std::array::from_fn(|d| if d <= order { gram_u[order - d].at(i, k) } else { 0.0 });
-            for j in 0..cols {
-                let first = if k > i { j.saturating_sub(v.degree()) } else { j };
-                for l in first..(j + v.degree() + 1).min(cols) {
-                    let terms = (0..=order).map(|d| shares[d] * along[d] * gram_v[d].at(j, l));
-                    matrix.add(space.place(i, j), space.place(k, l), terms.sum());
+
+    pub(super) fn with_anisotropy(self, anisotropy: f64) -> Self {
+        Self { anisotropy, ..self }
+    }
+
+    /// How much each squared derivative counts, by how often it is along v, without anisotropy; up to
+    /// a factor that all have in common.
+    pub(super) fn factors(&self) -> [f64; MOST_ORDER + 1] {
+        // With x = length_u u and y = length_v v.
+        let mut factors = [0.0; MOST_ORDER + 1];
+        for ((factor, count), by_v) in factors.iter_mut().zip(MIXED[self.order]).zip(0_i32..) {
+            *factor = count * self.ratio.powi(i32::try_from(self.order).unwrap_or(0) - 2 * by_v);
+        }
+        factors
+    }
+
+    /// The energy as a matrix over the unknowns.
+    pub(super) fn matrix(&self, space: &SplineSpace) -> Band {
+        let mut matrix = space.matrix(1);
+        self.each_entry(space, |[a, b], [along_u, mixed, along_v]| {
+            let value = self.anisotropy * along_u + mixed + along_v / self.anisotropy;
+            matrix.add(a, b, value);
+        });
+        matrix
+    }
+
+    /// The traces of the products of a matrix with the energies of the derivatives along u alone and
+    /// of those along v alone, both without anisotropy.
+    pub(super) fn traces(&self, space: &SplineSpace, matrix: &Band) -> [f64; 2] {
+        let mut traces = [0.0; 2];
+        self.each_entry(space, |[a, b], [along_u, _, along_v]| {
+            let factor = matrix.entry(a, b) * if a == b { 1.0 } else { 2.0 };
+            traces[0] += factor * along_u;
+            traces[1] += factor * along_v;
+        });
+        traces
+    }
+
+    /// Calls with the places of the unknowns of each pair, once, and with what the derivatives along
+    /// u alone, the mixed ones and those along v alone make of it.
+    fn each_entry(&self, space: &SplineSpace, mut call: impl FnMut([usize; 2], [f64; 3])) {
+        let (order, factors) = (self.order, self.factors());
+        let [u, v] = &space.knots;
+        let (gram_u, gram_v) = (Gram::of(u), Gram::of(v));
+        let (rows, cols) = (u.control_points(), v.control_points());
+        for i in 0..rows {
+            for k in i..(i + u.degree() + 1).min(rows) {
+                let mut by_u = [0.0; MOST_ORDER + 1];
+                for (d, by_u) in by_u.iter_mut().enumerate().take(order + 1) {
+                    *by_u = factors[d] * gram_u[order - d].at(i, k);
+                }
+                for j in 0..cols {
+                    let place = space.place(i, j);
+                    let first = if k > i { j.saturating_sub(v.degree()) } else { j };
+                    for l in first..(j + v.degree() + 1).min(cols) {
+                        let term = |d: usize| by_u[d] * gram_v[d].at(j, l);
+                        let mixed = (1..order).map(term).sum();
+                        call([place, space.place(k, l)], [term(0), mixed, term(order)]);
+                    }
                 }
             }
         }
     }
-    matrix
 }
 
 /// Integrals of products of basis functions over the domain, for one order of differentiation: at
@@ -144,6 +196,23 @@ mod tests {
             (bends.at(0, 1), -8.0),
         ] {
             assert!((got - wanted).abs() < 1e-14, "{got} {wanted}");
+        }
+    }
+
+    #[test]
+    fn traces_are_what_anisotropy_changes() {
+        for closed in [false, true] {
+            let u = KnotVector::clamped_uniform(3, 6).unwrap();
+            let v =
+                if closed { KnotVector::periodic_uniform(2, 7) } else { Ok(u.clone()) }.unwrap();
+            let space = SplineSpace::new([u, v], [false, closed]).unwrap();
+            let energy = Energy::new((1.0, 1.3), 2);
+            let other = Energy::new((2.0, 1.0), 1).matrix(&space);
+            let trace = |energy: Energy| other.inner_product(&energy.matrix(&space));
+            let [along_u, along_v] = energy.traces(&space, &other);
+            let got = trace(energy.with_anisotropy(3.0)) - trace(energy);
+            let wanted = 2.0 * along_u - 2.0 / 3.0 * along_v;
+            assert!((got - wanted).abs() < 1e-12 * trace(energy), "{got} {wanted}");
         }
     }
 

@@ -7,7 +7,7 @@ use super::band::Band;
 use super::border::conformed;
 use super::correct::{Foot, feet};
 use super::cross_validation;
-use super::fairness;
+use super::fairness::Energy;
 use super::growth::EndedBy;
 use super::normal_equations::{NormalEquations, Sample};
 use super::outline::Outline;
@@ -176,18 +176,32 @@ impl<'a> Fitting<'a> {
         self.fixed.or(self.score.map(|score| score.fairness)).unwrap_or(LEAST_FAIRNESS)
     }
 
-    pub(super) fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Band {
+    /// The energy that is kept small, with the anisotropy that was found last.
+    fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Energy {
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
         let few = self.points.len() < FEW * space.unknowns();
         let order = if few { ORDER_OF_FEW } else { ORDER };
         // Derivatives beyond the degree vanish.
-        fairness::energy(space, lengths, order.min(p.max(q)))
+        let energy = Energy::new(lengths, order.min(p.max(q)));
+        self.score.map_or(energy, |score| energy.with_anisotropy(score.anisotropy))
+    }
+
+    /// Its matrix, and the entries of that for x, y and z.
+    pub(super) fn energy_along_axes(
+        &self,
+        space: &SplineSpace,
+        lengths: (f64, f64),
+    ) -> (Band, Vec<(usize, f64)>) {
+        let energy = self.energy(space, lengths).matrix(space);
+        let along_axes = energy.for_each_axis(&space.matrix(3));
+        (energy, along_axes)
     }
 
     /// The surface by plain distances at the parameters as they are.
     pub(super) fn first(&mut self, space: &SplineSpace) -> Result<NurbsSurface> {
         let samples = self.samples(None);
-        self.solve_distances(space, &samples, &self.energy(space, (1.0, 1.0)), self.falling)
+        let energy = self.energy(space, (1.0, 1.0)).matrix(space);
+        self.solve_distances(space, &samples, &energy, self.falling)
     }
 
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
@@ -212,8 +226,8 @@ impl<'a> Fitting<'a> {
         from: NurbsSurface,
         Pace { limit, left_of_fairness }: Pace,
     ) -> Result<NurbsSurface> {
-        let energy = self.energy(space, lengths(&from));
-        let along_axes = energy.for_each_axis(&space.matrix(3));
+        let lengths = lengths(&from);
+        let (mut energy, mut along_axes) = self.energy_along_axes(space, lengths);
         let mut surface = from;
         let mut error = f64::INFINITY;
         for iteration in 0..MOST_TIMES * limit {
@@ -228,13 +242,14 @@ impl<'a> Fitting<'a> {
             error = found;
             let samples = self.samples(Some(&feet));
             let asked = self.fixed.is_none() && ASKED.contains(&iteration);
-            let near = self.score.map(|score| score.fairness);
+            let (known, wanted) = (self.score, self.energy(space, lengths));
             let (score, equations) = rayon::join(
-                || asked.then(|| cross_validation::best(space, &samples, &energy, near)),
+                || asked.then(|| cross_validation::best(space, &samples, wanted, known)),
                 || NormalEquations::of_tangent_distances(space, &samples, &mut || Ok(())),
             );
             if let Some(score) = score {
                 self.believe(score?);
+                (energy, along_axes) = self.energy_along_axes(space, lengths);
             }
             surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
             self.falling *= left_of_fairness;
@@ -279,7 +294,7 @@ impl<'a> Fitting<'a> {
             Some(outline) => (outline.squared(&self.uv), false),
             None => conformed(&self.uv, &space, noise / size, border, spacing / size)?,
         };
-        let energy = self.energy(&space, (length_u, length_v));
+        let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
         let samples = self.samples(None);
         self.falling = self.aim().max(FAIRNESS_OF_BENT);
         Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))

@@ -5,6 +5,7 @@
 //! on variational principles*, 1994). The normal equations (`normal_equations`) are sparse and
 //! positive definite; no matrix has a side as long as there are points.
 
+mod anisotropy;
 mod approximate;
 mod band;
 mod border;
@@ -32,6 +33,7 @@ pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 use self::band::Band;
 pub use self::border::bounded;
 pub use self::correct::project;
+use self::fairness::Energy;
 pub(crate) use self::growth::{EXACT, POINTS_PER_CONTROL_POINT};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
@@ -174,7 +176,7 @@ impl Equations {
         let lengths = fairness::lengths(&space, &samples, listen)?;
         drop(samples);
         listen()?;
-        let energy = fairness::energy(&space, lengths, order);
+        let energy = Energy::new(lengths, order).matrix(&space);
         Ok(Self { space, centre, extent, points: points.len(), distances, energy })
     }
 

@@ -87,8 +87,7 @@ impl Fitting<'_> {
     ) -> Result<NurbsSurface> {
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
-        let energy = self.energy(&space, lengths(&surface));
-        let along_axes = energy.for_each_axis(&space.matrix(3));
+        let (energy, along_axes) = self.energy_along_axes(&space, lengths(&surface));
         let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
         let mut feet = self.correct(&surface, STEPS);
         let mut error = self.rms(&feet);

@@ -1,0 +1,218 @@
+//! How much more a surface may bend along one direction of its parameters than along the other: by
+//! the marginal likelihood of its points.
+//!
+//! The surface is the likeliest one if its energy, `lambda_j` times that of each part j, is minus the
+//! logarithm of a prior probability. The points' likelihood under all surfaces together then tells
+//! the `lambda_j`, and the generalized Fellner-Schall update (S. Wood, M. Fasiolo, *A generalized
+//! Fellner-Schall method for smoothing parameter optimization with application to Tweedie location,
+//! scale and shape models*, 2017) is a step that raises it: `lambda_j` becomes larger by
+//! `(tr(P⁻ E_j) - tr((A + P)⁻¹ E_j)) / c·E_j c` up to a common factor, with the matrices `E_j` of the
+//! parts, their sum `P` with weights, the equations' `A` and the solution c. Only the anisotropy is
+//! taken from it: how the part of the derivatives along u alone stands to that along v alone, while
+//! mixed ones stay in the middle. The common factor is left to cross-validation, which errs less where
+//! a surface is not as its prior has it.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::fairness::Energy;
+use super::normal_equations::{NormalEquations, Sample};
+use super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::nurbs::BasisDerivatives;
+
+/// The most that one direction counts more or less than both on average. Beyond, derivatives count so
+/// little that they hold nothing where no points are.
+const MOST: f64 = 10.0;
+
+/// Share of the unknowns whose freedom the energy must take away for the points to tell: those
+/// without noise would speak of the net, and move what lies beyond the border.
+const LEAST_TAKEN: f64 = 0.1;
+
+/// A share of the mean diagonal that stands in for what the energy leaves free. It cancels, as
+/// energies know nothing of that; rounding, which does not, grows as it falls.
+const RIDGE: f64 = 1e-8;
+
+/// Samples that bending is measured at, at equal steps: it is a mean square, of which a factor of 1.1
+/// is no matter.
+const MEASURED: usize = 500;
+
+/// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
+/// 1, which is none, if they cannot tell.
+///
+/// Two factorizations and inverses within the band: as much as two weights cost cross-validation.
+pub(super) fn more_likely(
+    space: &SplineSpace,
+    samples: &[Sample],
+    equations: &NormalEquations,
+    energy: Energy,
+    times: f64,
+) -> Result<f64> {
+    let (matrix, size) = (energy.matrix(space), space.unknowns());
+    let mut prior = matrix.clone();
+    let ridge = RIDGE * matrix.trace() / size as f64;
+    (0..size).for_each(|i| prior.add(i, i, ridge));
+    let mut posterior = equations.matrix.clone();
+    posterior.add_scaled(times, &matrix);
+    let factors = [&mut prior, &mut posterior];
+    for factor in factors {
+        if !factor.factor::<Error>(&mut || Ok(()))? {
+            return Ok(1.0);
+        }
+    }
+    let mut solution = equations.right.clone();
+    posterior.solve(&mut solution);
+    let (prior, posterior) = rayon::join(|| prior.inverse(), || posterior.inverse());
+    let taken = times * posterior.inner_product(&matrix);
+    let (before, after) = (energy.traces(space, &prior), energy.traces(space, &posterior));
+    let bending = bending(space, samples, energy, &solution);
+    let [along_u, along_v] = [0, 1].map(|d| ((before[d] - times * after[d]) / bending[d]).ln());
+    // One part counts as much beside the other as the anisotropy squared. An update falls short of
+    // the likeliest: twice as far is where three lead.
+    let anisotropy = energy.anisotropy * (along_u - along_v).exp();
+    if taken < LEAST_TAKEN * size as f64 || !anisotropy.is_finite() {
+        return Ok(1.0);
+    }
+    Ok(anisotropy.clamp(1.0 / MOST, MOST))
+}
+
+/// The energies of the derivatives along u alone and along v alone, without anisotropy, of the surface
+/// with these control points in the order of solution; up to a common factor.
+///
+/// Only what they have along the samples' normals counts: an arc's third derivatives are tangents,
+/// and say nothing of noise.
+fn bending(
+    space: &SplineSpace,
+    samples: &[Sample],
+    energy: Energy,
+    solution: &[[f64; 3]],
+) -> [f64; 2] {
+    let net = space.places().into_iter().map(|place| DVec3::from_array(solution[place]));
+    let (net, width): (Vec<DVec3>, _) = (net.collect(), space.knots[1].control_points());
+    let (order, factors) = (energy.order, energy.factors());
+    let square = |sample: &Sample| {
+        let [u, v] = [0, 1].map(|d| BasisDerivatives::<4>::at(&space.knots[d], sample.uv[d]));
+        let [p, q] = [0, 1].map(|d| space.knots[d].degree());
+        let (mut along_u, mut along_v) = (DVec3::ZERO, DVec3::ZERO);
+        for i in 0..=p {
+            let row = &net[(u.first + i) * width + v.first..][..=q];
+            let sum = |by_v: &[f64]| row.iter().zip(by_v).map(|(p, value)| *value * *p).sum();
+            let (value, derivative): (DVec3, DVec3) = (sum(&v.rows[0]), sum(&v.rows[order]));
+            along_u += u.rows[order][i] * value;
+            along_v += u.rows[0][i] * derivative;
+        }
+        [along_u, along_v].map(|along| sample.weight * along.dot(sample.normal).powi(2))
+    };
+    let step = samples.len().div_ceil(MEASURED).max(1);
+    let squares: Vec<[f64; 2]> =
+        (0..samples.len()).into_par_iter().step_by(step).map(|i| square(&samples[i])).collect();
+    let sum = |d: usize| squares.iter().map(|squares| squares[d]).sum::<f64>();
+    [factors[0] * sum(0), factors[order] * sum(1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, Vec2Swizzles};
+
+    use super::*;
+    use crate::nurbs::KnotVector;
+
+    /// Noise of deviation 1: the sum of twelve numbers that `SplitMix64` draws (G. Steele, D. Lea,
+    /// C. Flood, 2014).
+    fn noise(i: u64) -> f64 {
+        let draw = |k: u64| {
+            let mut bits = (12 * i + k + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+            bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(draw).sum::<f64>() - 6.0
+    }
+
+    /// Points scattered over a square and moved along its normal.
+    fn samples(height: impl Fn(DVec2) -> f64, deviation: f64) -> Vec<Sample> {
+        let sample = |i: u32| {
+            let at = f64::from(i);
+            let uv = DVec2::new(
+                (at * 0.754_877_666_246_692_7).fract(),
+                (at * 0.569_840_290_998_053_2).fract(),
+            );
+            let point = uv.extend(height(uv) + deviation * noise(u64::from(i)));
+            Sample { point, uv, weight: 1.0, normal: DVec3::Z, tangential: 1.0 }
+        };
+        (0..1500).map(sample).collect()
+    }
+
+    /// The anisotropy after steps from none, with a weight of the fairness.
+    fn found(samples: &[Sample], closed: [bool; 2], fairness: f64, steps: usize) -> f64 {
+        let knots = closed.map(|closed| {
+            if closed {
+                KnotVector::periodic_uniform(3, 10).unwrap()
+            } else {
+                KnotVector::clamped_uniform(3, 10).unwrap()
+            }
+        });
+        let space = SplineSpace::new(knots, closed).unwrap();
+        let equations = NormalEquations::of_distances(&space, samples, &mut || Ok(())).unwrap();
+        let mut energy = Energy::new((1.0, 1.0), 3);
+        for _ in 0..steps {
+            let times = fairness * equations.matrix.trace() / energy.matrix(&space).trace();
+            let better = more_likely(&space, samples, &equations, energy, times).unwrap();
+            energy = energy.with_anisotropy(better);
+        }
+        energy.anisotropy
+    }
+
+    /// Bends along u, and hardly along v.
+    fn waves(uv: DVec2) -> f64 {
+        0.1 * (9.0 * uv.x).sin() * (1.0 + 0.2 * uv.y)
+    }
+
+    #[test]
+    fn where_points_bend_along_u_derivatives_along_v_count_more() {
+        let waves = samples(waves, 0.02);
+        let (once, often) = (found(&waves, [false; 2], 1.0, 1), found(&waves, [false; 2], 1.0, 6));
+        assert!(once < 0.7, "{once}");
+        assert!(often <= once && often >= 1.0 / MOST, "{often}");
+    }
+
+    #[test]
+    fn directions_may_be_swapped() {
+        let one = samples(waves, 0.02);
+        let mut other = one.clone();
+        for sample in &mut other {
+            sample.uv = sample.uv.yx();
+        }
+        for closed in [[false, false], [true, false], [true, true]] {
+            let got = found(&one, closed, 1.0, 1);
+            let [u, v] = closed;
+            let swapped = found(&other, [v, u], 1.0, 1);
+            assert!((got * swapped - 1.0).abs() < 1e-4, "{closed:?} {got} {swapped}");
+        }
+    }
+
+    #[test]
+    fn points_that_bend_alike_in_all_directions_stay_near_none() {
+        let round = |uv: DVec2| 0.1 * (-12.0 * uv.distance_squared(DVec2::splat(0.5))).exp();
+        let got = found(&samples(round, 0.02), [false; 2], 1.0, 1);
+        assert!((0.6..1.6).contains(&got), "{got}");
+    }
+
+    #[test]
+    fn points_without_noise_do_not_tell() {
+        let got = found(&samples(waves, 0.0), [false; 2], 1e-4, 1);
+        assert!(got == 1.0, "{got}");
+    }
+
+    #[test]
+    fn what_bends_in_the_surface_alone_does_not_count() {
+        // Parameters that run unevenly along v: third derivatives within the plane.
+        let mut uneven = samples(waves, 0.02);
+        let even = found(&uneven, [false; 2], 1.0, 1);
+        for sample in &mut uneven {
+            sample.point.y += 0.1 * (9.0 * sample.uv.y).sin();
+        }
+        let got = found(&uneven, [false; 2], 1.0, 1);
+        assert!((got / even - 1.0).abs() < 1e-9, "{got} {even}");
+    }
+}
