@@ -15,6 +15,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::band::Band;
 use super::fairness::Energy;
 use super::normal_equations::{NormalEquations, Sample};
 use super::space::SplineSpace;
@@ -40,7 +41,8 @@ const MEASURED: usize = 500;
 /// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
 /// 1, which is none, if they cannot tell.
 ///
-/// Two factorizations and inverses within the band: as much as two weights cost cross-validation.
+/// Two factorizations and inverses within the band at most: as much as two weights cost
+/// cross-validation.
 pub(super) fn more_likely(
     space: &SplineSpace,
     samples: &[Sample],
@@ -49,31 +51,29 @@ pub(super) fn more_likely(
     times: f64,
 ) -> Result<f64> {
     let (matrix, size) = (energy.matrix(space), space.unknowns());
-    let mut prior = matrix.clone();
-    let ridge = RIDGE * matrix.trace() / size as f64;
-    (0..size).for_each(|i| prior.add(i, i, ridge));
+    let factor = |mut matrix: Band| -> Result<Option<Band>> {
+        Ok(matrix.factor::<Error>(&mut || Ok(()))?.then_some(matrix))
+    };
     let mut posterior = equations.matrix.clone();
     posterior.add_scaled(times, &matrix);
-    let factors = [&mut prior, &mut posterior];
-    for factor in factors {
-        if !factor.factor::<Error>(&mut || Ok(()))? {
-            return Ok(1.0);
-        }
+    let Some(posterior) = factor(posterior)? else { return Ok(1.0) };
+    let inverse = posterior.inverse();
+    if times * inverse.inner_product(&matrix) < LEAST_TAKEN * size as f64 {
+        return Ok(1.0);
     }
+    let ridge = RIDGE * matrix.trace() / size as f64;
+    let mut prior = matrix;
+    (0..size).for_each(|i| prior.add(i, i, ridge));
+    let Some(prior) = factor(prior)? else { return Ok(1.0) };
+    let [before, after] = energy.traces(space, [&prior.inverse(), &inverse]);
     let mut solution = equations.right.clone();
     posterior.solve(&mut solution);
-    let (prior, posterior) = rayon::join(|| prior.inverse(), || posterior.inverse());
-    let taken = times * posterior.inner_product(&matrix);
-    let (before, after) = (energy.traces(space, &prior), energy.traces(space, &posterior));
     let bending = bending(space, samples, energy, &solution);
     let [along_u, along_v] = [0, 1].map(|d| ((before[d] - times * after[d]) / bending[d]).ln());
     // One part counts as much beside the other as the anisotropy squared. An update falls short of
     // the likeliest: twice as far is where three lead.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
-    if taken < LEAST_TAKEN * size as f64 || !anisotropy.is_finite() {
-        return Ok(1.0);
-    }
-    Ok(anisotropy.clamp(1.0 / MOST, MOST))
+    Ok(if anisotropy.is_finite() { anisotropy.clamp(1.0 / MOST, MOST) } else { 1.0 })
 }
 
 /// The energies of the derivatives along u alone and along v alone, without anisotropy, of the surface

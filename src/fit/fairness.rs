@@ -17,7 +17,7 @@ const MIXED: [&[f64]; MOST_ORDER + 1] =
 
 /// The energy of a surface: the integral of all squared derivatives of one order, mixed ones as often
 /// as they occur, over a domain of these lengths in space. Order 2 is the thin plate's.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Energy {
     /// The domain's length along v, in that along u.
     ratio: f64,
@@ -58,14 +58,21 @@ impl Energy {
         matrix
     }
 
-    /// The traces of the products of a matrix with the energies of the derivatives along u alone and
+    /// The traces of the products of matrices with the energies of the derivatives along u alone and
     /// of those along v alone, both without anisotropy.
-    pub(super) fn traces(&self, space: &SplineSpace, matrix: &Band) -> [f64; 2] {
-        let mut traces = [0.0; 2];
+    pub(super) fn traces<const COUNT: usize>(
+        &self,
+        space: &SplineSpace,
+        matrices: [&Band; COUNT],
+    ) -> [[f64; 2]; COUNT] {
+        let mut traces = [[0.0; 2]; COUNT];
         self.each_entry(space, |[a, b], [along_u, _, along_v]| {
-            let factor = matrix.entry(a, b) * if a == b { 1.0 } else { 2.0 };
-            traces[0] += factor * along_u;
-            traces[1] += factor * along_v;
+            let times = if a == b { 1.0 } else { 2.0 };
+            for ([of_u, of_v], matrix) in traces.iter_mut().zip(matrices) {
+                let factor = times * matrix.entry(a, b);
+                *of_u += factor * along_u;
+                *of_v += factor * along_v;
+            }
         });
         traces
     }
@@ -209,7 +216,7 @@ mod tests {
             let energy = Energy::new((1.0, 1.3), 2);
             let other = Energy::new((2.0, 1.0), 1).matrix(&space);
             let trace = |energy: Energy| other.inner_product(&energy.matrix(&space));
-            let [along_u, along_v] = energy.traces(&space, &other);
+            let [[along_u, along_v]] = energy.traces(&space, [&other]);
             let got = trace(energy.with_anisotropy(3.0)) - trace(energy);
             let wanted = 2.0 * along_u - 2.0 / 3.0 * along_v;
             assert!((got - wanted).abs() < 1e-12 * trace(energy), "{got} {wanted}");

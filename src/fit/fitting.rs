@@ -249,7 +249,9 @@ impl<'a> Fitting<'a> {
             );
             if let Some(score) = score {
                 self.believe(score?);
-                (energy, along_axes) = self.energy_along_axes(space, lengths);
+                if self.energy(space, lengths) != wanted {
+                    (energy, along_axes) = self.energy_along_axes(space, lengths);
+                }
             }
             surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
             self.falling *= left_of_fairness;
