@@ -7,6 +7,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::ground::Ground;
 use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
@@ -49,7 +50,7 @@ pub struct HeightOptions {
 /// A surface of heights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightFit {
-    /// The surface, over the rectangle around the points' places in the plane.
+    /// The surface, over a rectangle of the plane: see [`fit_heights`].
     pub surface: NurbsSurface,
     /// The points' parameters.
     pub uv: Vec<DVec2>,
@@ -85,6 +86,11 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 
 /// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
 /// another direction of length 1. Each squared height counts with its weight (1 without weights).
+///
+/// The surface ends at the rectangle around the points' places in the plane where more than two of
+/// them lie on a side, as those of grids do. Where one or two do, the points are scattered and their
+/// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 /
+/// n of the rectangle, 0.02 of it at most).
 ///
 /// Where there are no points the fairness decides: the surface spans holes like a thin plate.
 /// O(points · degree⁴), a few times that where fairness is to be found (for 20,000 points at most).
@@ -138,8 +144,7 @@ pub(crate) fn fit_heights_with(
 /// Points by their places in the unit square of a plane and their heights over it.
 struct Heights<'a> {
     axes: [DVec3; 3],
-    low: DVec3,
-    size: DVec3,
+    ground: Ground,
     local: Vec<DVec3>,
     uv: Vec<DVec2>,
     weights: Option<&'a [f64]>,
@@ -160,38 +165,28 @@ impl<'a> Heights<'a> {
         let [along, across] = height_axes(points, up);
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let local: Vec<DVec3> = points.par_iter().map(turned).collect();
-        let low = local.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
-        let size = local.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)) - low;
-        if !(size.x > 0.0 && size.y > 0.0) {
-            let got = format!("{} × {}", size.x, size.y);
-            return Err(Error::parameter(
-                "points",
-                "extended across the direction of heights",
-                got,
-            ));
-        }
-        let place =
-            |p: &DVec3| ((*p - low).truncate() / size.truncate()).clamp(DVec2::ZERO, DVec2::ONE);
-        let uv: Vec<DVec2> = local.par_iter().map(place).collect();
+        let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
+        let ground = Ground::around(&local, counts)?;
+        let uv: Vec<DVec2> =
+            local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
         let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         super::check(&local, &uv, weights, &fitting)?;
         let order = ORDER.min(options.degree.0.max(options.degree.1));
         let axes = [along, across, up];
-        Ok(Self { axes, low, size, local, uv, weights, options: fitting, order })
+        Ok(Self { axes, ground, local, uv, weights, options: fitting, order })
     }
 
     fn fitted(self, fairness: f64, listen: &mut Listen<'_>) -> Result<HeightFit> {
-        let Self { axes: [along, across, up], low, size, local, uv, weights, options, order } =
-            self;
+        let Self { axes: [along, across, up], ground, local, uv, weights, options, order } = self;
         let heights = Equations::of(&local, &uv, weights, &options, order, listen)?
             .solve(fairness, listen)?;
         listen()?;
         let residuals = residuals(&heights, &local, &uv);
         let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
         let net = heights.control_points().iter().enumerate().map(|(i, point)| {
-            let (u, v) = (rows[i / cols.len()], cols[i % cols.len()]);
-            (low.x + u * size.x) * along + (low.y + v * size.y) * across + point.z * up
+            let place = ground.place(DVec2::new(rows[i / cols.len()], cols[i % cols.len()]));
+            place.x * along + place.y * across + point.z * up
         });
         let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
         let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
@@ -335,7 +330,11 @@ mod tests {
         assert!(sum(&free) < 1.1 * sum(&best), "{} {}", sum(&free), sum(&best));
         let found = fit_heights(&noisy, None, DVec3::Z, &options(12), &mut Silent).unwrap();
         assert!(found.fairness >= 100.0 * free.fairness, "{}", found.fairness);
-        let error = |p: &DVec3| found.surface.point(p.x, p.y).z - p.z;
+        let (low, high) = (found.surface.point(0.0, 0.0), found.surface.point(1.0, 1.0));
+        let error = |p: &DVec3| {
+            let at = (*p - low) / (high - low);
+            found.surface.point(at.x.clamp(0.0, 1.0), at.y.clamp(0.0, 1.0)).z - p.z
+        };
         let rms = |points: &[DVec3]| {
             (points.iter().map(|p| error(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
         };

@@ -15,6 +15,7 @@ mod dense;
 mod edge;
 mod fairness;
 mod fitting;
+mod ground;
 mod growth;
 mod height;
 mod likelihood;

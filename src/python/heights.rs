@@ -15,7 +15,7 @@ use crate::point_cloud;
 /// What :func:`fit_heights` found.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct HeightFit {
-    /// The surface over the rectangle around the points' places in the plane.
+    /// The surface, over a rectangle of the plane.
     #[pyo3(get)]
     surface: Py<NurbsSurface>,
     /// The points' parameters, float64 of shape (n, 2).
@@ -72,6 +72,11 @@ impl HeightFit {
 /// -----
 /// One least squares, as `scipy.interpolate.LSQBivariateSpline` does it; but where there are no
 /// points the surface spans the hole like a thin plate.
+///
+/// The surface ends at the rectangle around the points' places in the plane where more than two of
+/// them lie on a side, as those of grids do. Where one or two do, the points are scattered and their
+/// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 / n
+/// of the rectangle, 0.02 of it at most).
 ///
 /// Examples
 /// --------

@@ -16,22 +16,43 @@ def heights(rng: np.random.Generator, count: int, noise: float = 0.0) -> Points:
     return np.column_stack([x, y, z])
 
 
+def domain(surface: neurbs.NurbsSurface) -> Points:
+    """Return the lowest and the highest corner of the rectangle that heights are over."""
+    corners: Points = surface.evaluate([(0.0, 0.0), (1.0, 1.0)])[:, :2]
+    return corners
+
+
 def test_exact_heights_are_met_as_by_scipy(rng: np.random.Generator) -> None:
     points = heights(rng, 2000)
     found = neurbs.fit_heights(points, (12, 12))
     x, y, z = points.T
     knots = np.linspace(0, 1, 10)[1:-1]
-    span = (x.min(), x.max(), y.min(), y.max())
-    inner = [low + knots * (high - low) for low, high in (span[:2], span[2:])]
+    low, high = domain(found.surface)
+    span = (low[0], high[0], low[1], high[1])
+    inner = [start + knots * (end - start) for start, end in (span[:2], span[2:])]
     spline = LSQBivariateSpline(x, y, z, *inner, bbox=span, kx=3, ky=3)
     rms = np.sqrt(np.mean((spline.ev(x, y) - z) ** 2))
     assert np.sqrt(np.mean(found.residuals**2)) < 1.02 * rms
     inside = 0.05 + 0.9 * rng.random((500, 2))
-    uv = (inside - [span[0], span[2]]) / [span[1] - span[0], span[3] - span[2]]
+    uv = (inside - low) / (high - low)
     ours = found.surface.evaluate(uv)
     # The plane's coordinates are those of the parameters, to the last digits.
     np.testing.assert_allclose(ours[:, :2], inside, atol=1e-14)
     np.testing.assert_allclose(ours[:, 2], spline.ev(*inside.T), atol=3 * rms)
+
+
+def test_the_ground_ends_where_rows_do_and_beyond_scattered_points(
+    rng: np.random.Generator,
+) -> None:
+    scattered = heights(rng, 400)
+    low, high = domain(neurbs.fit_heights(scattered, (8, 8)).surface)
+    size = np.ptp(scattered[:, :2], axis=0)
+    np.testing.assert_allclose(low, scattered[:, :2].min(axis=0) - size / 200, atol=1e-14)
+    np.testing.assert_allclose(high, scattered[:, :2].max(axis=0) + size / 200, atol=1e-14)
+    x, y = np.meshgrid(np.linspace(0, 3, 20), np.linspace(-1, 1, 15))
+    grid = np.column_stack([x.ravel(), y.ravel(), np.sin(x.ravel()) * y.ravel()])
+    low, high = domain(neurbs.fit_heights(grid, (8, 8)).surface)
+    np.testing.assert_array_equal([low, high], [(0, -1), (3, 1)])
 
 
 def test_noisy_heights_are_met_better_than_by_scipy(rng: np.random.Generator) -> None:
@@ -42,7 +63,8 @@ def test_noisy_heights_are_met_better_than_by_scipy(rng: np.random.Generator) ->
     spline = LSQBivariateSpline(x, y, z, inner, inner, bbox=(0, 1, 0, 1), kx=3, ky=3)
     truth = heights(rng, 2000)
     inside = truth[np.abs(truth[:, :2] - 0.5).max(axis=1) < 0.45]
-    feet = (inside[:, :2] - points[:, :2].min(axis=0)) / np.ptp(points[:, :2], axis=0)
+    low, high = domain(surface)
+    feet = (inside[:, :2] - low) / (high - low)
     own = np.sqrt(np.mean((surface.evaluate(feet)[:, 2] - inside[:, 2]) ** 2))
     other = np.sqrt(np.mean((spline.ev(inside[:, 0], inside[:, 1]) - inside[:, 2]) ** 2))
     assert own < 0.7 * other

@@ -1,0 +1,137 @@
+//! The rectangle over which heights are a surface.
+
+use glam::{DVec2, DVec3};
+
+use crate::error::{Error, Result};
+
+/// Points on a side of the rectangle around points at most for them to be scattered: one that ends
+/// it, and one that is the outermost along the other direction as well. Grids and scan lines have
+/// whole rows there.
+const ENDING: usize = 2;
+
+/// How far from a side points may lie that are on it, as a share of the rectangle.
+const ON: f64 = 1e-9;
+
+/// How far the rectangle goes on beyond scattered points, in the mean gap between where they end and
+/// their ground does: it is exponentially distributed, so that six of seven are shorter.
+const GAPS: f64 = 2.0;
+
+/// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
+const MOST: f64 = 0.02;
+
+/// A rectangle along the axes of the plane across the heights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ground {
+    low: DVec2,
+    size: DVec2,
+}
+
+impl Ground {
+    /// The rectangle around the places of points, their first two coordinates; at sides where those
+    /// that count are scattered it ends where most likely their ground does.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if it has no area.
+    pub(super) fn around(points: &[DVec3], counts: impl Fn(usize) -> bool) -> Result<Self> {
+        let places = || points.iter().map(|point| point.truncate());
+        let low = places().fold(DVec2::INFINITY, DVec2::min);
+        let high = places().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let size = high - low;
+        if !(size.x > 0.0 && size.y > 0.0) {
+            let got = format!("{} × {}", size.x, size.y);
+            return Err(Error::parameter(
+                "points",
+                "extended across the direction of heights",
+                got,
+            ));
+        }
+        let (mut on_low, mut on_high, mut counted) = ([0; 2], [0; 2], 0.0);
+        for (_, place) in places().enumerate().filter(|(i, _)| counts(*i)) {
+            counted += 1.0;
+            for axis in 0..2 {
+                on_low[axis] += usize::from(place[axis] - low[axis] <= ON * size[axis]);
+                on_high[axis] += usize::from(high[axis] - place[axis] <= ON * size[axis]);
+            }
+        }
+        // The outermost of n points is 1 / n of a side from its end on average.
+        let further = (GAPS / f64::max(counted, 1.0)).min(MOST);
+        let beyond = |on: [usize; 2]| {
+            DVec2::from(on.map(|on| if on <= ENDING { further } else { 0.0 })) * size
+        };
+        let (low, high) = (low - beyond(on_low), high + beyond(on_high));
+        Ok(Self { low, size: high - low })
+    }
+
+    /// The parameters of a place, in the unit square.
+    pub(super) fn parameters(&self, place: DVec2) -> DVec2 {
+        ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
+    }
+
+    /// The place at parameters.
+    pub(super) fn place(&self, uv: DVec2) -> DVec2 {
+        self.low + uv * self.size
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points scattered over a rectangle of 3 × 2.
+    fn scattered(count: u32) -> Vec<DVec3> {
+        let place = |i: u32| {
+            let at = f64::from(i) + 0.5;
+            let x = (at * 0.754_877_666_246_692_7).fract();
+            DVec3::new(3.0 * x, 2.0 * (at * 0.569_840_290_998_053_2).fract(), x)
+        };
+        (0..count).map(place).collect()
+    }
+
+    fn ends(points: &[DVec3]) -> (DVec2, DVec2) {
+        let ground = Ground::around(points, |_| true).unwrap();
+        (ground.place(DVec2::ZERO), ground.place(DVec2::ONE))
+    }
+
+    #[test]
+    fn beyond_scattered_points_the_ground_goes_on_by_two_gaps() {
+        let points = scattered(400);
+        let box_low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p)).truncate();
+        let box_high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)).truncate();
+        let further = 2.0 / 400.0 * (box_high - box_low);
+        let (low, high) = ends(&points);
+        assert!(low.distance(box_low - further) < 1e-14);
+        assert!(high.distance(box_high + further) < 1e-14);
+        // Those that do not count do not make the others denser.
+        let ground = Ground::around(&points, |i| i < 200).unwrap();
+        assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * further) < 1e-14);
+    }
+
+    #[test]
+    fn sides_with_rows_of_points_stay_where_they_are() {
+        let mut points = scattered(400);
+        points.extend([0.1, 0.5, 0.7].map(|t| DVec3::new(3.0 * t, -1.0, 0.0)));
+        let (low, high) = ends(&points);
+        assert!(low.y == -1.0 && low.x < 0.0 && high.y > 2.0, "{low} {high}");
+    }
+
+    #[test]
+    fn beyond_few_points_the_ground_hardly_goes_on() {
+        for count in [4, 6, 20, 100] {
+            let points = scattered(count);
+            let (low, high) = ends(&points);
+            let (first, last) = (points[0].truncate(), points[1].truncate());
+            assert!(low.cmplt(first.min(last)).all() && high.cmpgt(first.max(last)).all());
+            assert!((high - low).cmple((1.0 + 2.0 * MOST) * DVec2::new(3.0, 2.0)).all());
+        }
+    }
+
+    #[test]
+    fn parameters_and_places_are_inverse() {
+        let points = scattered(50);
+        let ground = Ground::around(&points, |_| true).unwrap();
+        for place in points.iter().map(|point| point.truncate()) {
+            assert!(ground.place(ground.parameters(place)).distance(place) < 1e-14);
+        }
+    }
+}
