@@ -9,7 +9,8 @@
 use glam::{DVec2, DVec3};
 
 use super::bernstein::Bernstein;
-use super::divider::{Desk, Divider};
+use super::desk::Desk;
+use super::divider::Divider;
 use super::estimate::Estimate;
 use super::groups::in_groups;
 use super::lattice::Lattice;

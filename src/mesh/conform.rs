@@ -2,7 +2,7 @@
 //! triangles, and a piece that these do not meet is divided, until nothing changes.
 
 use super::adaptive::{Tessellation, too_many};
-use super::divider::Desk;
+use super::desk::Desk;
 use super::groups::in_groups;
 use super::options::TessellateOptions;
 use super::piece::Piece;

@@ -5,26 +5,22 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
-use std::cell::RefCell;
 use std::ops::Range;
 
-use glam::{DVec2, DVec3, DVec4};
-use pulp::{Arch, Simd, WithSimd};
+use glam::{DVec3, DVec4};
+use pulp::{Simd, WithSimd};
 
-use super::bernstein::{Bernstein, UNIT, polynomials};
-use super::certify::{self, Corner, Face, Faces, Part, Workspace};
-use super::chord::Chord;
+use super::bernstein::{Bernstein, UNIT};
+use super::certify::{self, Corner, Faces, Part};
+use super::desk::Desk;
+use super::located::Located;
 use super::net::Net;
 use super::options::Limits;
-use super::outline::{Bending, MOST_CORNERS, Zip};
+use super::outline::{Bending, Zip};
 use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
-use crate::nurbs::{NurbsSurface, PatchNets, Row, halve};
-
-/// Share of the tolerance from which on a proof leaves so little that new vertices hardly ever keep
-/// within it.
-const GROWS: f64 = 0.75;
+use crate::nurbs::{NurbsSurface, PatchNets, halve};
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -33,43 +29,6 @@ pub(super) struct Divider<'a> {
     pub nets: &'a PatchNets,
     pub bernstein: &'a Bernstein,
     pub limits: Limits,
-}
-
-/// Memory that dividing needs.
-#[derive(Debug, Default)]
-pub(super) struct Desk {
-    /// The vector instructions that may be used.
-    arch: Arch,
-    /// The pieces whose nets are on the desk.
-    pieces: Vec<Piece>,
-    /// Nets, one behind the other: those of the pieces around the one being looked at.
-    nets: Vec<DVec4>,
-    /// The control points of the last net in space.
-    points: Vec<DVec3>,
-    /// Where its columns lie.
-    columns: Vec<Located>,
-    part: Vec<DVec4>,
-    corners: Vec<Corner>,
-    faces: Vec<Face>,
-    work: Workspace,
-    /// The largest certified distance of a finished piece.
-    deviation: f64,
-}
-
-thread_local! {
-    /// Each thread keeps its desk: small meshes would spend much of their time on asking for memory.
-    static DESK: RefCell<Desk> = RefCell::default();
-}
-
-impl Desk {
-    /// What `work`, which must not ask for it again, does at the desk of this thread, and the largest
-    /// distance that it has certified.
-    pub(super) fn with<T>(work: impl FnOnce(&mut Self) -> T) -> (T, f64) {
-        DESK.with_borrow_mut(|desk| {
-            desk.deviation = 0.0;
-            (work(desk), desk.deviation)
-        })
-    }
 }
 
 impl Divider<'_> {
@@ -137,13 +96,13 @@ impl Divider<'_> {
         done: &mut Vec<Piece>,
     ) -> Option<Direction> {
         let degrees = self.nets.degrees;
-        let (tolerance, divisible) = (self.limits.tolerance, piece.divisible());
+        let tolerance = self.limits.tolerance;
         let net = &desk.nets[desk.nets.len() - (degrees.0 + 1) * (degrees.1 + 1)..];
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
         let bending = Bending::of(&desk.points, degrees);
         // What is expected to leave its triangles too far is not looked at closer.
-        if divisible && bending.sag_of_square() > tolerance {
+        if piece.divisible() && bending.sag_of_square() > tolerance {
             return Some(self.steeper(&desk.points));
         }
         let ends = self.ends().map(|k| desk.points[k]);
@@ -159,12 +118,8 @@ impl Divider<'_> {
         } else {
             certify::ball(Net::single(net, degrees), mesh)
         };
-        let direction = if distance <= tolerance {
-            self.beyond(block, &piece.corners(), mesh)
-        } else {
-            Some(self.steeper(&desk.points))
-        };
-        let direction = direction.filter(|_| divisible);
+        let direction =
+            self.unfit((block, piece), &piece.corners(), mesh, (distance, &desk.points));
         if direction.is_none() {
             desk.deviation = desk.deviation.max(distance);
             done.push(Piece { cut: cut.proven(distance / tolerance), ..piece });
@@ -172,16 +127,34 @@ impl Divider<'_> {
         direction
     }
 
+    /// The direction to divide a piece in because its triangles, which are so far from the surface, do
+    /// not meet the limits; `None` if they do, or it cannot be divided.
+    #[inline(always)]
+    pub(super) fn unfit(
+        &self,
+        (block, piece): (Block, Piece),
+        places: &[Place],
+        mesh: Faces<'_>,
+        (distance, points): (f64, &[DVec3]),
+    ) -> Option<Direction> {
+        let direction = if distance <= self.limits.tolerance {
+            self.beyond(block, places, mesh)
+        } else {
+            Some(self.steeper(points))
+        };
+        direction.filter(|_| piece.divisible())
+    }
+
     /// Where the corners of the unit square stand in a net, counter-clockwise.
     #[inline(always)]
-    fn ends(&self) -> [usize; 4] {
+    pub(super) fn ends(&self) -> [usize; 4] {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         [0, p * (q + 1), (p + 1) * (q + 1) - 1, q]
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
     #[inline(always)]
-    fn steeper(&self, points: &[DVec3]) -> Direction {
+    pub(super) fn steeper(&self, points: &[DVec3]) -> Direction {
         let (p, q) = (self.bernstein.p, self.bernstein.q);
         let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
@@ -235,152 +208,13 @@ impl Divider<'_> {
         turned.then_some(if in_u { Direction::U } else { Direction::V })
     }
 
-    /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
-    /// in because they do not meet the limits, or because they are too many; `None` if they do.
-    pub(super) fn check(
-        &self,
-        block: Block,
-        piece: &mut Piece,
-        outline: &[Place],
-        desk: &mut Desk,
-    ) -> Option<Direction> {
-        if outline.len() > MOST_CORNERS {
-            self.load(block, *piece, desk);
-            return Some(self.steeper(&desk.points));
-        }
-        let ends = piece.ends(outline.iter().copied());
-        let share = piece.cut.share().filter(|share| outline.len() > 4 && *share < GROWS);
-        let share = share.filter(|_| self.limits.only_distance());
-        if let Some(share) = share {
-            self.place((block, *piece), outline, false, desk);
-            if self.grow(piece, ends, share, desk) {
-                return None;
-            }
-        }
-        self.load(block, *piece, desk);
-        let tolerance = self.limits.tolerance;
-        let bending = Bending::of(&desk.points, self.nets.degrees);
-        // What is expected to leave its triangles too far is not looked at closer.
-        if piece.divisible() && bending.sag_of_square() > tolerance {
-            return Some(self.steeper(&desk.points));
-        }
-        if share.is_none() {
-            self.place((block, *piece), outline, true, desk);
-        }
-        let Desk { arch, nets, points, part, corners, faces, work, deviation, .. } = desk;
-        let single = piece.is_single();
-        let cut = Zip::best(corners, ends, bending, tolerance);
-        faces.clear();
-        cut.faces(ends, faces);
-        let mesh = (&corners[..], &faces[..]);
-        let distance = if !single {
-            self.distance_of_patches(block, (*piece, points), mesh, (*arch, part, work))
-        } else if work.begin(mesh) {
-            let whole = Part::whole(Net::single(nets, self.nets.degrees));
-            arch.dispatch(work.certify(self.bernstein, whole, mesh, tolerance))
-        } else {
-            certify::ball(Net::single(nets, self.nets.degrees), mesh)
-        };
-        let direction = if distance <= tolerance {
-            self.beyond(block, outline, mesh)
-        } else {
-            Some(self.steeper(points))
-        };
-        let direction = direction.filter(|_| piece.divisible());
-        if direction.is_none() {
-            piece.cut = cut.proven(distance / tolerance);
-            *deviation = deviation.max(distance);
-        }
-        direction
-    }
-
-    /// Puts the corners of an outline on the desk; those of the piece are known if it is loaded.
-    fn place(
-        &self,
-        (block, piece): (Block, Piece),
-        outline: &[Place],
-        loaded: bool,
-        desk: &mut Desk,
-    ) {
-        desk.corners.clear();
-        for &(u, v) in outline {
-            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
-            let end = UNIT.iter().position(|corner| *corner == at).filter(|_| loaded);
-            let point = match end {
-                Some(end) => desk.points[self.ends()[end]],
-                None => self.point(block, (u, v)).project(),
-            };
-            desk.corners.push(Corner { at, point });
-        }
-    }
-
-    /// Whether the triangles that a piece was proven with hold with new vertices on its sides: then it
-    /// is cut into triangles with them.
-    ///
-    /// Triangles that keep the edge between the two come from them by moving the new vertices off
-    /// their sides. No point moves further than these do, so neither does the distance from the
-    /// surface grow by more.
-    fn grow(
-        &self,
-        piece: &mut Piece,
-        ends: [usize; 4],
-        share: f64,
-        Desk { corners, faces, work, deviation, .. }: &mut Desk,
-    ) -> bool {
-        let tolerance = self.limits.tolerance;
-        let mut moved = 0.0;
-        for (k, &start) in ends.iter().enumerate() {
-            let (end, last) = match ends.get(k + 1) {
-                Some(&end) => (end, end),
-                None => (0, corners.len()),
-            };
-            let side = Chord::new(corners[start].point, corners[end].point);
-            for corner in &corners[start + 1..last] {
-                moved = larger(moved, side.squared(corner.point));
-            }
-        }
-        let distance = share * tolerance + moved.sqrt();
-        if distance > tolerance {
-            return false;
-        }
-        let cut = piece.cut.grown(corners, ends);
-        faces.clear();
-        cut.faces(ends, faces);
-        let sheet = work.begin((&corners[..], &faces[..]));
-        if sheet {
-            piece.cut = cut;
-            *deviation = deviation.max(distance);
-        }
-        sheet
-    }
-
-    /// The certified distance of a piece of several patches, on which these points lie, or anything
-    /// above the tolerance.
-    fn distance_of_patches(
-        &self,
-        block: Block,
-        (piece, points): (Piece, &[DVec3]),
-        mesh: Faces<'_>,
-        (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
-    ) -> f64 {
-        let limit = self.limits.tolerance;
-        if !work.begin(mesh) || work.misses(points, mesh, limit) {
-            return f64::INFINITY;
-        }
-        let mut most = 0.0;
-        for of_piece in piece.parts() {
-            net.clear();
-            let part = self.part(block, &of_piece, net);
-            most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
-            if most > limit {
-                break;
-            }
-        }
-        most
-    }
-
     /// A part of a piece, whose control points are appended to `points`, where nothing else is.
-    fn part<'a>(&self, block: Block, part: &piece::Part, points: &'a mut Vec<DVec4>) -> Part<'a> {
+    pub(super) fn part<'a>(
+        &self,
+        block: Block,
+        part: &piece::Part,
+        points: &'a mut Vec<DVec4>,
+    ) -> Part<'a> {
         let piece::Part { rows, cols, u, v, low, high } = part;
         let move_by = |range: &Range<usize>, by: usize| range.start + by..range.end + by;
         let (rows, cols) = (move_by(rows, block.rows.0), move_by(cols, block.cols.0));
@@ -392,7 +226,7 @@ impl Divider<'_> {
 
     /// Makes the net of a piece the only one on the desk; of several patches only points, between
     /// which it bends about as the piece does.
-    fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
+    pub(super) fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
         if piece.is_single() {
@@ -412,9 +246,9 @@ impl Divider<'_> {
             from + u32::try_from(steps).unwrap_or(0) * step
         };
         desk.columns.clear();
-        desk.columns.extend((0..=q).map(|j| located(place(piece.v, j, q), block.cols.0, q)));
+        desk.columns.extend((0..=q).map(|j| Located::of(place(piece.v, j, q), block.cols.0, q)));
         for i in 0..=p {
-            let row = located(place(piece.u, i, p), block.rows.0, p);
+            let row = Located::of(place(piece.u, i, p), block.rows.0, p);
             for col in &desk.columns {
                 let h = self.nets.point(row.shares(), col.shares());
                 desk.points.push(h.w.recip() * h.truncate());
@@ -423,9 +257,9 @@ impl Divider<'_> {
     }
 
     /// The homogeneous point at a place of a block.
-    fn point(&self, block: Block, (u, v): Place) -> DVec4 {
+    pub(super) fn point(&self, block: Block, (u, v): Place) -> DVec4 {
         let (p, q) = self.nets.degrees;
-        let (row, col) = (located(u, block.rows.0, p), located(v, block.cols.0, q));
+        let (row, col) = (Located::of(u, block.rows.0, p), Located::of(v, block.cols.0, q));
         self.nets.point(row.shares(), col.shares())
     }
 
@@ -460,40 +294,6 @@ impl WithSimd for DivideNet<'_> {
         let Self { divider, block, piece, desk, done } = self;
         divider.divide_net(simd, (block, piece), desk, done);
     }
-}
-
-/// Where a place of a block lies along one direction of the nets.
-#[derive(Debug)]
-enum Located {
-    /// Between patches: at this control point.
-    Between(usize),
-    /// Inside a patch: its first control point, and how much of each.
-    Inside(usize, Row, usize),
-}
-
-impl Located {
-    /// The first control point, and how much of each from there on.
-    fn shares(&self) -> (usize, &[f64]) {
-        match self {
-            Self::Between(at) => (*at, &[1.0]),
-            Self::Inside(start, row, order) => (*start, &row[..*order]),
-        }
-    }
-}
-
-/// Where a place of a block lies that begins with this row or column of patches.
-fn located(place: u32, first: usize, degree: usize) -> Located {
-    let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
-    if rest == 0 {
-        return Located::Between(patch * degree);
-    }
-    let row = polynomials(degree, f64::from(rest) / f64::from(PATCH));
-    Located::Inside(patch * degree, row, degree + 1)
-}
-
-/// The share of a range that lies before x.
-fn share(x: u32, (from, to): (u32, u32)) -> f64 {
-    f64::from(x - from) / f64::from(to - from)
 }
 
 /// Squares of the largest length of some curves' chords, and of the largest distance of their

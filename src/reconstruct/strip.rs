@@ -37,16 +37,17 @@ pub(super) struct Strip {
 
 impl Strip {
     /// The strip with an outline through these places, counter-clockwise, that turns by so much
-    /// around each, over so many on either side (see [`turns`]). `None` if the outline is not a strip's with at least one bend.
+    /// around each, over so many on either side (see [`turns`]). `None` if the outline is not that of
+    /// a strip with at least one bend.
     pub(super) fn of(line: &[DVec2], turns: &[f64], window: usize) -> Option<Self> {
         let corners = corners(turns, window);
         let corners: Vec<(DVec2, bool)> =
             corners.into_iter().map(|i| (line[i], turns[i] > 0.0)).collect();
-        let inner = corners.iter().filter(|(_, outer)| !outer).count();
-        if inner == 0 || corners.len() != 2 * inner + 4 {
+        if corners.iter().all(|(_, outer)| *outer) {
             return None;
         }
-        let filled = |strip: &Self| strip.area() > FILLED * area(line);
+        let least = FILLED * area(line);
+        let filled = |strip: &Self| strip.area() > least;
         let strips = Self::between(&corners).filter(filled);
         strips.max_by(|a, b| a.aspect().total_cmp(&b.aspect()))
     }
@@ -159,7 +160,8 @@ fn lifted(at: DVec2, places: &[DVec2], points: &[DVec3]) -> (DVec3, DVec3) {
             *sum += value * affine;
         }
     }
-    let solved = DMat3::from_cols_array_2d(&sums.map(|sum| (moments.inverse() * sum).to_array()));
+    let inverse = moments.inverse();
+    let solved = DMat3::from_cols_array_2d(&sums.map(|sum| (inverse * sum).to_array()));
     let [along, across, place] = [0, 1, 2].map(|i| solved.row(i));
     (place, along.cross(across).normalize_or_zero())
 }
@@ -167,12 +169,12 @@ fn lifted(at: DVec2, places: &[DVec2], points: &[DVec3]) -> (DVec3, DVec3) {
 /// Where a closed line that turns by so much around its places has inner corners, and as many of the
 /// sharpest outer ones as go with them in a strip; none if it is in doubt which.
 fn corners(turns: &[f64], window: usize) -> Vec<usize> {
-    // One corner has no two peaks nearer to each other.
-    let (count, beside) = (turns.len(), window);
+    let count = turns.len();
     let sharpest = |&i: &usize| {
         let turn = |k: usize| turns[k % count].abs();
-        let before = (i + count - beside..i + count).all(|k| turn(k) < turn(i));
-        let after = (i + 1..=i + beside).all(|k| turn(k) <= turn(i));
+        // One corner has no two peaks within the window.
+        let before = (i + count - window..i + count).all(|k| turn(k) < turn(i));
+        let after = (i + 1..=i + window).all(|k| turn(k) <= turn(i));
         before && after
     };
     let (mut outer, mut corners): (Vec<usize>, Vec<usize>) = (0..count)
