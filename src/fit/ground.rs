@@ -1,7 +1,8 @@
-//! The rectangle over which heights are a surface.
+//! What of a plane heights are a surface over.
 
 use glam::{DVec2, DVec3};
 
+use super::arms::Arms;
 use crate::error::{Error, Result};
 
 /// Points on a side of the rectangle around points at most for them to be scattered: one that ends
@@ -19,11 +20,50 @@ const GAPS: f64 = 2.0;
 /// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
 const MOST: f64 = 0.02;
 
-/// A rectangle along the axes of the plane across the heights.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ground {
-    low: DVec2,
-    size: DVec2,
+/// What a surface of heights stands on.
+#[derive(Clone, Debug)]
+pub(crate) struct Base {
+    /// The direction of the heights, of length 1.
+    pub(crate) up: DVec3,
+    /// The strip of the plane across them that the points fill, if it is no rectangle.
+    pub(crate) strip: Option<Strip>,
+}
+
+/// A bent strip of a plane in space.
+#[derive(Clone, Debug)]
+pub(crate) struct Strip {
+    /// The axes of the plane, of length 1.
+    pub(crate) axes: [DVec3; 2],
+    pub(crate) arms: Arms,
+}
+
+impl Strip {
+    fn place(&self, point: DVec3) -> DVec2 {
+        DVec2::from_array(self.axes.map(|axis| axis.dot(point)))
+    }
+
+    /// The parameters of the place under a point, in the unit square.
+    pub(crate) fn parameters(&self, point: DVec3) -> DVec2 {
+        self.arms.parameters(self.place(point)).clamp(DVec2::ZERO, DVec2::ONE)
+    }
+
+    /// The strip like this one whose straight sides points end over at most likely, and a little
+    /// beyond, if they are blurred by noise of this size. `None` if they rather end at curves.
+    pub(crate) fn around(&self, points: &[DVec3], noise: f64) -> Option<Self> {
+        let places: Vec<DVec2> = points.iter().map(|&point| self.place(point)).collect();
+        Some(Self { axes: self.axes, arms: self.arms.around(&places, noise)? })
+    }
+}
+
+/// A part of the plane across the heights, by its axes.
+#[derive(Clone, Debug)]
+pub(super) enum Ground {
+    /// Along the axes.
+    Rectangle {
+        low: DVec2,
+        size: DVec2,
+    },
+    Strip(Arms),
 }
 
 impl Ground {
@@ -60,17 +100,32 @@ impl Ground {
             DVec2::from(on.map(|on| if on <= ENDING { further } else { 0.0 })) * size
         };
         let (low, high) = (low - beyond(on_low), high + beyond(on_high));
-        Ok(Self { low, size: high - low })
+        Ok(Self::Rectangle { low, size: high - low })
     }
 
     /// The parameters of a place, in the unit square.
     pub(super) fn parameters(&self, place: DVec2) -> DVec2 {
-        ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
+        let uv = match self {
+            Self::Rectangle { low, size } => (place - low) / size,
+            Self::Strip(arms) => arms.parameters(place),
+        };
+        uv.clamp(DVec2::ZERO, DVec2::ONE)
     }
 
     /// The place at parameters.
     pub(super) fn place(&self, uv: DVec2) -> DVec2 {
-        self.low + uv * self.size
+        match self {
+            Self::Rectangle { low, size } => low + uv * size,
+            Self::Strip(arms) => arms.place(uv),
+        }
+    }
+
+    /// Where along u it bends.
+    pub(super) fn bends(&self) -> &[f64] {
+        match self {
+            Self::Rectangle { .. } => &[],
+            Self::Strip(arms) => arms.bends(),
+        }
     }
 }
 

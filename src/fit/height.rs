@@ -7,11 +7,11 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::ground::Ground;
+use super::ground::{Base, Ground};
 use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
-use crate::nurbs::NurbsSurface;
+use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
@@ -19,12 +19,15 @@ use crate::progress::{self, Listen, Observer, Stage};
 const ORDER: usize = 3;
 
 /// Weights of the fairness among which cross-validation chooses.
-const FAIRNESS: [f64; 12] =
-    [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 1e-1, 1.0];
+const FAIRNESS: [f64; 15] =
+    [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 1e-1, 1.0, 3.0, 10.0, 30.0];
 
 /// A heavier fairness is preferred while it predicts hardly worse than the best: it is the smoother
 /// surface.
 const HARDLY_WORSE: f64 = 1.01;
+
+/// How many times worse than the best a fairness predicts where none that is heavier is tried.
+const MUCH_WORSE: f64 = 2.0;
 
 /// Parts of the points, each predicted from the others.
 const FOLDS: usize = 4;
@@ -42,7 +45,7 @@ pub struct HeightOptions {
     pub net: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
-    /// See [`FitOptions::fairness`]; `None`: the one among twelve from 1e-12 to 1 that predicts
+    /// See [`FitOptions::fairness`]; `None`: the one among fifteen from 1e-12 to 30 that predicts
     /// points best which it has not seen.
     pub fairness: Option<f64>,
 }
@@ -119,26 +122,38 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
+    fit_heights_over(points, weights, &Base { up, strip: None }, options, observer)
+}
+
+/// As [`fit_heights`], but over what the base says; where it bends the surface has creases along v, if
+/// the net has room for them.
+pub(crate) fn fit_heights_over(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    base: &Base,
+    options: &HeightOptions,
+    observer: &mut dyn Observer,
+) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    let heights = Heights::of(points, weights, up, options)?;
+    let heights = Heights::of(points, weights, base, options)?;
     let (fairness, expected) = heights.best_fairness(options.fairness, &mut listen)?;
     let fit = heights.fitted(fairness, &mut listen)?;
     Ok(HeightFit { expected, ..fit })
 }
 
-/// As [`fit_heights`] with this fairness, but nothing is expected of points left out, which takes
+/// As [`fit_heights_over`] with this fairness, but nothing is expected of points left out, which takes
 /// several times as long.
 pub(crate) fn fit_heights_with(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    up: DVec3,
+    base: &Base,
     options: &HeightOptions,
     fairness: f64,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let options = HeightOptions { fairness: Some(fairness), ..*options };
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    Heights::of(points, weights, up, &options)?.fitted(fairness, &mut listen)
+    Heights::of(points, weights, base, &options)?.fitted(fairness, &mut listen)
 }
 
 /// Points by their places in the unit square of a plane and their heights over it.
@@ -156,24 +171,30 @@ impl<'a> Heights<'a> {
     fn of(
         points: &[DVec3],
         weights: Option<&'a [f64]>,
-        up: DVec3,
+        Base { up, strip }: &Base,
         options: &HeightOptions,
     ) -> Result<Self> {
         if !up.is_normalized() {
             return Err(Error::parameter("up", "a vector of length 1", up));
         }
-        let [along, across] = height_axes(points, up);
+        let [along, across] =
+            strip.as_ref().map_or_else(|| height_axes(points, *up), |strip| strip.axes);
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let local: Vec<DVec3> = points.par_iter().map(turned).collect();
         let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
-        let ground = Ground::around(&local, counts)?;
+        let ground = match strip {
+            Some(strip) => Ground::Strip(strip.arms.clone()),
+            None => Ground::around(&local, counts)?,
+        };
         let uv: Vec<DVec2> =
             local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
         let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+        let (degree, rows) = (options.degree.0, options.net.0);
+        fitting.knots_u = KnotVector::clamped_creased(degree, rows, ground.bends())?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         super::check(&local, &uv, weights, &fitting)?;
         let order = ORDER.min(options.degree.0.max(options.degree.1));
-        let axes = [along, across, up];
+        let axes = [along, across, *up];
         Ok(Self { axes, ground, local, uv, weights, options: fitting, order })
     }
 
@@ -202,7 +223,7 @@ impl<'a> Heights<'a> {
         let fold = |fold: usize, listen: &mut Listen<'_>| Fold::of(self, &looked_at, fold, listen);
         let folds = self.of_each_fold(listen, fold)?;
         let total: f64 = looked_at.iter().map(|&i| self.weight(i)).sum();
-        let mut errors = Vec::with_capacity(tried.len());
+        let (mut errors, mut least) = (Vec::with_capacity(tried.len()), f64::INFINITY);
         for &fairness in &tried {
             listen()?;
             let error = |fold: usize, listen: &mut Listen<'_>| match &folds[fold] {
@@ -210,9 +231,13 @@ impl<'a> Heights<'a> {
                 None => Ok(f64::INFINITY),
             };
             let sums = self.of_each_fold(listen, error)?;
-            errors.push(sums.iter().sum::<f64>() / total);
+            let error = sums.iter().sum::<f64>() / total;
+            least = least.min(error);
+            errors.push(error);
+            if error > MUCH_WORSE * least {
+                break;
+            }
         }
-        let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
         let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
         Ok(smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i])))
     }

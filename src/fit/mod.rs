@@ -7,6 +7,7 @@
 
 mod anisotropy;
 mod approximate;
+mod arms;
 mod band;
 mod border;
 mod correct;
@@ -22,24 +23,29 @@ mod likelihood;
 mod normal_equations;
 mod outline;
 mod patches;
+mod quadrilateral;
 mod rational;
 mod refine;
 mod relaxation;
 mod robust;
+mod sides;
 mod space;
 
 use glam::{DVec2, DVec3};
 
 pub use self::approximate::{ApproximateOptions, Approximation, approximate};
+pub(crate) use self::arms::Arms;
 use self::band::Band;
 pub use self::border::bounded;
 pub use self::correct::project;
 use self::fairness::Energy;
+pub(crate) use self::ground::{Base, Strip};
 pub(crate) use self::growth::{EXACT, POINTS_PER_CONTROL_POINT};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
-pub(crate) use self::height::{cosines, fit_heights_with};
+pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};
 use self::normal_equations::{NormalEquations, Sample};
+pub(crate) use self::quadrilateral::Quadrilateral;
 pub use self::rational::rational;
 pub(crate) use self::relaxation::{Flat, relaxed};
 pub use self::robust::biweights;

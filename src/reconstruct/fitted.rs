@@ -7,8 +7,8 @@ use super::job::{Job, Shape};
 use super::measured::Measured;
 use super::own_frame::OwnFrame;
 use super::report::{Clock, Distances, Report, TrainingReport};
-use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, split, whole};
-use super::{Aspect, ReconstructOptions, Reconstruction, Start, heights};
+use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, net, whole};
+use super::{ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::Result;
 use crate::fit::{EndedBy, Growth, bounded};
 use crate::point_cloud::{Bounds, Normalization};
@@ -40,28 +40,24 @@ pub(super) fn reconstruct(
     let counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
     let found = kind(&counted.telling, options, observer)?;
-    let shape = Shape::of(&found, options, &counted.points);
-    clock.lap("topology");
-
     let frame = Normalization::of(&counted.points);
     let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
+    let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
+    let shape = Shape::of(&found, &local, budget, options);
+    clock.lap("topology");
+
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
-    let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
-    let mut start = if let Some(up) = shape.up {
-        let (uv, size) = heights::places(&sample, up);
-        let net = match options.aspect {
-            Aspect::Data => split(budget.0 * budget.1, size.x / size.y),
-            Aspect::Fixed => budget,
-        };
-        OrderedStart::over(&sample, &uv, net, told)?
+    let mut start = if let Some(base) = &shape.base {
+        let (uv, aspect) = heights::places(&sample, base);
+        OrderedStart::over(&sample, &uv, net(budget, aspect, options), told)?
     } else {
         let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
         OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
     };
     clock.lap("ordering");
-    let map = learned(&sample, &mut start, shape, budget, &frame, options, told)?;
-    let uv = if shape.up.is_some() {
+    let map = learned(&sample, &mut start, &shape, budget, &frame, options, told)?;
+    let uv = if shape.base.is_some() {
         Vec::new()
     } else {
         let places = map.parametrize(&local, EXTRAPOLATION, told)?;
@@ -81,7 +77,7 @@ pub(super) fn reconstruct(
     let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
     let shown = counts.iter().filter(|counts| !**counts).count();
     let mut measured = Measured::of_fitted(&counted, cloud.len(), &fit.uv, &own, &counts);
-    measured.add_others(cloud, &counted, &surface, shape.closed().closed(), observer)?;
+    measured.add_others(cloud, &counted, &surface, job.shape.closed().closed(), observer)?;
     let som = in_own_frame(&map, &sample, &frame, observer)?;
     clock.lap("measuring");
 
@@ -121,7 +117,7 @@ pub(super) fn reconstruct(
 fn learned(
     sample: &[DVec3],
     start: &mut OrderedStart,
-    shape: Shape,
+    shape: &Shape,
     budget: (usize, usize),
     frame: &Normalization,
     options: &ReconstructOptions<'_>,

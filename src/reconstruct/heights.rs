@@ -6,11 +6,13 @@ use super::counted::every;
 use super::job::{Fit, Job};
 use super::measured::PORTION;
 use super::outline::{area, bounds};
-use super::start::whole;
+use super::region::Region;
+use super::start::{TELLING as TELLING_OUTLINE, whole};
+use super::strip::Sides;
 use crate::error::Result;
 use crate::fit::{
-    EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, cosines,
-    fit_heights, fit_heights_with, height_axes, project,
+    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, Strip,
+    cosines, fit_heights_over, fit_heights_with, height_axes, project,
 };
 use crate::point_cloud::Bounds;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -27,31 +29,71 @@ const LEAST_GAIN: f64 = 0.95;
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
+/// Points by which an outline is found, and those by which its straight sides are.
+const OUTLINED: usize = 1_500;
+const BOUNDING: usize = 20_000;
+
 /// Points for each control point that tell how steep a surface is, and how many at least.
 const TELLING: usize = 16;
 const LEAST_TELLING: usize = 20_000;
 
-/// Places in the plane across the heights, in the unit square, and the lengths of its sides.
-pub(super) fn places(points: &[DVec3], up: DVec3) -> (Vec<DVec2>, DVec2) {
-    let [along, across] = height_axes(points, up);
-    let places: Vec<DVec2> =
-        points.iter().map(|p| DVec2::new(along.dot(*p), across.dot(*p))).collect();
+/// Parameters of points in the unit square, and how many times longer what they fill is than wide.
+pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>, f64) {
+    if let Some(strip) = strip {
+        let uv = points.iter().map(|&point| strip.parameters(point)).collect();
+        return (uv, strip.arms.aspect());
+    }
+    let places = across(points, height_axes(points, *up));
     let (low, high) = bounds(&places);
     let size = high - low;
-    (places.into_iter().map(|place| (place - low) / size).collect(), size)
+    (places.into_iter().map(|place| (place - low) / size).collect(), size.x / size.y)
+}
+
+/// Places of points by the axes of a plane.
+fn across(points: &[DVec3], axes: [DVec3; 2]) -> Vec<DVec2> {
+    points.iter().map(|point| DVec2::from_array(axes.map(|axis| axis.dot(*point)))).collect()
 }
 
 /// Whether the convex hull of the points' places in the plane across the heights fills most of the
 /// rectangle around them.
 pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
-    area(&som::hull(&places(points, up).0)) >= FILLED
+    area(&som::hull(&places(points, &Base { up, strip: None }).0)) >= FILLED
+}
+
+/// The bent strip with straight sides that the points' places in the plane across the heights fill, if
+/// they fill one.
+pub(super) fn strip(points: &[DVec3], up: DVec3) -> Option<Strip> {
+    if points.len() < TELLING_OUTLINE {
+        return None;
+    }
+    let axes = height_axes(points, up);
+    let few: Vec<DVec3> = every(points, OUTLINED).copied().collect();
+    let few = across(&few, axes);
+    let region = Region::of(&few)?;
+    let flat: Vec<DVec3> = few.iter().map(|place| place.extend(0.0)).collect();
+    let arms = region.strip(&few, &flat, Sides::Straight)?;
+    let bounding: Vec<DVec3> = every(points, BOUNDING).copied().collect();
+    let strip = Strip { axes, arms };
+    // The second look is at sides that end where the first has found corners.
+    strip.around(&bounding, 0.0)?.around(&bounding, 0.0)
+}
+
+/// The base of points with noise of this size: a strip ends where they end without it.
+fn under(job: &Job<'_>, base: &Base, noise: f64) -> Base {
+    let around = |strip: &Strip| {
+        let counted: Vec<DVec3> =
+            (0..job.points.len()).filter(|&i| job.weight(i) > 0.0).map(|i| job.points[i]).collect();
+        let bounding: Vec<DVec3> = every(&counted, BOUNDING).copied().collect();
+        strip.around(&bounding, noise).unwrap_or_else(|| strip.clone())
+    };
+    Base { up: base.up, strip: base.strip.as_ref().map(around) }
 }
 
 /// The surface of heights, growing until nothing is gained. A fit that is `known` already says how
 /// steep the surface is, and which fairness to take unless it is given.
 pub(super) fn fit(
     job: &Job<'_>,
-    up: DVec3,
+    base: &Base,
     net: (usize, usize),
     growth: Option<Growth>,
     fairness: Option<f64>,
@@ -67,21 +109,29 @@ pub(super) fn fit(
         iterations += 1;
         let degree = (job.degree(net.0), job.degree(net.1));
         let options = HeightOptions { net, degree, fairness };
-        let (steepness, fairness) = match known {
+        let (steepness, fairness, noise) = match known {
             Some(known) => {
-                let steepness = cosines(&known.surface, &known.uv, up);
-                (steepness, fairness.unwrap_or(known.fairness))
+                let steepness = cosines(&known.surface, &known.uv, base.up);
+                (steepness, fairness.unwrap_or(known.fairness), job.rms(&known.distances))
             }
-            None => steepness(job, up, &options, observer)?,
+            None => steepness(job, base, &options, observer)?,
         };
+        let base = &under(job, base, noise);
         // Noise has no direction, so what counts is the distance from the slope, not the height.
         let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
         let weights: Vec<f64> = steepness.into_iter().enumerate().map(weight).collect();
         if growth.is_none() {
-            return fit_heights_with(job.points, Some(&weights), up, &options, fairness, observer);
+            return fit_heights_with(
+                job.points,
+                Some(&weights),
+                base,
+                &options,
+                fairness,
+                observer,
+            );
         }
         let options = HeightOptions { fairness: Some(fairness), ..options };
-        fit_heights(job.points, Some(&weights), up, &options, observer)
+        fit_heights_over(job.points, Some(&weights), base, &options, observer)
     };
     let mut net = net;
     let mut fit = solve(net)?;
@@ -123,27 +173,32 @@ pub(super) fn fit(
 }
 
 /// How steep the surface is at the points, as the cosine of its slope, and the fairness that it
-/// wants: by a first fit to as many of them as tell.
+/// wants: by a first fit to as many of them as tell. And by how much this misses them.
 fn steepness(
     job: &Job<'_>,
-    up: DVec3,
+    base: &Base,
     options: &HeightOptions,
     observer: &mut dyn Observer,
-) -> Result<(Vec<f64>, f64)> {
+) -> Result<(Vec<f64>, f64, f64)> {
     let enough = (TELLING * options.net.0 * options.net.1).max(LEAST_TELLING);
     let points: Vec<DVec3> = every(job.points, enough).copied().collect();
     let weights: Option<Vec<f64>> =
         job.weights.as_ref().map(|weights| every(weights, enough).copied().collect());
     let weights = weights.as_deref();
     let first = match options.fairness {
-        Some(fairness) => fit_heights_with(&points, weights, up, options, fairness, observer)?,
-        None => fit_heights(&points, weights, up, options, observer)?,
+        Some(fairness) => fit_heights_with(&points, weights, base, options, fairness, observer)?,
+        None => fit_heights_over(&points, weights, base, options, observer)?,
     };
-    let axes = height_axes(&points, up);
-    let place = |point: DVec3| DVec2::from_array(axes.map(|axis| axis.dot(point)));
-    let (low, high) = (place(first.surface.point(0.0, 0.0)), place(first.surface.point(1.0, 1.0)));
-    let inside = |point: &DVec3| (place(*point) - low) / (high - low);
-    let uv: Vec<DVec2> =
-        job.points.iter().map(|p| inside(p).clamp(DVec2::ZERO, DVec2::ONE)).collect();
-    Ok((cosines(&first.surface, &uv, up), first.fairness))
+    let uv: Vec<DVec2> = if let Some(strip) = &base.strip {
+        job.points.iter().map(|&point| strip.parameters(point)).collect()
+    } else {
+        let ends = [(0.0, 0.0), (1.0, 1.0)].map(|(u, v)| first.surface.point(u, v));
+        let axes = height_axes(&points, base.up);
+        let (ends, places) = (across(&ends, axes), across(job.points, axes));
+        let inside = |place: DVec2| (place - ends[0]) / (ends[1] - ends[0]);
+        places.into_iter().map(|place| inside(place).clamp(DVec2::ZERO, DVec2::ONE)).collect()
+    };
+    let squares = first.residuals.iter().map(|residual| residual * residual);
+    let noise = (squares.sum::<f64>() / first.residuals.len() as f64).sqrt();
+    Ok((cosines(&first.surface, &uv, base.up), first.fairness, noise))
 }

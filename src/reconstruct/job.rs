@@ -4,9 +4,12 @@ use glam::{DVec2, DVec3};
 
 use super::feet::feet;
 use super::flaws::Flaws;
+use super::start::net;
 use super::{ReconstructOptions, heights, robust};
 use crate::error::Result;
-use crate::fit::{self, ApproximateOptions, Approximation, EndedBy, Flat, Growth, approximate};
+use crate::fit::{
+    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, approximate,
+};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som;
@@ -30,30 +33,45 @@ const FLATTENINGS: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
 const TRIED_LAST: usize = 2;
 
 /// The kind of surface that is fitted.
-#[derive(Clone, Copy)]
 pub(super) struct Shape {
     pub(super) kind: Kind,
-    /// The direction of the heights of [`Kind::Height`].
-    pub(super) up: Option<DVec3>,
+    /// What heights stand on, of [`Kind::Height`].
+    pub(super) base: Option<Base>,
 }
 
 impl Shape {
-    pub(super) fn of(found: &Topology, options: &ReconstructOptions<'_>, points: &[DVec3]) -> Self {
+    /// Of points, for which there is this budget of control points.
+    pub(super) fn of(
+        found: &Topology,
+        points: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions<'_>,
+    ) -> Self {
         let known = found.height.map(|height| height.up);
         match options.topology {
-            Some(Kind::Height) => Self { kind: Kind::Height, up: Some(known.unwrap_or(DVec3::Z)) },
+            Some(Kind::Height) => {
+                let base = Base { up: known.unwrap_or(DVec3::Z), strip: None };
+                Self { kind: Kind::Height, base: Some(base) }
+            }
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
-                let wanted =
-                    |up: &DVec3| !options.rational && heights::fill_a_rectangle(points, *up);
-                let up = known.filter(wanted);
-                Self { kind: if up.is_some() { Kind::Height } else { Kind::Sheet }, up }
+                let up = known.filter(|_| !options.rational);
+                let base = up.and_then(|up| {
+                    if heights::fill_a_rectangle(points, up) {
+                        return Some(Base { up, strip: None });
+                    }
+                    let strip = heights::strip(points, up)?;
+                    let (rows, _) = net(budget, strip.arms.aspect(), options);
+                    let needed = strip.arms.arms().len() * options.degree + 1;
+                    (rows >= needed).then_some(Base { up, strip: Some(strip) })
+                });
+                Self { kind: if base.is_some() { Kind::Height } else { Kind::Sheet }, base }
             }
-            kind => Self { kind: kind.unwrap_or(found.kind), up: None },
+            kind => Self { kind: kind.unwrap_or(found.kind), base: None },
         }
     }
 
-    pub(super) fn closed(self) -> som::Topology {
+    pub(super) fn closed(&self) -> som::Topology {
         match self.kind {
             Kind::Sheet | Kind::Height => som::Topology::Sheet,
             Kind::Tube => som::Topology::Tube,
@@ -137,8 +155,8 @@ impl Job<'_> {
         known: Option<&Fit>,
         observer: &mut dyn Observer,
     ) -> Result<Fit> {
-        if let Some(up) = self.shape.up {
-            return heights::fit(self, up, net, growth, fairness, known, observer);
+        if let Some(base) = &self.shape.base {
+            return heights::fit(self, base, net, growth, fairness, known, observer);
         }
         let options = ApproximateOptions {
             net,
@@ -171,7 +189,7 @@ impl Job<'_> {
         let net = self.different(&fit.surface);
         let (mut flat, mut fewest) = (None, flaws.count());
         let mut flattenings = FLATTENINGS;
-        if self.shape.up.is_none() {
+        if self.shape.base.is_none() {
             flattenings.rotate_left(TRIED_LAST);
         }
         for flattening in flattenings {
@@ -269,7 +287,7 @@ impl Job<'_> {
         (0..distances.len()).filter(counts).map(|i| distances[i].abs()).fold(0.0, f64::max)
     }
 
-    fn rms(&self, distances: &[f64]) -> f64 {
+    pub(super) fn rms(&self, distances: &[f64]) -> f64 {
         let squares = distances.iter().enumerate().map(|(i, d)| self.weight(i) * d * d);
         let weights: f64 = (0..distances.len()).map(|i| self.weight(i)).sum();
         (squares.sum::<f64>() / weights).sqrt()

@@ -11,7 +11,6 @@ mod options;
 mod outline;
 mod own_frame;
 mod paper;
-mod quadrilateral;
 mod region;
 mod relay;
 mod report;

@@ -2,8 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::quadrilateral::Quadrilateral;
 use super::region::Region;
+use super::strip::{self, Sides};
+use crate::fit::Quadrilateral;
 use crate::som;
 
 /// Share of the convex hull that a quadrilateral of its corners must fill for the outline to count
@@ -22,7 +23,7 @@ pub(super) struct Squared {
     pub(super) uv: Vec<DVec2>,
     /// How many times longer the map is than wide.
     pub(super) aspect: f64,
-    /// Where along u it bends sharply, as a [`Strip`](super::strip::Strip) does.
+    /// Where along u it bends sharply, as a strip does.
     pub(super) creases: Vec<f64>,
 }
 
@@ -50,9 +51,9 @@ pub(super) fn unit_square(places: &[DVec2], points: Option<&[DVec3]>) -> Squared
     if let Some(region) = Region::of(places) {
         // What fills little of its hull is not four-sided just because the hull is.
         if (corners.is_none() || region.area() < FILLED * area(&hull))
-            && let Some(squared) = points.and_then(|points| region.straightened(places, points))
+            && let Some(strip) = points.and_then(|points| region.strip(places, points, Sides::Bent))
         {
-            return squared;
+            return strip::straightened(&strip, places);
         }
         if corners.is_none() {
             return region.rectified(places);

@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3};
 
 use super::outline::{Squared, area, bounds};
 use super::start::whole;
-use super::strip::{self, Strip};
+use super::strip::{self, Sides};
+use crate::fit::Arms;
 use crate::som;
 
 /// Cells of the raster that would cover the convex hull.
@@ -175,13 +176,12 @@ impl Region {
         self.inside.iter().filter(|inside| **inside).count() as f64 * self.cell * self.cell
     }
 
-    /// The places in the unit square that the region becomes arm by arm, if it is a bent strip; each
-    /// place is that of a point in space.
-    pub(super) fn straightened(&self, places: &[DVec2], points: &[DVec3]) -> Option<Squared> {
+    /// The bent strip that the region is, if it is one; each place is that of a point in space.
+    pub(super) fn strip(&self, places: &[DVec2], points: &[DVec3], sides: Sides) -> Option<Arms> {
         let (line, step, _) = self.line(&self.outline(), strip::CANDIDATES);
-        let window = strip::window(self.radius / step);
+        let window = sides.window(self.radius / step);
         let turns = strip::turns(&line, window, places, points);
-        Strip::of(&line, &turns, window).map(|strip| strip.straightened(places))
+        strip::within(&line, &turns, window, sides)
     }
 
     /// The places in the unit square that the region is mapped to conformally, its long side along u.

@@ -14,7 +14,7 @@ use crate::topology::Chart;
 const UNROLLED: usize = 1000;
 
 /// Points without which the corners of an outline are too doubtful to bend a surface there.
-const TELLING: usize = 600;
+pub(super) const TELLING: usize = 600;
 
 /// Least number of points to a node, so that the map does not follow single ones.
 const POINTS_PER_NODE: usize = 3;
@@ -46,10 +46,7 @@ impl OrderedStart {
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let split = |aspect: f64| match options.aspect {
-            Aspect::Data => split(budget.0 * budget.1, aspect),
-            Aspect::Fixed => budget,
-        };
+        let split = |aspect: f64| net(budget, aspect, options);
         if let Start::Given { nodes, shape: (rows, cols) } = options.init {
             let lattice = Lattice::grid(rows, cols, som::Cells::Quad, topology)?;
             let nodes = nodes.iter().map(|&node| frame.apply(node)).collect();
@@ -104,6 +101,18 @@ impl OrderedStart {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
 pub(super) fn whole(size: f64) -> usize {
     size as usize
+}
+
+/// The net of a surface so many times longer than wide.
+pub(super) fn net(
+    budget: (usize, usize),
+    aspect: f64,
+    options: &ReconstructOptions<'_>,
+) -> (usize, usize) {
+    match options.aspect {
+        Aspect::Data => split(budget.0 * budget.1, aspect),
+        Aspect::Fixed => budget,
+    }
 }
 
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.

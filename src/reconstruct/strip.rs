@@ -3,14 +3,21 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use super::outline::{Squared, area};
-use super::quadrilateral::Quadrilateral;
 use super::start::whole;
+use crate::fit::Arms;
 
 /// Places along an outline at which corners are looked for.
 pub(super) const CANDIDATES: usize = 128;
 
-/// How far on either side an outline turns at a corner, in radii of the blur that has rounded it.
+/// How far on either side an outline turns at a corner, in radii of the blur that has rounded it;
+/// where its sides are straight more is looked at.
 const ROUND: f64 = 3.0;
+const ROUND_BETWEEN_STRAIGHT: f64 = 4.0;
+
+/// Windows from a corner up to which a straight side is looked at, and the sine of the angle between
+/// two sides from which on they meet at a corner.
+const BESIDE: usize = 3;
+const SLANTED: f64 = 0.5;
 
 /// Places that tell how a place beside them lies in space.
 const NEAR: usize = 32;
@@ -29,104 +36,83 @@ const UNEVEN: f64 = 3.0;
 /// Share of the region that the arms fill at least: a region with bent sides is no such strip.
 const FILLED: f64 = 0.8;
 
-/// A strip from end to end. It is cut at its bends, from each inner corner to the outer one across;
-/// each of its arms has four corners.
-pub(super) struct Strip {
-    arms: Vec<Quadrilateral>,
+/// The strip with an outline through these places, counter-clockwise, that turns by so much around
+/// each, over so many on either side (see [`turns`]): it is cut at its bends, from each inner corner to
+/// the outer one across. `None` if the outline is not that of a strip with at least one bend.
+pub(super) fn within(line: &[DVec2], turns: &[f64], window: usize, sides: Sides) -> Option<Arms> {
+    let corners = corners(turns, window);
+    if corners.iter().all(|&i| turns[i] > 0.0) {
+        return None;
+    }
+    let places = match sides {
+        Sides::Bent => corners.iter().map(|&i| line[i]).collect(),
+        Sides::Straight => sharpened(line, &corners, window),
+    };
+    let outer = corners.iter().map(|&i| turns[i] > 0.0);
+    let corners: Vec<(DVec2, bool)> = places.into_iter().zip(outer).collect();
+    let least = FILLED * area(line);
+    let filled = |strip: &Arms| strip.area() > least;
+    let strips = between(&corners).filter(filled);
+    strips.max_by(|a, b| a.aspect().total_cmp(&b.aspect()))
 }
 
-impl Strip {
-    /// The strip with an outline through these places, counter-clockwise, that turns by so much
-    /// around each, over so many on either side (see [`turns`]). `None` if the outline is not that of
-    /// a strip with at least one bend.
-    pub(super) fn of(line: &[DVec2], turns: &[f64], window: usize) -> Option<Self> {
-        let corners = corners(turns, window);
-        let corners: Vec<(DVec2, bool)> =
-            corners.into_iter().map(|i| (line[i], turns[i] > 0.0)).collect();
-        if corners.iter().all(|(_, outer)| *outer) {
-            return None;
-        }
-        let least = FILLED * area(line);
-        let filled = |strip: &Self| strip.area() > least;
-        let strips = Self::between(&corners).filter(filled);
-        strips.max_by(|a, b| a.aspect().total_cmp(&b.aspect()))
-    }
+/// The strips of even width with these corners along the outline, each with whether it is an outer
+/// one.
+fn between(corners: &[(DVec2, bool)]) -> impl Iterator<Item = Arms> {
+    let count = corners.len();
+    let at = move |i: usize| corners[i % count];
+    let is_end = move |i: &usize| at(*i).1 && at(i + 1).1;
+    let half = count / 2;
+    // As many corners on both sides between one end and the other.
+    (0..half).filter(move |start| is_end(start) && is_end(&(start + half))).filter_map(
+        move |start| {
+            let stations = (0..half).map(|i| [at(start + 1 + i), at(start + count - i)]);
+            let stations: Vec<[(DVec2, bool); 2]> = stations.collect();
+            let across = |[a, b]: &[(DVec2, bool); 2]| a.1 != b.1;
+            let stands_across = stations[1..half - 1].iter().all(across);
+            let stations: Vec<[DVec2; 2]> =
+                stations.iter().map(|pair| pair.map(|(corner, _)| corner)).collect();
+            let strip = Arms::between(&stations);
+            (stands_across && is_even(&strip)).then_some(strip)
+        },
+    )
+}
 
-    /// The strips of even width with these corners along the outline, each with whether it is an
-    /// outer one.
-    fn between(corners: &[(DVec2, bool)]) -> impl Iterator<Item = Self> {
-        let count = corners.len();
-        let at = move |i: usize| corners[i % count];
-        let is_end = move |i: &usize| at(*i).1 && at(i + 1).1;
-        let half = count / 2;
-        // As many corners on both sides between one end and the other.
-        (0..half).filter(move |start| is_end(start) && is_end(&(start + half))).filter_map(
-            move |start| {
-                let stations = (0..half).map(|i| [at(start + 1 + i), at(start + count - i)]);
-                let stations: Vec<[(DVec2, bool); 2]> = stations.collect();
-                let bends = &stations[1..half - 1];
-                let arms = stations.windows(2).map(|pair| {
-                    let [[(a, _), (d, _)], [(b, _), (c, _)]] = [pair[0], pair[1]];
-                    Quadrilateral([a, b, c, d])
-                });
-                let strip = Self { arms: arms.collect() };
-                let across = |[a, b]: &[(DVec2, bool); 2]| a.1 != b.1;
-                (bends.iter().all(across) && strip.is_even()).then_some(strip)
-            },
-        )
-    }
+/// Whether no arm is turned over and no end or bend is much wider than another.
+fn is_even(strip: &Arms) -> bool {
+    let widths = strip.arms().iter().flat_map(|arm| {
+        let [a, b, c, d] = arm.0;
+        [a.distance(d), b.distance(c)]
+    });
+    let (narrowest, widest) = widths
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), width| (low.min(width), high.max(width)));
+    widest < UNEVEN * narrowest && strip.arms().iter().all(|arm| arm.area() > 0.0)
+}
 
-    /// Whether no arm is turned over and no end or bend is much wider than another.
-    fn is_even(&self) -> bool {
-        let widths = self.arms.iter().flat_map(|arm| {
-            let [a, b, c, d] = arm.0;
-            [a.distance(d), b.distance(c)]
-        });
-        let (narrowest, widest) = widths
-            .fold((f64::INFINITY, 0.0_f64), |(low, high), width| (low.min(width), high.max(width)));
-        widest < UNEVEN * narrowest && self.arms.iter().all(|arm| area(&arm.0) > 0.0)
-    }
+/// Places in the unit square that a strip becomes.
+pub(super) fn straightened(strip: &Arms, places: &[DVec2]) -> Squared {
+    let uv = places.iter().map(|&place| strip.parameters(place)).collect();
+    Squared::filled(uv, strip.aspect(), strip.bends())
+}
 
-    fn area(&self) -> f64 {
-        self.arms.iter().map(|arm| area(&arm.0)).sum()
-    }
+/// What is known of the sides of an outline.
+#[derive(Clone, Copy)]
+pub(super) enum Sides {
+    /// A flat map may have bent them.
+    Bent,
+    Straight,
+}
 
-    /// How many times longer it is than wide.
-    fn aspect(&self) -> f64 {
-        let sizes = self.arms.iter().map(Quadrilateral::lengths);
-        let (along, across) = sizes.fold((0.0, 0.0), |sum, size| (sum.0 + size.0, sum.1 + size.1));
-        along * self.arms.len() as f64 / across
-    }
-
-    /// Where each arm ends, as a share of the whole length.
-    fn ends(&self) -> Vec<f64> {
-        let mut ends = vec![0.0];
-        for arm in &self.arms {
-            ends.push(ends[ends.len() - 1] + arm.lengths().0);
-        }
-        let length = ends[self.arms.len()];
-        ends.iter().map(|end| end / length).collect()
-    }
-
-    /// The places in the unit square that it becomes.
-    pub(super) fn straightened(&self, places: &[DVec2]) -> Squared {
-        let ends = self.ends();
-        let straightened = |&place: &DVec2| {
-            let inside = self.arms.iter().map(|arm| arm.inverse(place)).enumerate();
-            let beyond = |uv: DVec2| (uv - 0.5).abs().max_element();
-            let nearest = inside.min_by(|(_, a), (_, b)| beyond(*a).total_cmp(&beyond(*b)));
-            let (arm, uv) = nearest.unwrap_or((0, DVec2::ZERO));
-            DVec2::new(ends[arm] + uv.x * (ends[arm + 1] - ends[arm]), uv.y)
+impl Sides {
+    /// The places on either side over which an outline turns at a corner that a blur of this radius, in
+    /// places, has rounded.
+    pub(super) fn window(self, radius: f64) -> usize {
+        let round = match self {
+            Self::Bent => ROUND,
+            Self::Straight => ROUND_BETWEEN_STRAIGHT,
         };
-        let uv = places.iter().map(straightened).collect();
-        Squared::filled(uv, self.aspect(), &ends[1..self.arms.len()])
+        whole((round * radius).round()).max(1)
     }
-}
-
-/// The places on either side over which an outline turns at a corner that a blur of this radius, in
-/// places, has rounded.
-pub(super) fn window(radius: f64) -> usize {
-    whole((ROUND * radius).round()).max(1)
 }
 
 /// By how much the closed outline of a map's places turns to the left around each of its own, over so
@@ -193,6 +179,38 @@ fn corners(turns: &[f64], window: usize) -> Vec<usize> {
     corners
 }
 
+/// Where the sides of a closed line would meet at its corners, which a blur has rounded: the straight
+/// lines along what lies beside a corner, but not so near that it is round.
+fn sharpened(line: &[DVec2], corners: &[usize], window: usize) -> Vec<DVec2> {
+    let (count, sides) = (line.len(), corners.len());
+    let corner = |k: usize| {
+        let here = corners[k];
+        let before = (here + count - corners[(k + sides - 1) % sides]) % count;
+        let after = (corners[(k + 1) % sides] + count - here) % count;
+        let beside = |length: usize| window..=length.saturating_sub(window).min(BESIDE * window);
+        let (a, along_a) = straight(beside(before).map(|i| line[(here + count - i) % count]))?;
+        let (b, along_b) = straight(beside(after).map(|i| line[(here + i) % count]))?;
+        let turn = along_a.perp_dot(along_b);
+        (turn.abs() > SLANTED).then(|| a + (b - a).perp_dot(along_b) / turn * along_a)
+    };
+    (0..sides).map(|k| corner(k).unwrap_or(line[corners[k]])).collect()
+}
+
+/// The straight line that is closest to some places: one on it, and its direction.
+fn straight(places: impl Iterator<Item = DVec2> + Clone) -> Option<(DVec2, DVec2)> {
+    let count = places.clone().count();
+    if count < 2 {
+        return None;
+    }
+    let middle = places.clone().sum::<DVec2>() / count as f64;
+    let (mut spread, mut slope) = (0.0, 0.0);
+    for away in places.map(|place| place - middle) {
+        spread += away.x * away.x - away.y * away.y;
+        slope += 2.0 * away.x * away.y;
+    }
+    Some((middle, DVec2::from_angle(0.5 * slope.atan2(spread))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,12 +235,12 @@ mod tests {
     #[test]
     fn an_l_is_cut_from_corner_to_corner() {
         let (line, turns) = outline(&L);
-        let strip = Strip::of(&line, &turns, 4).unwrap();
-        assert_eq!(strip.arms.len(), 2);
+        let strip = within(&line, &turns, 4, Sides::Bent).unwrap();
+        assert_eq!(strip.arms().len(), 2);
         assert!((strip.area() - 4.0).abs() < 1e-12, "{}", strip.area());
         let places = [(0.0, 0.0), (1.0, 1.0), (0.5, 0.5), (2.0, 0.5), (0.5, 3.0)];
         let places = places.map(|(x, y)| DVec2::new(x, y));
-        let Squared { uv, creases, .. } = strip.straightened(&places);
+        let Squared { uv, creases, .. } = straightened(&strip, &places);
         // The arms are as long as their sides are on average: 1.5 and 2.5.
         let bend = if uv[3].x < uv[4].x { 1.5 / 4.0 } else { 2.5 / 4.0 };
         assert_eq!(creases.len(), 1);
@@ -235,7 +253,7 @@ mod tests {
     fn a_u_bends_twice_and_others_not_at_all() {
         let bends = |polygon: &[(f64, f64)]| {
             let (line, turns) = outline(polygon);
-            Strip::of(&line, &turns, 4).map(|strip| strip.arms.len() - 1)
+            within(&line, &turns, 4, Sides::Bent).map(|strip| strip.bends().len())
         };
         let u = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (2.0, 3.0)];
         let u = [&u[..], &[(2.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)]].concat();
