@@ -12,7 +12,7 @@ use super::bernstein::Bernstein;
 use super::desk::Desk;
 use super::divider::Divider;
 use super::estimate::Estimate;
-use super::groups::in_groups;
+use super::groups::{FEW, in_groups};
 use super::lattice::Lattice;
 use super::numbering::Numbers;
 use super::options::{Limits, TessellateOptions, diagonal};
@@ -25,6 +25,10 @@ use crate::progress::Observer;
 
 /// Share by which an estimate must pass the limit on triangles before the work is refused.
 const SURELY: f64 = 2.0;
+
+/// Parts that a surface worth sharing is divided in at least, where it can be foreseen, so that no
+/// thread has long to wait for the others in the end.
+const JOBS: usize = 8;
 
 /// A finished division of a surface, ready to be written into memory of whatever origin.
 #[derive(Debug)]
@@ -150,22 +154,35 @@ impl<'a> Tessellation<'a> {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let (divider, lattice) = (self.divider(), &self.lattice);
-        let mut count = 0;
-        let job = |(): &mut (), index: usize| {
-            let (block, mut done) = (lattice.block(index), vec![]);
-            let divide = |desk: &mut Desk| divider.divide(block, Piece::of(block), desk, &mut done);
+        let blocks = lattice.blocks();
+        let halvings = if triangles > FEW { JOBS / blocks } else { 0 }.checked_ilog2();
+        let mut parts = Vec::with_capacity(blocks.max(JOBS));
+        let mut found = vec![];
+        for index in 0..blocks {
+            let block = lattice.block(index);
+            let whole = (Piece::of(block), halvings.unwrap_or(0));
+            Desk::with(|desk| divider.spread(block, whole, desk, &mut found));
+            parts.extend(found.drain(..).map(|part| (index, part)));
+        }
+        let job = |(): &mut (), (index, part): (usize, Piece)| {
+            let mut done = vec![];
+            let divide =
+                |desk: &mut Desk| divider.divide(lattice.block(index), part, desk, &mut done);
             let ((), deviation) = Desk::with(divide);
             done.shrink_to_fit();
-            (done, deviation)
+            (index, done, deviation)
         };
-        let mut pieces = Vec::with_capacity(lattice.blocks());
-        let mut deviation = 0.0_f64;
-        in_groups(0..lattice.blocks(), triangles, observer, job, |(done, most)| {
+        let (mut count, mut deviation) = (0, 0.0_f64);
+        let mut pieces: Vec<Vec<Piece>> = Vec::with_capacity(blocks);
+        in_groups(parts, triangles, observer, job, |(index, done, most)| {
             count += done.len();
             deviation = deviation.max(most);
-            pieces.push(done);
+            match pieces.get_mut(index) {
+                Some(others) => others.extend(done),
+                None => pieces.push(done),
+            }
             if 2 * count > options.max_triangles {
-                let share = lattice.blocks() as f64 / pieces.len() as f64;
+                let share = blocks as f64 / pieces.len() as f64;
                 return Err(too_many(options, &self.limits, 2.0 * count as f64 * share));
             }
             Ok(())

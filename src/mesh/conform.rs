@@ -3,21 +3,19 @@
 
 use super::adaptive::{Tessellation, too_many};
 use super::desk::Desk;
-use super::groups::in_groups;
+use super::groups::{COLLECTED, FEW, in_groups};
 use super::options::TessellateOptions;
 use super::piece::Piece;
-use super::stitch::{Place, Vertices, own_borders};
+use super::review::{Divided, Room, Run};
+use super::stitch::{Vertices, own_borders};
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Memory of a thread.
-#[derive(Default)]
-struct Room {
-    vertices: Vertices,
-    /// Numbers of vertices around a piece.
-    outline: Vec<usize>,
-    places: Vec<Place>,
-}
+/// Jobs that a review worth sharing is done in at least, as long as they have enough pieces.
+const RUNS: usize = 16;
+
+/// Pieces that a thread reviews at a time at least.
+const LEAST_AT_ONCE: usize = 8;
 
 impl Tessellation<'_> {
     /// Divides pieces until their triangles hold with all vertices that stand on their sides.
@@ -29,25 +27,12 @@ impl Tessellation<'_> {
         let mut pending = vec![true; self.lattice.blocks()];
         (0..pending.len()).for_each(|index| self.touch(index, &mut pending));
         while pending.contains(&true) {
-            // Blocks change where they are: there is not room for a large mesh's pieces twice.
-            let mut pieces = std::mem::take(&mut self.pieces);
-            let blocks = pieces.iter_mut().enumerate().filter(|&(index, _)| pending[index]);
-            let blocks: Vec<(usize, &mut Vec<Piece>)> = blocks.collect();
-            let (mut divided, mut deviation) = (vec![], self.deviation);
-            let count = blocks.iter().map(|(_, pieces)| pieces.len()).sum();
-            let review = |room: &mut Room, (index, pieces): (usize, &mut Vec<Piece>)| {
-                let review = |desk: &mut Desk| self.review(desk, room, index, pieces);
-                let (changed, deviation) = Desk::with(review);
-                (index, changed, deviation)
-            };
-            in_groups(blocks, count, observer, review, |(index, changed, most)| {
-                divided.extend(changed.then_some(index));
-                deviation = deviation.max(most);
-                Ok(())
-            })?;
-            (self.pieces, self.deviation) = (pieces, deviation);
+            let divided = self.review_all(&pending, observer)?;
+            let blocks = divided.chunk_by(|a, b| a.block == b.block);
+            let blocks: Vec<usize> = blocks.map(|divided| divided[0].block).collect();
+            self.replace_all(&divided, observer)?;
             pending.fill(false);
-            for index in divided {
+            for index in blocks {
                 pending[index] = true;
                 self.touch(index, &mut pending);
             }
@@ -69,43 +54,68 @@ impl Tessellation<'_> {
         }
     }
 
-    /// Looks at the pieces of a block that have got vertices on their sides; whether one was
-    /// divided.
-    fn review(
-        &self,
-        desk: &mut Desk,
-        Room { vertices, outline, places }: &mut Room,
-        index: usize,
-        pieces: &mut Vec<Piece>,
-    ) -> bool {
-        let (block, divider) = (self.lattice.block(index), self.divider());
-        vertices.collect(block, pieces, self.sides(index));
-        let mut divided: Option<Vec<Piece>> = None;
-        for k in 0..pieces.len() {
-            let piece = &mut pieces[k];
-            outline.clear();
-            vertices.outline(piece, outline);
-            let grown = outline.len() > piece.cut.corners();
-            let unfit = if grown {
-                places.clear();
-                places.extend(outline.iter().map(|&rank| vertices.place(rank)));
-                divider.check(block, piece, places, desk)
-            } else {
-                None
-            };
-            match (unfit, &mut divided) {
-                (Some(direction), _) => {
-                    let piece = *piece;
-                    let new = divided.get_or_insert_with(|| pieces[..k].to_vec());
-                    divider.redivide(block, (piece, direction), desk, new);
-                }
-                (None, Some(new)) => new.push(*piece),
-                (None, None) => {}
-            }
+    /// Looks at the pieces of pending blocks; what has been divided, block by block.
+    fn review_all(
+        &mut self,
+        pending: &[bool],
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<Divided>> {
+        let pending = || (0..pending.len()).filter(|&index| pending[index]);
+        let count = pending().map(|index| self.pieces[index].len()).sum::<usize>();
+        let at_once = if 2 * count > FEW { (count / RUNS).max(LEAST_AT_ONCE) } else { count };
+        let split: Vec<usize> =
+            pending().filter(|&index| self.pieces[index].len() > at_once).collect();
+        let vertices = self.vertices_of(&split, observer)?;
+        // Blocks change where they are: there is not room for a large mesh's pieces twice.
+        let mut pieces = std::mem::take(&mut self.pieces);
+        let (mut runs, mut left) = (vec![], pieces.iter_mut().enumerate());
+        let mut vertices = split.iter().zip(&vertices).peekable();
+        for block in pending() {
+            let Some((_, pieces)) = left.find(|(index, _)| *index == block) else { continue };
+            let vertices = vertices.next_if(|(index, _)| **index == block).map(|(_, found)| found);
+            let run = |(k, pieces)| Run { block, first: k * at_once, pieces, vertices };
+            runs.extend(pieces.chunks_mut(at_once).enumerate().map(run));
         }
-        let Some(mut new) = divided else { return false };
-        new.shrink_to_fit();
-        *pieces = new;
-        true
+        let review = |room: &mut Room, run: Run<'_>| {
+            Desk::with(|desk: &mut Desk| self.review(desk, room, run))
+        };
+        let (mut all, mut deviation) = (vec![], self.deviation);
+        let result = in_groups(runs, 2 * count, observer, review, |(divided, most)| {
+            deviation = deviation.max(most);
+            all.extend((!divided.is_empty()).then_some(divided));
+            Ok(())
+        });
+        (self.pieces, self.deviation) = (pieces, deviation);
+        result.map(|()| all)
+    }
+
+    /// The vertices of blocks that several threads look at.
+    fn vertices_of(&self, blocks: &[usize], observer: &mut dyn Observer) -> Result<Vec<Vertices>> {
+        let collect = |(): &mut (), index: usize| {
+            let mut vertices = Vertices::default();
+            vertices.collect(self.lattice.block(index), &self.pieces[index], self.sides(index));
+            vertices
+        };
+        let mut all = Vec::with_capacity(blocks.len());
+        let count = blocks.iter().map(|&index| self.pieces[index].len()).sum::<usize>();
+        in_groups(blocks.iter().copied(), count / COLLECTED, observer, collect, |vertices| {
+            all.push(vertices);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    /// Puts the parts of divided pieces in their places.
+    fn replace_all(&mut self, all: &[Divided], observer: &mut dyn Observer) -> Result<()> {
+        let mut groups = all.chunk_by(|a, b| a.block == b.block).peekable();
+        let blocks = self.pieces.iter_mut().enumerate();
+        let blocks: Vec<(&[Divided], &mut Vec<Piece>)> = blocks
+            .filter_map(|(index, pieces)| {
+                Some((groups.next_if(|group| group[0].block == index)?, pieces))
+            })
+            .collect();
+        let count = all.iter().map(Divided::parts).sum();
+        let replace = |(): &mut (), (all, pieces): (&[Divided], _)| Divided::replace(all, pieces);
+        in_groups(blocks, count, observer, replace, Ok)
     }
 }

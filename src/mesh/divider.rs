@@ -53,6 +53,27 @@ impl Divider<'_> {
         }
     }
 
+    /// Halves a piece of several patches, at most so many times, as long as it is expected to be halved
+    /// by [`Divider::divide`], and appends the parts.
+    pub(super) fn spread(
+        &self,
+        block: Block,
+        (piece, halvings): (Piece, u32),
+        desk: &mut Desk,
+        parts: &mut Vec<Piece>,
+    ) {
+        if halvings > 0 && !piece.is_single() {
+            self.load(block, piece, desk);
+            if let (Some(direction), _) = self.bent(&piece, &desk.points) {
+                for half in piece.halves(direction) {
+                    self.spread(block, (half, halvings - 1), desk, parts);
+                }
+                return;
+            }
+        }
+        parts.push(piece);
+    }
+
     /// As [`Divider::divide`], for a piece whose net is the only one on the desk; takes it away.
     #[inline(always)]
     fn divide_net<S: Simd>(
@@ -100,10 +121,9 @@ impl Divider<'_> {
         let net = &desk.nets[desk.nets.len() - (degrees.0 + 1) * (degrees.1 + 1)..];
         desk.points.clear();
         desk.points.extend(net.iter().map(|h| h.project()));
-        let bending = Bending::of(&desk.points, degrees);
-        // What is expected to leave its triangles too far is not looked at closer.
-        if piece.divisible() && bending.sag_of_square() > tolerance {
-            return Some(self.steeper(&desk.points));
+        let (bent, bending) = self.bent(&piece, &desk.points);
+        if bent.is_some() {
+            return bent;
         }
         let ends = self.ends().map(|k| desk.points[k]);
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
@@ -125,6 +145,17 @@ impl Divider<'_> {
             done.push(Piece { cut: cut.proven(distance / tolerance), ..piece });
         }
         direction
+    }
+
+    /// The direction to divide a piece in because it is expected to leave its triangles too far, so
+    /// that it is not looked at closer, and how it bends.
+    #[inline(always)]
+    pub(super) fn bent(&self, piece: &Piece, points: &[DVec3]) -> (Option<Direction>, Bending) {
+        let bending = Bending::of(points, self.nets.degrees);
+        if piece.divisible() && bending.sag_of_square() > self.limits.tolerance {
+            return (Some(self.steeper(points)), bending);
+        }
+        (None, bending)
     }
 
     /// The direction to divide a piece in because its triangles, which are so far from the surface, do

@@ -10,14 +10,14 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Time between two calls of the observer that is aimed at.
 const REPORT: Duration = Duration::from_millis(20);
 
-/// Triangles for whose division no other thread is woken: it would be done before that has come.
-const FEW: usize = 128;
+/// Triangles for which no other thread is woken: they would be done before that has come.
+pub(super) const FEW: usize = 128;
 
-/// Triangles, or vertices, that are written in the time in which one triangle is found.
-pub(super) const WRITTEN: usize = 16;
+/// Pieces whose vertices are collected in the time in which one triangle is found.
+pub(super) const COLLECTED: usize = 8;
 
 /// Does a job for each item, in parallel, and takes the results in order; reports in between. All
-/// together are about as much work as dividing a surface into so many triangles.
+/// together belong to about so many triangles.
 ///
 /// Threads meet after a certain time, not after a certain number of items, because nobody knows
 /// how long one takes. So jobs must not see what has been taken since the call.
@@ -30,6 +30,9 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
 ) -> Result<()> {
     let mut items = items.into_iter().enumerate();
     let total = items.len();
+    if total == 0 {
+        return Ok(());
+    }
     loop {
         let left = items.len();
         let at = Progress::of_stage(Stage::Tessellation, (total - left) as u64, total as u64, 0);

@@ -23,6 +23,7 @@ mod outline;
 mod piece;
 mod polygon;
 mod recut;
+mod review;
 mod stitch;
 mod triangle;
 mod uniform;

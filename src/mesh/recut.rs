@@ -9,7 +9,7 @@ use super::chord::Chord;
 use super::desk::Desk;
 use super::divider::Divider;
 use super::net::Net;
-use super::outline::{Bending, MOST_CORNERS, Zip};
+use super::outline::{MOST_CORNERS, Zip};
 use super::piece::{Block, Direction, Piece};
 use super::stitch::Place;
 use super::triangle::larger;
@@ -43,10 +43,9 @@ impl Divider<'_> {
         }
         self.load(block, *piece, desk);
         let tolerance = self.limits.tolerance;
-        let bending = Bending::of(&desk.points, self.nets.degrees);
-        // What is expected to leave its triangles too far is not looked at closer.
-        if piece.divisible() && bending.sag_of_square() > tolerance {
-            return Some(self.steeper(&desk.points));
+        let (bent, bending) = self.bent(piece, &desk.points);
+        if bent.is_some() {
+            return bent;
         }
         if share.is_none() {
             self.place((block, *piece), outline, true, desk);

@@ -1,11 +1,11 @@
 //! A finished division becomes arrays: vertices with their normals and parameters, triangles.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::MeshSlices;
 use super::adaptive::Tessellation;
 use super::certify::Face;
-use super::groups::{WRITTEN, in_groups};
+use super::groups::in_groups;
 use super::numbering::number_of;
 use super::stitch::{Vertices, parameter};
 use super::uniform::check_length;
@@ -14,6 +14,21 @@ use crate::progress::Observer;
 
 /// Vertices on borders that a thread evaluates at a time.
 const VERTICES_PER_TASK: usize = 1 << 8;
+
+/// Some vertices.
+struct Slices<'a> {
+    uv: &'a mut [DVec2],
+    points: &'a mut [DVec3],
+    normals: &'a mut [DVec3],
+}
+
+/// What a thread writes at a time.
+enum Task<'a> {
+    /// Vertices whose parameters are known.
+    Border(Slices<'a>),
+    /// What is inside a block.
+    Block { index: usize, vertices: Slices<'a>, triangles: &'a mut [[u32; 3]] },
+}
 
 /// Memory of a thread.
 #[derive(Default)]
@@ -44,22 +59,32 @@ impl Tessellation<'_> {
         let (border_normals, normals) = normals.split_at_mut(borders);
         let (border_uv, uv) = uv.split_at_mut(borders);
         border_uv.copy_from_slice(&numbers.on_borders);
-        let on_borders = border_uv.chunks(VERTICES_PER_TASK);
-        let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
-        let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
-        let evaluate = |(): &mut (), ((uv, points), normals): ((&[DVec2], _), _)| {
-            self.surface.vertices(uv, points, normals);
-        };
-        in_groups(on_borders, borders / WRITTEN, observer, evaluate, Ok)?;
         let (points, normals) =
             (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
         let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
         let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
-        let write = |room: &mut Room, (index, (((points, normals), uv), faces)): (usize, ((_, &mut [DVec2]), _))| {
-            self.write_block(room, index, uv, faces);
+        let blocks = blocks.map(|(index, (((points, normals), uv), triangles))| Task::Block {
+            index,
+            vertices: Slices { uv, points, normals },
+            triangles,
+        });
+        let on_borders = border_uv.chunks_mut(VERTICES_PER_TASK);
+        let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
+        let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
+        let on_borders =
+            on_borders.map(|((uv, points), normals)| Task::Border(Slices { uv, points, normals }));
+        let tasks: Vec<Task> = blocks.chain(on_borders).collect();
+        let write = |room: &mut Room, task: Task| {
+            let Slices { uv, points, normals } = match task {
+                Task::Border(vertices) => vertices,
+                Task::Block { index, vertices, triangles } => {
+                    self.write_block(room, index, vertices.uv, triangles);
+                    vertices
+                }
+            };
             self.surface.vertices(uv, points, normals);
         };
-        in_groups(blocks, self.triangles() / WRITTEN, observer, write, Ok)
+        in_groups(tasks, self.triangles(), observer, write, Ok)
     }
 
     /// Writes the parameters of a block's inner vertices, and its triangles.

@@ -5,11 +5,12 @@
 //! converted once, by NumPy. Results are written into arrays that NumPy allocated.
 
 use bytemuck::Pod;
-use numpy::ndarray::Dimension;
+use numpy::ndarray::{Dimension, IxDyn};
 use numpy::{
     Element, PyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
 };
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
@@ -120,12 +121,20 @@ pub(super) fn as_points<'py>(points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
     Ok(Numbers::points(points, "points")?.0.as_any().cast::<PyArrayDyn<f64>>()?.clone())
 }
 
-/// A new array that NumPy allocated, not yet filled.
+/// Bytes of an array that is filled with zeros in less time than a call of Python takes.
+const SMALL: usize = 1 << 13;
+
+/// A new array that NumPy allocated, filled with nothing in particular.
 pub(super) fn empty<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArray<T, D>>> {
     static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    if let Some(dimensions) = D::from_dimension(&IxDyn(shape))
+        && shape.iter().product::<usize>() * size_of::<T>() <= SMALL
+    {
+        return Ok(PyArray::zeros(py, dimensions, false));
+    }
     let shape = pyo3::types::PyTuple::new(py, shape)?;
     let array = EMPTY.import(py, "numpy", "empty")?.call1((shape, T::get_dtype(py)))?;
     Ok(array.cast_into()?)
@@ -231,7 +240,7 @@ pub(super) fn constant<T: Element + Copy, D: Dimension>(
 }
 
 /// Takes away the right to write to an array, and returns it for keeping.
-pub(super) fn freeze<T: Element, D: Dimension>(
+fn freeze<T: Element, D: Dimension>(
     array: &Bound<'_, PyArray<T, D>>,
 ) -> PyResult<Py<PyArray<T, D>>> {
     writable(array)?.make_nonwriteable();
@@ -243,5 +252,5 @@ pub(super) fn view<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     array: &Py<PyArray<T, D>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    array.bind(py).call_method0("view")
+    array.bind(py).call_method0(intern!(py, "view"))
 }

@@ -100,26 +100,27 @@ impl TriangleMesh {
         let triangles = arrays::empty::<u32, Ix2>(py, &[triangle_count, 3])?;
         let normals = arrays::empty::<f64, Ix2>(py, &[vertex_count, 3])?;
         let uv = arrays::empty::<f64, Ix2>(py, &[vertex_count, 2])?;
-        {
-            let mut vertices = vertices.readwrite();
-            let mut triangles = triangles.readwrite();
-            let mut normals = normals.readwrite();
-            let mut uv = uv.readwrite();
-            let slices = MeshSlices {
-                vertices: bytemuck::cast_slice_mut(vertices.as_slice_mut()?),
-                triangles: bytemuck::cast_slice_mut(triangles.as_slice_mut()?),
-                normals: bytemuck::cast_slice_mut(normals.as_slice_mut()?),
-                uv: bytemuck::cast_slice_mut(uv.as_slice_mut()?),
-            };
-            call::run(py, progress, |watcher| job(slices, watcher))?;
-        }
+        let mut held =
+            (vertices.readwrite(), triangles.readwrite(), normals.readwrite(), uv.readwrite());
+        let slices = MeshSlices {
+            vertices: bytemuck::cast_slice_mut(held.0.as_slice_mut()?),
+            triangles: bytemuck::cast_slice_mut(held.1.as_slice_mut()?),
+            normals: bytemuck::cast_slice_mut(held.2.as_slice_mut()?),
+            uv: bytemuck::cast_slice_mut(held.3.as_slice_mut()?),
+        };
+        call::run(py, progress, |watcher| job(slices, watcher))?;
+        // From here on they are read-only for good.
+        held.0.make_nonwriteable();
+        held.1.make_nonwriteable();
+        held.2.make_nonwriteable();
+        held.3.make_nonwriteable();
         Ok(Self {
             grid: None,
             max_deviation: None,
-            vertices: arrays::freeze(&vertices)?,
-            triangles: arrays::freeze(&triangles)?,
-            normals: arrays::freeze(&normals)?,
-            uv: arrays::freeze(&uv)?,
+            vertices: vertices.unbind(),
+            triangles: triangles.unbind(),
+            normals: normals.unbind(),
+            uv: uv.unbind(),
             search: OnceLock::new(),
         })
     }
