@@ -192,14 +192,15 @@ impl Joint {
         let mut moved = uv.to_vec();
         for (d, by) in by.into_iter().enumerate() {
             let knots = &self.space.knots[d];
-            if self.space.closed[d] {
-                let (start, end) = knots.domain();
-                let by = by * (end - start) / self.space.shape()[d] as f64;
-                let turned = |at: f64| start + (at + by - start).rem_euclid(end - start);
-                moved.iter_mut().for_each(|uv| uv[d] = turned(uv[d]));
-            } else {
-                let net = EvenNet::of(knots);
-                moved.iter_mut().for_each(|uv| uv[d] += by * (net.parameter(uv[d]) - uv[d]));
+            let (start, end) = knots.domain();
+            let turn = by * (end - start) / self.space.shape()[d] as f64;
+            let net = EvenNet::of(knots);
+            for uv in &mut moved {
+                uv[d] = if self.space.closed[d] {
+                    start + (uv[d] + turn - start).rem_euclid(end - start)
+                } else {
+                    uv[d] + by * (net.parameter(uv[d]) - uv[d])
+                };
             }
         }
         moved
@@ -291,12 +292,11 @@ impl Trial {
 
     /// Makes a step, if it helps.
     fn advance(&mut self, joint: &Joint) -> Result<()> {
-        let equations = match self.equations.take() {
-            Some(equations) => equations,
-            None => {
-                let samples = joint.samples(&self.feet, 0.0);
-                NormalEquations::of_tangent_distances(&joint.space, &samples, &mut || Ok(()))?
-            }
+        let equations = if let Some(equations) = self.equations.take() {
+            equations
+        } else {
+            let samples = joint.samples(&self.feet, 0.0);
+            NormalEquations::of_tangent_distances(&joint.space, &samples, &mut || Ok(()))?
         };
         let mut matrix = equations.matrix.clone();
         matrix.add_ridge(self.damping);

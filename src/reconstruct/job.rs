@@ -124,7 +124,7 @@ impl Job<'_> {
             let known = (few && growth.is_none()).then_some(&fit);
             fit = self.fit(net, growth, self.options.fairness, known, observer)?;
         }
-        if let Some(found) = self.recovered(&fit, given, growth, observer)? {
+        if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {
             return Ok(found);
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
@@ -168,7 +168,7 @@ impl Job<'_> {
     fn recovered(
         &mut self,
         fit: &Fit,
-        given: Option<Vec<f64>>,
+        given: Option<&[f64]>,
         growth: Option<Growth>,
         observer: &mut dyn Observer,
     ) -> Result<Option<(Fit, Flaws)>> {
@@ -200,11 +200,11 @@ impl Job<'_> {
         if let Some(weights) = &mut self.weights {
             for (i, (weight, distance)) in weights.iter_mut().zip(&found.distances).enumerate() {
                 if *distance <= THROUGH * size {
-                    *weight = given.as_ref().map_or(1.0, |given| given[i]);
+                    *weight = given.map_or(1.0, |given| given[i]);
                 }
             }
         }
-        // Its places in the plane are no longer even, as those of heights are.
+        // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
             self.shape = Shape { kind: Kind::Sheet, up: None };
         }
