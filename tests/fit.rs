@@ -210,7 +210,7 @@ fn points_of_a_surface_of_the_same_net_are_recovered() {
         let r = 2.0 + 0.7 * out;
         DVec3::new(r * x, r * y, 0.7 * z) + 0.07 * bumps(DVec2::new(x, z), seed)
     };
-    for (seed, net) in [(1.0, (8, 7)), (2.0, (10, 8)), (3.0, (8, 6))] {
+    for (seed, net) in [(1.0, (8, 7)), (2.0, (10, 8))] {
         for (name, kind, place) in [
             ("arch", Kind::Sheet, &arch as &dyn Fn(DVec2, f64) -> DVec3),
             ("ground", Kind::Sheet, &ground),

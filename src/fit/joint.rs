@@ -75,10 +75,12 @@ const LEAST_DAMPING: f64 = 1e-16;
 /// What is added where parameters are known, to hold control points that no point holds.
 const RIDGE: f64 = 1e-9;
 
-/// Mean gaps between points that may lie between them and an end of the domain, and steps at most to a
-/// surface that ends there.
+/// Steps that follow: the distances vanish before the net has come to rest, on which it depends where
+/// the surface ends.
+const LAST_STEPS: usize = 6;
+
+/// Mean gaps between points that may lie between them and an end of the domain.
 const GAPS: f64 = 10.0;
-const TRIMMING: usize = 6;
 
 /// Places of a net's parameters that are known, for those between.
 const PLACES: usize = 256;
@@ -118,17 +120,15 @@ pub(crate) fn recovered(
         return Ok(None);
     }
     let Some(found) = joint.best(&uv, first, observer)? else { return Ok(None) };
-    let mut trimmed = joint.trimmed(&found)?;
-    if let Some(trimmed) = &mut trimmed {
-        for _ in 0..TRIMMING {
-            trimmed.advance(&joint)?;
-        }
+    let trimmed = joint.trimmed(&found)?;
+    let mut tried: Vec<Trial> = trimmed.into_iter().chain([found]).collect();
+    for _ in 0..LAST_STEPS {
+        tried.par_iter_mut().try_for_each(|trial| trial.advance(&joint))?;
     }
     let ends_there = |trial: &Trial| {
         joint.rms(&joint.feet_inside(&trial.surface, &trial.uv())) <= THROUGH * size
     };
-    let tried = trimmed.into_iter().chain([found]);
-    Ok(tried.filter(ends_there).map(|trial| trial.surface).next())
+    Ok(tried.into_iter().find(ends_there).map(|trial| trial.surface))
 }
 
 /// Points that shall all lie on a surface of one space.
