@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec2};
 use neurbs::fit::EndedBy;
-use neurbs::nurbs::ClosestPointSearch;
+use neurbs::nurbs::{ClosestPointSearch, KnotVector};
 use neurbs::point_cloud::Bounds;
 use neurbs::progress::{Progress, Silent};
 use neurbs::reconstruct::Aspect;
@@ -159,6 +159,112 @@ fn heights_of_the_same_net_are_recovered() {
             scattered(3000).skip(2000).map(|at| truth.point(at.x, at.y)).collect();
         let far = farthest(&others, &found.surface);
         assert!(far < 1e-6 * found.report.diagonal, "{net:?} {far}");
+    }
+}
+
+/// A net with so many rows and columns (in closed directions the different ones) whose control points
+/// are at places of two angles or lengths, evenly spaced, and its surface.
+fn surface_of(net: (usize, usize), kind: Kind, place: impl Fn(DVec2) -> DVec3) -> NurbsSurface {
+    let closed = [kind != Kind::Sheet, kind == Kind::Torus];
+    let knots = |count: usize, closed: bool| {
+        if closed {
+            KnotVector::periodic_uniform(3, count).unwrap()
+        } else {
+            KnotVector::clamped_uniform(3, count).unwrap()
+        }
+    };
+    let [u, v] = [knots(net.0, closed[0]), knots(net.1, closed[1])];
+    let share = |i: usize, count: usize, closed: bool| {
+        let steps = if closed { count } else { count - 1 };
+        (i % count) as f64 / steps as f64
+    };
+    let (rows, cols) = (u.control_points(), v.control_points());
+    let at = |i: usize| {
+        let (row, col) = (share(i / cols, net.0, closed[0]), share(i % cols, net.1, closed[1]));
+        place(DVec2::new(row, col))
+    };
+    NurbsSurface::new((0..rows * cols).map(at).collect(), None, u, v).unwrap()
+}
+
+/// Waves over the unit square that do not repeat.
+fn bumps(at: DVec2, seed: f64) -> DVec3 {
+    let wave = |k: f64| (k * (7.3 * at.x + 1.0) + seed * (11.9 * at.y + k)).sin();
+    DVec3::new(wave(2.9), wave(4.3), wave(3.7))
+}
+
+#[test]
+fn points_of_a_surface_of_the_same_net_are_recovered() {
+    let arch = |at: DVec2, seed: f64| {
+        let (across, up) = (3.4 * at.x).sin_cos();
+        DVec3::new(up, 1.2 * at.y, across) + 0.06 * bumps(at, seed)
+    };
+    let ground = |at: DVec2, seed: f64| {
+        DVec3::new(1.3 * at.x, at.y, 0.0) + DVec3::new(0.02, 0.02, 0.12) * bumps(at, seed)
+    };
+    let tube = |at: DVec2, seed: f64| {
+        let (y, x) = (TAU * at.x).sin_cos();
+        DVec3::new(x, y, 3.0 * at.y) + 0.1 * bumps(DVec2::new(x, at.y), seed)
+    };
+    let torus = |at: DVec2, seed: f64| {
+        let ((y, x), (z, out)) = ((TAU * at.x).sin_cos(), (TAU * at.y).sin_cos());
+        let r = 2.0 + 0.7 * out;
+        DVec3::new(r * x, r * y, 0.7 * z) + 0.07 * bumps(DVec2::new(x, z), seed)
+    };
+    for (seed, net) in [(1.0, (8, 7)), (2.0, (10, 8))] {
+        for (name, kind, place) in [
+            ("arch", Kind::Sheet, &arch as &dyn Fn(DVec2, f64) -> DVec3),
+            ("ground", Kind::Sheet, &ground),
+            ("tube", Kind::Tube, &tube),
+            ("torus", Kind::Torus, &torus),
+        ] {
+            let truth = surface_of(net, kind, |at| place(at, seed));
+            let points: Vec<DVec3> = scattered(2000).map(|at| truth.point(at.x, at.y)).collect();
+            let options = ReconstructOptions {
+                grid: Some(net),
+                aspect: Aspect::Fixed,
+                topology: Some(kind),
+                ..ReconstructOptions::default()
+            };
+            let found = reconstruct(&points, &options, &mut Silent).unwrap();
+            let others: Vec<DVec3> =
+                scattered(2500).skip(2000).map(|at| truth.point(at.x, at.y)).collect();
+            let far = farthest(&others, &found.surface) / found.report.diagonal;
+            assert!(far < 1e-6, "{name} {net:?} {far}");
+            assert_eq!((found.report.ended_by, found.report.topology), (EndedBy::Exact, kind));
+        }
+    }
+}
+
+#[test]
+fn recovery_heeds_weights_and_overrules_nothing_that_was_asked_for() {
+    let place = |at: DVec2| {
+        let (across, up) = (3.4 * at.x).sin_cos();
+        DVec3::new(up, 1.2 * at.y, across) + 0.06 * bumps(at, 1.0)
+    };
+    let truth = surface_of((8, 7), Kind::Sheet, place);
+    let mut points: Vec<DVec3> = scattered(1500).map(|at| truth.point(at.x, at.y)).collect();
+    points.iter_mut().step_by(100).for_each(|point| *point += DVec3::new(0.05, 0.03, 0.08));
+    let weights: Vec<f64> = (0..1500).map(|i| f64::from(i % 100 != 0)).collect();
+    let options = ReconstructOptions {
+        grid: Some((8, 7)),
+        aspect: Aspect::Fixed,
+        topology: Some(Kind::Sheet),
+        weights: Some(&weights),
+        ..ReconstructOptions::default()
+    };
+    let found = reconstruct(&points, &options, &mut Silent).unwrap();
+    assert_eq!(found.report.ended_by, EndedBy::Exact);
+    let on_it = |i: usize| found.distances[i] < 1e-6 * found.report.diagonal;
+    assert!((0..1500).all(|i| on_it(i) == (weights[i] > 0.0) && found.inliers[i] == on_it(i)));
+    let noise = noisy(&points, 1e-3);
+    for (points, asked) in [
+        (&points, ReconstructOptions { fairness: Some(1e-4), ..options }),
+        (&points, ReconstructOptions { border: Some(0.5), ..options }),
+        (&points, ReconstructOptions { aspect: Aspect::Data, ..options }),
+        (&noise, options),
+    ] {
+        let fit = reconstruct(points, &asked, &mut Silent).unwrap();
+        assert_eq!(fit.report.ended_by, EndedBy::Grid);
     }
 }
 

@@ -264,7 +264,9 @@ def reconstruct(
         Control points at most, when the net grows.
     aspect : {"data", "fixed"}, default "data"
         How a budget of control points is split between rows and columns: by the lengths of the
-        surface along both, or as given.
+        surface along both, or as given. With ``"fixed"``, ``grid`` is the net: points of a surface
+        that has it give that surface back, as far as it is found and ``fairness``, ``border`` and
+        the like are left open; ``result.report.ended_by`` is ``"exact"`` then.
     seed : int, default 0
         Seed of everything random; the same seed gives the same bits.
     max_steps : int, optional

@@ -4,6 +4,7 @@
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
+use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
@@ -152,6 +153,12 @@ impl Band {
         (0..self.size).map(|i| self.values[self.index(i, i)]).sum()
     }
 
+    /// Adds a share of the mean diagonal entry to the diagonal.
+    pub(super) fn add_ridge(&mut self, share: f64) {
+        let ridge = share * self.trace() / self.size as f64;
+        (0..self.size).for_each(|i| self.add(i, i, ridge));
+    }
+
     /// The sum of the products of all entries with those of another matrix: the trace of the
     /// product of both.
     pub(super) fn inner_product(&self, other: &Self) -> f64 {
@@ -223,6 +230,13 @@ impl Band {
     pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
         debug_assert_eq!(x.len(), self.size);
         Arch::new().dispatch(Substitution { factor: self, x });
+    }
+
+    /// The solution by this factor for points whose coordinates are coupled, three rows for each.
+    pub(super) fn solved_together(&self, right: &[[f64; 3]]) -> Vec<DVec3> {
+        let mut x: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
+        self.solve(&mut x);
+        x.as_flattened().as_chunks().0.iter().copied().map(DVec3::from_array).collect()
     }
 
     /// The entries of the inverse that lie in the band, from this factor (K. Takahashi, J. Fagan,

@@ -43,6 +43,19 @@ pub(super) fn feet(
     answers(&Feet { domain, patches, points, uv, steps }, points.len())
 }
 
+/// As [`feet`], but on the surface as it goes on beyond its open borders, by this share of the domain.
+pub(super) fn feet_beyond(
+    surface: &NurbsSurface,
+    closed: [bool; 2],
+    beyond: f64,
+    points: &[DVec3],
+    uv: &[DVec2],
+    steps: usize,
+) -> Vec<Foot> {
+    let domain = Domain::of(surface, closed).widened(beyond);
+    answers(&Feet { domain, patches: Patches::of(surface), points, uv, steps }, points.len())
+}
+
 struct Feet<'a> {
     domain: Domain,
     patches: Patches<'a>,
@@ -98,6 +111,13 @@ impl Domain {
     fn of(surface: &NurbsSurface, closed: [bool; 2]) -> Self {
         let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
         Self { low: DVec2::new(u.0, v.0), high: DVec2::new(u.1, v.1), closed }
+    }
+
+    /// With so great a share of it added on either side in open directions.
+    fn widened(self, share: f64) -> Self {
+        let open = self.closed.map(|closed| if closed { 0.0 } else { share });
+        let more = DVec2::from_array(open) * (self.high - self.low);
+        Self { low: self.low - more, high: self.high + more, ..self }
     }
 
     fn inside(&self, at: DVec2) -> DVec2 {

@@ -378,11 +378,7 @@ impl<'a> Fitting<'a> {
             held.add_to(&mut matrix, &mut right, said / size as f64);
         }
         self.factor(&mut matrix, space)?;
-        let mut net: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
-        matrix.solve(&mut net);
-        let net: Vec<DVec3> =
-            net.chunks(3).map(|p| DVec3::new(p[0][0], p[1][0], p[2][0])).collect();
-        space.surface(&net)
+        space.surface(&matrix.solved_together(&right))
     }
 
     fn factor(&mut self, matrix: &mut Band, space: &SplineSpace) -> Result<()> {

@@ -111,7 +111,7 @@ impl Fitting<'_> {
 }
 
 /// The diagonal of the points' box.
-fn extent(points: &[DVec3]) -> f64 {
+pub(super) fn extent(points: &[DVec3]) -> f64 {
     let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let grow = |(low, high): (DVec3, DVec3), point: &DVec3| (low.min(*point), high.max(*point));
     let (low, high) = points.iter().fold(empty, grow);

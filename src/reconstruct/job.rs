@@ -5,12 +5,14 @@ use glam::{DVec2, DVec3};
 use super::feet::feet;
 use super::flaws::Flaws;
 use super::start::net;
-use super::{ReconstructOptions, heights, robust};
+use super::{Aspect, ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, approximate,
+    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, SURE, THROUGH,
+    approximate, recovered,
 };
 use crate::nurbs::NurbsSurface;
+use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 use crate::som;
 use crate::topology::{Kind, Topology};
@@ -138,6 +140,9 @@ impl Job<'_> {
             let known = (few && growth.is_none()).then_some(&fit);
             fit = self.fit(net, growth, self.options.fairness, known, observer)?;
         }
+        if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {
+            return Ok(found);
+        }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
         if self.options.rational {
             fit = self.with_free_weights(fit, net, growth, observer)?;
@@ -171,6 +176,55 @@ impl Job<'_> {
         let found =
             approximate(self.points, &self.uv, self.weights.as_deref(), &options, observer)?;
         Ok(found.into())
+    }
+
+    /// The surface with the same net through all points, where there is one: if the net was given, and
+    /// nothing else that a surface is to obey. Points that were let go from the first fit count again,
+    /// as was `given`, if they lie on it.
+    fn recovered(
+        &mut self,
+        fit: &Fit,
+        given: Option<&[f64]>,
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(Fit, Flaws)>> {
+        let &ReconstructOptions { aspect, fairness, border, rational, topology, .. } = self.options;
+        let fixed = growth.is_none() && aspect == Aspect::Fixed;
+        let free = fairness.is_none() && border.is_none() && !rational;
+        if !fixed || !free || topology == Some(Kind::Height) {
+            return Ok(None);
+        }
+        let (closed, weights) = (self.shape.closed().closed(), self.weights.as_deref());
+        let found = recovered(self.points, weights, &fit.surface, &fit.uv, closed, observer)?;
+        let Some(surface) = found else { return Ok(None) };
+        let (uv, distances) = feet(&surface, self.points, observer)?;
+        let size = Bounds::of(self.points).diagonal();
+        let found = Fit {
+            surface,
+            uv,
+            distances,
+            fairness: 0.0,
+            iterations: fit.iterations,
+            ended_by: EndedBy::Exact,
+        };
+        let flaws = self.flaws(&found, observer)?;
+        let error = self.rms(&found.distances) / size;
+        let doubtful = error > SURE && flaws.count() > self.flaws(fit, observer)?.count();
+        if doubtful || error > THROUGH {
+            return Ok(None);
+        }
+        if let Some(weights) = &mut self.weights {
+            for (i, (weight, distance)) in weights.iter_mut().zip(&found.distances).enumerate() {
+                if *distance <= THROUGH * size {
+                    *weight = given.map_or(1.0, |given| given[i]);
+                }
+            }
+        }
+        // Its control points are not even in the plane, as those of heights are.
+        if self.shape.kind == Kind::Height {
+            self.shape = Shape { kind: Kind::Sheet, base: None };
+        }
+        Ok(Some((found, flaws)))
     }
 
     /// The fit with more fairness, where it folds over or runs away and the points do not: the least

@@ -253,7 +253,8 @@ names!(Method, 2, Fit => "fit", Paper => "paper");
 pub enum Aspect {
     /// By the lengths of the surface in both directions.
     Data,
-    /// As given.
+    /// As given. Points of a surface with this net give it back, as far as it is found and nothing else
+    /// is asked for; see `docs/fitting.md`.
     Fixed,
 }
 

@@ -37,6 +37,27 @@ def test_terrain_becomes_a_surface() -> None:
     assert len(np.unique(np.sign(result.mesh.normals[:, 2]))) == 1
 
 
+@pytest.mark.parametrize("kind", ["arch", "ground"])
+def test_points_of_a_surface_with_the_same_net_give_it_back(kind: str) -> None:
+    u, v = np.meshgrid(np.linspace(0, 1, 8), np.linspace(0, 1, 7), indexing="ij")
+    if kind == "arch":
+        bumps = 0.04 * np.random.default_rng(5).standard_normal((8, 7, 3))
+        net = np.stack([np.cos(3.4 * u), 1.2 * v, np.sin(3.4 * u)], axis=-1) + bumps
+    else:
+        # Heights over a plane, but not evenly over it: what z = f(x, y) with this net is not.
+        net = np.stack([u, v, 0.15 * np.sin(5 * u) * np.cos(4 * v)], axis=-1)
+    truth = neurbs.NurbsSurface(net)
+    points = truth.evaluate(np.random.default_rng(0).uniform(size=(2000, 2)))
+    result = neurbs.reconstruct(points, grid=(8, 7), aspect="fixed")
+    others = truth.evaluate(np.random.default_rng(1).uniform(size=(500, 2)))
+    distances = result.surface.closest_points(others).distances
+    assert distances.max() < 1e-6 * result.report.diagonal
+    assert (result.report.ended_by, result.report.topology) == ("exact", "sheet")
+    if kind == "ground":
+        heights = neurbs.reconstruct(points, grid=(8, 7), aspect="fixed", topology="height")
+        assert (heights.report.ended_by, heights.report.topology) == ("grid", "height")
+
+
 def test_a_fit_tells_how_good_it_is(terrain_points: Points) -> None:
     result = neurbs.reconstruct(terrain_points, tolerance=2.0)
     report = result.report

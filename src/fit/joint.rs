@@ -1,0 +1,362 @@
+//! Control points and parameters found together: points of a surface with the same net give it back.
+//!
+//! Where all points can lie on the surface, fairness and plain distances only hinder. What is left are
+//! the distances from the tangent planes at the feet: the parameters are eliminated exactly, and
+//! Gauss-Newton steps for the control points converge quadratically (W. Wang, H. Pottmann, Y. Liu,
+//! *Fitting B-spline curves to point clouds by curvature-based squared distance minimization*, 2006;
+//! P. Bo, R. Ling, W. Wang, *A revisit to fitting parametric surfaces to point clouds*, 2012). A net
+//! that slides along its surface hardly changes it, so the equations are nearly singular: Levenberg
+//! and Marquardt's damping holds it, and after each step the control points are solved for once more
+//! at the parameters as they are then, which takes away what sliding along a bent surface does.
+//!
+//! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
+//! places where no step helps. So steps begin at several parametrizations, and the best go on.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::correct::{Foot, feet, feet_beyond};
+use super::edge::extremes;
+use super::ground::Ground;
+use super::growth::extent;
+use super::normal_equations::{NormalEquations, Sample};
+use super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::nurbs::{KnotVector, NurbsSurface, padded};
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// Root mean square distances, as shares of the diagonal of the points' box: what a surface near
+/// points of the same net has at most; what one through all of them has, which may be rounded to the
+/// digits of single precision; what no other one has; and where steps end.
+const ROUGH: f64 = 6e-3;
+pub(crate) const THROUGH: f64 = 3e-8;
+pub(crate) const SURE: f64 = 2e-9;
+const ENOUGH: f64 = 1e-9;
+
+/// Control points of a net at most: the more there are, the more places where no step helps.
+const MOST_CONTROL_POINTS: usize = 400;
+
+/// Points for each number to be found, at least, so that not any surface could pass through them;
+/// and those for each control point that are looked at, at most.
+const LEAST_POINTS: usize = 2;
+const MOST_POINTS: usize = 32;
+
+/// Steps after which only so many surfaces go on, the best, and none at all if the best has more than
+/// this share of the error that the first one had: that of noise stays above the first share. The
+/// last steps end there.
+const ROUNDS: [(usize, usize, f64); 5] =
+    [(3, 36, 0.85), (6, 5, 0.75), (12, 3, 0.6), (24, 2, 0.4), (48, 1, 0.4)];
+
+/// Steps after which those that go on do so in two ways, as they are and trimmed.
+const TRIMMED_AFTER: usize = 24;
+
+/// Ways from the parameters that were found, about in proportion to lengths, towards those of a net
+/// whose control points are evenly spaced, which begin and end three times as fast.
+const EVENNESS: [f64; 6] = [0.5, -0.25, 0.75, 0.25, 0.0, 1.0];
+
+/// Turns in closed directions, in spans.
+const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
+
+/// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
+/// would hold the net.
+const BEYOND: f64 = 0.3;
+
+/// Steps to the feet, from where they were and at first.
+const STEPS: usize = 2;
+const FIRST_STEPS: usize = 8;
+
+/// What is added to the diagonal at first, as a share of its mean; what is left of it after a step
+/// that helps, and how many times as much it becomes after one that does not.
+const DAMPING: f64 = 1e-3;
+const LESS: f64 = 0.1;
+const MORE: f64 = 4.0;
+const LEAST_DAMPING: f64 = 1e-16;
+
+/// What is added where parameters are known, to hold control points that no point holds.
+const RIDGE: f64 = 1e-9;
+
+/// Steps that follow: the distances vanish before the net has come to rest, on which it depends where
+/// the surface ends.
+const LAST_STEPS: usize = 6;
+
+/// Mean gaps between points that may lie between them and an end of the domain.
+const GAPS: f64 = 10.0;
+
+/// Places of a net's parameters that are known, for those between.
+const PLACES: usize = 256;
+
+/// A surface through the points that count, as many as are looked at, with the net of another one
+/// near them, on which they have these parameters; `None` if none was found, or there are too few
+/// points to tell.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`] if the observer stops it.
+pub(crate) fn recovered(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    near: &NurbsSurface,
+    uv: &[DVec2],
+    closed: (bool, bool),
+    observer: &mut dyn Observer,
+) -> Result<Option<NurbsSurface>> {
+    let knots = [near.knots_u().clone(), near.knots_v().clone()];
+    let space = SplineSpace::new(knots, closed.into())?;
+    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+    let counted: Vec<usize> = (0..points.len()).filter(|&i| weight(i) > 0.0).collect();
+    let unknowns = space.unknowns();
+    if unknowns > MOST_CONTROL_POINTS || counted.len() < LEAST_POINTS * 3 * unknowns {
+        return Ok(None);
+    }
+    let step = (counted.len() / (MOST_POINTS * unknowns)).max(1);
+    let seen = || counted.iter().step_by(step).copied();
+    let uv: Vec<DVec2> = seen().map(|i| uv[i]).collect();
+    let points: Vec<DVec3> = seen().map(|i| points[i]).collect();
+    let weights: Vec<f64> = seen().map(weight).collect();
+    let size = extent(&points);
+    let joint = Joint { points, weights, space, enough: ENOUGH * size };
+    let first = joint.rms(&joint.feet_inside(near, &uv));
+    if !(joint.enough..ROUGH * size).contains(&first) {
+        return Ok(None);
+    }
+    let Some(found) = joint.best(&uv, first, observer)? else { return Ok(None) };
+    let trimmed = joint.trimmed(&found)?;
+    let mut tried: Vec<Trial> = trimmed.into_iter().chain([found]).collect();
+    for _ in 0..LAST_STEPS {
+        tried.par_iter_mut().try_for_each(|trial| trial.advance(&joint))?;
+    }
+    let ends_there = |trial: &Trial| {
+        joint.rms(&joint.feet_inside(&trial.surface, &trial.uv())) <= THROUGH * size
+    };
+    Ok(tried.into_iter().find(ends_there).map(|trial| trial.surface))
+}
+
+/// Points that shall all lie on a surface of one space.
+struct Joint {
+    points: Vec<DVec3>,
+    weights: Vec<f64>,
+    space: SplineSpace,
+    /// The error at which steps end.
+    enough: f64,
+}
+
+impl Joint {
+    /// The surface that comes nearest of those from all parametrizations; `None` if none comes as
+    /// near as those do that end at the points.
+    fn best(&self, uv: &[DVec2], first: f64, observer: &mut dyn Observer) -> Result<Option<Trial>> {
+        let starts = self.parametrizations(uv);
+        let trials = starts.par_iter().map(|uv| self.trial(uv)).collect::<Result<Vec<_>>>()?;
+        let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
+        let total = ROUNDS[ROUNDS.len() - 1].0 as u64;
+        let mut step = 0;
+        for (end, left, share) in ROUNDS {
+            while step < end && trials.iter().all(|trial| trial.error > self.enough) {
+                let count = self.points.len();
+                let progress = Progress::of_stage(Stage::Fitting, step as u64, total, count);
+                progress::report(observer, &progress)?;
+                trials.par_iter_mut().try_for_each(|trial| trial.advance(self))?;
+                step += 1;
+            }
+            trials.sort_by(|a, b| a.error.total_cmp(&b.error));
+            trials.truncate(left);
+            if trials.first().is_none_or(|best| best.error > share * first) {
+                return Ok(None);
+            }
+            if step == TRIMMED_AFTER {
+                let trimmed = trials.par_iter().map(|trial| self.trimmed(trial));
+                let trimmed = trimmed.collect::<Result<Vec<_>>>()?;
+                trials.extend(trimmed.into_iter().flatten());
+            }
+        }
+        Ok(trials.into_iter().next())
+    }
+
+    /// The parametrizations that steps begin from, all from one.
+    fn parametrizations(&self, uv: &[DVec2]) -> Vec<Vec<DVec2>> {
+        let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
+        let choices = closed.map(|closed| if closed { &TURNS[..] } else { &EVENNESS[..] });
+        let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
+        // Sheets are as even along u as along v.
+        let alike = |[u, v]: &[f64; 2]| closed != [false; 2] || u == v;
+        let pairs: Vec<[f64; 2]> = pairs.filter(alike).collect();
+        // Points do not tell which way the larger side of the net goes.
+        let swapped: Vec<DVec2> = uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
+        let both = [uv, &swapped];
+        let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
+        let moved = |uv: &&[DVec2]| pairs.iter().map(|by| self.moved(uv, *by)).collect::<Vec<_>>();
+        ways.iter().flat_map(moved).collect()
+    }
+
+    /// Parameters on their way to evenness in open directions, turned in closed ones.
+    fn moved(&self, uv: &[DVec2], by: [f64; 2]) -> Vec<DVec2> {
+        let mut moved = uv.to_vec();
+        for (d, by) in by.into_iter().enumerate() {
+            let knots = &self.space.knots[d];
+            let (start, end) = knots.domain();
+            let turn = by * (end - start) / self.space.shape()[d] as f64;
+            let net = EvenNet::of(knots);
+            for uv in &mut moved {
+                uv[d] = if self.space.closed[d] {
+                    start + (uv[d] + turn - start).rem_euclid(end - start)
+                } else {
+                    uv[d] + by * (net.parameter(uv[d]) - uv[d])
+                };
+            }
+        }
+        moved
+    }
+
+    /// A surface that ends where the points do, from one that does not. Where one is straight and even
+    /// along a parameter, any stretch of it has the same net; another may have gone astray.
+    fn trimmed(&self, trial: &Trial) -> Result<Option<Trial>> {
+        let (mut uv, mut trimmed) = (trial.uv(), false);
+        let places: Vec<DVec3> = uv.iter().map(|uv| uv.extend(0.0)).collect();
+        let ground = Ground::around(&places, |_| true)?;
+        for d in (0..2).filter(|&d| !self.space.closed[d]) {
+            let (start, end) = self.space.knots[d].domain();
+            let (low, high) = extremes(uv.iter().map(|uv| uv[d]));
+            let gaps = 0.0..=GAPS / uv.len() as f64 * (end - start);
+            if !(gaps.contains(&(low - start)) && gaps.contains(&(end - high))) {
+                let parameter = |place: &DVec3| ground.parameters(place.truncate())[d];
+                let moved = places.iter().map(|place| start + (end - start) * parameter(place));
+                uv.iter_mut().zip(moved).for_each(|(uv, moved)| uv[d] = moved);
+                trimmed = true;
+            }
+        }
+        if trimmed { self.trial(&uv) } else { Ok(None) }
+    }
+
+    /// The surface nearest in plain distances at these parameters.
+    fn trial(&self, uv: &[DVec2]) -> Result<Option<Trial>> {
+        let place = |(&uv, &offset): (&DVec2, &DVec3)| Foot { uv, offset, ..Foot::default() };
+        let places: Vec<Foot> = uv.iter().zip(&self.points).map(place).collect();
+        let Some(net) = self.plain(&places)? else { return Ok(None) };
+        let surface = self.space.surface(&net)?;
+        let feet = self.feet(&surface, uv, FIRST_STEPS);
+        Ok(Some(Trial { error: self.rms(&feet), surface, feet, damping: DAMPING, equations: None }))
+    }
+
+    /// The changes of the control points by which plain distances from these places vanish.
+    fn plain(&self, places: &[Foot]) -> Result<Option<Vec<DVec3>>> {
+        let NormalEquations { mut matrix, mut right } =
+            NormalEquations::of_distances(&self.space, &self.samples(places, 1.0), &mut || Ok(()))?;
+        matrix.add_ridge(RIDGE);
+        if !matrix.factor::<Error>(&mut || Ok(()))? {
+            return Ok(None);
+        }
+        matrix.solve(&mut right);
+        Ok(Some(right.into_iter().map(DVec3::from_array).collect()))
+    }
+
+    /// What is left between points and places, in full along normals, as far as `tangential` across.
+    fn samples(&self, places: &[Foot], tangential: f64) -> Vec<Sample> {
+        let sample = |(place, &weight): (&Foot, &f64)| {
+            let &Foot { uv, offset: point, normal, .. } = place;
+            Sample { point, uv, weight, normal, tangential }
+        };
+        places.iter().zip(&self.weights).map(sample).collect()
+    }
+
+    fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
+        feet_beyond(surface, self.space.closed, BEYOND, &self.points, uv, steps)
+    }
+
+    fn feet_inside(&self, surface: &NurbsSurface, uv: &[DVec2]) -> Vec<Foot> {
+        feet(surface, self.space.closed, &self.points, uv, STEPS)
+    }
+
+    /// Root of the mean square of the distances.
+    fn rms(&self, feet: &[Foot]) -> f64 {
+        let square = |(foot, weight): (&Foot, &f64)| weight * foot.offset.length_squared();
+        let squares: f64 = feet.iter().zip(&self.weights).map(square).sum();
+        (squares / self.weights.iter().sum::<f64>()).sqrt()
+    }
+}
+
+/// A surface on its way to the points.
+struct Trial {
+    surface: NurbsSurface,
+    /// The points' feet on it, or on what it goes on to.
+    feet: Vec<Foot>,
+    /// Root of the mean square of the distances from them.
+    error: f64,
+    damping: f64,
+    /// The equations of these feet, if a step with more damping is to come.
+    equations: Option<NormalEquations>,
+}
+
+impl Trial {
+    fn uv(&self) -> Vec<DVec2> {
+        self.feet.iter().map(|foot| foot.uv).collect()
+    }
+
+    /// Makes a step, if it helps.
+    fn advance(&mut self, joint: &Joint) -> Result<()> {
+        let equations = if let Some(equations) = self.equations.take() {
+            equations
+        } else {
+            let samples = joint.samples(&self.feet, 0.0);
+            NormalEquations::of_tangent_distances(&joint.space, &samples, &mut || Ok(()))?
+        };
+        let mut matrix = equations.matrix.clone();
+        matrix.add_ridge(self.damping);
+        let next = if matrix.factor::<Error>(&mut || Ok(()))? {
+            self.after(&matrix.solved_together(&equations.right), joint)?
+        } else {
+            None
+        };
+        if let Some(next) = next.filter(|next| next.error < self.error) {
+            *self = next;
+        } else {
+            self.damping *= MORE;
+            self.equations = Some(equations);
+        }
+        Ok(())
+    }
+
+    /// After a change of the control points, and what follows from it for plain distances.
+    fn after(&self, change: &[DVec3], joint: &Joint) -> Result<Option<Self>> {
+        let net = added(joint.space.unknown_points(&self.surface), change);
+        let feet = joint.feet(&joint.space.surface(&net)?, &self.uv(), STEPS);
+        let Some(change) = joint.plain(&feet)? else { return Ok(None) };
+        let surface = joint.space.surface(&added(net, &change))?;
+        let uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
+        let feet = joint.feet(&surface, &uv, STEPS);
+        let damping = (LESS * self.damping).max(LEAST_DAMPING);
+        Ok(Some(Self { error: joint.rms(&feet), surface, feet, damping, equations: None }))
+    }
+}
+
+fn added(mut net: Vec<DVec3>, change: &[DVec3]) -> Vec<DVec3> {
+    net.iter_mut().zip(change).for_each(|(point, change)| *point += *change);
+    net
+}
+
+/// The places on a line whose control points are evenly spaced, as shares of its length.
+struct EvenNet<'a> {
+    knots: &'a KnotVector,
+    places: Vec<f64>,
+}
+
+impl<'a> EvenNet<'a> {
+    fn of(knots: &'a KnotVector) -> Self {
+        let (start, end) = knots.domain();
+        let last = (knots.control_points() - 1) as f64;
+        let place = |i: usize| {
+            let basis = padded(knots, start + (end - start) * i as f64 / PLACES as f64);
+            let numbers = basis.values.iter().zip(basis.first..);
+            numbers.map(|(value, number)| value * number as f64).sum::<f64>() / last
+        };
+        Self { knots, places: (0..=PLACES).map(place).collect() }
+    }
+
+    /// The parameter that has the place which another parameter is in the domain.
+    fn parameter(&self, of: f64) -> f64 {
+        let (start, end) = self.knots.domain();
+        let place = (of - start) / (end - start);
+        let i = self.places.partition_point(|at| *at <= place).clamp(1, PLACES);
+        let (low, high) = (self.places[i - 1], self.places[i]);
+        let share = (i - 1) as f64 + (place - low) / (high - low);
+        start + (end - start) * share / PLACES as f64
+    }
+}
