@@ -20,6 +20,7 @@ use super::edge::extremes;
 use super::ground::Ground;
 use super::growth::extent;
 use super::normal_equations::{NormalEquations, Sample};
+use super::residuals::correlation;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface, padded};
@@ -32,6 +33,9 @@ const ROUGH: f64 = 6e-3;
 pub(crate) const THROUGH: f64 = 3e-8;
 pub(crate) const SURE: f64 = 2e-9;
 const ENOUGH: f64 = 1e-9;
+
+/// Correlation between neighbours of the distances that are no noise, at least: noise could not vanish.
+const SMOOTH: f64 = 0.1;
 
 /// Control points of a net at most: the more there are, the more places where no step helps.
 const MOST_CONTROL_POINTS: usize = 400;
@@ -115,8 +119,10 @@ pub(crate) fn recovered(
     let weights: Vec<f64> = seen().map(weight).collect();
     let size = extent(&points);
     let joint = Joint { points, weights, space, enough: ENOUGH * size };
-    let first = joint.rms(&joint.feet_inside(near, &uv));
-    if !(joint.enough..ROUGH * size).contains(&first) {
+    let feet = joint.feet_inside(near, &uv);
+    let first = joint.rms(&feet);
+    let distances: Vec<f64> = feet.iter().map(|foot| foot.offset.dot(foot.normal)).collect();
+    if !(joint.enough..ROUGH * size).contains(&first) || correlation(&uv, &distances) < SMOOTH {
         return Ok(None);
     }
     let Some(found) = joint.best(&uv, first, observer)? else { return Ok(None) };

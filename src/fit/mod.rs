@@ -28,6 +28,7 @@ mod quadrilateral;
 mod rational;
 mod refine;
 mod relaxation;
+mod residuals;
 mod robust;
 mod sides;
 mod space;
