@@ -29,7 +29,11 @@ const CLEARLY: f64 = 3.0;
 const FIRST_SCALE: f64 = 0.1;
 
 /// How many standard deviations beyond the likeliest line a side is put.
-const MARGIN: f64 = 1.4;
+const MARGIN: f64 = 1.2;
+
+/// How many times the noise places may lie beyond a side, but for so many spacings at either end.
+const NOISE: f64 = 3.0;
+const LAST: f64 = 0.3;
 
 /// The sine of the angle between two sides from which on they meet at a corner.
 const SLANTED: f64 = 0.3;
@@ -44,6 +48,24 @@ impl Side {
         let turn = along.perp_dot(across);
         let slanted = turn.abs() > SLANTED * along.length() * across.length();
         slanted.then(|| self.0 + (other.0 - self.0).perp_dot(across) / turn * along)
+    }
+
+    /// Moved out until no place between its corners lies beyond, but for noise of this size.
+    fn enclosing(
+        self,
+        places: &[DVec2],
+        (from, to): (DVec2, DVec2),
+        spacing: f64,
+        noise: f64,
+    ) -> Self {
+        let along = (to - from).normalize();
+        let between = LAST * spacing..=from.distance(to) - LAST * spacing;
+        let near = |away: &DVec2| between.contains(&away.dot(along));
+        let beyond = |away: DVec2| -along.perp_dot(away);
+        let outside = places.iter().map(|place| *place - from).filter(near).map(beyond);
+        let farthest = outside.filter(|far| *far < BEYOND * spacing).fold(0.0, f64::max);
+        let out = (farthest - NOISE * noise).max(0.0) * -along.perp();
+        Self(self.0 + out, self.1 + out)
     }
 
     /// The side near a line from corner to corner at which places end most likely, if they are blurred
@@ -100,11 +122,20 @@ impl Arms {
         let side =
             |k: usize| Side::of(places, (outline[k], outline[(k + 1) % count]), spacing, noise);
         let sides: Vec<Side> = (0..count).map(side).collect::<Option<_>>()?;
-        let corner = |k: usize| sides[(k + count - 1) % count].meeting(sides[k]);
-        let corners: Vec<DVec2> = (0..count).map(corner).collect::<Option<_>>()?;
-        let found = Self::within(&corners);
+        let corners = self::corners(&sides)?;
+        let enclosing = |(k, side): (usize, Side)| {
+            side.enclosing(places, (corners[k], corners[(k + 1) % count]), spacing, noise)
+        };
+        let sides: Vec<Side> = sides.into_iter().enumerate().map(enclosing).collect();
+        let found = Self::within(&self::corners(&sides)?);
         found.arms().iter().all(|arm| arm.area() > 0.0).then_some(found)
     }
+}
+
+/// Where each of the sides around a strip meets the one before.
+fn corners(sides: &[Side]) -> Option<Vec<DVec2>> {
+    let before = |k: usize| sides[(k + sides.len() - 1) % sides.len()];
+    (0..sides.len()).map(|k| before(k).meeting(sides[k])).collect()
 }
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ pub(super) fn fit(
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
     let mut iterations = 0;
-    let mut solve = |net: (usize, usize)| {
+    let mut solve = |net: (usize, usize)| -> Result<(HeightFit, Base)> {
         let most = growth.map_or(0, |growth| growth.most) as u64;
         let step = ((net.0 * net.1) as u64).min(most);
         let progress = Progress::of_stage(Stage::Fitting, step, most, job.points.len());
@@ -109,32 +109,28 @@ pub(super) fn fit(
         iterations += 1;
         let degree = (job.degree(net.0), job.degree(net.1));
         let options = HeightOptions { net, degree, fairness };
-        let (steepness, fairness, noise) = match known {
-            Some(known) => {
-                let steepness = cosines(&known.surface, &known.uv, base.up);
-                (steepness, fairness.unwrap_or(known.fairness), job.rms(&known.distances))
-            }
-            None => steepness(job, base, &options, observer)?,
+        let (steepness, fairness, base) = if let Some(known) = known {
+            let steepness = cosines(&known.surface, &known.uv, base.up);
+            let base = known.base.clone().unwrap_or_else(|| base.clone());
+            (steepness, fairness.unwrap_or(known.fairness), base)
+        } else {
+            let (steepness, fairness, noise) = steepness(job, base, &options, observer)?;
+            (steepness, fairness, under(job, base, noise))
         };
-        let base = &under(job, base, noise);
         // Noise has no direction, so what counts is the distance from the slope, not the height.
         let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
         let weights: Vec<f64> = steepness.into_iter().enumerate().map(weight).collect();
-        if growth.is_none() {
-            return fit_heights_with(
-                job.points,
-                Some(&weights),
-                base,
-                &options,
-                fairness,
-                observer,
-            );
-        }
-        let options = HeightOptions { fairness: Some(fairness), ..options };
-        fit_heights_over(job.points, Some(&weights), base, &options, observer)
+        let (points, weights) = (job.points, Some(weights.as_slice()));
+        let fit = if growth.is_none() {
+            fit_heights_with(points, weights, &base, &options, fairness, observer)?
+        } else {
+            let options = HeightOptions { fairness: Some(fairness), ..options };
+            fit_heights_over(points, weights, &base, &options, observer)?
+        };
+        Ok((fit, base))
     };
     let mut net = net;
-    let mut fit = solve(net)?;
+    let (mut fit, mut base) = solve(net)?;
     let counted = (0..job.points.len()).filter(|&i| job.weight(i) > 0.0).count();
     let ended_by = loop {
         let Some(growth) = growth else { break EndedBy::Grid };
@@ -153,11 +149,11 @@ pub(super) fn fit(
         if next.0 * next.1 > growth.most.min(held) {
             break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
         }
-        let finer = solve(next)?;
+        let (finer, finer_base) = solve(next)?;
         if finer.expected > LEAST_GAIN * LEAST_GAIN * fit.expected {
             break EndedBy::Noise;
         }
-        (net, fit) = (next, finer);
+        (net, fit, base) = (next, finer, finer_base);
     };
     let HeightFit { surface, uv, fairness, .. } = fit;
     // The nearest place is not the one straight below.
@@ -169,7 +165,7 @@ pub(super) fn fit(
         feet.extend(uv);
         distances.extend(apart);
     }
-    Ok(Fit { surface, uv: feet, distances, fairness, iterations, ended_by })
+    Ok(Fit { surface, base: Some(base), uv: feet, distances, fairness, iterations, ended_by })
 }
 
 /// How steep the surface is at the points, as the cosine of its slope, and the fairness that it

@@ -97,6 +97,8 @@ pub(super) struct Job<'a> {
 /// A surface near them.
 pub(super) struct Fit {
     pub(super) surface: NurbsSurface,
+    /// What it stands on, of heights.
+    pub(super) base: Option<Base>,
     pub(super) uv: Vec<DVec2>,
     pub(super) distances: Vec<f64>,
     pub(super) fairness: f64,
@@ -107,7 +109,7 @@ pub(super) struct Fit {
 impl From<Approximation> for Fit {
     fn from(found: Approximation) -> Self {
         let Approximation { surface, uv, distances, fairness, iterations, ended_by, .. } = found;
-        Self { surface, uv, distances, fairness, iterations, ended_by }
+        Self { surface, base: None, uv, distances, fairness, iterations, ended_by }
     }
 }
 
@@ -201,6 +203,7 @@ impl Job<'_> {
         let size = Bounds::of(self.points).diagonal();
         let found = Fit {
             surface,
+            base: None,
             uv,
             distances,
             fairness: 0.0,
