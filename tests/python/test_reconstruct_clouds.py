@@ -61,9 +61,10 @@ def corners_at_crease(surface: neurbs.NurbsSurface) -> np.ndarray:
 
 def apart_from_corners_of_the_l(corners: np.ndarray) -> np.ndarray:
     wanted = np.array([(0, 0), (1, 1), (2, 0), (2, 1), (0, 2), (1, 2)])
-    apart = np.linalg.norm(corners[:, None] - wanted, axis=-1)
+    apart: np.ndarray = np.linalg.norm(corners[:, None] - wanted, axis=-1)
     assert sorted(apart.argmin(axis=1)) == list(range(6))
-    return apart.min(axis=1)
+    nearest: np.ndarray = apart.min(axis=1)
+    return nearest
 
 
 def test_heights_over_a_strip_end_at_its_straight_sides(rng: np.random.Generator) -> None:
