@@ -37,21 +37,26 @@ pub(crate) struct Strip {
     pub(crate) arms: Arms,
 }
 
-impl Strip {
-    fn place(&self, point: DVec3) -> DVec2 {
-        DVec2::from_array(self.axes.map(|axis| axis.dot(point)))
-    }
+/// The places of points by the axes of a plane.
+pub(crate) fn across(points: &[DVec3], axes: [DVec3; 2]) -> Vec<DVec2> {
+    points.iter().map(|&point| place(point, axes)).collect()
+}
 
+fn place(point: DVec3, axes: [DVec3; 2]) -> DVec2 {
+    DVec2::from_array(axes.map(|axis| axis.dot(point)))
+}
+
+impl Strip {
     /// The parameters of the place under a point, in the unit square.
     pub(crate) fn parameters(&self, point: DVec3) -> DVec2 {
-        self.arms.parameters(self.place(point)).clamp(DVec2::ZERO, DVec2::ONE)
+        self.arms.parameters(place(point, self.axes)).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
     /// The strip like this one whose straight sides points end over at most likely, and a little
     /// beyond, if they are blurred by noise of this size. `None` if they rather end at curves.
     pub(crate) fn around(&self, points: &[DVec3], noise: f64) -> Option<Self> {
-        let places: Vec<DVec2> = points.iter().map(|&point| self.place(point)).collect();
-        Some(Self { axes: self.axes, arms: self.arms.around(&places, noise)? })
+        let arms = self.arms.around(&across(points, self.axes), noise)?;
+        Some(Self { axes: self.axes, arms })
     }
 }
 

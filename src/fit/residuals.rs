@@ -2,16 +2,17 @@
 
 use glam::DVec2;
 
+use super::edge::extremes;
+
 /// The correlation of distances, each with its sign, between neighbours in the parameters: none for
 /// noise, some for what bends.
 ///
 /// Neighbours follow one another in strips as wide as the points are apart.
 pub(super) fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
     let strips = (uv.len() as f64).sqrt();
-    let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-    let (low, high) = uv.iter().fold(empty, |(low, high), uv| (low.min(*uv), high.max(*uv)));
-    let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
-    let strip = |uv: DVec2| (strips * (uv.x - low.x) / size.x).floor();
+    let (low, high) = extremes(uv.iter().map(|uv| uv.x));
+    let width = (high - low).max(f64::MIN_POSITIVE);
+    let strip = |uv: DVec2| (strips * (uv.x - low) / width).floor();
     let mut order: Vec<usize> = (0..uv.len()).collect();
     order.sort_by(|&a, &b| {
         let (a, b) = (uv[a], uv[b]);

@@ -4,6 +4,7 @@ use glam::DVec2;
 
 use super::arms::Arms;
 use super::likelihood::{DEGREE, Likelihood, height};
+use super::line::Line;
 use crate::nurbs::{Basis, KnotVector};
 
 /// How deep the ground behind a side is looked at, in spacings of the places, but no deeper than this
@@ -43,11 +44,8 @@ const SLANTED: f64 = 0.3;
 struct Side(DVec2, DVec2);
 
 impl Side {
-    fn meeting(self, other: Self) -> Option<DVec2> {
-        let (along, across) = (self.1 - self.0, other.1 - other.0);
-        let turn = along.perp_dot(across);
-        let slanted = turn.abs() > SLANTED * along.length() * across.length();
-        slanted.then(|| self.0 + (other.0 - self.0).perp_dot(across) / turn * along)
+    fn line(self) -> Line {
+        Line { at: self.0, along: self.1 - self.0 }
     }
 
     /// Moved out until no place between its corners lies beyond, but for noise of this size.
@@ -135,7 +133,7 @@ impl Arms {
 /// Where each of the sides around a strip meets the one before.
 fn corners(sides: &[Side]) -> Option<Vec<DVec2>> {
     let before = |k: usize| sides[(k + sides.len() - 1) % sides.len()];
-    (0..sides.len()).map(|k| before(k).meeting(sides[k])).collect()
+    (0..sides.len()).map(|k| before(k).line().meeting(sides[k].line(), SLANTED)).collect()
 }
 
 #[cfg(test)]

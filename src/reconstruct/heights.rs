@@ -12,7 +12,7 @@ use super::strip::Sides;
 use crate::error::Result;
 use crate::fit::{
     Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, Strip,
-    cosines, fit_heights_over, fit_heights_with, height_axes, project,
+    across, cosines, fit_heights_over, fit_heights_with, height_axes, project,
 };
 use crate::point_cloud::Bounds;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -47,11 +47,6 @@ pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>
     let (low, high) = bounds(&places);
     let size = high - low;
     (places.into_iter().map(|place| (place - low) / size).collect(), size.x / size.y)
-}
-
-/// Places of points by the axes of a plane.
-fn across(points: &[DVec3], axes: [DVec3; 2]) -> Vec<DVec2> {
-    points.iter().map(|point| DVec2::from_array(axes.map(|axis| axis.dot(*point)))).collect()
 }
 
 /// Whether the convex hull of the points' places in the plane across the heights fills most of the

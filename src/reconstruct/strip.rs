@@ -4,7 +4,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::outline::{Squared, area};
 use super::start::whole;
-use crate::fit::Arms;
+use crate::fit::{Arms, Line};
 
 /// Places along an outline at which corners are looked for.
 pub(super) const CANDIDATES: usize = 128;
@@ -188,16 +188,15 @@ fn sharpened(line: &[DVec2], corners: &[usize], window: usize) -> Vec<DVec2> {
         let before = (here + count - corners[(k + sides - 1) % sides]) % count;
         let after = (corners[(k + 1) % sides] + count - here) % count;
         let beside = |length: usize| window..=length.saturating_sub(window).min(BESIDE * window);
-        let (a, along_a) = straight(beside(before).map(|i| line[(here + count - i) % count]))?;
-        let (b, along_b) = straight(beside(after).map(|i| line[(here + i) % count]))?;
-        let turn = along_a.perp_dot(along_b);
-        (turn.abs() > SLANTED).then(|| a + (b - a).perp_dot(along_b) / turn * along_a)
+        let from = straight(beside(before).map(|i| line[(here + count - i) % count]))?;
+        let to = straight(beside(after).map(|i| line[(here + i) % count]))?;
+        from.meeting(to, SLANTED)
     };
     (0..sides).map(|k| corner(k).unwrap_or(line[corners[k]])).collect()
 }
 
-/// The straight line that is closest to some places: one on it, and its direction.
-fn straight(places: impl Iterator<Item = DVec2> + Clone) -> Option<(DVec2, DVec2)> {
+/// The straight line that is closest to some places.
+fn straight(places: impl Iterator<Item = DVec2> + Clone) -> Option<Line> {
     let count = places.clone().count();
     if count < 2 {
         return None;
@@ -208,7 +207,7 @@ fn straight(places: impl Iterator<Item = DVec2> + Clone) -> Option<(DVec2, DVec2
         spread += away.x * away.x - away.y * away.y;
         slope += 2.0 * away.x * away.y;
     }
-    Some((middle, DVec2::from_angle(0.5 * slope.atan2(spread))))
+    Some(Line { at: middle, along: DVec2::from_angle(0.5 * slope.atan2(spread)) })
 }
 
 #[cfg(test)]
