@@ -42,7 +42,7 @@ const CORNER: usize = 2;
 /// where the edge lies, for each spacing of border that is asked for. With half a spacing of border
 /// the surface seldom ends before the points' ground does, and goes 0.4 to 0.5 spacings beyond on
 /// average.
-const BEYOND: (f64, f64) = (0.5, 4.0);
+const BEYOND: (f64, f64) = (0.5, 5.0);
 
 /// Share of the mean density below which places are those of a rounded corner.
 const SPARSE: f64 = 0.3;

@@ -30,6 +30,13 @@ const FEW: usize = 2;
 /// which converges slowly.
 const TANGENTIAL: f64 = 0.01;
 
+/// That of noisy points on a domain that was bent: the fairness that smooths them would draw the net
+/// along the surface, off the border that was found.
+const TANGENTIAL_OF_NOISE: f64 = 0.03;
+
+/// Points whose surface wants this weight of the fairness are noisy.
+const FAIRNESS_OF_NOISE: f64 = 0.1;
+
 /// Weight of the fairness at the first solution. Without it the first iterations, whose parameters
 /// are rough, run away.
 const FIRST_FAIRNESS: f64 = 1.0;
@@ -63,8 +70,10 @@ const MOST_TIMES: usize = 4;
 const LEAST_ITERATIONS: usize = 3;
 
 /// Iterations at which cross-validation is asked: when the net has taken shape, and when the
-/// parameters have followed.
+/// parameters have followed; and of noise, once more: a surface without it tells better how smooth it
+/// is in which direction.
 const ASKED: [usize; 2] = [1, 4];
+const ASKED_OF_NOISE: usize = 2;
 
 /// A share of the diagonal that is added to it: what rounding could make negative.
 const RIDGE: f64 = 1e-14;
@@ -115,6 +124,8 @@ pub(super) struct Fitting<'a> {
     pub(super) score: Option<cross_validation::Score>,
     /// The weight that falls from solution to solution.
     pub(super) falling: f64,
+    /// Whether the domain was bent to where the points end.
+    bent: bool,
     pub(super) iterations: usize,
     total: usize,
     /// Root of the mean square of the distances, when they were found last.
@@ -139,6 +150,7 @@ impl<'a> Fitting<'a> {
             fixed: options.fairness,
             score: None,
             falling: FIRST_FAIRNESS,
+            bent: false,
             iterations: 0,
             total: 2 * options.iterations,
             error: None,
@@ -176,6 +188,16 @@ impl<'a> Fitting<'a> {
         self.fixed.or(self.score.map(|score| score.fairness)).unwrap_or(LEAST_FAIRNESS)
     }
 
+    /// Whether the points are so noisy that fairness has a say.
+    fn noisy(&self) -> bool {
+        self.aim() >= FAIRNESS_OF_NOISE
+    }
+
+    /// The weight of distances across the normal.
+    fn tangential(&self) -> f64 {
+        if self.bent && self.noisy() { TANGENTIAL_OF_NOISE } else { TANGENTIAL }
+    }
+
     /// The energy that is kept small, with the anisotropy that was found last.
     fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Energy {
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
@@ -206,6 +228,7 @@ impl<'a> Fitting<'a> {
 
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
     pub(super) fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
+        let across = self.tangential();
         let sample = |(place, index): (usize, usize)| {
             let (point, weight) = (self.points[index], self.weight(index));
             let Some(foot) = feet.map(|feet| feet[place]) else {
@@ -213,7 +236,7 @@ impl<'a> Fitting<'a> {
                 return Sample { point, uv, weight, normal, tangential: 1.0 };
             };
             let free = !foot.border && foot.normal != DVec3::ZERO;
-            let tangential = if free { TANGENTIAL } else { 1.0 };
+            let tangential = if free { across } else { 1.0 };
             Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
         };
         self.seen().enumerate().map(sample).collect()
@@ -241,7 +264,8 @@ impl<'a> Fitting<'a> {
             }
             error = found;
             let samples = self.samples(Some(&feet));
-            let asked = self.fixed.is_none() && ASKED.contains(&iteration);
+            let again = iteration == ASKED_OF_NOISE && self.noisy();
+            let asked = self.fixed.is_none() && (again || ASKED.contains(&iteration));
             let (known, wanted) = (self.score, self.energy(space, lengths));
             let (score, equations) = rayon::join(
                 || asked.then(|| cross_validation::best(space, &samples, wanted, known)),
@@ -298,6 +322,7 @@ impl<'a> Fitting<'a> {
         };
         let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
         let samples = self.samples(None);
+        self.bent = true;
         self.falling = self.aim().max(FAIRNESS_OF_BENT);
         Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))
     }
@@ -371,7 +396,7 @@ impl<'a> Fitting<'a> {
         held: &[&Held<'_>],
     ) -> Result<NurbsSurface> {
         let fairness = self.falling.max(self.aim());
-        let (said, size) = (matrix.trace() / (1.0 + 2.0 * TANGENTIAL), 3 * space.unknowns());
+        let (said, size) = (matrix.trace() / (1.0 + 2.0 * self.tangential()), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
         (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
         for held in held {

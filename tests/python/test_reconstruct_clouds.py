@@ -46,6 +46,34 @@ def test_round_sheets_end_at_their_outline(rng: np.random.Generator) -> None:
     assert abs(result.surface.area() / (2 * np.pi * 0.9) - 1) < 0.02
 
 
+def test_noisy_sheets_reach_their_ends() -> None:
+    def place(u: Points, v: Points) -> Points:
+        """Return points of an S with waves, in the unit square of its parameters."""
+        t = 3 * np.pi * (u - 0.5)
+        height = 0.12 * np.sin(np.pi * v) * np.sin(2 * t) + 0.1 * (v - 0.5) ** 2
+        x, z = np.sin(t), np.sign(t) * (np.cos(t) - 1)
+        return np.column_stack([x * (1 + np.sign(t) * height), 2 * v, z + np.cos(t) * height])
+
+    side = np.array([0.4, 0.5, 0.6])
+    beyond = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        points = place(*rng.random((2, 2000))) + rng.normal(0, 0.025, (2000, 3))
+        surface = neurbs.reconstruct(points, grid=(12, 12), topology="sheet").surface
+        found = surface.tessellate(shape=(300, 100)).vertices
+        for end, inside in [(0.0, 1e-4), (1.0, -1e-4)]:
+            there = place(np.full(3, end), side)
+            outwards = there - place(np.full(3, end + inside), side)
+            outwards /= np.linalg.norm(outwards, axis=1)[:, None]
+            for middle, direction in zip(there, outwards, strict=True):
+                near = np.linalg.norm(found - middle, axis=1) < 0.5
+                near &= np.abs(found[:, 1] - middle[1]) < 0.05
+                beyond.append(((found[near] - middle) @ direction).max())
+    # Points are 0.1 apart. Fairness had drawn the middles of the ends in, by 0.02.
+    assert 0 < np.mean(beyond) < 0.05
+    assert np.min(beyond) > -0.05
+
+
 def places_in_an_l(rng: np.random.Generator) -> np.ndarray:
     places = rng.uniform(0, 2, (3000, 2))
     return places[(places < 1).any(axis=1)]
