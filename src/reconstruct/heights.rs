@@ -29,6 +29,12 @@ const LEAST_GAIN: f64 = 0.95;
 /// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
+/// Points to a cell of that rectangle on average, and cells along a side at most; and the share of them
+/// without points from which on a bent strip is looked for: a U, whose hull is a rectangle, leaves more.
+const POINTS_PER_CELL: usize = 5;
+const MOST_CELLS: usize = 32;
+const EMPTY: f64 = 0.05;
+
 /// Points by which an outline is found, and those by which its straight sides are.
 const OUTLINED: usize = 1_500;
 const BOUNDING: usize = 20_000;
@@ -49,15 +55,35 @@ pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>
     (places.into_iter().map(|place| (place - low) / size).collect(), size.x / size.y)
 }
 
-/// Whether the convex hull of the points' places in the plane across the heights fills most of the
-/// rectangle around them.
-pub(super) fn fill_a_rectangle(points: &[DVec3], up: DVec3) -> bool {
-    area(&som::hull(&places(points, &Base { up, strip: None }).0)) >= FILLED
+/// What heights stand on that were found out: the rectangle around the points' places in the plane across
+/// them, if they fill it, or a bent strip that they fill, if it is one of those that are `wanted`.
+pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool) -> Option<Base> {
+    let rectangle = Base { up, strip: None };
+    let places = places(points, &rectangle).0;
+    let filled = area(&som::hull(&places)) >= FILLED;
+    if filled && empty(&places) < EMPTY {
+        return Some(rectangle);
+    }
+    match strip(points, up).filter(wanted) {
+        Some(strip) => Some(Base { up, strip: Some(strip) }),
+        None => filled.then_some(rectangle),
+    }
+}
+
+/// Share of the unit square without any of these places.
+fn empty(places: &[DVec2]) -> f64 {
+    let side = (places.len() / POINTS_PER_CELL).isqrt().clamp(1, MOST_CELLS);
+    let mut empty = vec![true; side * side];
+    for place in places {
+        let [row, col] = [place.x, place.y].map(|at| whole(at * side as f64).min(side - 1));
+        empty[row * side + col] = false;
+    }
+    empty.iter().filter(|empty| **empty).count() as f64 / empty.len() as f64
 }
 
 /// The bent strip with straight sides that the points' places in the plane across the heights fill, if
 /// they fill one.
-pub(super) fn strip(points: &[DVec3], up: DVec3) -> Option<Strip> {
+fn strip(points: &[DVec3], up: DVec3) -> Option<Strip> {
     if points.len() < TELLING_OUTLINE {
         return None;
     }
@@ -68,9 +94,7 @@ pub(super) fn strip(points: &[DVec3], up: DVec3) -> Option<Strip> {
     let flat: Vec<DVec3> = few.iter().map(|place| place.extend(0.0)).collect();
     let arms = region.strip(&few, &flat, Sides::Straight)?;
     let bounding: Vec<DVec3> = every(points, BOUNDING).copied().collect();
-    let strip = Strip { axes, arms };
-    // The second look is at sides that end where the first has found corners.
-    strip.around(&bounding, 0.0)?.around(&bounding, 0.0)
+    Strip { axes, arms }.around(&bounding, 0.0)
 }
 
 /// The base of points with noise of this size: a strip ends where they end without it.

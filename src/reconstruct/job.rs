@@ -8,7 +8,7 @@ use super::start::net;
 use super::{Aspect, ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, SURE, THROUGH,
+    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, SURE, Strip, THROUGH,
     approximate, recovered,
 };
 use crate::nurbs::NurbsSurface;
@@ -58,15 +58,11 @@ impl Shape {
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
                 let up = known.filter(|_| !options.rational);
-                let base = up.and_then(|up| {
-                    if heights::fill_a_rectangle(points, up) {
-                        return Some(Base { up, strip: None });
-                    }
-                    let strip = heights::strip(points, up)?;
+                let has_rows = |strip: &Strip| {
                     let (rows, _) = net(budget, strip.arms.aspect(), options);
-                    let needed = strip.arms.arms().len() * options.degree + 1;
-                    (rows >= needed).then_some(Base { up, strip: Some(strip) })
-                });
+                    rows > strip.arms.arms().len() * options.degree
+                };
+                let base = up.and_then(|up| heights::base(points, up, has_rows));
                 Self { kind: if base.is_some() { Kind::Height } else { Kind::Sheet }, base }
             }
             kind => Self { kind: kind.unwrap_or(found.kind), base: None },

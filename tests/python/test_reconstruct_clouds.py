@@ -112,6 +112,17 @@ def test_heights_over_a_strip_end_at_its_straight_sides(rng: np.random.Generator
     assert 1 < result.surface.area() / area < 1.01
 
 
+def test_heights_over_a_u_leave_its_bay_open(rng: np.random.Generator) -> None:
+    places = rng.uniform(0, 3, (4000, 2))
+    places = places[(np.abs(places[:, 0] - 1.5) > 0.5) | (places[:, 1] < 1)]
+    heights = 0.1 * np.sin(2 * places[:, 0]) * places[:, 1]
+    result = neurbs.reconstruct(np.column_stack([places, heights]), grid=(16, 16))
+    assert result.report.topology == "height"
+    x, y = result.surface.tessellate(shape=(200, 40)).vertices[:, :2].T
+    assert not np.any((np.abs(x - 1.5) < 0.45) & (y > 1.05))
+    assert 6.9 < result.surface.area() < 7.3
+
+
 def test_heights_over_a_strip_with_a_bent_side_are_a_sheet(rng: np.random.Generator) -> None:
     x, y = places_in_an_l(rng).T
     x, y = np.compress(y > 0.1 * np.sin(np.pi * x / 2), [x, y], axis=1)
