@@ -185,10 +185,14 @@ impl<const ORDER: usize> WithSimd for AlongU<'_, ORDER> {
             let from = shares.map(|_| from.next().unwrap_or_default());
             let from = from.map(|row| S::as_simd_f64s(bytemuck::cast_slice(row)));
             let (sums, rest) = S::as_mut_simd_f64s(bytemuck::cast_slice_mut(row));
-            for (k, sum) in sums.iter_mut().enumerate() {
+            let from = from.map(|(wide, narrow)| (&wide[..sums.len()], &narrow[..rest.len()]));
+            for (k, out) in sums.iter_mut().enumerate() {
+                // In a register: memory that crosses the lines of the cache is slow to come back.
+                let mut sum = simd.splat_f64s(0.0);
                 for (share, (from, _)) in shares.iter().zip(from) {
-                    *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(*share), from[k]));
+                    sum = simd.add_f64s(sum, simd.mul_f64s(simd.splat_f64s(*share), from[k]));
                 }
+                *out = sum;
             }
             for (k, sum) in rest.iter_mut().enumerate() {
                 shares.iter().zip(from).for_each(|(share, (_, from))| *sum += share * from[k]);
