@@ -210,7 +210,7 @@ impl Bernstein {
         sums[last..].fill(end);
         for (octet, sums) in out.iter_mut().zip(sums.chunks_exact(OCTET)) {
             for (lane, sum) in sums.iter().enumerate() {
-                (0..4).for_each(|axis| octet[axis][lane] = sum[axis]);
+                (0..4).for_each(|axis| octet[axis].0[lane] = sum[axis]);
             }
         }
     }
@@ -325,6 +325,7 @@ pub(super) fn restrict(
 mod tests {
     use pulp::{Arch, WithSimd};
 
+    use super::super::cost::Eight;
     use super::*;
 
     /// A net of random-looking points.
@@ -362,7 +363,7 @@ mod tests {
         type Output = Vec<Octet>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<Octet> {
-            let mut all = vec![[[0.0; OCTET]; 4]; self.0.octets()];
+            let mut all = vec![[Eight::default(); 4]; self.0.octets()];
             self.0.triangle(simd, self.1, self.2, &mut Blossoms::default(), &mut all);
             all
         }
@@ -385,7 +386,7 @@ mod tests {
                     .enumerate()
                     .map(|(k, of)| {
                         let ways = binomial(n, of[0]) * binomial(n - of[0], of[1]);
-                        let point = all[k / OCTET].map(|row| row[k % OCTET]);
+                        let point = all[k / OCTET].map(|row| row.0[k % OCTET]);
                         ways / 3.0_f64.powf(n as f64) * DVec4::from_array(point)
                     })
                     .sum();

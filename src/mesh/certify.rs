@@ -13,7 +13,7 @@ use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms};
 use super::chord::Chord;
-use super::cost::{OCTET, Octet, costliest};
+use super::cost::{Eight, Octet, costliest};
 use super::frame::Frame;
 use super::net::Net;
 use super::polygon::{Polygon, misses};
@@ -210,7 +210,7 @@ impl Certify<'_> {
             &mut **work;
         let (limit, single) = (*limit, part.net.is_single());
         let whole = single && part.is_whole();
-        coefficients.resize((HALVINGS + 1) * bernstein.octets(), [[0.0; OCTET]; 4]);
+        coefficients.resize((HALVINGS + 1) * bernstein.octets(), [Eight::default(); 4]);
         for (at, (low, high)) in part.net.places((part.low, part.high)) {
             let net = part.net.patch(at, patch);
             for &k in &*doubtful {

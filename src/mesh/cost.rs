@@ -10,8 +10,13 @@ use super::triangle::larger;
 /// Numbers in the widest registers.
 pub(super) const OCTET: usize = 8;
 
+/// As many numbers, in one line of the cache: what crosses lines is slow to be stored and loaded again.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
+pub(super) struct Eight(pub [f64; OCTET]);
+
 /// Eight homogeneous points side by side: first coordinates, second ones, third ones, weights.
-pub(super) type Octet = [[f64; OCTET]; 4];
+pub(super) type Octet = [Eight; 4];
 
 /// What a point costs.
 pub(super) trait Cost {
@@ -53,8 +58,8 @@ fn squared<S: Simd>(simd: S, cost: &impl Cost, points: &[DVec4]) -> S::f64s {
 pub(super) fn costliest_of<S: Simd>(simd: S, cost: &impl Cost, octets: &[Octet]) -> f64 {
     let mut most = simd.splat_f64s(0.0);
     for [x, y, z, w] in octets {
-        let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
-        let (z, w) = (S::as_simd_f64s(z).0, S::as_simd_f64s(w).0);
+        let (x, y) = (S::as_simd_f64s(&x.0).0, S::as_simd_f64s(&y.0).0);
+        let (z, w) = (S::as_simd_f64s(&z.0).0, S::as_simd_f64s(&w.0).0);
         for k in 0..OCTET / S::F64_LANES {
             most = simd.max_f64s(most, projected(simd, cost, [x[k], y[k], z[k], w[k]]));
         }

@@ -6,21 +6,16 @@ use std::collections::BTreeMap;
 
 use pulp::Simd;
 
-use super::cost::{OCTET, Octet};
-
-/// A point, and how much eight means take of it.
-#[derive(Clone, Copy, Debug)]
-struct Term {
-    weights: [f64; OCTET],
-    point: u32,
-}
+use super::cost::{Eight, OCTET, Octet};
 
 /// Weighted means of homogeneous points, eight at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Means {
-    /// The points that eight means take something of, and how much each.
-    terms: Vec<Term>,
-    /// The end of the terms of each eight.
+    /// The points that eight means take something of.
+    points: Vec<u32>,
+    /// How much each of them takes of it.
+    weights: Vec<Eight>,
+    /// The end of the points of each eight.
     ends: Vec<usize>,
 }
 
@@ -30,17 +25,17 @@ impl Means {
     pub(super) fn new(means: &[Vec<(usize, f64)>]) -> Self {
         let mut this = Self::default();
         for octet in means.chunks(OCTET) {
-            let mut points: BTreeMap<usize, [f64; OCTET]> = BTreeMap::new();
+            let mut points: BTreeMap<usize, Eight> = BTreeMap::new();
             for lane in 0..OCTET {
                 let terms = octet[lane.min(octet.len() - 1)].iter();
                 for &(point, weight) in terms.filter(|(_, weight)| *weight != 0.0) {
-                    points.entry(point).or_default()[lane] += weight;
+                    points.entry(point).or_default().0[lane] += weight;
                 }
             }
-            this.terms.extend(points.into_iter().filter_map(|(point, weights)| {
-                Some(Term { weights, point: u32::try_from(point).ok()? })
-            }));
-            this.ends.push(this.terms.len());
+            this.points
+                .extend(points.keys().map(|&point| u32::try_from(point).unwrap_or(u32::MAX)));
+            this.weights.extend(points.into_values());
+            this.ends.push(this.points.len());
         }
         this
     }
@@ -60,14 +55,14 @@ impl Means {
     ) {
         let mut from = 0;
         for ([x, y, z, w], &end) in out.iter_mut().zip(&self.ends) {
-            let terms = &self.terms[from..end];
-            let (x, y) = (S::as_mut_simd_f64s(x).0, S::as_mut_simd_f64s(y).0);
-            let (z, w) = (S::as_mut_simd_f64s(z).0, S::as_mut_simd_f64s(w).0);
+            let terms = self.points[from..end].iter().zip(&self.weights[from..end]);
+            let (x, y) = (S::as_mut_simd_f64s(&mut x.0).0, S::as_mut_simd_f64s(&mut y.0).0);
+            let (z, w) = (S::as_mut_simd_f64s(&mut z.0).0, S::as_mut_simd_f64s(&mut w.0).0);
             for k in 0..OCTET / S::F64_LANES {
                 let mut sums = [simd.splat_f64s(0.0); 4];
-                for term in terms {
-                    let weights = S::as_simd_f64s(&term.weights).0[k];
-                    let point = point(term.point as usize);
+                for (at, weights) in terms.clone() {
+                    let weights = S::as_simd_f64s(&weights.0).0[k];
+                    let point = point(*at as usize);
                     for axis in 0..4 {
                         let share = simd.mul_f64s(weights, simd.splat_f64s(point[axis]));
                         sums[axis] = simd.add_f64s(sums[axis], share);

@@ -104,13 +104,14 @@ pub(super) fn largest<S: Simd>(
 #[inline(always)]
 fn point(octets: &[Octet], k: usize) -> [f64; 4] {
     let ([x, y, z, w], lane) = (&octets[k / OCTET], k % OCTET);
-    [x[lane], y[lane], z[lane], w[lane]]
+    [x.0[lane], y.0[lane], z.0[lane], w.0[lane]]
 }
 
 #[cfg(test)]
 mod tests {
     use pulp::{Arch, WithSimd};
 
+    use super::super::cost::Eight;
     use super::*;
 
     /// Distance from z = 0.
@@ -130,7 +131,7 @@ mod tests {
 
         fn with_simd<S: Simd>(self, simd: S) -> f64 {
             let mut room = cubic();
-            room.resize(9 * room.len(), [[0.0; OCTET]; 4]);
+            room.resize(9 * room.len(), [Eight::default(); 4]);
             largest(simd, &mut room, &halves(3), self.0, &Height)
         }
     }
@@ -161,7 +162,8 @@ mod tests {
         let last = count(3) - 1;
         let heights =
             |octet: usize| std::array::from_fn(|lane| height((octet * OCTET + lane).min(last)));
-        (0..2).map(|octet| [[0.0; OCTET], [0.0; OCTET], heights(octet), [1.0; OCTET]]).collect()
+        let none = Eight::default();
+        (0..2).map(|octet| [none, none, Eight(heights(octet)), Eight([1.0; OCTET])]).collect()
     }
 
     #[test]
