@@ -169,21 +169,21 @@ impl Bernstein {
         &self,
         of: &[DVec4],
         at: [DVec2; 3],
-        Blossoms { u, v, points, values, sums, .. }: &mut Blossoms,
+        Blossoms { u, v, points, sums, .. }: &mut Blossoms,
         out: &mut [Octet],
     ) {
         let (orders, width) = ((self.p + 1, self.q + 1), self.q + 1);
         blossoms(self.p, at.map(|at| at.x), u);
         blossoms(self.q, at.map(|at| at.y), v);
-        // First in u, for each column; then, as one of many columns, each of these in v.
+        // First in u, for each column; then each of these in v.
         let rows = u.len() / orders.0;
         points.clear();
         points.resize(rows * width, NOTHING);
-        for (i, shares) in u.chunks_exact(orders.0).enumerate() {
+        for (sums, shares) in points.chunks_exact_mut(width).zip(u.chunks_exact(orders.0)) {
             for (share, row) in shares.iter().zip(of.chunks_exact(width)) {
                 if *share != 0.0 {
-                    let sums = points[i..].iter_mut().step_by(rows);
-                    sums.zip(row).for_each(|(sum, h)| add(sum, *share, &h.to_array()));
+                    let both = sums.iter_mut().zip(row);
+                    both.for_each(|(sum, h)| add(sum, *share, &h.to_array()));
                 }
             }
         }
@@ -191,17 +191,10 @@ impl Bernstein {
         sums.resize(OCTET * out.len(), NOTHING);
         let mut last = 0;
         for (shares, deals) in v.chunks_exact(orders.1).zip(self.deals.chunks_exact(rows)) {
-            values.clear();
-            values.resize(4 * rows, 0.0);
-            for (share, column) in shares.iter().zip(points.chunks_exact(rows)) {
-                if *share != 0.0 {
-                    let column: &[f64] = bytemuck::cast_slice(column);
-                    values.iter_mut().zip(column).for_each(|(sum, x)| *sum += *share * x);
-                }
-            }
-            let values: &[Lanes] = bytemuck::cast_slice(values);
-            for (value, &(taker, deal)) in values.iter().zip(deals) {
-                add(&mut sums[taker], deal, value);
+            for (row, &(taker, deal)) in points.chunks_exact(width).zip(deals) {
+                let mut value = NOTHING;
+                shares.iter().zip(row).for_each(|(share, point)| add(&mut value, *share, point));
+                add(&mut sums[taker], deal, &value);
                 last = last.max(taker);
             }
         }
@@ -239,7 +232,6 @@ pub(super) struct Blossoms {
     u: Vec<f64>,
     v: Vec<f64>,
     points: Vec<Lanes>,
-    values: Vec<f64>,
     sums: Vec<Lanes>,
 }
 
