@@ -20,9 +20,10 @@ use crate::nurbs::{Row, padded};
 const TRIED: (f64, f64) = (-4.0, 3.0);
 
 /// Steps between weights tried first, and how close the search comes, in decades; the first ones
-/// from a weight that was best before.
+/// from a weight that was best before, and from one that was so just before, with the same net.
 const STEPS: (f64, f64) = (1.0, 0.2);
-const STEP_FROM_KNOWN: f64 = 0.5;
+pub(super) const FROM_KNOWN: f64 = 0.5;
+pub(super) const FROM_NEAR: f64 = 0.25;
 
 /// The surface may not have more than this share of as many degrees of freedom as there are
 /// points: it would pass through them and know nothing of their noise.
@@ -47,12 +48,13 @@ pub(super) struct Score {
 
 /// The weight that generalized cross-validation finds best, from the heights of the points over
 /// the surface along their normals, near the `known` one, which may be of another net; `None` if the
-/// points cannot tell. What is known already makes the anisotropy more likely first.
+/// points cannot tell. What is known already makes the anisotropy more likely first. The search begins
+/// with steps of so many decades from there.
 pub(super) fn best(
     space: &SplineSpace,
     samples: &[Sample],
     energy: Energy,
-    known: Option<Score>,
+    (known, mut step): (Option<Score>, f64),
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
     let heights = Heights::of(space, samples);
@@ -82,7 +84,6 @@ pub(super) fn best(
         Some(Score { level, .. }) => score_at((level * trace).log10().clamp(TRIED.0, TRIED.1))?,
         None => None,
     };
-    let mut step = STEP_FROM_KNOWN;
     if found.is_none() {
         step = STEPS.0;
         let mut exponents = vec![TRIED.0];

@@ -193,6 +193,11 @@ impl<'a> Fitting<'a> {
         self.aim() >= FAIRNESS_OF_NOISE
     }
 
+    /// Whether the domain ends where the points do.
+    fn ends_are_known(&self) -> bool {
+        self.bent || self.closed == [true, true]
+    }
+
     /// The weight of distances across the normal.
     fn tangential(&self) -> f64 {
         if self.bent && self.noisy() { TANGENTIAL_OF_NOISE } else { TANGENTIAL }
@@ -264,9 +269,11 @@ impl<'a> Fitting<'a> {
             }
             error = found;
             let samples = self.samples(Some(&feet));
-            let again = iteration == ASKED_OF_NOISE && self.noisy();
+            let again = iteration == ASKED_OF_NOISE && self.noisy() && self.ends_are_known();
             let asked = self.fixed.is_none() && (again || ASKED.contains(&iteration));
-            let (known, wanted) = (self.score, self.energy(space, lengths));
+            let step =
+                if again { cross_validation::FROM_NEAR } else { cross_validation::FROM_KNOWN };
+            let (known, wanted) = ((self.score, step), self.energy(space, lengths));
             let (score, equations) = rayon::join(
                 || asked.then(|| cross_validation::best(space, &samples, wanted, known)),
                 || NormalEquations::of_tangent_distances(space, &samples, &mut || Ok(())),
