@@ -57,6 +57,7 @@ pub(super) fn reconstruct(
     };
     clock.lap("ordering");
     let map = learned(&sample, &mut start, &shape, budget, &frame, options, told)?;
+    start.split_as(&map, budget, options);
     let uv = if shape.base.is_some() {
         Vec::new()
     } else {

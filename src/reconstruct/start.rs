@@ -23,6 +23,10 @@ const POINTS_PER_NODE: usize = 3;
 const EPOCHS: u64 = 10;
 const RADIUS: (f64, f64) = (1.0, 0.7);
 
+/// By how much distances on a graph widen a sheet at most: a map that is narrower still is so in its
+/// middle only, as that of a spindle.
+const MOST_WIDENED: f64 = 1.25;
+
 /// Least number of control points in a direction for which a degree is kept.
 pub(super) const LEAST_SIDE: usize = 4;
 
@@ -33,6 +37,8 @@ pub(super) struct OrderedStart {
     pub(super) net: (usize, usize),
     /// Where along u the surface has creases.
     pub(super) creases: Vec<f64>,
+    /// How many times longer than wide the flat map is that orders it, without creases.
+    aspect: Option<f64>,
 }
 
 impl OrderedStart {
@@ -51,7 +57,7 @@ impl OrderedStart {
             let lattice = Lattice::grid(rows, cols, som::Cells::Quad, topology)?;
             let nodes = nodes.iter().map(|&node| frame.apply(node)).collect();
             let net = split(rows as f64 / cols as f64);
-            return Ok(Self { lattice, nodes, net, creases: Vec::new() });
+            return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
         }
         if let Some(chart) = chart {
             let ratio = chart.lengths.0 / chart.lengths.1;
@@ -61,7 +67,7 @@ impl OrderedStart {
             let lattice = lattice(net, sample.len(), topology)?;
             let nodes = chart.lattice(lattice.shape());
             let nodes = nodes.into_iter().map(|node| frame.apply(node)).collect();
-            return Ok(Self { lattice, nodes, net, creases: Vec::new() });
+            return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
             let mut few = EvenSample::new(UNROLLED);
@@ -73,14 +79,15 @@ impl OrderedStart {
                 let net = split(aspect);
                 let lattice = lattice(net, sample.len(), topology)?;
                 let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
-                return Ok(Self { lattice, nodes, net, creases });
+                let aspect = creases.is_empty().then_some(aspect);
+                return Ok(Self { lattice, nodes, net, creases, aspect });
             }
         }
         let net = split(1.0);
         let lattice = lattice(net, sample.len(), topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
-        Ok(Self { lattice, nodes, net, creases: Vec::new() })
+        Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
     }
 
     /// In order over a rectangle in the plane across the heights, where the points have these
@@ -93,8 +100,36 @@ impl OrderedStart {
     ) -> Result<Self> {
         let lattice = lattice(net, sample.len(), Topology::Sheet)?;
         let nodes = som::spread_out(sample, uv, &lattice, observer)?;
-        Ok(Self { lattice, nodes, net, creases: Vec::new() })
+        Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
     }
+
+    /// Splits the budget by how many times longer than wide a sheet is along the map that has learned
+    /// it: distances on a graph, by which it was ordered, go zigzag, which widens it.
+    pub(super) fn split_as(
+        &mut self,
+        map: &SelfOrganizingMap,
+        budget: (usize, usize),
+        options: &ReconstructOptions<'_>,
+    ) {
+        let aspect = aspect(map);
+        if self.aspect.is_some_and(|flat| (flat..=MOST_WIDENED * flat).contains(&aspect)) {
+            self.net = net(budget, aspect, options);
+        }
+    }
+}
+
+/// How many times longer than wide a map's lattice is along itself, its outer cells included: nodes lie
+/// in the middle of what they stand for.
+fn aspect(map: &SelfOrganizingMap) -> f64 {
+    let (rows, cols) = map.lattice.shape();
+    let nodes = map.codebook();
+    let step = |at: usize, stride: usize| nodes[at].distance(nodes[at + stride]);
+    let along_u = (0..(rows - 1) * cols).map(|at| step(at, cols)).sum::<f64>();
+    let inner = (0..rows * cols).filter(|at| at % cols < cols - 1);
+    let along_v = inner.map(|at| step(at, 1)).sum::<f64>();
+    // The mean step along u times the rows, by the mean one along v times the columns.
+    let (steps_u, steps_v) = ((rows - 1) * cols, rows * (cols - 1));
+    (along_u * (rows * steps_v) as f64) / (along_v * (cols * steps_u) as f64)
 }
 
 /// The whole number of a size that is not negative.
@@ -165,4 +200,25 @@ pub(super) fn in_own_frame(
     own.change = map.change.map(|change| change / frame.scale);
     own.error = map.error.map(|error| error / frame.scale);
     Ok(own)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn aspects_count_outer_cells_and_bends() {
+        // Twelve cells around a half cylinder of length 6 π, five of 2 along it.
+        let node = |at: usize| {
+            let angle = std::f64::consts::PI * ((at / 5) as f64 + 0.5) / 12.0;
+            DVec3::new(6.0 * angle.cos(), 6.0 * angle.sin(), 2.0 * (at % 5) as f64)
+        };
+        let nodes: Vec<DVec3> = (0..60).map(node).collect();
+        let lattice = Lattice::grid(12, 5, som::Cells::Quad, Topology::Sheet).unwrap();
+        let options = SomOptions { init: Init::Given(nodes.clone()), ..SomOptions::default() };
+        let map = SelfOrganizingMap::new(&nodes, lattice, &options, &mut Silent).unwrap();
+        let wanted = 0.6 * std::f64::consts::PI;
+        assert!((aspect(&map) / wanted - 1.0).abs() < 0.01, "{}", aspect(&map));
+    }
 }
