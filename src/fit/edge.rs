@@ -40,7 +40,7 @@ const CORNER: usize = 2;
 
 /// How far a surface goes beyond an edge: so many spacings of the points, and standard deviations of
 /// where the edge lies, for each spacing of border that is asked for. With half a spacing of border
-/// the surface seldom ends before the points' ground does, and goes 0.4 to 0.5 spacings beyond on
+/// the surface seldom ends before the points' ground does, and goes about half a spacing beyond on
 /// average.
 const BEYOND: (f64, f64) = (0.5, 5.0);
 

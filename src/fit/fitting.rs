@@ -70,8 +70,8 @@ const MOST_TIMES: usize = 4;
 const LEAST_ITERATIONS: usize = 3;
 
 /// Iterations at which cross-validation is asked: when the net has taken shape, and when the
-/// parameters have followed; and of noise, once more: a surface without it tells better how smooth it
-/// is in which direction.
+/// parameters have followed; and of noise, once more on a domain that ends where points do: a surface
+/// without it tells better how smooth it is in which direction.
 const ASKED: [usize; 2] = [1, 4];
 const ASKED_OF_NOISE: usize = 2;
 
@@ -193,9 +193,16 @@ impl<'a> Fitting<'a> {
         self.aim() >= FAIRNESS_OF_NOISE
     }
 
-    /// Whether the domain ends where the points do.
-    fn ends_are_known(&self) -> bool {
-        self.bent || self.closed == [true, true]
+    /// The first step of cross-validation, if it is asked at this iteration.
+    fn asked(&self, iteration: usize) -> Option<f64> {
+        if self.fixed.is_some() {
+            return None;
+        }
+        let ends_are_known = self.bent || self.closed == [true, true];
+        if iteration == ASKED_OF_NOISE && self.noisy() && ends_are_known {
+            return Some(cross_validation::FROM_NEAR);
+        }
+        ASKED.contains(&iteration).then_some(cross_validation::FROM_KNOWN)
     }
 
     /// The weight of distances across the normal.
@@ -269,13 +276,10 @@ impl<'a> Fitting<'a> {
             }
             error = found;
             let samples = self.samples(Some(&feet));
-            let again = iteration == ASKED_OF_NOISE && self.noisy() && self.ends_are_known();
-            let asked = self.fixed.is_none() && (again || ASKED.contains(&iteration));
-            let step =
-                if again { cross_validation::FROM_NEAR } else { cross_validation::FROM_KNOWN };
-            let (known, wanted) = ((self.score, step), self.energy(space, lengths));
+            let asked = self.asked(iteration);
+            let (known, wanted) = (self.score, self.energy(space, lengths));
             let (score, equations) = rayon::join(
-                || asked.then(|| cross_validation::best(space, &samples, wanted, known)),
+                || asked.map(|step| cross_validation::best(space, &samples, wanted, (known, step))),
                 || NormalEquations::of_tangent_distances(space, &samples, &mut || Ok(())),
             );
             if let Some(score) = score {

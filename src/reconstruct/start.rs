@@ -111,8 +111,9 @@ impl OrderedStart {
         budget: (usize, usize),
         options: &ReconstructOptions<'_>,
     ) {
+        let Some(flat) = self.aspect else { return };
         let aspect = aspect(map);
-        if self.aspect.is_some_and(|flat| (flat..=MOST_WIDENED * flat).contains(&aspect)) {
+        if (flat..=MOST_WIDENED * flat).contains(&aspect) {
             self.net = net(budget, aspect, options);
         }
     }
