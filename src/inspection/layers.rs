@@ -13,7 +13,7 @@ use crate::progress::{self, Observer, Progress, Stage};
 const MOST: usize = 20_000;
 
 /// Places that are looked at, evenly over space.
-const PLACES: usize = 2000;
+const PLACES: usize = 1000;
 
 /// Points around each that show the layers there.
 const AROUND: usize = 16;

@@ -118,6 +118,14 @@ impl NeighborGraph {
         &self.edges[self.starts[node]..self.starts[node + 1]]
     }
 
+    /// The mean length of the edges at a node; 0 if there are none.
+    #[must_use]
+    pub fn spacing(&self, node: usize) -> f64 {
+        let edges = self.edges(node);
+        let sum: f64 = edges.iter().map(|edge| edge.length).sum();
+        sum / edges.len().max(1) as f64
+    }
+
     /// Lengths of the shortest ways from the nearest of some nodes to all; infinite where there is
     /// none (Dijkstra).
     #[must_use]

@@ -129,8 +129,8 @@ struct Groups<'a> {
     parents: Vec<u32>,
     /// Mean distance from each point to its nearest.
     spacing: Vec<f64>,
-    /// Whether its nearest lie in a line with it.
-    in_line: Vec<bool>,
+    /// The nearest of each point.
+    near: Vec<Vec<Neighbor>>,
 }
 
 /// The shortest way from a group to another.
@@ -147,27 +147,33 @@ impl<'a> Groups<'a> {
         let tree = KdTree::new(points);
         let look = |index: u32, found: &mut Vec<Neighbor>| {
             tree.nearest_to(index, NEIGHBORS, found);
-            let sum: f64 = found.iter().map(Neighbor::distance).sum();
-            let own = std::iter::once(points[index as usize]);
-            let near = found.iter().map(|n| points[n.index as usize]);
-            let [first, second, _] = Plane::of(own.chain(near)).deviations;
-            let list: Vec<Neighbor> = found.clone();
-            (sum / found.len() as f64, second < LINE * first, list)
+            found.clone()
         };
-        let seen = tree.map(observer, look)?;
+        let near = tree.map(observer, look)?;
+        let mean = |near: &Vec<Neighbor>| {
+            near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64
+        };
+        let spacing = near.iter().map(mean).collect();
         let parents = (0..).take(points.len()).collect();
-        let (spacing, in_line) =
-            seen.iter().map(|(spacing, in_line, _)| (*spacing, in_line)).unzip();
-        let mut groups = Self { points, tree, parents, spacing, in_line };
-        for (from, (spacing, _, near)) in seen.iter().enumerate() {
-            for neighbor in near {
+        let mut groups = Self { points, tree, parents, spacing, near };
+        for from in 0..points.len() {
+            for at in 0..groups.near[from].len() {
+                let neighbor = groups.near[from][at];
                 let to = neighbor.index as usize;
-                if neighbor.distance() <= REACH[0] * spacing.min(groups.spacing[to]) {
+                if neighbor.distance() <= REACH[0] * groups.spacing[from].min(groups.spacing[to]) {
                     groups.unite(from, to);
                 }
             }
         }
         Ok(groups)
+    }
+
+    /// Whether a point's nearest lie in a line with it.
+    fn in_line(&self, point: u32) -> bool {
+        let near = self.near[point as usize].iter().map(|near| near.index);
+        let around = std::iter::once(point).chain(near).map(|index| self.points[index as usize]);
+        let [first, second, _] = Plane::of(around).deviations;
+        second < LINE * first
     }
 
     fn root(&mut self, point: usize) -> u32 {
@@ -193,10 +199,11 @@ impl<'a> Groups<'a> {
             let gaps = self.gaps();
             let of_lines = *line_gap.get_or_insert_with(|| self.usual_line_gap(&gaps));
             let near = |gap: &&Gap| {
-                let ends = [gap.from, gap.to].map(|end| end as usize);
-                let spacing = self.spacing[ends[0]].max(self.spacing[ends[1]]);
-                let lines = ends.iter().any(|&end| self.in_line[end]);
-                gap.length <= reach * spacing || (lines && gap.length <= LINE_REACH * of_lines)
+                let ends = [gap.from, gap.to];
+                let spacing = ends.map(|end| self.spacing[end as usize]);
+                let lines = || ends.iter().any(|&end| self.in_line(end));
+                gap.length <= reach * spacing[0].max(spacing[1])
+                    || (gap.length <= LINE_REACH * of_lines && lines())
             };
             let joined: Vec<Gap> = gaps.iter().filter(near).copied().collect();
             if joined.is_empty() {
@@ -210,7 +217,7 @@ impl<'a> Groups<'a> {
 
     /// The median gap between groups that end in a line there.
     fn usual_line_gap(&self, gaps: &[Gap]) -> f64 {
-        let of_lines = gaps.iter().filter(|gap| self.in_line[gap.from as usize]);
+        let of_lines = gaps.iter().filter(|gap| self.in_line(gap.from));
         let mut lengths: Vec<f64> = of_lines.map(|gap| gap.length).collect();
         lengths.sort_by(f64::total_cmp);
         lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)

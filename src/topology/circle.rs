@@ -67,10 +67,10 @@ pub(super) struct Landmarks<'a> {
 }
 
 impl<'a> Landmarks<'a> {
-    pub(super) fn of(points: &[DVec3], graph: &'a NeighborGraph, spacing: f64) -> Self {
+    pub(super) fn of(points: &[DVec3], graph: &'a NeighborGraph) -> Self {
         let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS).min(points.len());
         let (chosen, radius) = spread_out(points, count);
-        let apart = radius.max(spacing);
+        let apart = radius.max(usual_spacing(graph));
         let around = surroundings(graph, &chosen, REACH * apart);
         Self { graph, chosen, apart, around }
     }
@@ -80,24 +80,22 @@ impl<'a> Landmarks<'a> {
     pub(super) fn loops(&self, reach: f64) -> Loops {
         debug_assert!(reach <= REACH);
         let reach = reach * self.apart;
-        let within = |around: &Vec<(u32, f64)>| -> Vec<(u32, f64)> {
-            around.iter().filter(|(_, length)| *length <= reach).copied().collect()
-        };
-        let seen: Vec<Vec<(u32, f64)>> = self.around.iter().map(within).collect();
-        let edges = edges(&self.chosen, &seen);
+        let edges = self.edges(reach);
         let vertices = self.chosen.len();
         let both_ways = |edge: &Edge| {
             let weight = weight(edge);
             [(edge.from, edge.to, weight), (edge.to, edge.from, weight)]
         };
         let laplacian = Laplacian::of(vertices, edges.iter().flat_map(both_ways));
-        let mut forms: Vec<Form> = loops(vertices, &edges)
-            .into_par_iter()
-            .filter(|cocycle| cocycle.birth <= CLOSED_BY * reach)
-            .map(|cocycle| Form::harmonic(&laplacian, &edges, &cocycle.values, vertices))
-            .collect();
+        let forms = || -> Vec<Form> {
+            let lasting = loops(vertices, &edges).into_par_iter();
+            lasting
+                .filter(|cocycle| cocycle.birth <= CLOSED_BY * reach)
+                .map(|cocycle| Form::harmonic(&laplacian, &edges, &cocycle.values, vertices))
+                .collect()
+        };
+        let (mut forms, near) = rayon::join(forms, || self.nearest(reach));
         shorten(&mut forms, &edges);
-        let near = if forms.is_empty() { Vec::new() } else { nearest(&seen, self.graph.len()) };
         let circle = |form: &Form| form.circle(&edges, &near, self.graph);
         let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
         let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
@@ -110,6 +108,52 @@ impl<'a> Landmarks<'a> {
         });
         Loops { sums: sums.collect(), shortest: forms.iter().map(circle).collect() }
     }
+
+    /// The pairs of landmarks within reach of one another, nearest first.
+    fn edges(&self, reach: f64) -> Vec<Edge> {
+        let mut numbers = vec![u32::MAX; self.graph.len()];
+        (0..).zip(&self.chosen).for_each(|(number, &point)| numbers[point as usize] = number);
+        let mut edges = Vec::new();
+        for (from, around) in (0_u32..).zip(&self.around) {
+            for &(point, length) in around {
+                let to = numbers[point as usize];
+                if to != u32::MAX && from < to && length <= reach {
+                    edges.push(Edge { from, to, length });
+                }
+            }
+        }
+        edges.sort_unstable_by(|a, b| {
+            a.length.total_cmp(&b.length).then((a.from, a.to).cmp(&(b.from, b.to)))
+        });
+        edges
+    }
+
+    /// For each point the landmarks nearest to it, with their weights.
+    fn nearest(&self, reach: f64) -> Vec<Vec<(f64, usize)>> {
+        let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); self.graph.len()];
+        for (landmark, around) in self.around.iter().enumerate() {
+            for &(point, distance) in around.iter().filter(|(_, distance)| *distance <= reach) {
+                near[point as usize].push((distance, landmark));
+            }
+        }
+        near.par_iter_mut().for_each(|near| {
+            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let farthest =
+                near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
+            near.truncate(NEAR);
+            for (distance, _) in near {
+                *distance = (1.0 - *distance / farthest).max(0.01);
+            }
+        });
+        near
+    }
+}
+
+/// The median spacing.
+fn usual_spacing(graph: &NeighborGraph) -> f64 {
+    let mut spacings: Vec<f64> = (0..graph.len()).map(|node| graph.spacing(node)).collect();
+    spacings.sort_by(f64::total_cmp);
+    spacings.get(spacings.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// `count` points, each as far as can be from those chosen before, and how far the farthest of the
@@ -149,24 +193,6 @@ fn surroundings(graph: &NeighborGraph, landmarks: &[u32], reach: f64) -> Vec<Vec
         found
     };
     landmarks.par_iter().map_init(|| vec![f64::INFINITY; graph.len()], around).collect()
-}
-
-/// The pairs of landmarks within reach of one another, nearest first.
-fn edges(landmarks: &[u32], seen: &[Vec<(u32, f64)>]) -> Vec<Edge> {
-    let most = landmarks.iter().max().map_or(0, |&last| last as usize + 1);
-    let mut numbers = vec![u32::MAX; most];
-    (0..).zip(landmarks).for_each(|(number, &point)| numbers[point as usize] = number);
-    let mut edges = Vec::new();
-    for (from, around) in (0_u32..).zip(seen) {
-        for &(point, length) in around {
-            let to = numbers.get(point as usize).copied().unwrap_or(u32::MAX);
-            if to != u32::MAX && from < to {
-                edges.push(Edge { from, to, length });
-            }
-        }
-    }
-    edges.sort_by(|a, b| a.length.total_cmp(&b.length).then((a.from, a.to).cmp(&(b.from, b.to))));
-    edges
 }
 
 fn weight(edge: &Edge) -> f64 {
@@ -251,25 +277,6 @@ impl Form {
         }
         directions.iter().map(|d| (d.y.atan2(d.x) / TAU).rem_euclid(1.0)).collect()
     }
-}
-
-/// For each point the landmarks nearest to it, with their weights.
-fn nearest(seen: &[Vec<(u32, f64)>], points: usize) -> Vec<Vec<(f64, usize)>> {
-    let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); points];
-    for (landmark, around) in seen.iter().enumerate() {
-        for &(point, distance) in around {
-            near[point as usize].push((distance, landmark));
-        }
-    }
-    near.par_iter_mut().for_each(|near| {
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let farthest = near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
-        near.truncate(NEAR);
-        for (distance, _) in near {
-            *distance = (1.0 - *distance / farthest).max(0.01);
-        }
-    });
-    near
 }
 
 /// Replaces loops by sums of them until none gets shorter (Gauss's reduction, pair by pair), longest

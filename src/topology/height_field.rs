@@ -35,30 +35,25 @@ pub struct HeightField {
 
 /// What the surface is like around a point.
 #[derive(Clone, Copy)]
-pub(super) struct Tangent {
+struct Tangent {
     plane: Plane,
     /// Mean distance to the neighbours.
     spacing: f64,
 }
 
-pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
-    let tangent = |index: usize| {
-        let edges = graph.edges(index);
-        let around = edges.iter().map(|edge| points[edge.to as usize]);
-        let plane = Plane::of(std::iter::once(points[index]).chain(around));
-        let sum: f64 = edges.iter().map(|edge| edge.length).sum();
-        Tangent { plane, spacing: sum / edges.len().max(1) as f64 }
-    };
-    (0..points.len()).into_par_iter().map(tangent).collect()
-}
-
 /// The direction over whose plane the points are heights, if there is one.
-pub(super) fn height_field(points: &[DVec3], tangents: &[Tangent]) -> Option<HeightField> {
+pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
+    let tangent = |index: usize| {
+        let around = graph.edges(index).iter().map(|edge| points[edge.to as usize]);
+        let plane = Plane::of(std::iter::once(points[index]).chain(around));
+        Tangent { plane, spacing: graph.spacing(index) }
+    };
+    let tangents: Vec<Tangent> = (0..points.len()).into_par_iter().map(tangent).collect();
     let principal = Plane::of(points.iter().copied()).normal();
     let upward = if principal.z < 0.0 { -principal } else { principal };
     [DVec3::Z, upward].into_iter().find_map(|up| {
-        let slope = slope(tangents, up);
-        let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
+        let slope = slope(&tangents, up);
+        let fits = slope <= WALL_DEGREES && overlap(points, &tangents, up) <= OVERLAP;
         fits.then_some(HeightField { up, slope })
     })
 }
@@ -89,11 +84,4 @@ fn overlap(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> f64 {
     let count = (0..).zip(points).map(|(index, _)| index).collect::<Vec<u32>>();
     let covered = count.par_iter().filter(|index| covered(index)).count();
     covered as f64 / points.len() as f64
-}
-
-/// The median spacing.
-pub(super) fn usual_spacing(tangents: &[Tangent]) -> f64 {
-    let mut spacings: Vec<f64> = tangents.iter().map(|tangent| tangent.spacing).collect();
-    spacings.sort_by(f64::total_cmp);
-    spacings.get(spacings.len() / 2).copied().unwrap_or(0.0)
 }

@@ -5,11 +5,11 @@ use rayon::prelude::*;
 /// Steps of the conjugate gradients; some tens suffice for a thousand nodes.
 const MOST_STEPS: usize = 400;
 
-/// Residual at which they end, as a share of the first: for angles far finer than the points tell.
-const SOLVED: f64 = 1e-6;
+/// Residual at which they end, as a share of the first: for angles finer than the points tell.
+const SOLVED: f64 = 1e-4;
 
-/// Nodes that a thread takes at a time.
-const NODES_PER_TASK: usize = 512;
+/// Nodes that a thread takes at a time: fewer are done before another one is awake.
+const NODES_PER_TASK: usize = 2048;
 
 /// The Laplace matrix of a graph with weighted edges.
 pub(super) struct Laplacian {

@@ -17,7 +17,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::circle::{Landmarks, Loops};
-use self::height_field::Tangent;
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -127,9 +126,9 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
 }
 
 /// As [`detect`], of points that a surface of this kind is wanted for, whatever they lie on: looks no
-/// closer than that needs. For a sheet, loops are only looked for where no border shows that it is
-/// none of a closed body; a tube that shows at first sight is not looked at again for the second loop
-/// of a torus.
+/// closer than that needs. For a sheet, loops are only looked for where the lack of a border shows
+/// that it may be one of a closed body; what is to be closed is not asked whether it is heights, and a
+/// tube that shows at first sight is not looked at again for the second loop of a torus.
 ///
 /// ```
 /// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect_wanted}};
@@ -155,9 +154,9 @@ pub fn detect_wanted(
 
 fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> Result<Topology> {
     let sheet = wanted == Some(Kind::Sheet);
+    let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));
     let cloud = Cloud::of(points, MOST, wanted, observer)?;
-    let tangents = height_field::tangents(&cloud.points, &cloud.graph);
-    if let Some(height) = height_field::height_field(&cloud.points, &tangents) {
+    if !closed && let Some(height) = height_field::find(&cloud.points, &cloud.graph) {
         let reason = format!(
             "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
              {:.0} degrees",
@@ -173,15 +172,20 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
         let reason = format!("{count} points are too few to show that it closes");
         return Ok(Topology::new(Kind::Sheet, reason));
     }
-    if sheet && cloud.border().is_some_and(|border| border >= outline(count)) {
-        return Ok(Topology::new(Kind::Sheet, "it has a border"));
+    if sheet {
+        match cloud.border() {
+            None => return Ok(Topology::new(Kind::Sheet, "noise hides whether it has a border")),
+            Some(border) if border >= outline(count) => {
+                return Ok(Topology::new(Kind::Sheet, "it has a border"));
+            }
+            Some(_) if count > MOST_OF_SHEET => {
+                let cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
+                return cloud.by_loops(observer);
+            }
+            Some(_) => {}
+        }
     }
-    if sheet && count > MOST_OF_SHEET {
-        let cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
-        let tangents = height_field::tangents(&cloud.points, &cloud.graph);
-        return cloud.by_loops(&tangents, observer);
-    }
-    cloud.by_loops(&tangents, observer)
+    cloud.by_loops(observer)
 }
 
 /// The points that are looked at.
@@ -213,11 +217,13 @@ impl Cloud {
     }
 
     /// The kind of surface that its loops show.
-    fn by_loops(&self, tangents: &[Tangent], observer: &mut dyn Observer) -> Result<Topology> {
-        let spacing = height_field::usual_spacing(tangents);
-        let landmarks = Landmarks::of(&self.points, &self.graph, spacing);
+    fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
+        let landmarks = Landmarks::of(&self.points, &self.graph);
         let found = landmarks.loops(circle::REACH);
-        let mut judged = self.torus(&found).or_else(|| self.tube(&found, SPREAD[0]));
+        // Who asks for a tube knows that the loop is none around a hole.
+        let asked = self.wanted == Some(Kind::Tube);
+        let spread = if asked { [f64::INFINITY; 2] } else { SPREAD };
+        let mut judged = self.torus(&found).or_else(|| self.tube(&found, spread[0]));
         let doubtful = match &judged {
             Some(found) if self.wanted == Some(found.kind) => false,
             Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
@@ -233,7 +239,7 @@ impl Cloud {
             let closer: Vec<Loops> =
                 CLOSER.par_iter().map(|&reach| landmarks.loops(reach)).collect();
             let torus = closer.iter().find_map(|loops| self.torus(loops));
-            judged = torus.or(judged).or_else(|| self.tube(&closer[0], SPREAD[1]));
+            judged = torus.or(judged).or_else(|| self.tube(&closer[0], spread[1]));
         }
         Ok(judged.unwrap_or_else(|| self.open(&found)))
     }

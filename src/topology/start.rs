@@ -113,27 +113,30 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
 /// The coordinate that grows across the angle as fast as the angle does along itself: the conjugate
 /// harmonic function. Least squares over the edges of the graph.
 fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
+    let new_list = || (Vec::new(), vec![usize::MAX; points.len()]);
     let mut slopes: Vec<DVec3> = (0..points.len())
         .into_par_iter()
-        .map_init(Vec::new, |around, point| {
+        .map_init(new_list, |(around, seen_from), point| {
             let own = points[point];
             // Neighbours of neighbours show the slope through noise.
             around.clear();
+            seen_from[point] = point;
             for edge in graph.edges(point) {
-                around.extend(graph.edges(edge.to as usize).iter().map(|edge| edge.to as usize));
+                for edge in graph.edges(edge.to as usize) {
+                    let other = edge.to as usize;
+                    if std::mem::replace(&mut seen_from[other], point) != point {
+                        around.push(other);
+                    }
+                }
             }
-            around.retain(|&other| other != point);
-            around.sort_unstable();
-            around.dedup();
             let around = around.iter().copied();
             let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
             let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
             for other in around {
-                let apart = (plane.local(points[other]) - plane.local(own)).truncate();
-                // The nearer way around.
-                let step = turns[other] - turns[point];
+                let apart = points[other] - own;
+                let apart = DVec2::new(plane.axes[0].dot(apart), plane.axes[1].dot(apart));
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += (step - step.round()) * apart;
+                right += nearer_way(turns[other] - turns[point]) * apart;
             }
             let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
                 moments.inverse() * right
@@ -154,6 +157,17 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
         graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
     });
     Laplacian::of(points.len(), links).solve(&right)
+}
+
+/// The shorter one of the two ways around between places on a circle, from one way in turns.
+fn nearer_way(step: f64) -> f64 {
+    if step > 0.5 {
+        step - 1.0
+    } else if step < -0.5 {
+        step + 1.0
+    } else {
+        step
+    }
 }
 
 /// Turns vectors so that neighbours point the same way, starting from the first of each piece and

@@ -233,6 +233,19 @@ def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
         assert result.report.rms < 2e-3 * result.report.diagonal
 
 
+@pytest.mark.parametrize(("inner", "count"), [(0.2, 300), (0.5, 2000)])
+def test_a_flat_ring_is_fitted_as_the_tube_that_it_was_called(
+    inner: float, count: int, rng: np.random.Generator
+) -> None:
+    around, radius = 2 * np.pi * rng.random(count), np.sqrt(rng.uniform(inner**2, 1, count))
+    x, y, z = radius * np.cos(around), radius * np.sin(around), 0.1 * np.sin(3 * around)
+    result = neurbs.reconstruct(np.column_stack([x, y, z]), grid=(12, 12), topology="tube")
+    assert result.surface.closed == (True, False)
+    assert "closes around one way" in (result.report.topology_reason or "")
+    assert result.report.rms < 2e-5 * result.report.diagonal
+    assert not result.report.warnings
+
+
 def test_a_closed_body_is_fitted_as_asked_with_a_warning(rng: np.random.Generator) -> None:
     points = rng.standard_normal((2000, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
