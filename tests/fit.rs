@@ -236,6 +236,28 @@ fn points_of_a_surface_of_the_same_net_are_recovered() {
 }
 
 #[test]
+fn a_small_net_that_is_recovered_ends_where_all_points_do() {
+    for (seed, net) in [(1.0, (4, 4)), (2.0, (4, 5)), (3.0, (5, 4))] {
+        let place = |at: DVec2| {
+            DVec3::new(1.3 * at.x, at.y, 0.0) + DVec3::new(0.05, 0.05, 0.2) * bumps(at, seed)
+        };
+        let truth = surface_of(net, Kind::Sheet, place);
+        // Many times as many as the steps look at.
+        let points: Vec<DVec3> = scattered(9000).map(|at| truth.point(at.x, at.y)).collect();
+        let options = ReconstructOptions {
+            grid: Some(net),
+            aspect: Aspect::Fixed,
+            topology: Some(Kind::Sheet),
+            ..ReconstructOptions::default()
+        };
+        let found = reconstruct(&points, &options, &mut Silent).unwrap();
+        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
+        let far = farthest(&points, &found.surface) / found.report.diagonal;
+        assert!(far < 1e-6, "{net:?} {far}");
+    }
+}
+
+#[test]
 fn recovery_heeds_weights_and_overrules_nothing_that_was_asked_for() {
     let place = |at: DVec2| {
         let (across, up) = (3.4 * at.x).sin_cos();

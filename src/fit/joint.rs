@@ -9,12 +9,17 @@
 //! and Marquardt's damping holds it, and after each step the control points are solved for once more
 //! at the parameters as they are then, which takes away what sliding along a bent surface does.
 //!
+//! The way leads through long, bent valleys. Steps follow their bend (M. Transtrum, J. Sethna,
+//! *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*, 2012)
+//! and go on while they lead on.
+//!
 //! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
 //! places where no step helps. So steps begin at several parametrizations, and the best go on.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::band::Band;
 use super::correct::{Foot, feet, feet_beyond};
 use super::edge::extremes;
 use super::ground::Ground;
@@ -29,7 +34,7 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Root mean square distances, as shares of the diagonal of the points' box: what a surface near
 /// points of the same net has at most; what one through all of them has, which may be rounded to the
 /// digits of single precision; what no other one has; and where steps end.
-const ROUGH: f64 = 6e-3;
+const ROUGH: f64 = 1e-2;
 pub(crate) const THROUGH: f64 = 3e-8;
 pub(crate) const SURE: f64 = 2e-9;
 const ENOUGH: f64 = 1e-9;
@@ -46,10 +51,19 @@ const LEAST_POINTS: usize = 2;
 const MOST_POINTS: usize = 32;
 
 /// Steps after which only so many surfaces go on, the best, and none at all if the best has more than
-/// this share of the error that the first one had: that of noise stays above the first share. The
-/// last steps end there.
-const ROUNDS: [(usize, usize, f64); 5] =
-    [(3, 36, 0.85), (6, 5, 0.75), (12, 3, 0.6), (24, 2, 0.4), (48, 1, 0.4)];
+/// this share of the error that the first one had, or this share of the error that the best had a
+/// round before: that of noise stays above the first share, and where no step helps above the other.
+/// The last steps end there.
+const ROUNDS: [(usize, usize, f64, f64); 8] = [
+    (3, 6, 0.85, 1.0),
+    (6, 4, 0.75, 1.0),
+    (12, 3, 0.6, 1.0),
+    (24, 2, 0.5, 0.95),
+    (48, 2, 0.4, 0.9),
+    (96, 1, 0.2, 0.9),
+    (192, 1, 0.1, 0.9),
+    (384, 1, 0.05, 0.9),
+];
 
 /// Steps after which those that go on do so in two ways, as they are and trimmed.
 const TRIMMED_AFTER: usize = 24;
@@ -72,9 +86,13 @@ const FIRST_STEPS: usize = 8;
 /// What is added to the diagonal at first, as a share of its mean; what is left of it after a step
 /// that helps, and how many times as much it becomes after one that does not.
 const DAMPING: f64 = 1e-3;
-const LESS: f64 = 0.1;
-const MORE: f64 = 4.0;
+const LESS: f64 = 0.2;
+const MORE: f64 = 3.0;
 const LEAST_DAMPING: f64 = 1e-16;
+
+/// Share of a step at which its bend is measured, and how much longer than a step the bend may be.
+const AHEAD: f64 = 0.1;
+const MOST_BENT: f64 = 0.4;
 
 /// What is added where parameters are known, to hold control points that no point holds.
 const RIDGE: f64 = 1e-9;
@@ -112,20 +130,26 @@ pub(crate) fn recovered(
     if unknowns > MOST_CONTROL_POINTS || counted.len() < LEAST_POINTS * 3 * unknowns {
         return Ok(None);
     }
-    let step = (counted.len() / (MOST_POINTS * unknowns)).max(1);
-    let seen = || counted.iter().step_by(step).copied();
-    let uv: Vec<DVec2> = seen().map(|i| uv[i]).collect();
-    let points: Vec<DVec3> = seen().map(|i| points[i]).collect();
-    let weights: Vec<f64> = seen().map(weight).collect();
-    let size = extent(&points);
-    let joint = Joint { points, weights, space, enough: ENOUGH * size };
-    let feet = joint.feet_inside(near, &uv);
-    let first = joint.rms(&feet);
+    let all: Vec<DVec3> = counted.iter().map(|&i| points[i]).collect();
+    let size = extent(&all);
+    let of = |step: usize| {
+        let seen = || counted.iter().step_by(step).copied();
+        let points = seen().map(|i| points[i]).collect();
+        let (weights, uv) = (seen().map(weight).collect(), seen().map(|i| uv[i]).collect());
+        Joint { points, weights, uv, space: space.clone(), enough: ENOUGH * size }
+    };
+    let few = of((counted.len() / (MOST_POINTS * unknowns)).max(1));
+    let feet = few.feet_inside(near, &few.uv);
+    let first = few.rms(&feet);
     let distances: Vec<f64> = feet.iter().map(|foot| foot.offset.dot(foot.normal)).collect();
-    if !(joint.enough..ROUGH * size).contains(&first) || correlation(&uv, &distances) < SMOOTH {
+    let smooth = correlation(&few.uv, &distances) >= SMOOTH;
+    if !(few.enough..ROUGH * size).contains(&first) || !smooth {
         return Ok(None);
     }
-    let Some(found) = joint.best(&uv, first, observer)? else { return Ok(None) };
+    let Some(found) = few.best(first, observer)? else { return Ok(None) };
+    // Where the surface ends, all points say.
+    let joint = of(1);
+    let Some(found) = joint.like(&found, &few)? else { return Ok(None) };
     let trimmed = joint.trimmed(&found)?;
     let mut tried: Vec<Trial> = trimmed.into_iter().chain([found]).collect();
     for _ in 0..LAST_STEPS {
@@ -141,6 +165,8 @@ pub(crate) fn recovered(
 struct Joint {
     points: Vec<DVec3>,
     weights: Vec<f64>,
+    /// Their parameters on the surface near them.
+    uv: Vec<DVec2>,
     space: SplineSpace,
     /// The error at which steps end.
     enough: f64,
@@ -149,14 +175,15 @@ struct Joint {
 impl Joint {
     /// The surface that comes nearest of those from all parametrizations; `None` if none comes as
     /// near as those do that end at the points.
-    fn best(&self, uv: &[DVec2], first: f64, observer: &mut dyn Observer) -> Result<Option<Trial>> {
-        let starts = self.parametrizations(uv);
+    fn best(&self, first: f64, observer: &mut dyn Observer) -> Result<Option<Trial>> {
+        let starts = self.parametrizations();
         let trials = starts.par_iter().map(|uv| self.trial(uv)).collect::<Result<Vec<_>>>()?;
         let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
         let total = ROUNDS[ROUNDS.len() - 1].0 as u64;
-        let mut step = 0;
-        for (end, left, share) in ROUNDS {
-            while step < end && trials.iter().all(|trial| trial.error > self.enough) {
+        let on_the_way = |trials: &[Trial]| trials.iter().all(|trial| trial.error > self.enough);
+        let (mut step, mut before) = (0, f64::INFINITY);
+        for (end, left, share, fall) in ROUNDS {
+            while step < end && on_the_way(&trials) {
                 let count = self.points.len();
                 let progress = Progress::of_stage(Stage::Fitting, step as u64, total, count);
                 progress::report(observer, &progress)?;
@@ -165,9 +192,11 @@ impl Joint {
             }
             trials.sort_by(|a, b| a.error.total_cmp(&b.error));
             trials.truncate(left);
-            if trials.first().is_none_or(|best| best.error > share * first) {
+            let Some(best) = trials.first() else { return Ok(None) };
+            if best.error > self.enough && best.error > (share * first).min(fall * before) {
                 return Ok(None);
             }
+            before = best.error;
             if step == TRIMMED_AFTER {
                 let trimmed = trials.par_iter().map(|trial| self.trimmed(trial));
                 let trimmed = trimmed.collect::<Result<Vec<_>>>()?;
@@ -178,7 +207,8 @@ impl Joint {
     }
 
     /// The parametrizations that steps begin from, all from one.
-    fn parametrizations(&self, uv: &[DVec2]) -> Vec<Vec<DVec2>> {
+    fn parametrizations(&self) -> Vec<Vec<DVec2>> {
+        let uv = &self.uv[..];
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
         let choices = closed.map(|closed| if closed { &TURNS[..] } else { &EVENNESS[..] });
         let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
@@ -210,6 +240,37 @@ impl Joint {
             }
         }
         moved
+    }
+
+    /// The surface that was found for others of the points.
+    fn like(&self, trial: &Trial, others: &Self) -> Result<Option<Trial>> {
+        let size = DVec2::from(self.space.knots.each_ref().map(|knots| {
+            let (start, end) = knots.domain();
+            end - start
+        }));
+        let moved = |(&uv, foot): (&DVec2, &Foot)| {
+            let mut by = foot.uv - uv;
+            for d in (0..2).filter(|&d| self.space.closed[d]) {
+                by[d] -= size[d] * (by[d] / size[d]).round();
+            }
+            Foot { uv, offset: by.extend(0.0), ..*foot }
+        };
+        let moved: Vec<Foot> = others.uv.iter().zip(&trial.feet).map(moved).collect();
+        let Some(net) = others.plain(&moved)? else { return Ok(None) };
+        let moved = self.places(&net, &self.uv)?;
+        let uv: Vec<DVec2> =
+            self.uv.iter().zip(&moved).map(|(uv, by)| *uv + by.truncate()).collect();
+        let (surface, damping) = (trial.surface.clone(), trial.damping);
+        let feet = self.feet(&surface, &uv, FIRST_STEPS);
+        Ok(Some(Trial { error: self.rms(&feet), surface, feet, damping, equations: None }))
+    }
+
+    /// Where the surface of these control points, in the order of solution, has these parameters.
+    fn places(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
+        let surface = self.space.surface(net)?;
+        let origin = vec![DVec3::ZERO; uv.len()];
+        let feet = feet_beyond(&surface, self.space.closed, BEYOND, &origin, uv, 0);
+        Ok(feet.iter().map(|foot| -foot.offset).collect())
     }
 
     /// A surface that ends where the points do, from one that does not. Where one is straight and even
@@ -307,7 +368,8 @@ impl Trial {
         let mut matrix = equations.matrix.clone();
         matrix.add_ridge(self.damping);
         let next = if matrix.factor::<Error>(&mut || Ok(()))? {
-            self.after(&matrix.solved_together(&equations.right), joint)?
+            let change = matrix.solved_together(&equations.right);
+            self.after(&self.bent(&matrix, change, joint)?, joint)?
         } else {
             None
         };
@@ -318,6 +380,30 @@ impl Trial {
             self.equations = Some(equations);
         }
         Ok(())
+    }
+
+    /// A change of the control points that follows the bend of the way: by the second derivative of
+    /// the distances along it.
+    fn bent(&self, matrix: &Band, mut change: Vec<DVec3>, joint: &Joint) -> Result<Vec<DVec3>> {
+        let ahead: Vec<DVec3> = change.iter().map(|change| AHEAD * *change).collect();
+        let net = added(joint.space.unknown_points(&self.surface), &ahead);
+        let uv = self.uv();
+        let there = joint.feet(&joint.space.surface(&net)?, &uv, STEPS);
+        let moved = joint.places(&ahead, &uv)?;
+        let bend = |((here, there), moved): ((&Foot, &Foot), &DVec3)| {
+            let distance = there.offset.dot(there.normal) * there.normal.dot(here.normal).signum();
+            let straight = (here.offset - *moved).dot(here.normal);
+            let bend = (distance - straight) / (AHEAD * AHEAD);
+            Foot { offset: bend * here.normal, ..*here }
+        };
+        let bends: Vec<Foot> = self.feet.iter().zip(&there).zip(&moved).map(bend).collect();
+        // Half the second derivative: what the square of the way leaves.
+        let right = joint.samples(&bends, 1.0);
+        let right = NormalEquations::of_distances(&joint.space, &right, &mut || Ok(()))?.right;
+        let bend = matrix.solved_together(&right);
+        let share = (MOST_BENT * length(&change) / length(&bend)).min(1.0);
+        change.iter_mut().zip(&bend).for_each(|(change, bend)| *change += share * *bend);
+        Ok(change)
     }
 
     /// After a change of the control points, and what follows from it for plain distances.
@@ -331,6 +417,11 @@ impl Trial {
         let damping = (LESS * self.damping).max(LEAST_DAMPING);
         Ok(Some(Self { error: joint.rms(&feet), surface, feet, damping, equations: None }))
     }
+}
+
+/// Root of the sum of squares.
+fn length(change: &[DVec3]) -> f64 {
+    change.iter().map(|change| change.length_squared()).sum::<f64>().sqrt()
 }
 
 fn added(mut net: Vec<DVec3>, change: &[DVec3]) -> Vec<DVec3> {
