@@ -236,6 +236,31 @@ fn points_of_a_surface_of_the_same_net_are_recovered() {
 }
 
 #[test]
+fn points_on_isocurves_to_the_very_border_give_a_net_back() {
+    let roll = |at: DVec2| {
+        let (radius, (sin, cos)) = (0.3 + 0.225 * at.x, (4.5 * at.x).sin_cos());
+        DVec3::new(radius * cos, at.y, radius * sin)
+    };
+    for (net, rows, cols) in [((8, 7), 60, 50), ((8, 7), 40, 40), ((7, 9), 30, 35)] {
+        let truth = surface_of(net, Kind::Sheet, roll);
+        let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
+        let point = |i: usize| truth.point(share(i / cols, rows), share(i % cols, cols));
+        let points: Vec<DVec3> = (0..rows * cols).map(point).collect();
+        let options = ReconstructOptions {
+            grid: Some(net),
+            aspect: Aspect::Fixed,
+            ..ReconstructOptions::default()
+        };
+        let found = reconstruct(&points, &options, &mut Silent).unwrap();
+        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
+        assert!(found.report.warnings.is_empty(), "{:?}", found.report.warnings);
+        let others: Vec<DVec3> = scattered(500).map(|at| truth.point(at.x, at.y)).collect();
+        let far = farthest(&others, &found.surface) / found.report.diagonal;
+        assert!(far < 1e-6, "{net:?} {far}");
+    }
+}
+
+#[test]
 fn a_small_net_that_is_recovered_ends_where_all_points_do() {
     for (seed, net) in [(1.0, (4, 4)), (2.0, (4, 5)), (3.0, (5, 4))] {
         let place = |at: DVec2| {

@@ -155,6 +155,8 @@ pub(crate) fn recovered(
     for _ in 0..LAST_STEPS {
         tried.par_iter_mut().try_for_each(|trial| trial.advance(&joint))?;
     }
+    let stretched = tried.iter().map(|trial| joint.stretched(trial)).collect::<Result<Vec<_>>>()?;
+    tried.extend(stretched.into_iter().flatten());
     let ends_there = |trial: &Trial| {
         joint.rms(&joint.feet_inside(&trial.surface, &trial.uv())) <= THROUGH * size
     };
@@ -291,6 +293,21 @@ impl Joint {
             }
         }
         if trimmed { self.trial(&uv) } else { Ok(None) }
+    }
+
+    /// A surface that ends no earlier than the points do, from one that may by rounding: where it ends is
+    /// known to fewer digits than where it lies.
+    fn stretched(&self, trial: &Trial) -> Result<Option<Trial>> {
+        let mut uv = trial.uv();
+        for d in (0..2).filter(|&d| !self.space.closed[d]) {
+            let (start, end) = self.space.knots[d].domain();
+            let (low, high) = extremes(uv.iter().map(|uv| uv[d]));
+            let (low, high) = (low.min(start), high.max(end));
+            for uv in &mut uv {
+                uv[d] = start + (end - start) * (uv[d] - low) / (high - low);
+            }
+        }
+        self.trial(&uv)
     }
 
     /// The surface nearest in plain distances at these parameters.

@@ -25,6 +25,13 @@ const FEWEST: usize = 5;
 /// one in thousands shows such a gap.
 const CLEAR: f64 = 4.0;
 
+/// Share of the layers' distance that points are off a bent sheet, from which on they are no rows of a
+/// grid on one; 16 points of two layers are off by 0.4 of it.
+const BENT: f64 = 0.2;
+
+/// Share of the square of a polynomial's values that is rounding.
+const ROUNDING: f64 = 1e-12;
+
 /// Share of the points around which there are two layers, from which on it is no accident.
 const NO_ACCIDENT: f64 = 0.02;
 
@@ -82,9 +89,10 @@ pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opt
         // The first is the point itself.
         let around = found.iter().skip(1).map(|n| points[n.index as usize]);
         let plane = Plane::of(around.clone());
-        let mut heights: Vec<f64> = around.map(|point| plane.height(point)).collect();
+        let local: Vec<DVec3> = around.map(|point| plane.local(point)).collect();
+        let mut heights: Vec<f64> = local.iter().map(|point| point.z).collect();
         heights.sort_by(f64::total_cmp);
-        separation(&heights)
+        separation(&heights).filter(|apart| off_bent_sheet(&local) > BENT * apart)
     };
     let gaps: Vec<Option<f64>> = places.par_iter().map_init(Vec::new, gap).collect();
     let double: Vec<usize> = (0..gaps.len()).filter(|&i| gaps[i].is_some()).collect();
@@ -98,6 +106,33 @@ pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opt
         place,
     });
     Ok(found.filter(|_| share >= NO_ACCIDENT))
+}
+
+/// Root of the mean square distance from the bent sheet nearest to points along z: a polynomial of
+/// degree 2 in x and y.
+fn off_bent_sheet(points: &[DVec3]) -> f64 {
+    let mut heights: Vec<f64> = points.iter().map(|p| p.z).collect();
+    let mut shapes: Vec<Vec<f64>> = Vec::new();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let polynomials: [fn(&DVec3) -> f64; 6] =
+        [|_| 1.0, |p| p.x, |p| p.y, |p| p.x * p.x, |p| p.x * p.y, |p| p.y * p.y];
+    for polynomial in polynomials {
+        // Gram and Schmidt: each has nothing in common with those before.
+        let mut shape: Vec<f64> = points.iter().map(polynomial).collect();
+        let whole = dot(&shape, &shape);
+        for before in &shapes {
+            let common = dot(&shape, before);
+            shape.iter_mut().zip(before).for_each(|(own, before)| *own -= common * before);
+        }
+        let own = dot(&shape, &shape);
+        if own > ROUNDING * whole {
+            shape.iter_mut().for_each(|value| *value /= own.sqrt());
+            let share = dot(&heights, &shape);
+            heights.iter_mut().zip(&shape).for_each(|(height, shape)| *height -= share * shape);
+            shapes.push(shape);
+        }
+    }
+    (dot(&heights, &heights) / points.len() as f64).sqrt()
 }
 
 /// The distance between the two groups that ascending heights fall into, if they do.
@@ -121,6 +156,25 @@ fn separation(heights: &[f64]) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::progress::Silent;
+
+    #[test]
+    fn rows_of_a_grid_that_is_bent_are_no_layers() {
+        let rolled = |radius: f64| {
+            (0..3000).map(move |i| {
+                let (along, y) = (f64::from(i / 50) / 50.0, f64::from(i % 50) / 50.0);
+                let (sin, cos) = (along / radius).sin_cos();
+                DVec3::new(radius * cos, y, radius * sin)
+            })
+        };
+        for radius in [0.3, 0.5, 1.0, 2.0] {
+            let points: Vec<DVec3> = rolled(radius).collect();
+            assert_eq!(double_layer(&points, &mut Silent).unwrap(), None, "{radius}");
+        }
+        let twice: Vec<DVec3> = rolled(2.0).chain(rolled(2.005)).collect();
+        let found = double_layer(&twice, &mut Silent).unwrap().unwrap();
+        assert!((found.separation - 0.005).abs() < 5e-4, "{}", found.separation);
+        assert!(found.share > 0.5, "{}", found.share);
+    }
 
     #[test]
     fn noise_is_no_second_layer() {
