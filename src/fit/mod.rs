@@ -33,6 +33,7 @@ mod residuals;
 mod robust;
 mod sides;
 mod space;
+mod unfolding;
 
 use glam::{DVec2, DVec3};
 
@@ -56,6 +57,7 @@ pub(crate) use self::relaxation::{Flat, relaxed};
 pub use self::robust::biweights;
 pub(crate) use self::robust::{biweight, reach};
 use self::space::SplineSpace;
+pub(crate) use self::unfolding::unfolded;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::progress::{self, Listen, Observer, Stage};

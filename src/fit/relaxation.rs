@@ -135,11 +135,7 @@ impl Fitting<'_> {
 
 /// Holds the control points that places on the surface touch, or holds them tighter.
 fn hold_around(places: &[DVec2], space: &SplineSpace, holds: &mut [f64]) {
-    let mut touched: Vec<usize> =
-        places.iter().flat_map(|place| space.touched_at(*place)).collect();
-    touched.sort_unstable();
-    touched.dedup();
-    for at in touched {
+    for at in space.touched_by(places) {
         holds[at] = (TIGHTER * holds[at]).max(FIRST_HOLD);
     }
 }

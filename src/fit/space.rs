@@ -86,10 +86,19 @@ impl SplineSpace {
     }
 
     /// The places of the control points that a place on the surface touches.
-    pub(super) fn touched_at(&self, uv: DVec2) -> impl Iterator<Item = usize> + '_ {
+    fn touched_at(&self, uv: DVec2) -> impl Iterator<Item = usize> + '_ {
         let [p, q] = [0, 1].map(|d| self.knots[d].degree());
         let [row, col] = [0, 1].map(|d| self.knots[d].span(uv[d]) - self.knots[d].degree());
         (row..=row + p).flat_map(move |i| (col..=col + q).map(move |j| self.place(i, j)))
+    }
+
+    /// The places of the control points that any of these places on the surface touches.
+    pub(super) fn touched_by(&self, places: &[DVec2]) -> Vec<usize> {
+        let mut touched: Vec<usize> =
+            places.iter().flat_map(|place| self.touched_at(*place)).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        touched
     }
 
     /// The control points of a surface of this space, in the order of solution.

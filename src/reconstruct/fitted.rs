@@ -37,9 +37,12 @@ pub(super) fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
-    let counted = Counted::of(cloud, options, observer)?;
+    let mut counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
     let found = kind(&counted.telling, options, observer)?;
+    if found.kind != Kind::Height {
+        counted.look_for_layers(observer)?;
+    }
     let frame = Normalization::of(&counted.points);
     let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
@@ -50,7 +53,7 @@ pub(super) fn reconstruct(
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
     let mut start = if let Some(base) = &shape.base {
         let (uv, aspect) = heights::places(&sample, base);
-        OrderedStart::over(&sample, &uv, net(budget, aspect, options), told)?
+        OrderedStart::over(sample.len(), &sample, &uv, net(budget, aspect, options), told)?
     } else {
         let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
         OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
@@ -114,7 +117,8 @@ pub(super) fn reconstruct(
     Ok(Reconstruction { surface, som, uv, distances, inliers, report })
 }
 
-/// The map from an ordered start, or from the principal plane where that turns out to be better.
+/// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from
+/// the principal plane, of one around a body from a disc.
 fn learned(
     sample: &[DVec3],
     start: &mut OrderedStart,
@@ -124,18 +128,25 @@ fn learned(
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
-    let map = learn(sample, start, observer)?;
-    if options.init == Start::Auto
-        && shape.kind == Kind::Sheet
-        && let torn = map.topographic_error(sample, observer)?
-        && torn > TORN
-    {
-        let flat = ReconstructOptions { init: Start::Pca, ..*options };
-        let other = OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?;
-        let flat = learn(sample, &other, observer)?;
-        if flat.topographic_error(sample, observer)? < torn {
-            *start = other;
-            return Ok(flat);
+    let mut map = learn(sample, start, observer)?;
+    if options.init != Start::Auto || shape.kind != Kind::Sheet {
+        return Ok(map);
+    }
+    let mut torn = map.topographic_error(sample, observer)?;
+    if torn <= TORN {
+        return Ok(map);
+    }
+    let flat = ReconstructOptions { init: Start::Pca, ..*options };
+    let mut others =
+        vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
+    if shape.around_body {
+        others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
+    }
+    for other in others {
+        let learned = learn(sample, &other, observer)?;
+        let error = learned.topographic_error(sample, observer)?;
+        if error < torn {
+            (*start, map, torn) = (other, learned, error);
         }
     }
     Ok(map)

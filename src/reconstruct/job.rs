@@ -39,6 +39,8 @@ pub(super) struct Shape {
     pub(super) kind: Kind,
     /// What heights stand on, of [`Kind::Height`].
     pub(super) base: Option<Base>,
+    /// Whether it is a sheet around a body that is closed, or nearly so.
+    pub(super) around_body: bool,
 }
 
 impl Shape {
@@ -53,7 +55,7 @@ impl Shape {
         match options.topology {
             Some(Kind::Height) => {
                 let base = Base { up: known.unwrap_or(DVec3::Z), strip: None };
-                Self { kind: Kind::Height, base: Some(base) }
+                Self { kind: Kind::Height, base: Some(base), around_body: false }
             }
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
@@ -63,9 +65,15 @@ impl Shape {
                     rows > strip.arms.arms().len() * options.degree
                 };
                 let base = up.and_then(|up| heights::base(points, up, has_rows));
-                Self { kind: if base.is_some() { Kind::Height } else { Kind::Sheet }, base }
+                let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
+                Self { kind, base, around_body: false }
             }
-            kind => Self { kind: kind.unwrap_or(found.kind), base: None },
+            wanted => {
+                let kind = wanted.unwrap_or(found.kind);
+                // Of sheets nothing else is warned of.
+                let around_body = [kind, found.kind] == [Kind::Sheet; 2] && found.warning.is_some();
+                Self { kind, base: None, around_body }
+            }
         }
     }
 
@@ -221,14 +229,14 @@ impl Job<'_> {
         }
         // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
-            self.shape = Shape { kind: Kind::Sheet, base: None };
+            self.shape = Shape { kind: Kind::Sheet, base: None, around_body: false };
         }
         Ok(Some((found, flaws)))
     }
 
     /// The fit with more fairness, where it folds over or runs away and the points do not: the least
-    /// that leaves no flaw, or the fewest, everywhere, then less wherever it makes none. Keeps a
-    /// tolerance that was kept.
+    /// that leaves no flaw, or the fewest and then unfolded, everywhere, then less wherever it makes
+    /// none. Keeps a tolerance that was kept.
     fn flattened(
         &self,
         fit: Fit,
@@ -256,6 +264,9 @@ impl Job<'_> {
                 (flat, fewest) = (Some(flatter), left);
             }
         }
+        if fewest > 0 {
+            flat = self.unfolded(flat.as_ref().unwrap_or(&fit), observer)?.or(flat);
+        }
         let Some(flat) = flat else { return Ok((fit, flaws)) };
         let found = self.relaxed(&flat, fit.fairness, observer)?;
         let tolerance = growth.and_then(|growth| growth.tolerance);
@@ -274,18 +285,31 @@ impl Job<'_> {
 
     /// The fit with less fairness, down to `aim`, wherever that makes no flaws.
     fn relaxed(&self, fit: &Fit, aim: f64, observer: &mut dyn Observer) -> Result<Fit> {
-        let flat = Flat {
-            surface: &fit.surface,
-            uv: &fit.uv,
-            fairness: fit.fairness,
-            closed: self.shape.closed().closed(),
-        };
-        let mut inspect = |surface: &NurbsSurface, uv: &[DVec2], observer: &mut dyn Observer| {
-            Ok(Flaws::of(surface, uv, self, observer)?.places)
-        };
-        let weights = self.weights.as_deref();
-        let found = fit::relaxed(self.points, weights, &flat, aim, &mut inspect, observer)?;
+        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let inspect = &mut self.inspection();
+        let found = fit::relaxed(self.points, weights, &flat, aim, inspect, observer)?;
         Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
+    }
+
+    /// The fit farther from the points around its flaws, if that leaves none.
+    fn unfolded(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let inspect = &mut self.inspection();
+        let found = fit::unfolded(self.points, weights, &flat, inspect, observer)?;
+        let iterations = |found: &Approximation| fit.iterations + found.iterations;
+        Ok(found.map(|found| Fit { iterations: iterations(&found), ..found.into() }))
+    }
+
+    fn flat<'a>(&self, fit: &'a Fit) -> Flat<'a> {
+        let &Fit { ref surface, ref uv, fairness, .. } = fit;
+        Flat { surface, uv, fairness, closed: self.shape.closed().closed() }
+    }
+
+    /// Where a surface has flaws.
+    fn inspection(
+        &self,
+    ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
+        |surface, uv, observer| Ok(Flaws::of(surface, uv, self, observer)?.places)
     }
 
     /// Rows and columns of the net; in closed directions the different ones.

@@ -8,10 +8,13 @@ use crate::error::Result;
 use crate::point_cloud::{EvenSample, Normalization};
 use crate::progress::Observer;
 use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
-use crate::topology::Chart;
+use crate::topology::{Chart, disc};
 
 /// Points that distances along the surface are found for.
 const UNROLLED: usize = 1000;
+
+/// Points that the angles around a body are found for.
+const ON_DISC: usize = 2500;
 
 /// Points without which the corners of an outline are too doubtful to bend a surface there.
 pub(super) const TELLING: usize = 600;
@@ -76,11 +79,9 @@ impl OrderedStart {
             if let Some(places) = som::unroll(&few, observer)? {
                 let known = (sample.len() >= TELLING).then_some(few.as_slice());
                 let Squared { uv, aspect, creases } = outline::unit_square(&places, known);
-                let net = split(aspect);
-                let lattice = lattice(net, sample.len(), topology)?;
-                let nodes = som::spread_out(&few, &uv, &lattice, observer)?;
+                let over = Self::over(sample.len(), &few, &uv, split(aspect), observer)?;
                 let aspect = creases.is_empty().then_some(aspect);
-                return Ok(Self { lattice, nodes, net, creases, aspect });
+                return Ok(Self { creases, aspect, ..over });
             }
         }
         let net = split(1.0);
@@ -90,16 +91,32 @@ impl OrderedStart {
         Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
     }
 
-    /// In order over a rectangle in the plane across the heights, where the points have these
-    /// parameters.
-    pub(super) fn over(
+    /// Over the disc that a body is which is closed but for an opening; `None` if it is none.
+    pub(super) fn over_disc(
         sample: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Self>> {
+        let mut few = EvenSample::new(ON_DISC);
+        few.extend(sample);
+        let few = few.points();
+        let Some(places) = disc(&few, observer)? else { return Ok(None) };
+        let Squared { uv, aspect, .. } = outline::unit_square(&places, None);
+        let net = net(budget, aspect, options);
+        Ok(Some(Self::over(sample.len(), &few, &uv, net, observer)?))
+    }
+
+    /// In order over a rectangle where some of so many points have these parameters.
+    pub(super) fn over(
+        count: usize,
+        some: &[DVec3],
         uv: &[DVec2],
         net: (usize, usize),
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let lattice = lattice(net, sample.len(), Topology::Sheet)?;
-        let nodes = som::spread_out(sample, uv, &lattice, observer)?;
+        let lattice = lattice(net, count, Topology::Sheet)?;
+        let nodes = som::spread_out(some, uv, &lattice, observer)?;
         Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
     }
 

@@ -23,13 +23,22 @@ const FEIGNED: f64 = 0.006;
 
 /// How many points lie on the border; `None` if they scatter too much to show one.
 pub(super) fn count(points: &[DVec3]) -> Option<f64> {
-    let tree = KdTree::new(points);
-    let indices: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
-    let seen: Vec<(bool, bool)> = indices.par_iter().map(|&index| look(&tree, index)).collect();
+    let seen = seen(points);
     let count = |of: fn(&&(bool, bool)) -> bool| seen.iter().filter(of).count() as f64;
     let all = points.len() as f64;
     let smooth = count(|(_, rough)| *rough) < 0.5 * all;
     smooth.then(|| (count(|(on_border, _)| *on_border) - FEIGNED * all).max(0.0))
+}
+
+/// Which points look as if they were on the border.
+pub(super) fn open(points: &[DVec3]) -> Vec<bool> {
+    seen(points).into_iter().map(|(open, _)| open).collect()
+}
+
+fn seen(points: &[DVec3]) -> Vec<(bool, bool)> {
+    let tree = KdTree::new(points);
+    let indices: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
+    indices.par_iter().map(|&index| look(&tree, index)).collect()
 }
 
 /// Whether a point is on the border, and whether its neighbours scatter in space.

@@ -7,6 +7,7 @@
 mod border;
 mod circle;
 mod cohomology;
+mod disc;
 mod height_field;
 mod laplacian;
 mod start;
@@ -21,6 +22,7 @@ use crate::error::Result;
 use crate::point_cloud::{EvenSample, NeighborGraph};
 use crate::progress::{Observer, Progress, Stage, report};
 
+pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub use self::start::Chart;
 

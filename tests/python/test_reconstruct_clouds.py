@@ -215,6 +215,25 @@ def test_pieces_are_chosen_or_fitted_each(rng: np.random.Generator) -> None:
             neurbs.reconstruct(points, pieces=wrong)
 
 
+def test_a_sheet_around_a_body_does_not_fold() -> None:
+    i = np.arange(2000) + 0.5
+    z, angle = 1 - i / 1000, 2.4 * i
+    ball = np.column_stack([np.cos(angle), np.sin(angle), z])
+    ball[:, :2] *= np.sqrt(1 - z**2)[:, None]
+    with pytest.warns(ConvergenceWarning, match="closed") as caught:
+        result = neurbs.reconstruct(ball[z < 0.95], topology="sheet")
+    assert not any("folds over" in str(warning.message) for warning in caught)
+    assert result.som.fold_overs() == 0
+    assert result.report.rms < 1e-3
+
+
+def test_layers_are_told_though_few_points_show_none(rng: np.random.Generator) -> None:
+    x, y = rng.random((2, 6000))
+    height = 0.1 * np.sin(3 * x) * np.cos(2 * y) + np.repeat([0, 3 / np.sqrt(3000)], 3000)
+    with pytest.warns(ConvergenceWarning, match="2 pieces"):
+        neurbs.reconstruct(np.column_stack([x, y, height]))
+
+
 def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
     u, v = rng.random((2, 2000))
     a, b = 2 * np.pi * u, 2 * np.pi * v
