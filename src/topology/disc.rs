@@ -12,7 +12,8 @@ use crate::error::Result;
 use crate::point_cloud::NeighborGraph;
 use crate::progress::Observer;
 
-/// Radius of the caps around the pole and around the middle of the opening, beyond which angles are
+/// Radius of the caps around the pole and around the point of the opening farthest from it, beyond which
+/// angles are
 /// those of a tube, as a share of the way between both. On a sphere loops around a cap are then half as
 /// long as the equator.
 const CAP: f64 = 0.16;
@@ -138,7 +139,8 @@ mod tests {
             let (place, along) = (places[i], points[i].truncate().normalize());
             (place.normalize(), DVec2::new(along.x, along.y))
         };
-        // Angles are those around z, up to a turn and perhaps the other way around.
+        // Angles are those around z within some ten degrees, up to a turn and perhaps the other way
+        // around.
         let spread = |sense: f64| {
             let turn = |i: usize| {
                 let (place, along) = turned(i);
@@ -149,11 +151,12 @@ mod tests {
             1.0 - mean.length()
         };
         let found = spread(1.0).min(spread(-1.0));
-        assert!(found < 0.01, "{found}");
-        for (place, point) in places.iter().zip(&points) {
-            // Area below a height is in proportion to it.
+        assert!(found < 0.02, "{found}");
+        // Area below a height is in proportion to it, roughly so where a cap at one side of the hole
+        // leaves the tube an uneven rim.
+        for (place, point) in places.iter().zip(&points).filter(|(_, p)| p.z.abs() < 0.7) {
             let wanted = (point.z + 1.0) / 1.9;
-            assert!((place.length_squared() - wanted).abs() < 0.05, "{place} {point}");
+            assert!((place.length_squared() - wanted).abs() < 0.15, "{place} {point}");
         }
     }
 
