@@ -1,5 +1,7 @@
 //! The lattice of blocks that a surface is tessellated in, and who owns which border.
 
+use glam::DVec3;
+
 use super::estimate::Estimate;
 use super::piece::{Block, MOST_PATCHES};
 use super::stitch::Side;
@@ -65,10 +67,10 @@ impl Lattice {
         let v = lines(&nets.v, block_v, surface.knots_v());
         let small = POLE * surface.size();
         let (rows, cols) = (nets.u.len() - 1, nets.v.len() - 1);
-        let poles_u = [(0, 0), (rows - 1, nets.degrees.0)]
-            .map(|(row, i)| is_pole(&nets, small, (0..cols).map(|col| (row, col)), Some(i), None));
-        let poles_v = [(0, 0), (cols - 1, nets.degrees.1)]
-            .map(|(col, j)| is_pole(&nets, small, (0..rows).map(|row| (row, col)), None, Some(j)));
+        let (last_u, last_v) = (rows * nets.degrees.0, cols * nets.degrees.1);
+        let point = |i: usize, j: usize| nets.point((i, &[1.0]), (j, &[1.0])).project();
+        let poles_u = [0, last_u].map(|i| is_one((0..=last_v).map(|j| point(i, j)), small));
+        let poles_v = [0, last_v].map(|j| is_one((0..=last_u).map(|i| point(i, j)), small));
         Self { nets, u, v, closed, poles_u, poles_v }
     }
 
@@ -162,26 +164,7 @@ fn cuts(knots: &KnotVector, blocks: f64) -> (Vec<f64>, usize) {
     (breaks.windows(2).flat_map(inside).collect(), 1)
 }
 
-/// Whether all control points of these patches in a row or column of their nets are one.
-fn is_pole(
-    nets: &PatchNets,
-    small: f64,
-    patches: impl Iterator<Item = (usize, usize)>,
-    row: Option<usize>,
-    col: Option<usize>,
-) -> bool {
-    let width = nets.degrees.1 + 1;
-    let (mut net, mut pole) = (vec![], None);
-    for (i, j) in patches {
-        net.clear();
-        nets.append(i..i + 1, j..j + 1, &mut net);
-        for (k, h) in net.iter().enumerate() {
-            let inside = row.is_none_or(|i| k / width == i) && col.is_none_or(|j| k % width == j);
-            let point = h.project();
-            if inside && point.distance(*pole.get_or_insert(point)) > small {
-                return false;
-            }
-        }
-    }
-    true
+/// Whether all points are within a small distance of the first one.
+fn is_one(mut points: impl Iterator<Item = DVec3>, small: f64) -> bool {
+    points.next().is_none_or(|first| points.all(|point| point.distance(first) <= small))
 }

@@ -250,7 +250,7 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn closed(&self) -> (bool, bool) {
-        let tolerance = same_place(self.control_points(), self.weights());
+        let tolerance = same_place(self.net_box(), self.weights());
         let closed = |direction| {
             let (start, end) = self.knots(direction).domain();
             same_row(&self.row(direction, start), &self.row(direction, end), tolerance)

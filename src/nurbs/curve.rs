@@ -9,7 +9,7 @@ use super::basis::{MAX_ORDER, derivatives, padded};
 use super::batch::{Outside, check_inside, check_length, in_rows};
 use super::derivatives::{check_order, project as project_derivatives};
 use super::knot_vector::KnotVector;
-use super::net::{lift, project, same_place};
+use super::net::{bounds, lift, project, same_place};
 use super::strip::{Strip, same_row};
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
@@ -201,7 +201,8 @@ impl NurbsCurve {
             let points = &self.strip.points[basis.first..=basis.first + self.knots().degree()];
             points.iter().zip(&basis.values).map(|(point, b)| *b * *point).sum::<DVec4>()
         };
-        let tolerance = same_place(&self.control_points, self.weights());
+        let net_box = bounds(self.control_points.iter().copied());
+        let tolerance = same_place(net_box, self.weights());
         same_row(&[point(start)], &[point(end)], tolerance)
     }
 

@@ -283,6 +283,10 @@ fn gathered<'a>(
 
 /// Whether two rows of homogeneous points are the same place, within a tolerance.
 pub(super) fn same_row(a: &[DVec4], b: &[DVec4], tolerance: f64) -> bool {
+    // Most rows that are not begin in different places.
+    if a[0].project().distance(b[0].project()) > tolerance {
+        return false;
+    }
     // Weights count only up to a factor.
     let factor = a[0].w / b[0].w;
     let b: Vec<DVec4> = b.iter().map(|point| *point * factor).collect();

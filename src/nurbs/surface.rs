@@ -30,6 +30,8 @@ pub struct NurbsSurface {
     knots_v: KnotVector,
     /// (w x, w y, w z, w) of each control point: what evaluation works on.
     homogeneous: Vec<DVec4>,
+    /// The corners of the box around the control points.
+    net_box: (DVec3, DVec3),
     /// Below which tangents count as zero.
     flats: Flats,
 }
@@ -92,12 +94,11 @@ impl NurbsSurface {
         }
         let name = |i: usize| format!("{:?}", (i / cols, i % cols));
         let homogeneous = lift(&control_points, weights.as_deref(), name, listen)?;
-        let flats = Flats::default();
-        let surface = Self { control_points, weights, knots_u, knots_v, homogeneous, flats };
+        let net_box = bounds(control_points.iter().copied());
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
-        let lengths = (length(&surface.knots_u), length(&surface.knots_v));
-        let flats = Flats::new(surface.size(), lengths.0, lengths.1);
-        Ok(Self { flats, ..surface })
+        let size = net_box.0.distance(net_box.1);
+        let flats = Flats::new(size, length(&knots_u), length(&knots_v));
+        Ok(Self { control_points, weights, knots_u, knots_v, homogeneous, net_box, flats })
     }
 
     /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).
@@ -213,7 +214,7 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn net_box(&self) -> (DVec3, DVec3) {
-        bounds(self.control_points.iter().copied())
+        self.net_box
     }
 
     /// The diagonal of the net's box, in the points' unit: what "the size" means in tolerances.
