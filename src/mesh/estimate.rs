@@ -33,13 +33,13 @@ impl Estimate {
         // Of many, those in the middle of as many equal parts.
         let (some_rows, some_cols) = (rows.min(MOST_LINES), cols.min(MOST_LINES));
         let middle = |k: usize, some: usize, all: usize| (2 * k + 1) * all / (2 * some);
-        let (mut net, mut points, mut sums) = (vec![], vec![], [0.0; 3]);
+        let (mut points, mut sums) = (vec![], [0.0; 3]);
         for (i, j) in (0..some_rows).flat_map(|i| (0..some_cols).map(move |j| (i, j))) {
-            net.clear();
             let (row, col) = (middle(i, some_rows, rows), middle(j, some_cols, cols));
-            nets.append(row..row + 1, col..col + 1, &mut net);
             points.clear();
-            points.extend(net.iter().map(|h| h.w.recip() * h.truncate()));
+            for row in nets.rows(row..row + 1, col..col + 1) {
+                points.extend(row.iter().map(|h| h.w.recip() * h.truncate()));
+            }
             let counts = counts(&points, nets.degrees, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }

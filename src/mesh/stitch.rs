@@ -127,7 +127,9 @@ impl Vertices {
     /// Of the pieces of a block and its neighbours' vertices on its borders.
     pub(super) fn collect(&mut self, block: Block, pieces: &[Piece], borders: [&[u32]; 4]) {
         let Piece { u: (u0, u1), v: (v0, v1), .. } = Piece::of(block);
+        let on_borders = borders.iter().map(|border| border.len()).sum::<usize>();
         self.by_u.clear();
+        self.by_u.reserve(3 + 3 * pieces.len() + on_borders);
         self.by_u.extend([key(u0, v0), key(u0, v1), key(u1, v0)]);
         // Every other vertex is a corner, not the first, of a piece, or on a border.
         for Piece { u, v, .. } in pieces {

@@ -7,7 +7,7 @@ use std::ops::Range;
 use glam::DVec4;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::basis::{MAX_ORDER, window, with_order};
+use super::basis::{window, with_order};
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 
@@ -28,8 +28,7 @@ pub(crate) struct PatchNets {
 impl PatchNets {
     /// Cuts a surface at its knots and at these parameters inside its domain.
     pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Self {
-        let u = Cuts::new(surface.knots_u(), more_u);
-        let v = Cuts::new(surface.knots_v(), more_v);
+        let (u, v) = (Cuts::of(surface.knots_u(), more_u), Cuts::of(surface.knots_v(), more_v));
         let (arch, cols) = (Arch::new(), v.firsts.len());
         let along_v = with_order!(v.order - 1, ORDER => {
             arch.dispatch(AlongV::<ORDER> { surface, cuts: &v })
@@ -63,13 +62,20 @@ impl PatchNets {
         point
     }
 
-    /// Appends the homogeneous control points of the patches in these rows and columns, row by row.
-    pub(crate) fn append(&self, rows: Range<usize>, cols: Range<usize>, net: &mut Vec<DVec4>) {
+    /// The rows of the homogeneous control points of the patches in these rows and columns.
+    pub(crate) fn rows(
+        &self,
+        rows: Range<usize>,
+        cols: Range<usize>,
+    ) -> impl Iterator<Item = &[DVec4]> {
         let (p, q) = self.degrees;
         let (start, width) = (cols.start * q, cols.len() * q + 1);
-        for i in rows.start * p..=rows.end * p {
-            net.extend_from_slice(&self.points[i * self.cols + start..][..width]);
-        }
+        (rows.start * p..=rows.end * p).map(move |i| &self.points[i * self.cols + start..][..width])
+    }
+
+    /// Appends the homogeneous control points of the patches in these rows and columns, row by row.
+    pub(crate) fn append(&self, rows: Range<usize>, cols: Range<usize>, net: &mut Vec<DVec4>) {
+        self.rows(rows, cols).for_each(|row| net.extend_from_slice(row));
     }
 }
 
@@ -85,7 +91,12 @@ struct Cuts {
 }
 
 impl Cuts {
-    fn new(knots: &KnotVector, more: &[f64]) -> Self {
+    fn of(knots: &KnotVector, more: &[f64]) -> Self {
+        with_order!(knots.degree(), ORDER => Self::new::<ORDER>(knots, more))
+    }
+
+    /// For knots whose order is at most this one.
+    fn new<const ORDER: usize>(knots: &KnotVector, more: &[f64]) -> Self {
         let (degree, mut breaks) = (knots.degree(), knots.breaks());
         if !more.is_empty() {
             breaks.extend_from_slice(more);
@@ -101,7 +112,7 @@ impl Cuts {
             let end = if index + 2 == breaks.len() { degree } else { degree - 1 };
             for k in 0..=end {
                 firsts.push(span - degree);
-                let row = blossom(knots, span, (ends[0], ends[1]), k);
+                let row = blossom::<ORDER>(knots, span, (ends[0], ends[1]), k);
                 shares.extend_from_slice(&row[..=degree]);
             }
         }
@@ -118,9 +129,14 @@ impl Cuts {
 /// How much the k-th control point over a part of a span takes of those of the span: the blossom at
 /// the part's start, and k times at its end (L. Ramshaw, *Blossoms are polar forms*, 1989). That is
 /// de Boor's algorithm from its result to what it begins with; all shares are positive.
-fn blossom(knots: &KnotVector, span: usize, (from, to): (f64, f64), k: usize) -> [f64; MAX_ORDER] {
+fn blossom<const ORDER: usize>(
+    knots: &KnotVector,
+    span: usize,
+    (from, to): (f64, f64),
+    k: usize,
+) -> [f64; ORDER] {
     let (degree, t) = (knots.degree(), knots.as_slice());
-    let mut shares = [0.0; MAX_ORDER];
+    let mut shares = [0.0; ORDER];
     shares[degree] = 1.0;
     for level in (1..=degree).rev() {
         let x = if level > k { from } else { to };
