@@ -14,7 +14,7 @@ use pulp::Simd;
 use super::cost::{OCTET, Octet};
 use super::means::Means;
 use super::triangle::{self, triples};
-use crate::nurbs::{MAX_ORDER, Row};
+use crate::nurbs::{MAX_ORDER, Row, halve};
 
 /// What every patch of the same degrees needs again: how a tensor product's coefficients become
 /// those of a triangle or of a segment.
@@ -285,6 +285,21 @@ fn multiply(polynomial: &mut [f64], degree: usize, x: f64) {
     }
 }
 
+/// Makes the control points of the quarters of a patch of these degrees the only ones in `out`.
+#[inline(always)]
+pub(super) fn quarters(net: &[DVec4], (p, q): (usize, usize), out: &mut Vec<DVec4>) {
+    out.clear();
+    (0..4).for_each(|_| out.extend_from_slice(net));
+    let size = net.len();
+    let (first, second) = out.split_at_mut(2 * size);
+    halve(&mut first[..size], &mut second[..size], p, q + 1, 0..=q);
+    for half in [first, second] {
+        half.copy_within(..size, size);
+        let (first, second) = half.split_at_mut(size);
+        halve(first, second, q, 1, (0..=p).map(|row| row * (q + 1)));
+    }
+}
+
 /// Turns control points, which follow one another by `stride` from `start`, into those of a part of
 /// their curve (de Casteljau's algorithm, once for each end).
 #[inline(always)]
@@ -345,6 +360,14 @@ mod tests {
             let inside = point(&part, (p, q), DVec2::new(0.3, 0.8));
             let outside = point(&net, (p, q), DVec2::new(0.25 + 0.5 * 0.3, 0.5 + 0.125 * 0.8));
             assert!(inside.distance(outside) < 1e-14);
+            let mut parts = vec![];
+            quarters(&net, (p, q), &mut parts);
+            let corners = [(0.0, 0.0), (0.0, 0.5), (0.5, 0.0), (0.5, 0.5)].map(DVec2::from);
+            for (part, corner) in parts.chunks_exact(net.len()).zip(corners) {
+                let at = DVec2::new(0.3, 0.8);
+                let outside = point(&net, (p, q), corner + 0.5 * at);
+                assert!(point(part, (p, q), at).distance(outside) < 1e-14);
+            }
         }
     }
 

@@ -11,12 +11,12 @@
 use glam::{DVec2, DVec3, DVec4};
 use pulp::{Simd, WithSimd};
 
-use super::bernstein::{Bernstein, Blossoms};
+use super::bernstein::{Bernstein, Blossoms, quarters};
 use super::chord::Chord;
 use super::cost::{Eight, Octet, costliest};
 use super::frame::Frame;
 use super::net::Net;
-use super::polygon::{Polygon, misses};
+use super::polygon::{Polygon, contains, misses};
 use super::triangle::{Doubt, larger, largest};
 
 /// Cosine of the largest angle between neighbouring triangles of one piece that count as a sheet;
@@ -46,7 +46,7 @@ pub(super) struct Workspace {
     doubtful: Vec<usize>,
     /// One of a part's patches.
     patch: Vec<DVec4>,
-    /// The curve above a side.
+    /// The curve above a side, or the quarters of a patch.
     curve: Vec<DVec4>,
     /// The frames of the faces.
     frames: Vec<Frame>,
@@ -123,16 +123,23 @@ impl Workspace {
         self.normals[k].or_else(beside)
     }
 
-    /// Whether one of these points of the surface, of which those in the middle come first, is further
-    /// than `limit` from the planes of all faces: from the triangles, whichever it lies over.
-    pub(super) fn misses(&self, points: &[DVec3], (corners, faces): Faces<'_>, limit: f64) -> bool {
-        let (before, behind) = points.split_at(points.len() / 2);
-        behind.iter().chain(before).any(|point| {
-            let planes = faces.iter().zip(&self.normals);
-            let mut heights = planes.filter_map(|(face, normal)| {
-                Some((*normal)?.dot(*point - corners[face[0]].point).abs())
-            });
-            heights.all(|height| height > limit)
+    /// Whether one of these points of the surface, of which `place` tells by their numbers where they lie
+    /// in the unit square, is further than `limit` from the plane of the face that it lies over.
+    pub(super) fn misses(
+        &self,
+        points: &[DVec3],
+        place: impl Fn(usize) -> DVec2,
+        (corners, faces): Faces<'_>,
+        limit: f64,
+    ) -> bool {
+        faces.iter().zip(&self.normals).any(|(face, normal)| {
+            let (Some(normal), triangle) = (normal, face.map(|corner| corners[corner])) else {
+                return false;
+            };
+            let (origin, at) = (normal.dot(triangle[0].point), triangle.map(|corner| corner.at));
+            points.iter().enumerate().any(|(number, point)| {
+                (normal.dot(*point) - origin).abs() > limit && contains(at, place(number))
+            })
         })
     }
 
@@ -242,6 +249,15 @@ impl Certify<'_> {
                     }
                 }
                 let at = polygon.corners();
+                if at.len() == 4 && at.iter().all(|&at| bernstein.end(at).is_some()) {
+                    // All of the patch lies over the face.
+                    quarters(net, (bernstein.p, bernstein.q), curve);
+                    *most = larger(*most, costliest(simd, frame, curve, limit));
+                    if *most > limit {
+                        return;
+                    }
+                    continue;
+                }
                 for i in 2..at.len() {
                     let at = longest_first([at[0], at[i - 1], at[i]]);
                     bernstein.triangle(simd, net, at, blossoms, coefficients);

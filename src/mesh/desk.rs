@@ -8,6 +8,7 @@ use pulp::Arch;
 use super::certify::{Corner, Face, Workspace};
 use super::located::Located;
 use super::piece::Piece;
+use crate::nurbs::MAX_ORDER;
 
 /// Memory that dividing needs.
 #[derive(Debug, Default)]
@@ -21,7 +22,7 @@ pub(super) struct Desk {
     /// The control points of the last net in space.
     pub points: Vec<DVec3>,
     /// Where its columns lie.
-    pub columns: Vec<Located>,
+    pub columns: [Located; MAX_ORDER],
     pub part: Vec<DVec4>,
     pub corners: Vec<Corner>,
     pub faces: Vec<Face>,

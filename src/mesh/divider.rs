@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, UNIT};
@@ -268,23 +268,26 @@ impl Divider<'_> {
             return;
         }
         let (p, q) = self.nets.degrees;
-        let place = |(from, to): (u32, u32), k: usize, n: usize| {
-            if k == n {
-                return to;
-            }
-            let step = if to - from > PATCH { PATCH } else { 1 };
-            let steps = ((to - from) / step) as usize * k / n;
-            from + u32::try_from(steps).unwrap_or(0) * step
-        };
-        desk.columns.clear();
-        desk.columns.extend((0..=q).map(|j| Located::of(place(piece.v, j, q), block.cols.0, q)));
-        for i in 0..=p {
-            let row = Located::of(place(piece.u, i, p), block.rows.0, p);
-            for col in &desk.columns {
-                let h = self.nets.point(row.shares(), col.shares());
-                desk.points.push(h.w.recip() * h.truncate());
-            }
+        let (Desk { points, columns, .. }, mut row) = (desk, Located::default());
+        let columns = &mut columns[..=q];
+        for (j, column) in columns.iter_mut().enumerate() {
+            column.find(sample(piece.v, j, q), block.cols.0, q);
         }
+        for i in 0..=p {
+            row.find(sample(piece.u, i, p), block.rows.0, p);
+            points.extend(columns.iter().map(|column| {
+                let h = self.nets.point(row.shares(), column.shares());
+                h.w.recip() * h.truncate()
+            }));
+        }
+    }
+
+    /// Where in the unit square of a piece of several patches the point lies that has this number among
+    /// those that are loaded for it.
+    pub(super) fn sampled(&self, piece: &Piece, number: usize) -> DVec2 {
+        let (p, q) = self.nets.degrees;
+        let at = |range, k, n| share(sample(range, k, n), range);
+        DVec2::new(at(piece.u, number / (q + 1), p), at(piece.v, number % (q + 1), q))
     }
 
     /// The homogeneous point at a place of a block.
@@ -306,6 +309,21 @@ impl Divider<'_> {
             self.divide(block, half, desk, done);
         }
     }
+}
+
+/// The k-th of n + 1 places in a range, which is that of a border of patches if it has several.
+fn sample((from, to): (u32, u32), k: usize, n: usize) -> u32 {
+    if k == n {
+        return to;
+    }
+    let step = if to - from > PATCH { PATCH } else { 1 };
+    let steps = ((to - from) / step) as usize * k / n;
+    from + u32::try_from(steps).unwrap_or(0) * step
+}
+
+/// The share of a range that lies before x.
+pub(super) fn share(x: u32, (from, to): (u32, u32)) -> f64 {
+    f64::from(x - from) / f64::from(to - from)
 }
 
 /// [`Divider::divide_net`] in registers of any width.

@@ -75,6 +75,11 @@ pub(super) fn misses([a, b, c]: [DVec2; 3], low: DVec2, high: DVec2) -> bool {
     })
 }
 
+/// Whether a place lies in a triangle, or on its sides.
+pub(super) fn contains([a, b, c]: [DVec2; 3], at: DVec2) -> bool {
+    [(a, b), (b, c), (c, a)].into_iter().all(|(a, b)| (b - a).perp_dot(at - a) >= 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,6 +105,13 @@ mod tests {
             }
         }
         assert!((sum - area(&triangle)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_triangle_contains_its_sides() {
+        let triangle = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        assert!(contains(triangle, DVec2::splat(0.5)) && contains(triangle, DVec2::splat(0.1)));
+        assert!(!contains(triangle, DVec2::splat(0.6)) && !contains(triangle, DVec2::NEG_Y));
     }
 
     #[test]

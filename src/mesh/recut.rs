@@ -7,7 +7,7 @@ use super::bernstein::UNIT;
 use super::certify::{self, Corner, Faces, Part, Workspace};
 use super::chord::Chord;
 use super::desk::Desk;
-use super::divider::Divider;
+use super::divider::{Divider, share};
 use super::net::Net;
 use super::outline::{MOST_CORNERS, Zip};
 use super::piece::{Block, Direction, Piece};
@@ -142,7 +142,8 @@ impl Divider<'_> {
         (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        if !work.begin(mesh) || work.misses(points, mesh, limit) {
+        let place = |number| self.sampled(&piece, number);
+        if !work.begin(mesh) || work.misses(points, place, mesh, limit) {
             return f64::INFINITY;
         }
         let mut most = 0.0;
@@ -156,9 +157,4 @@ impl Divider<'_> {
         }
         most
     }
-}
-
-/// The share of a range that lies before x.
-fn share(x: u32, (from, to): (u32, u32)) -> f64 {
-    f64::from(x - from) / f64::from(to - from)
 }
