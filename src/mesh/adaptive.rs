@@ -28,7 +28,7 @@ const SURELY: f64 = 2.0;
 
 /// Parts that a surface worth sharing is divided in at least, where it can be foreseen, so that no
 /// thread has long to wait for the others in the end.
-const JOBS: usize = 8;
+const JOBS: usize = 16;
 
 /// A finished division of a surface, ready to be written into memory of whatever origin.
 #[derive(Debug)]

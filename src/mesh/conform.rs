@@ -12,10 +12,10 @@ use crate::error::Result;
 use crate::progress::Observer;
 
 /// Jobs that a review worth sharing is done in at least, as long as they have enough pieces.
-const RUNS: usize = 16;
+const RUNS: usize = 32;
 
 /// Pieces that a thread reviews at a time at least.
-const LEAST_AT_ONCE: usize = 8;
+const LEAST_AT_ONCE: usize = 4;
 
 impl Tessellation<'_> {
     /// Divides pieces until their triangles hold with all vertices that stand on their sides.

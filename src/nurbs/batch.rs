@@ -1,6 +1,8 @@
 //! Batches of parameters: their checks, and their way through in blocks that report.
 
+use std::hint;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -25,6 +27,10 @@ const POINTS_PER_STEP: usize = 1 << 15;
 /// How long a block of tasks of unknown cost should take, and how many are tried first.
 const BLOCK_TIME: Duration = Duration::from_millis(20);
 const FIRST_BLOCK: usize = 2;
+
+/// Time for which a thread that is done with its part looks whether the others at work are, before it
+/// sleeps: to be woken takes as long as a small mesh.
+const PATIENCE: Duration = Duration::from_micros(50);
 
 /// What to do with parameters outside the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -129,9 +135,27 @@ pub(crate) fn share<T, R: Default>(
             taken.drain(..).for_each(|task| work(&mut room, task));
         }
     };
+    if helpers <= 1 {
+        return through();
+    }
+    let at_work = AtomicUsize::new(0);
     rayon::in_place_scope(|scope| {
-        (1..helpers).for_each(|_| scope.spawn(|_| through()));
+        for _ in 1..helpers {
+            scope.spawn(|_| {
+                at_work.fetch_add(1, Ordering::Relaxed);
+                through();
+                at_work.fetch_sub(1, Ordering::Release);
+            });
+        }
         through();
+        // Threads of the pool have other work to look for. Those that have not come yet may need the
+        // processor of this one.
+        if rayon::current_thread_index().is_none() {
+            let started = Instant::now();
+            while at_work.load(Ordering::Acquire) > 0 && started.elapsed() < PATIENCE {
+                hint::spin_loop();
+            }
+        }
     });
 }
 
