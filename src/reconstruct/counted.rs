@@ -80,7 +80,7 @@ impl Counted {
             None if pieces(&evenly(&telling, TELLING.1), observer)?.sizes.len() == 1 => None,
             _ => Some(pieces(&points, observer)?),
         };
-        let glimpsed = found.is_none();
+        let glimpsed = found.is_none() && telling.len() > TELLING.1;
         match (options.piece, found) {
             (None, found) => warnings.extend(found.and_then(|found| found.warning())),
             (Some(piece), Some(found)) if piece < found.sizes.len() => {
