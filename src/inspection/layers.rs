@@ -126,7 +126,9 @@ fn off_bent_sheet(points: &[DVec3]) -> f64 {
         }
         let own = dot(&shape, &shape);
         if own > ROUNDING * whole {
-            shape.iter_mut().for_each(|value| *value /= own.sqrt());
+            for value in &mut shape {
+                *value /= own.sqrt();
+            }
             let share = dot(&heights, &shape);
             heights.iter_mut().zip(&shape).for_each(|(height, shape)| *height -= share * shape);
             shapes.push(shape);
