@@ -163,8 +163,11 @@ mod tests {
 
     #[test]
     fn what_is_no_tube_is_no_disc() {
-        let flat: Vec<DVec3> =
-            (0..900).map(|i| DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0)).collect();
-        assert!(disc(&flat, &mut Silent).unwrap().is_none());
+        let curve = |i: u32| DVec3::new(f64::from(i), (f64::from(i) / 90.0).sin(), 0.0);
+        let part = |i: u32, step: f64| (f64::from(i) * step).fract();
+        let volume = |i: u32| DVec3::new(part(i, 0.618), part(i, 0.7548), part(i, 0.5698));
+        for points in [(0..900).map(curve).collect::<Vec<_>>(), (0..2500).map(volume).collect()] {
+            assert!(disc(&points, &mut Silent).unwrap().is_none());
+        }
     }
 }
