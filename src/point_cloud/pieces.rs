@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::progress::Observer;
 
 /// Points that are looked at; of more, as many evenly over space, the others follow the nearest.
-const MOST: usize = 20_000;
+const MOST: usize = 40_000;
 
 /// Neighbours over which the spacing at a point is averaged.
 const NEIGHBORS: usize = 8;
@@ -22,6 +22,16 @@ const REACH: [f64; 2] = [2.5, 2.0];
 
 /// Share of a second principal deviation in the first below which neighbours lie on a line.
 const LINE: f64 = 0.25;
+
+/// Share of the second principal deviation of neighbours in the third below which they lie in a plane.
+const FLAT: f64 = 0.3;
+
+/// How often planes are made to agree with those near them: what lies in lines first gets one.
+const SMOOTHINGS: usize = 2;
+
+/// A way leaves the planes at its ends at more than this product of sines, 24 degrees at both: one from
+/// layer to layer that is not that steep is two and a half times as long as the layers are apart.
+const STEEP: f64 = 0.16;
 
 /// Lines of points belong together when they are at most this many times as far apart as lines
 /// usually are in the cloud.
@@ -67,7 +77,8 @@ impl Pieces {
 }
 
 /// Finds the pieces of a cloud whose density may vary: points belong together when they are near
-/// one another as compared with the spacing there. Points in lines (scan lines, contour lines, ship
+/// one another as compared with the spacing there, and one does not lie above the other, as layers do,
+/// seen from either. Points in lines (scan lines, contour lines, ship
 /// tracks) belong to one piece although the lines are far apart.
 ///
 /// O(n log n) for n points.
@@ -91,7 +102,8 @@ pub fn pieces(points: &[DVec3], observer: &mut dyn Observer) -> Result<Pieces> {
     let looked_at = sample.points();
     let mut groups = Groups::of(&looked_at, observer)?;
     groups.join(REACH[1]);
-    let gap = groups.gaps().iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
+    let gap =
+        groups.gaps(|_, _, _| true).iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
     let roots: Vec<u32> = (0..looked_at.len()).map(|i| groups.root(i)).collect();
     let labels = if looked_at.len() == points.len() {
         roots
@@ -129,8 +141,37 @@ struct Groups<'a> {
     parents: Vec<u32>,
     /// Mean distance from each point to its nearest.
     spacing: Vec<f64>,
-    /// The nearest of each point.
-    near: Vec<Vec<Neighbor>>,
+    around: Vec<Around>,
+}
+
+/// How a point's nearest lie about it.
+#[derive(Clone, Copy, Default, PartialEq)]
+enum Around {
+    #[default]
+    Anyhow,
+    InLine,
+    /// In a plane with this normal.
+    Flat(DVec3),
+}
+
+impl Around {
+    fn of(plane: &Plane) -> Self {
+        let [first, second, third] = plane.deviations;
+        if second < LINE * first {
+            Self::InLine
+        } else if third < FLAT * second {
+            Self::Flat(plane.normal())
+        } else {
+            Self::Anyhow
+        }
+    }
+
+    fn normal(self) -> Option<DVec3> {
+        match self {
+            Self::Flat(normal) => Some(normal),
+            _ => None,
+        }
+    }
 }
 
 /// The shortest way from a group to another.
@@ -147,20 +188,25 @@ impl<'a> Groups<'a> {
         let tree = KdTree::new(points);
         let look = |index: u32, found: &mut Vec<Neighbor>| {
             tree.nearest_to(index, NEIGHBORS, found);
-            found.clone()
+            let sum: f64 = found.iter().map(Neighbor::distance).sum();
+            let own = std::iter::once(points[index as usize]);
+            let near = found.iter().map(|n| points[n.index as usize]);
+            let around = Around::of(&Plane::of(own.chain(near)));
+            let list: Vec<Neighbor> = found.clone();
+            (sum / found.len() as f64, around, list)
         };
-        let near = tree.map(observer, look)?;
-        let mean = |near: &Vec<Neighbor>| {
-            near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64
-        };
-        let spacing = near.iter().map(mean).collect();
+        let seen = tree.map(observer, look)?;
         let parents = (0..).take(points.len()).collect();
-        let mut groups = Self { points, tree, parents, spacing, near };
-        for from in 0..points.len() {
-            for at in 0..groups.near[from].len() {
-                let neighbor = groups.near[from][at];
+        let (spacing, around) = seen.iter().map(|(spacing, around, _)| (*spacing, *around)).unzip();
+        let mut groups = Self { points, tree, parents, spacing, around };
+        for _ in 0..SMOOTHINGS {
+            groups.smooth(seen.iter().map(|(_, _, near)| near.as_slice()));
+        }
+        for (from, (spacing, _, near)) in seen.iter().enumerate() {
+            for neighbor in near {
                 let to = neighbor.index as usize;
-                if neighbor.distance() <= REACH[0] * groups.spacing[from].min(groups.spacing[to]) {
+                let near = neighbor.distance() <= REACH[0] * spacing.min(groups.spacing[to]);
+                if near && groups.beside(from, to) {
                     groups.unite(from, to);
                 }
             }
@@ -168,12 +214,31 @@ impl<'a> Groups<'a> {
         Ok(groups)
     }
 
-    /// Whether a point's nearest lie in a line with it.
-    fn in_line(&self, point: u32) -> bool {
-        let near = self.near[point as usize].iter().map(|near| near.index);
-        let around = std::iter::once(point).chain(near).map(|index| self.points[index as usize]);
-        let [first, second, _] = Plane::of(around).deviations;
-        second < LINE * first
+    /// Makes each plane the one, of those at a point and at its nearest, that agrees best with the others:
+    /// layers, and rims, come near few points only.
+    fn smooth<'n>(&mut self, near: impl Iterator<Item = &'n [Neighbor]>) {
+        let known = self.around.clone();
+        let mut normals = Vec::with_capacity(1 + NEIGHBORS);
+        for (point, near) in near.enumerate() {
+            let near = near.iter().map(|near| near.index as usize);
+            normals.clear();
+            normals.extend(std::iter::once(point).chain(near).filter_map(|at| known[at].normal()));
+            let agreement = |a: &DVec3| normals.iter().map(|b| a.dot(*b).abs()).sum::<f64>();
+            let best = normals.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)));
+            if let Some(normal) = best.filter(|_| 2 * normals.len() > NEIGHBORS) {
+                self.around[point] = Around::Flat(*normal);
+            }
+        }
+    }
+
+    /// Whether two points may lie beside one another on a surface: not where the way between them
+    /// leaves the planes at both.
+    fn beside(&self, a: usize, b: usize) -> bool {
+        let way = self.points[b] - self.points[a];
+        let [Some(at_a), Some(at_b)] = [a, b].map(|end| self.around[end].normal()) else {
+            return true;
+        };
+        (at_a.dot(way) * at_b.dot(way)).abs() <= STEEP * way.length_squared()
     }
 
     fn root(&mut self, point: usize) -> u32 {
@@ -194,18 +259,21 @@ impl<'a> Groups<'a> {
 
     /// Joins groups that are near by the sparser one's spacing, or lie like lines beside lines.
     fn join(&mut self, reach: f64) {
+        // Ways too long to join anything count whatever they leave: they end the search for shorter ones.
+        let counts = |groups: &Self, a: usize, b: usize| {
+            groups.beside(a, b) || !groups.is_near((a, b), reach)
+        };
         let mut line_gap = None;
         loop {
-            let gaps = self.gaps();
+            let gaps = self.gaps(counts);
             let of_lines = *line_gap.get_or_insert_with(|| self.usual_line_gap(&gaps));
-            let near = |gap: &&Gap| {
-                let ends = [gap.from, gap.to];
-                let spacing = ends.map(|end| self.spacing[end as usize]);
-                let lines = || ends.iter().any(|&end| self.in_line(end));
-                gap.length <= reach * spacing[0].max(spacing[1])
-                    || (gap.length <= LINE_REACH * of_lines && lines())
+            let joins = |gap: &&Gap| {
+                let ends = (gap.from as usize, gap.to as usize);
+                let line = [ends.0, ends.1].iter().any(|&end| self.around[end] == Around::InLine);
+                let like_lines = line && gap.length <= LINE_REACH * of_lines;
+                self.is_near(ends, reach) || like_lines && self.beside(ends.0, ends.1)
             };
-            let joined: Vec<Gap> = gaps.iter().filter(near).copied().collect();
+            let joined: Vec<Gap> = gaps.iter().filter(joins).copied().collect();
             if joined.is_empty() {
                 return;
             }
@@ -215,16 +283,23 @@ impl<'a> Groups<'a> {
         }
     }
 
+    /// Whether two points are at most so many spacings of the sparser one apart.
+    fn is_near(&self, (a, b): (usize, usize), reach: f64) -> bool {
+        let spacing = self.spacing[a].max(self.spacing[b]);
+        self.points[a].distance(self.points[b]) <= reach * spacing
+    }
+
     /// The median gap between groups that end in a line there.
     fn usual_line_gap(&self, gaps: &[Gap]) -> f64 {
-        let of_lines = gaps.iter().filter(|gap| self.in_line(gap.from));
+        let in_line = |gap: &&Gap| self.around[gap.from as usize] == Around::InLine;
+        let of_lines = gaps.iter().filter(in_line);
         let mut lengths: Vec<f64> = of_lines.map(|gap| gap.length).collect();
         lengths.sort_by(f64::total_cmp);
         lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// From each group the shortest way to another; none if there is one group.
-    fn gaps(&mut self) -> Vec<Gap> {
+    /// From each group the shortest way to another of those that `count`; none if there is one group.
+    fn gaps(&mut self, count: impl Fn(&Self, usize, usize) -> bool + Sync) -> Vec<Gap> {
         let roots: Vec<u32> = (0..self.points.len()).map(|point| self.root(point)).collect();
         let mut groups: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         (0..).zip(&roots).for_each(|(point, &root)| groups[root as usize].push(point));
@@ -232,13 +307,17 @@ impl<'a> Groups<'a> {
         if groups.len() < 2 {
             return Vec::new();
         }
+        let groups_of = &*self;
         let shortest = |group: &Vec<u32>| {
             let mut best = Gap { length: f64::INFINITY, from: group[0], to: group[0] };
             let mut found = Vec::new();
             for &from in group {
-                let place = self.points[from as usize];
-                let foreign = |to: u32| roots[to as usize] != roots[from as usize];
-                self.tree.nearest_where(place, 1, best.length, &mut found, foreign);
+                let place = groups_of.points[from as usize];
+                let foreign = |to: u32| {
+                    roots[to as usize] != roots[from as usize]
+                        && count(groups_of, from as usize, to as usize)
+                };
+                groups_of.tree.nearest_where(place, 1, best.length, &mut found, foreign);
                 // Ways of equal length do not replace one another.
                 if let Some(near) = found.first().filter(|near| near.distance() < best.length) {
                     best = Gap { length: near.distance(), from, to: near.index };
@@ -286,6 +365,32 @@ mod tests {
         assert!((found.gap - 0.2).abs() < 1e-3);
         assert_eq!(found.indices(1)[0], 3000);
         assert!(found.warning().unwrap().contains("3 pieces (3000, 3000, 3000 points)"));
+    }
+
+    #[test]
+    fn layers_three_spacings_apart_are_told_apart() {
+        let spacing = 1.0 / 3000_f64.sqrt();
+        let layer = |k: u32| {
+            (3000 * k..3000 * (k + 1)).map(unit).map(move |(x, y)| {
+                DVec3::new(
+                    x,
+                    y,
+                    0.1 * (3.0 * x).sin() * (2.0 * y).cos() + 3.0 * spacing * f64::from(k),
+                )
+            })
+        };
+        let layers: Vec<DVec3> = (0..3).flat_map(layer).collect();
+        assert_eq!(sizes(&layers), [3000; 3]);
+    }
+
+    #[test]
+    fn a_sheet_with_a_crease_hangs_together() {
+        let folded = |i: u32| {
+            let (x, y) = unit(i);
+            let along = 6.0 * x;
+            if along < 3.0 { DVec3::new(along, y, 0.0) } else { DVec3::new(3.0, y, along - 3.0) }
+        };
+        assert_eq!(sizes(&(0..4000).map(folded).collect::<Vec<_>>()), [4000]);
     }
 
     #[test]

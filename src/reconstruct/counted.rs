@@ -37,6 +37,8 @@ pub(super) struct Counted {
     /// that were looked at.
     pub(super) duplicates: usize,
     pub(super) outliers: usize,
+    /// Whether only few points have shown that they hang together.
+    glimpsed: bool,
     /// Whether there are more points than were looked at.
     pub(super) thinned: bool,
     pub(super) warnings: Vec<String>,
@@ -78,6 +80,7 @@ impl Counted {
             None if pieces(&evenly(&telling, TELLING.1), observer)?.sizes.len() == 1 => None,
             _ => Some(pieces(&points, observer)?),
         };
+        let glimpsed = found.is_none() && telling.len() > TELLING.1;
         match (options.piece, found) {
             (None, found) => warnings.extend(found.and_then(|found| found.warning())),
             (Some(piece), Some(found)) if piece < found.sizes.len() => {
@@ -108,9 +111,19 @@ impl Counted {
             telling: of(&telling, &told),
             duplicates,
             outliers,
+            glimpsed,
             thinned: cloud.len() > MOST,
             warnings,
         })
+    }
+
+    /// Warns of pieces that few points do not show: layers farther apart than the spacing of all
+    /// points, but not than that of few.
+    pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        if self.glimpsed && pieces(&self.telling, observer)?.sizes.len() > 1 {
+            self.warnings.extend(pieces(&self.points, observer)?.warning());
+        }
+        Ok(())
     }
 
     /// The places in the cloud of points that do not count, ascending.

@@ -37,9 +37,12 @@ pub(super) fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
-    let counted = Counted::of(cloud, options, observer)?;
+    let mut counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
     let found = kind(&counted.telling, options, observer)?;
+    if found.kind != Kind::Height {
+        counted.look_for_layers(observer)?;
+    }
     let frame = Normalization::of(&counted.points);
     let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));

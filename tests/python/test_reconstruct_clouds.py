@@ -227,6 +227,13 @@ def test_a_sheet_around_a_body_does_not_fold() -> None:
     assert result.report.rms < 1e-3
 
 
+def test_layers_are_told_though_few_points_show_none(rng: np.random.Generator) -> None:
+    x, y = rng.random((2, 6000))
+    height = 0.1 * np.sin(3 * x) * np.cos(2 * y) + np.repeat([0, 4 / np.sqrt(3000)], 3000)
+    with pytest.warns(ConvergenceWarning, match="2 pieces"):
+        neurbs.reconstruct(np.column_stack([x, y, height]), grid=(8, 8))
+
+
 def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
     u, v = rng.random((2, 2000))
     a, b = 2 * np.pi * u, 2 * np.pi * v
