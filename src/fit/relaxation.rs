@@ -25,6 +25,26 @@ pub(crate) struct Flat<'a> {
     pub(crate) closed: (bool, bool),
 }
 
+impl Flat<'_> {
+    /// What goes on from it, down to this fairness.
+    pub(super) fn fitting<'b>(
+        &self,
+        points: &'b [DVec3],
+        weights: Option<&'b [f64]>,
+        aim: f64,
+        observer: &'b mut dyn Observer,
+    ) -> Fitting<'b> {
+        let options = ApproximateOptions {
+            closed: self.closed,
+            fairness: Some(aim),
+            ..ApproximateOptions::default()
+        };
+        let mut fitting = Fitting::new(points, self.uv, weights, &options, observer);
+        fitting.falling = self.fairness;
+        fitting
+    }
+}
+
 /// Asks for the flaws of a surface on which the points have their feet there: where on it they are.
 pub(crate) type Inspect<'a> =
     dyn FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> + 'a;
@@ -66,13 +86,7 @@ pub(crate) fn relaxed(
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
     let aim = aim.max(LEAST_FAIRNESS);
-    let options = ApproximateOptions {
-        closed: flat.closed,
-        fairness: Some(aim),
-        ..ApproximateOptions::default()
-    };
-    let mut fitting = Fitting::new(points, flat.uv, weights, &options, observer);
-    fitting.falling = flat.fairness;
+    let mut fitting = flat.fitting(points, weights, aim, observer);
     let surface = fitting.relax(flat.surface.clone(), aim, inspect)?;
     let fairness = fitting.falling;
     Ok(Approximation { fairness, ..fitting.finish(surface, EndedBy::Grid) })

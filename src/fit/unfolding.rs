@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::approximate::{ApproximateOptions, Approximation};
+use super::approximate::Approximation;
 use super::band::Band;
 use super::fitting::{Fitting, STEPS, lengths};
 use super::growth::EndedBy;
@@ -39,13 +39,7 @@ pub(crate) fn unfolded(
     inspect: &mut Inspect<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Approximation>> {
-    let options = ApproximateOptions {
-        closed: folded.closed,
-        fairness: Some(folded.fairness),
-        ..ApproximateOptions::default()
-    };
-    let mut fitting = Fitting::new(points, folded.uv, weights, &options, observer);
-    fitting.falling = folded.fairness;
+    let mut fitting = folded.fitting(points, weights, folded.fairness, observer);
     let found = fitting.unfold(folded.surface, inspect)?;
     Ok(found.map(|surface| fitting.finish(surface, EndedBy::Grid)))
 }

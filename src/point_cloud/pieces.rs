@@ -55,6 +55,13 @@ impl Pieces {
         (0..).zip(&self.labels).filter(|(_, label)| **label == piece).map(|(i, _)| i).collect()
     }
 
+    /// The normal of the plane nearest to the largest piece of these points; `None` if all hang together.
+    pub(crate) fn layer(&self, points: &[DVec3]) -> Option<DVec3> {
+        let of_largest = self.labels.iter().zip(points).filter(|(label, _)| **label == 0);
+        let plane = || Plane::of(of_largest.map(|(_, point)| *point));
+        (self.sizes.len() > 1).then(|| plane().normal())
+    }
+
     /// What a user should know; `None` if all hang together.
     #[must_use]
     pub fn warning(&self) -> Option<String> {

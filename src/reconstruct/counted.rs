@@ -37,7 +37,9 @@ pub(super) struct Counted {
     /// that were looked at.
     pub(super) duplicates: usize,
     pub(super) outliers: usize,
-    /// Whether only few points have shown that they hang together.
+    /// The normal of the plane nearest to the largest piece, if they do not hang together.
+    pub(super) layer: Option<DVec3>,
+    /// Whether only few points have shown that they do.
     glimpsed: bool,
     /// Whether there are more points than were looked at.
     pub(super) thinned: bool,
@@ -81,8 +83,13 @@ impl Counted {
             _ => Some(pieces(&points, observer)?),
         };
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
+        let mut layer = None;
         match (options.piece, found) {
-            (None, found) => warnings.extend(found.and_then(|found| found.warning())),
+            (None, None) => {}
+            (None, Some(found)) => {
+                layer = found.layer(&points);
+                warnings.extend(found.warning());
+            }
             (Some(piece), Some(found)) if piece < found.sizes.len() => {
                 let chosen: Vec<bool> =
                     found.labels.iter().map(|&label| label as usize == piece).collect();
@@ -111,6 +118,7 @@ impl Counted {
             telling: of(&telling, &told),
             duplicates,
             outliers,
+            layer,
             glimpsed,
             thinned: cloud.len() > MOST,
             warnings,
@@ -121,7 +129,9 @@ impl Counted {
     /// points, but not than that of few.
     pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
         if self.glimpsed && pieces(&self.telling, observer)?.sizes.len() > 1 {
-            self.warnings.extend(pieces(&self.points, observer)?.warning());
+            let found = pieces(&self.points, observer)?;
+            self.layer = found.layer(&self.points);
+            self.warnings.extend(found.warning());
         }
         Ok(())
     }

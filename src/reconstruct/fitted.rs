@@ -71,8 +71,8 @@ pub(super) fn reconstruct(
 
     let growth = growth(options, &frame);
     let creases = start.creases;
-    let weights = counted.weights.clone();
-    let mut job = Job { points: &local, weights, uv, creases, shape, options };
+    let (weights, layer) = (counted.weights.clone(), counted.layer);
+    let mut job = Job { points: &local, weights, uv, creases, shape, layer, options };
     let (fit, flaws) = job.done(start.net, growth, told)?;
     clock.lap("fitting");
 

@@ -29,9 +29,9 @@ const FEW_OUTLIERS: f64 = 0.01;
 
 /// How much more fairness than cross-validation has found is tried, one after the other, where a
 /// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
-/// no use in any. The first are tried last where a fit takes long and hardly ever has too much of
-/// it, because it is relaxed: for all but heights.
-const FLATTENINGS: [f64; 5] = [1e1, 1e2, 1e3, 1e4, 1e5];
+/// no use in any; the most leaves hardly more than a plane, and so no folds. The first are tried last
+/// where a fit takes long and hardly ever has too much of it, because it is relaxed: for all but heights.
+const FLATTENINGS: [f64; 9] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 const TRIED_LAST: usize = 2;
 
 /// The kind of surface that is fitted.
@@ -95,6 +95,8 @@ pub(super) struct Job<'a> {
     /// Where along u the surface has creases.
     pub(super) creases: Vec<f64>,
     pub(super) shape: Shape,
+    /// The normal of the plane nearest to the largest piece, if they do not hang together.
+    pub(super) layer: Option<DVec3>,
     pub(super) options: &'a ReconstructOptions<'a>,
 }
 
@@ -150,6 +152,10 @@ impl Job<'_> {
             return Ok(found);
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
+        let spoilt = flaws.count() > 0 && fit.ended_by != EndedBy::Tolerance;
+        if spoilt && let Some(found) = self.across_pieces(given, net, growth, observer)? {
+            (fit, flaws) = found;
+        }
         if self.options.rational {
             fit = self.with_free_weights(fit, net, growth, observer)?;
             flaws = self.flaws(&fit, observer)?;
@@ -277,6 +283,32 @@ impl Job<'_> {
         let flaws = self.flaws(&found, observer)?;
         let iterations = fit.iterations + found.iterations;
         Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
+    }
+
+    /// Heights over the largest of several pieces, if they have no flaws: layers have no order in which one
+    /// sheet could go through all.
+    fn across_pieces(
+        &mut self,
+        given: Option<Vec<f64>>,
+        net: (usize, usize),
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(Fit, Flaws)>> {
+        let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
+        let Some(up) = self.layer.filter(|_| free) else { return Ok(None) };
+        let base = Some(Base { up, strip: None });
+        let heights = Shape { kind: Kind::Height, base, around_body: false };
+        let (shape, weights) = (
+            std::mem::replace(&mut self.shape, heights),
+            std::mem::replace(&mut self.weights, given),
+        );
+        let fit = self.fit(net, growth, None, None, observer)?;
+        let (fit, flaws) = self.flattened(fit, growth, observer)?;
+        if flaws.count() == 0 {
+            return Ok(Some((fit, flaws)));
+        }
+        (self.shape, self.weights) = (shape, weights);
+        Ok(None)
     }
 
     fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {

@@ -30,3 +30,19 @@ def test_the_lattice_spreads_over_the_points(path: Path) -> None:
     assert (vertices.max(axis=0) <= points.max(axis=0) + rounding).all()
     lengths = np.linalg.norm(result.mesh.normals, axis=1)
     np.testing.assert_allclose(lengths, 1, atol=1e-12)
+
+
+def test_stacked_horizons_are_pieces_that_no_surface_folds_through() -> None:
+    points = neurbs.read_points(Path(FOLDER or "", "npy", "claudius_all4.npy"))
+    pieces = neurbs.pieces(points)
+    horizons = [neurbs.read_points(path) for path in CLOUDS if path.stem.startswith("claudius_h")]
+    for piece in range(4):
+        found = points[pieces.labels == piece]
+        # Eleven points of a horizon lie too far from the others of it.
+        nearest = min(horizons, key=lambda horizon: abs(horizon[:, 2].mean() - found[:, 2].mean()))
+        assert len(nearest) - len(found) in (0, 11)
+        assert {*map(tuple, found)} <= {*map(tuple, nearest)}
+    with pytest.warns(neurbs.ConvergenceWarning, match="pieces") as caught:
+        result = neurbs.reconstruct(points[::2], grid=(20, 20))
+    assert len(caught) == 1
+    assert result.report.topology == "height"
