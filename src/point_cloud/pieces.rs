@@ -85,8 +85,8 @@ impl Pieces {
 
 /// Finds the pieces of a cloud whose density may vary: points belong together when they are near
 /// one another as compared with the spacing there, and one does not lie above the other, as layers do,
-/// seen from either. Points in lines (scan lines, contour lines, ship
-/// tracks) belong to one piece although the lines are far apart.
+/// seen from either. Points in lines (scan lines, contour lines, ship tracks) belong to one piece
+/// although the lines are far apart.
 ///
 /// O(n log n) for n points.
 ///
@@ -193,14 +193,12 @@ impl<'a> Groups<'a> {
     /// Groups of points that are near one another even by the denser one's spacing.
     fn of(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
         let tree = KdTree::new(points);
-        let look = |index: u32, found: &mut Vec<Neighbor>| {
-            tree.nearest_to(index, NEIGHBORS, found);
-            let sum: f64 = found.iter().map(Neighbor::distance).sum();
-            let own = std::iter::once(points[index as usize]);
-            let near = found.iter().map(|n| points[n.index as usize]);
-            let around = Around::of(&Plane::of(own.chain(near)));
-            let list: Vec<Neighbor> = found.clone();
-            (sum / found.len() as f64, around, list)
+        let look = |index: u32, near: &mut Vec<Neighbor>| {
+            tree.nearest_to(index, NEIGHBORS, near);
+            let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
+            let all = std::iter::once(index).chain(near.iter().map(|near| near.index));
+            let plane = Plane::of(all.map(|index| points[index as usize]));
+            (spacing, Around::of(&plane), near.clone())
         };
         let seen = tree.map(observer, look)?;
         let parents = (0..).take(points.len()).collect();
@@ -305,7 +303,7 @@ impl<'a> Groups<'a> {
         lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// From each group the shortest way to another of those that `count`; none if there is one group.
+    /// From each group the shortest way to another of those that `count`, if there is one.
     fn gaps(&mut self, count: impl Fn(&Self, usize, usize) -> bool + Sync) -> Vec<Gap> {
         let roots: Vec<u32> = (0..self.points.len()).map(|point| self.root(point)).collect();
         let mut groups: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
@@ -330,9 +328,9 @@ impl<'a> Groups<'a> {
                     best = Gap { length: near.distance(), from, to: near.index };
                 }
             }
-            best
+            best.length.is_finite().then_some(best)
         };
-        groups.par_iter().map(shortest).collect()
+        groups.par_iter().filter_map(shortest).collect()
     }
 }
 
