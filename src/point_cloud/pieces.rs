@@ -198,20 +198,21 @@ impl<'a> Groups<'a> {
             let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
             let all = std::iter::once(index).chain(near.iter().map(|near| near.index));
             let plane = Plane::of(all.map(|index| points[index as usize]));
-            (spacing, Around::of(&plane), near.clone())
+            ((spacing, Around::of(&plane)), near.clone())
         };
         let seen = tree.map(observer, look)?;
         let parents = (0..).take(points.len()).collect();
-        let (spacing, around) = seen.iter().map(|(spacing, around, _)| (*spacing, *around)).unzip();
+        let (seen, near): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
+        let (spacing, around) = seen.into_iter().unzip();
         let mut groups = Self { points, tree, parents, spacing, around };
         for _ in 0..SMOOTHINGS {
-            groups.smooth(seen.iter().map(|(_, _, near)| near.as_slice()));
+            groups.smooth(&near);
         }
-        for (from, (spacing, _, near)) in seen.iter().enumerate() {
+        for (from, near) in near.iter().enumerate() {
             for neighbor in near {
                 let to = neighbor.index as usize;
-                let near = neighbor.distance() <= REACH[0] * spacing.min(groups.spacing[to]);
-                if near && groups.beside(from, to) {
+                let spacing = groups.spacing[from].min(groups.spacing[to]);
+                if neighbor.distance() <= REACH[0] * spacing && groups.beside(from, to) {
                     groups.unite(from, to);
                 }
             }
@@ -221,19 +222,18 @@ impl<'a> Groups<'a> {
 
     /// Makes each plane the one, of those at a point and at its nearest, that agrees best with the others:
     /// layers, and rims, come near few points only.
-    fn smooth<'n>(&mut self, near: impl Iterator<Item = &'n [Neighbor]>) {
-        let known = self.around.clone();
-        let mut normals = Vec::with_capacity(1 + NEIGHBORS);
-        for (point, near) in near.enumerate() {
+    fn smooth(&mut self, near: &[Vec<Neighbor>]) {
+        let known = &self.around;
+        let smoothed = |normals: &mut Vec<DVec3>, (point, near): (usize, &Vec<Neighbor>)| {
             let near = near.iter().map(|near| near.index as usize);
             normals.clear();
             normals.extend(std::iter::once(point).chain(near).filter_map(|at| known[at].normal()));
             let agreement = |a: &DVec3| normals.iter().map(|b| a.dot(*b).abs()).sum::<f64>();
             let best = normals.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)));
-            if let Some(normal) = best.filter(|_| 2 * normals.len() > NEIGHBORS) {
-                self.around[point] = Around::Flat(*normal);
-            }
-        }
+            let best = best.filter(|_| 2 * normals.len() > NEIGHBORS);
+            best.map_or(known[point], |normal| Around::Flat(*normal))
+        };
+        self.around = near.par_iter().enumerate().map_init(Vec::new, smoothed).collect();
     }
 
     /// Whether two points may lie beside one another on a surface: not where the way between them
