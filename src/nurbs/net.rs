@@ -72,8 +72,8 @@ pub(super) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) 
     points.into_iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), grow)
 }
 
-/// The distance within which ends of a net in this box are the same place. Rounding of points of large weight
-/// counts the more beside those of small weight.
+/// The distance within which ends of a net in this box are the same place. Rounding of points of large
+/// weight counts the more beside those of small weight.
 pub(super) fn same_place((low, high): (DVec3, DVec3), weights: Option<&[f64]>) -> f64 {
     let farthest = low.abs().max(high.abs()).max_element();
     let weights = weights.unwrap_or(&[1.0]).iter();

@@ -29,8 +29,9 @@ const FEW_OUTLIERS: f64 = 0.01;
 
 /// How much more fairness than cross-validation has found is tried, one after the other, where a
 /// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
-/// no use in any; the most leaves hardly more than a plane, and so no folds. The first are tried last
-/// where a fit takes long and hardly ever has too much of it, because it is relaxed: for all but heights.
+/// no use in any; the most leaves hardly more than a plane, and so few folds if any. The first are tried
+/// last where a fit takes long and hardly ever has too much of it, because it is relaxed: for all but
+/// heights.
 const FLATTENINGS: [f64; 9] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 const TRIED_LAST: usize = 2;
 
