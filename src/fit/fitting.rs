@@ -75,7 +75,7 @@ const LEAST_ITERATIONS: usize = 3;
 const ASKED: [usize; 2] = [1, 4];
 const ASKED_OF_NOISE: usize = 2;
 
-/// A share of the diagonal that is added to it: what rounding could make negative.
+/// A share of the mean diagonal entry that is added to all: what rounding could make negative.
 const RIDGE: f64 = 1e-14;
 
 /// Samples of each isocurve that lengths are measured on.
@@ -340,6 +340,16 @@ impl<'a> Fitting<'a> {
 
     pub(super) fn finish(mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
         let feet = self.correct(&surface, STEPS);
+        self.end(surface, &feet, ended_by)
+    }
+
+    /// The approximation by a surface on which the points have these feet.
+    pub(super) fn end(
+        self,
+        surface: NurbsSurface,
+        feet: &[Foot],
+        ended_by: EndedBy,
+    ) -> Approximation {
         Approximation {
             surface,
             distances: feet.iter().map(|foot| foot.offset.length()).collect(),
@@ -378,9 +388,8 @@ impl<'a> Fitting<'a> {
     ) -> Result<NurbsSurface> {
         let NormalEquations { mut matrix, mut right } =
             NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
-        let (said, size) = (matrix.trace(), space.unknowns());
-        matrix.add_scaled(fairness * said / energy.trace(), energy);
-        (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
+        matrix.add_scaled(fairness * matrix.trace() / energy.trace(), energy);
+        matrix.add_ridge(RIDGE);
         self.factor(&mut matrix, space)?;
         matrix.solve(&mut right);
         let net: Vec<DVec3> = right.into_iter().map(DVec3::from_array).collect();
@@ -409,7 +418,7 @@ impl<'a> Fitting<'a> {
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * self.tangential()), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
-        (0..size).for_each(|i| matrix.add(i, i, RIDGE * said / size as f64));
+        matrix.add_ridge(RIDGE);
         for held in held {
             held.add_to(&mut matrix, &mut right, said / size as f64);
         }

@@ -8,6 +8,7 @@
 use glam::{DVec2, DVec3};
 
 use super::approximate::{ApproximateOptions, Approximation};
+use super::correct::Foot;
 use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS, lengths};
 use super::growth::EndedBy;
 use super::normal_equations::NormalEquations;
@@ -87,9 +88,9 @@ pub(crate) fn relaxed(
 ) -> Result<Approximation> {
     let aim = aim.max(LEAST_FAIRNESS);
     let mut fitting = flat.fitting(points, weights, aim, observer);
-    let surface = fitting.relax(flat.surface.clone(), aim, inspect)?;
+    let (surface, feet) = fitting.relax(flat.surface.clone(), aim, inspect)?;
     let fairness = fitting.falling;
-    Ok(Approximation { fairness, ..fitting.finish(surface, EndedBy::Grid) })
+    Ok(Approximation { fairness, ..fitting.end(surface, &feet, EndedBy::Grid) })
 }
 
 impl Fitting<'_> {
@@ -98,12 +99,12 @@ impl Fitting<'_> {
         mut surface: NurbsSurface,
         aim: f64,
         inspect: &mut Inspect<'_>,
-    ) -> Result<NurbsSurface> {
+    ) -> Result<(NurbsSurface, Vec<Foot>)> {
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
         let (energy, along_axes) = self.energy_along_axes(&space, lengths(&surface));
-        let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
         let mut feet = self.correct(&surface, STEPS);
+        let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
         let mut error = self.rms(&feet);
         let anchors = vec![ANCHOR; space.unknowns()];
         let anchored = Held { places: space.unknown_points(&surface), weights: &anchors };
@@ -143,7 +144,7 @@ impl Fitting<'_> {
             }
         }
         self.falling = reached;
-        Ok(surface)
+        Ok((surface, feet))
     }
 }
 

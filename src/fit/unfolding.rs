@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::approximate::Approximation;
 use super::band::Band;
+use super::correct::Foot;
 use super::fitting::{Fitting, STEPS, lengths};
 use super::growth::EndedBy;
 use super::normal_equations::NormalEquations;
@@ -41,7 +42,7 @@ pub(crate) fn unfolded(
 ) -> Result<Option<Approximation>> {
     let mut fitting = folded.fitting(points, weights, folded.fairness, observer);
     let found = fitting.unfold(folded.surface, inspect)?;
-    Ok(found.map(|surface| fitting.finish(surface, EndedBy::Grid)))
+    Ok(found.map(|(surface, feet)| fitting.end(surface, &feet, EndedBy::Grid)))
 }
 
 impl Fitting<'_> {
@@ -49,7 +50,7 @@ impl Fitting<'_> {
         &mut self,
         folded: &NurbsSurface,
         inspect: &mut Inspect<'_>,
-    ) -> Result<Option<NurbsSurface>> {
+    ) -> Result<Option<(NurbsSurface, Vec<Foot>)>> {
         let knots = [folded.knots_u().clone(), folded.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
         let (energy, along_axes) = self.energy_along_axes(&space, lengths(folded));
@@ -69,7 +70,7 @@ impl Fitting<'_> {
             feet = self.correct(&surface, STEPS);
             flaws = inspect(&surface, &self.uv, self.observer)?;
             if flaws.is_empty() {
-                return Ok(Some(surface));
+                return Ok(Some((surface, feet)));
             }
         }
         Ok(None)
