@@ -23,8 +23,8 @@ const MAP_POINTS: usize = 20_000;
 const EXTRAPOLATION: f64 = 0.75;
 
 /// Topographic error of a map from an ordered start that shows a short circuit between layers: a map
-/// in order has less than a tenth of it.
-const TORN: f64 = 0.05;
+/// in order has less than a quarter of it.
+const TORN: f64 = 0.02;
 
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 20.0;
@@ -118,7 +118,7 @@ pub(super) fn reconstruct(
 }
 
 /// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from
-/// the principal plane, of one around a body from a disc.
+/// more points, as it may be wound up, or from the principal plane, of one around a body from a disc.
 fn learned(
     sample: &[DVec3],
     start: &mut OrderedStart,
@@ -139,6 +139,7 @@ fn learned(
     let flat = ReconstructOptions { init: Start::Pca, ..*options };
     let mut others =
         vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
+    others.extend(OrderedStart::unwound(sample, budget, options, observer)?);
     if shape.around_body {
         others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
     }

@@ -7,11 +7,27 @@ use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
 use crate::point_cloud::{EvenSample, Normalization};
 use crate::progress::Observer;
-use crate::som::{self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
+use crate::som::{
+    self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology, Unrolled,
+};
 use crate::topology::{Chart, disc};
 
 /// Points that distances along the surface are found for.
 const UNROLLED: usize = 1000;
+
+/// The same for a sheet that may be wound up so tightly that so many miss the way around.
+const UNWOUND: [usize; 2] = [6000, 20_000];
+
+/// How many times as many points tell where folds are: all of them would tell more of noise.
+const BETWEEN: usize = 4;
+
+/// Share of the ways between neighbours that may lead to other folds where the first so many points are
+/// enough.
+const MOST_CROSSING: f64 = 0.002;
+
+/// How many times finer than the net the lattice of such a sheet is: its nodes must not be as far apart
+/// as the windings.
+const FINER: usize = 2;
 
 /// Points that the angles around a body are found for.
 const ON_DISC: usize = 2500;
@@ -73,15 +89,17 @@ impl OrderedStart {
             return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
-            let mut few = EvenSample::new(UNROLLED);
-            few.extend(sample);
-            let few = few.points();
-            if let Some(places) = som::unroll(&few, observer)? {
-                let known = (sample.len() >= TELLING).then_some(few.as_slice());
-                let Squared { uv, aspect, creases } = outline::unit_square(&places, known);
-                let over = Self::over(sample.len(), &few, &uv, split(aspect), observer)?;
-                let aspect = creases.is_empty().then_some(aspect);
-                return Ok(Self { creases, aspect, ..over });
+            let found = unrolled(sample, UNROLLED, observer)?;
+            let crossing = found.as_ref().map_or(0.0, |(_, unrolled)| unrolled.crossing);
+            let start = match found {
+                Some(flat) if crossing <= MOST_CROSSING => {
+                    Some(Self::over_flat(sample.len(), flat, budget, options, observer)?)
+                }
+                Some(_) => Self::unwound(sample, budget, options, observer)?,
+                None => None,
+            };
+            if let Some(start) = start {
+                return Ok(start);
             }
         }
         let net = split(1.0);
@@ -89,6 +107,45 @@ impl OrderedStart {
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
         Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
+    }
+
+    /// Of a sheet that is wound up: by more points, with more nodes, which stay near them, and a net that
+    /// follows its bends before it grows; `None` if they have no two dimensions.
+    pub(super) fn unwound(
+        sample: &[DVec3],
+        budget: (usize, usize),
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Self>> {
+        let mut found = None;
+        for count in UNWOUND {
+            found = unrolled(sample, count, observer)?;
+            if found.as_ref().is_none_or(|(_, flat)| flat.crossing <= MOST_CROSSING) {
+                break;
+            }
+        }
+        let Some((few, Unrolled { places, .. })) = found else { return Ok(None) };
+        let Squared { uv, aspect, creases } = unit_square(sample.len(), &few, &places);
+        let net = net(budget, aspect, options);
+        let finer = (FINER * net.0, FINER * net.1);
+        let lattice = lattice(finer, sample.len(), Topology::Sheet)?;
+        let nodes = som::spread_out_closely(&few, &uv, &lattice, observer)?;
+        let net = if options.grid.is_none() { lattice.shape() } else { net };
+        Ok(Some(Self { lattice, nodes, net, creases, aspect: None }))
+    }
+
+    /// In order over the flat map of some of so many points.
+    fn over_flat(
+        count: usize,
+        (few, Unrolled { places, .. }): (Vec<DVec3>, Unrolled),
+        budget: (usize, usize),
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let Squared { uv, aspect, creases } = unit_square(count, &few, &places);
+        let over = Self::over(count, &few, &uv, net(budget, aspect, options), observer)?;
+        let aspect = creases.is_empty().then_some(aspect);
+        Ok(Self { creases, aspect, ..over })
     }
 
     /// Over the disc that a body is which is closed but for an opening; `None` if it is none.
@@ -134,6 +191,26 @@ impl OrderedStart {
             self.net = net(budget, aspect, options);
         }
     }
+}
+
+/// What a flat map of some of so many points makes of the unit square.
+fn unit_square(count: usize, some: &[DVec3], places: &[DVec2]) -> Squared {
+    outline::unit_square(places, (count >= TELLING).then_some(some))
+}
+
+/// Some points of a sample, and a flat map of them; `None` if they have no two dimensions.
+fn unrolled(
+    sample: &[DVec3],
+    count: usize,
+    observer: &mut dyn Observer,
+) -> Result<Option<(Vec<DVec3>, Unrolled)>> {
+    let some = |most: usize| {
+        let mut some = EvenSample::new(most);
+        some.extend(sample);
+        some.points()
+    };
+    let (few, more) = (some(count), some(BETWEEN * count));
+    Ok(som::unroll_among(&few, &more, observer)?.map(|unrolled| (few, unrolled)))
 }
 
 /// How many times longer than wide a map's lattice is along itself, its outer cells included: nodes lie

@@ -9,12 +9,37 @@ use rayon::prelude::*;
 
 use super::eigen;
 use crate::error::Result;
-use crate::point_cloud::{Edge, KdTree, NeighborGraph};
+use crate::point_cloud::{Edge, KdTree, NeighborGraph, Plane};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
 /// next fold.
 const NEIGHBORS: usize = 8;
+
+/// An edge leaves the planes at both its ends, which lie alike, to the same side at more than this
+/// product of sines, 24 degrees at both, only if it leads to another fold. One across a bend leaves them
+/// to opposite sides.
+const STEEP: f64 = 0.16;
+
+/// The same for an edge with a plane at one end only: 45 degrees.
+const STEEP_AT_ONE: f64 = 0.5;
+
+/// The same for an edge that is short, 60 degrees at both: across a crease or a step there are such.
+const STEEP_IF_SHORT: f64 = 0.75;
+
+/// Rank of the neighbour whose distance is the spacing at a point, and how many spacings long an edge is
+/// at most that is short.
+const SPACING: usize = 3;
+const SHORT: f64 = 1.3;
+
+/// How many times farther apart on the map than in space the ends of a way are that leads to another fold
+/// for sure; and what another counts, as noise makes some steep: so many are only where the map has not
+/// parted the folds.
+const FAR: f64 = 4.0;
+const NEAR: f64 = 0.1;
+
+/// Share of the second principal deviation of neighbours in the third below which they lie in a plane.
+const FLAT: f64 = 0.3;
 
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
@@ -35,14 +60,41 @@ const LANDMARKS_PER_REPORT: usize = 8;
 ///
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
-    unrolled(points, &mut progress::listener(observer, Stage::Training, points.len()))
+    Ok(unroll_among(points, points, observer)?.map(|unrolled| unrolled.places))
 }
 
-/// As [`unroll`], in pieces.
-pub(super) fn unrolled(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
-    let roads = roads(points, listen)?;
+/// A flat map of points.
+pub(crate) struct Unrolled {
+    pub(crate) places: Vec<DVec2>,
+    /// Share of the ways between neighbours that led to another fold: with many, folds are too close for so
+    /// few points.
+    pub(crate) crossing: f64,
+}
+
+/// As [`unroll`], of some points of a cloud, which tells better where folds are.
+pub(crate) fn unroll_among(
+    points: &[DVec3],
+    cloud: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Option<Unrolled>> {
+    unrolled(points, cloud, &mut progress::listener(observer, Stage::Training, points.len()))
+}
+
+/// As [`unroll_among`], in pieces.
+pub(super) fn unrolled(
+    points: &[DVec3],
+    cloud: &[DVec3],
+    listen: &mut Listen<'_>,
+) -> Result<Option<Unrolled>> {
+    let Roads { graph, ways, crossing } = roads(points, cloud, listen)?;
     let landmarks = spread_out(points, LANDMARKS.min(points.len()));
-    embed(&roads, &landmarks, listen)
+    let Some(places) = embed(&graph, &landmarks, listen)? else { return Ok(None) };
+    let counts = |(from, way): &(usize, Edge)| {
+        let far = places[*from].distance(places[way.to as usize]) > FAR * way.length;
+        if far { 1.0 } else { NEAR }
+    };
+    let crossing = crossing.iter().map(counts).sum::<f64>() / ways as f64;
+    Ok(Some(Unrolled { places, crossing }))
 }
 
 /// Places in the plane for the nodes of a graph whose edges have length 1.
@@ -65,25 +117,72 @@ fn edge(to: usize, length: f64) -> Edge {
     Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length }
 }
 
-/// Joins each point to its nearest ones, and pieces by their shortest bridge.
-fn roads(points: &[DVec3], listen: &mut Listen<'_>) -> Result<NeighborGraph> {
-    let tree = KdTree::new(points);
-    let nearest = |from: u32| -> Vec<Edge> {
+/// The ways between points along a surface.
+struct Roads {
+    graph: NeighborGraph,
+    /// How many ways to nearest neighbours were looked at.
+    ways: usize,
+    /// Which of them are not taken, as they seem to lead to another fold, and from where.
+    crossing: Vec<(usize, Edge)>,
+}
+
+/// Joins each point to its nearest ones, but not to another fold of the cloud that they are of, and pieces
+/// by their shortest bridge.
+fn roads(points: &[DVec3], cloud: &[DVec3], listen: &mut Listen<'_>) -> Result<Roads> {
+    let (tree, of_cloud) = (KdTree::new(points), KdTree::new(cloud));
+    let look = |from: u32| -> (Vec<Edge>, Option<DVec3>) {
         let mut found = Vec::new();
+        of_cloud
+            .nearest_where(points[from as usize], NEIGHBORS, f64::INFINITY, &mut found, |_| true);
+        let plane = Plane::of(found.iter().map(|near| cloud[near.index as usize]));
+        let normal = (plane.deviations[2] < FLAT * plane.deviations[1]).then(|| plane.normal());
         tree.nearest_to(from, NEIGHBORS, &mut found);
-        found.iter().map(Edge::from).collect()
+        (found.iter().map(Edge::from).collect(), normal)
     };
     let all: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
-    let mut lists: Vec<Vec<Edge>> = Vec::with_capacity(points.len());
+    let mut seen: Vec<(Vec<Edge>, Option<DVec3>)> = Vec::with_capacity(points.len());
     for piece in all.chunks(POINTS_PER_REPORT) {
         listen()?;
-        lists.par_extend(piece.par_iter().map(|&from| nearest(from)));
+        seen.par_extend(piece.par_iter().map(|&from| look(from)));
     }
+    let leaves = |from: usize, edge: &Edge| {
+        let to = edge.to as usize;
+        let spacing = |at: usize| seen[at].0.get(SPACING - 1).map_or(0.0, |edge| edge.length);
+        let short = edge.length <= SHORT * spacing(from).min(spacing(to));
+        crosses(points[to] - points[from], short, seen[from].1, seen[to].1)
+    };
+    let parted = |(from, (edges, _)): (usize, &(Vec<Edge>, _))| -> (Vec<Edge>, Vec<Edge>) {
+        edges.iter().partition(|edge| !leaves(from, edge))
+    };
+    let ways = seen.iter().map(|(edges, _)| edges.len()).sum();
+    let (mut lists, others): (Vec<_>, Vec<_>) = seen.par_iter().enumerate().map(parted).unzip();
+    let from_all = (0..).zip(others);
+    let crossing = from_all.flat_map(|(from, ways)| ways.into_iter().map(move |way| (from, way)));
+    let crossing = crossing.collect();
     loop {
-        let roads = NeighborGraph::symmetric(lists.clone());
-        let Some((from, to)) = shortest_bridge(points, &roads) else { return Ok(roads) };
+        let graph = NeighborGraph::symmetric(lists.clone());
+        let Some((from, to)) = shortest_bridge(points, &graph) else {
+            return Ok(Roads { graph, ways, crossing });
+        };
         listen()?;
         lists[from].push(edge(to, points[from].distance(points[to])));
+    }
+}
+
+/// Whether a way between points, short or not, at which the surface has these normals as far as they are
+/// known, leads to another fold.
+fn crosses(way: DVec3, short: bool, from: Option<DVec3>, to: Option<DVec3>) -> bool {
+    let squared = way.length_squared();
+    match (from, to) {
+        (Some(from), Some(to)) => {
+            let alike = from.dot(to).signum();
+            let steep = if short { STEEP_IF_SHORT } else { STEEP };
+            alike * from.dot(way) * to.dot(way) > steep * squared
+        }
+        (Some(normal), None) | (None, Some(normal)) => {
+            !short && normal.dot(way).powi(2) > STEEP_AT_ONE * squared
+        }
+        (None, None) => false,
     }
 }
 
@@ -204,6 +303,8 @@ pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::super::random::Random;
     use super::*;
 
@@ -211,22 +312,67 @@ mod tests {
     fn a_rolled_sheet_unrolls_to_its_own_size() {
         let mut random = Random::new(2);
         // Five sixths of a cylinder of radius 1, height 2.
-        let (arc, height) = (5.0 / 3.0 * std::f64::consts::PI, 2.0);
+        let (arc, height) = (5.0 / 3.0 * PI, 2.0);
         let flat: Vec<DVec2> =
             (0..2000).map(|_| DVec2::new(random.unit() * arc, random.unit() * height)).collect();
         let rolled: Vec<DVec3> =
             flat.iter().map(|p| DVec3::new(p.x.cos(), p.x.sin(), p.y)).collect();
-        let places = unrolled(&rolled, &mut || Ok(())).unwrap().unwrap();
+        let places = unrolled(&rolled, &rolled, &mut || Ok(())).unwrap().unwrap().places;
         let (mut worst, mut sum) = (0.0_f64, 0.0);
-        for pair in 0..1000 {
+        for _ in 0..1000 {
             let (a, b) = (random.index(2000), random.index(2000));
             let error = (places[a].distance(places[b]) - flat[a].distance(flat[b])).abs();
             worst = worst.max(error);
             sum += error / 1000.0;
-            assert!(pair < 1000);
         }
         // Ways over the edges of the graph are some percent longer than straight ones.
         assert!(worst < 0.5 && sum < 0.15, "worst {worst}, mean {sum}");
+    }
+
+    #[test]
+    fn no_way_leads_from_one_winding_to_the_next() {
+        let mut random = Random::new(3);
+        // Three turns, as far apart as some nearest neighbours are.
+        let turned: Vec<f64> = (0..12_000).map(|_| (3.0 + 6.0 * random.unit()) * PI).collect();
+        let rolled: Vec<DVec3> = turned
+            .iter()
+            .map(|&t| DVec3::new(t * t.cos(), 70.0 * random.unit(), t * t.sin()))
+            .collect();
+        let few = &rolled[..3000];
+        let tree = KdTree::new(few);
+        let leaves = |from: &u32| {
+            let mut found = Vec::new();
+            tree.nearest_to(*from, NEIGHBORS, &mut found);
+            let turn = |index: u32| turned[index as usize];
+            found.iter().any(|near| (turn(near.index) - turn(*from)).abs() > PI)
+        };
+        assert!((0..3000).filter(leaves).count() > 20);
+        let Unrolled { places, crossing } =
+            unrolled(few, &rolled, &mut || Ok(())).unwrap().unwrap();
+        assert!(crossing > 0.0);
+        let straight = straighten(&places);
+        let low = straight.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
+        let high = straight.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
+        let longer = (high - low).max_element();
+        // The way along the roll is half t squared.
+        let along = |t: f64| t * t / 2.0;
+        assert!((longer / (along(9.0 * PI) - along(3.0 * PI)) - 1.0).abs() < 0.1, "{longer}");
+    }
+
+    #[test]
+    fn a_way_from_fold_to_fold_is_told_from_one_across_a_bend() {
+        let sideways =
+            |degrees: f64| DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
+        let up = Some(DVec3::Z);
+        // Straight up from a level place to another, whichever sides their normals are on.
+        assert!(crosses(2.0 * DVec3::Z, true, up, up));
+        assert!(crosses(DVec3::Z, true, up, Some(-DVec3::Z)));
+        assert!(crosses(DVec3::new(0.6, 0.0, 1.0), false, up, None));
+        // A chord over a ridge of 80 degrees, and a way down a step.
+        let ridge = crosses(DVec3::X, false, Some(sideways(-40.0)), Some(sideways(40.0)));
+        let step = crosses(DVec3::new(1.0, 0.0, 1.0), true, up, up);
+        let unknown = crosses(DVec3::Z, false, None, None);
+        assert!(!ridge && !step && !unknown);
     }
 
     #[test]
@@ -234,7 +380,7 @@ mod tests {
         let square =
             |x: f64| (0..20).map(move |i| DVec3::new(x + f64::from(i % 5), f64::from(i / 5), 0.0));
         let points: Vec<DVec3> = square(0.0).chain(square(30.0)).collect();
-        let distances = roads(&points, &mut || Ok(())).unwrap().distances_from(&[0]);
+        let distances = roads(&points, &points, &mut || Ok(())).unwrap().graph.distances_from(&[0]);
         assert!(distances.iter().all(|d| d.is_finite()));
     }
 

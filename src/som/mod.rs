@@ -69,11 +69,12 @@ use self::options::Plan;
 use self::random::Random;
 
 pub use self::distribution::Sampler;
-pub(crate) use self::geodesic::hull;
 pub use self::geodesic::unroll;
+pub(crate) use self::geodesic::{Unrolled, hull, unroll_among};
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
 pub use self::ordered_start::spread_out;
+pub(crate) use self::ordered_start::spread_out_closely;
 pub use self::schedule::Schedule;
 pub use self::stop::StoppedBy;
 pub use self::sums::BatchSums;

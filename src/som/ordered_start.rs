@@ -36,6 +36,10 @@ const CLOSED_RADIUS: f64 = 1.0 / 14.0;
 /// Smallest such radius, in cells.
 const LEAST_RADIUS: f64 = 0.8;
 
+/// Such a radius, in cells, with which nodes stay near the points even where an open grid is wound up
+/// tightly.
+const CLOSE_RADIUS: f64 = 1.0;
+
 /// In order on the principal plane, over the whole extent of the points in it; closed lattices by
 /// the points' angles about the principal axes.
 pub(super) fn principal(
@@ -75,10 +79,10 @@ pub(super) fn geodesic(
     }
     let chosen = random.sample(points.len().min(UNROLLED), points.len());
     let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
-    match geodesic::unrolled(&sample, listen)? {
-        Some(places) => {
-            let uv = in_unit_square(&places);
-            settle(&sample, &uv, lattice, OPEN_RADIUS, listen)
+    match geodesic::unrolled(&sample, &sample, listen)? {
+        Some(unrolled) => {
+            let uv = in_unit_square(&unrolled.places);
+            settle(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), listen)
         }
         None => principal(points, lattice, listen),
     }
@@ -104,7 +108,19 @@ pub fn spread_out(
     let closed = lattice.topology() != Topology::Sheet;
     let share = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
     let mut listen = progress::listener(observer, Stage::Training, points.len());
-    settle(points, uv, lattice, share, &mut listen)
+    settle(points, uv, lattice, radius(lattice, share), &mut listen)
+}
+
+/// As [`spread_out`], where the points hardly farther than one edge of the lattice say: for a grid with
+/// several points to a node.
+pub(crate) fn spread_out_closely(
+    points: &[DVec3],
+    uv: &[DVec2],
+    lattice: &Lattice,
+    observer: &mut dyn Observer,
+) -> Result<Vec<DVec3>> {
+    let mut listen = progress::listener(observer, Stage::Training, points.len());
+    settle(points, uv, lattice, CLOSE_RADIUS, &mut listen)
 }
 
 /// A tube's or torus's start, by the points' angles.
@@ -135,7 +151,7 @@ fn closed(
         let along = |z: f64| if height > 0.0 { (z - bounds.min.z) / height } else { 0.5 };
         turned.iter().map(|p| DVec2::new(turn(p.x, p.y), along(p.z))).collect()
     };
-    settle(&sample, &uv, lattice, CLOSED_RADIUS, listen)
+    settle(&sample, &uv, lattice, radius(lattice, CLOSED_RADIUS), listen)
 }
 
 /// The axis about which distances vary least against their mean.
@@ -237,13 +253,20 @@ fn in_unit_square(places: &[DVec2]) -> Vec<DVec2> {
     places.iter().map(|&p| (p - low) / size).collect()
 }
 
+/// This share of the longer side, in cells.
+fn radius(lattice: &Lattice, share: f64) -> f64 {
+    let (rows, cols) = lattice.shape();
+    let side = if lattice.is_grid() { rows.max(cols) } else { lattice.diameter() };
+    (share * side as f64).max(LEAST_RADIUS)
+}
+
 /// Nodes among points whose places in the unit square are known: each node listens to the points
 /// around it.
 fn settle(
     points: &[DVec3],
     uv: &[DVec2],
     lattice: &Lattice,
-    share: f64,
+    mut radius: f64,
     listen: &mut Listen<'_>,
 ) -> Result<Vec<DVec3>> {
     let origin = points[0];
@@ -255,9 +278,6 @@ fn settle(
             *sum += value;
         }
     }
-    let (rows, cols) = lattice.shape();
-    let side = if lattice.is_grid() { rows.max(cols) } else { lattice.diameter() };
-    let mut radius = (share * side as f64).max(LEAST_RADIUS);
     let open_grid = lattice.cells() == Some(Cells::Quad) && lattice.topology() == Topology::Sheet;
     let kernel = if open_grid { Kernel::Linear } else { Kernel::Mean };
     loop {
@@ -308,5 +328,39 @@ impl PrincipalFrame {
     fn undo(&self, local: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
         self.centre + local.x * x + local.y * y + local.z * z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn nodes_stay_near_tight_windings_only_where_few_points_say() {
+        // Five turns of which each is 1 farther out than the last.
+        let roll = |place: DVec2| {
+            let turns = 2.0 + 5.0 * place.x;
+            DVec3::new(turns * (TAU * turns).cos(), place.y, turns * (TAU * turns).sin())
+        };
+        let mut random = Random::new(4);
+        let uv: Vec<DVec2> =
+            (0..20_000).map(|_| DVec2::new(random.unit(), random.unit())).collect();
+        let points: Vec<DVec3> = uv.iter().map(|&place| roll(place)).collect();
+        let lattice = Lattice::grid(240, 4, Cells::Quad, Topology::Sheet).unwrap();
+        let farthest = |nodes: Vec<DVec3>| {
+            let between = |node: &DVec3| {
+                let turn = node.z.atan2(node.x) / TAU;
+                let off = node.x.hypot(node.z) - turn;
+                (off - off.round()).abs()
+            };
+            nodes.iter().map(between).fold(0.0, f64::max)
+        };
+        let closely = spread_out_closely(&points, &uv, &lattice, &mut Silent).unwrap();
+        let widely = spread_out(&points, &uv, &lattice, &mut Silent).unwrap();
+        let (closely, widely) = (farthest(closely), farthest(widely));
+        assert!(closely < 0.1 && widely > 0.4, "{closely}, {widely}");
     }
 }

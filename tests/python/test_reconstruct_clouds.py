@@ -343,9 +343,9 @@ def test_a_surface_that_runs_away_is_told(rng: np.random.Generator) -> None:
     assert overshoot(points, fair) < 0.05
 
 
-def test_only_what_would_fold_stays_stiff(rng: np.random.Generator) -> None:
-    x, y = rng.random((2, 2500))
-    radius = 0.5 + 0.06 * np.sin(12 * np.pi * x)
+def test_only_what_would_fold_stays_stiff() -> None:
+    x, y = np.random.default_rng(1).random((2, 2500))
+    radius = 0.5 + 0.06 * np.sin(16 * np.pi * x)
     points = np.column_stack([1.5 * x, radius * np.cos(3 * y), radius * np.sin(3 * y)])
     with pytest.warns(ConvergenceWarning, match="folds over"):
         neurbs.reconstruct(points, grid=(14, 14), topology="sheet", fairness=1e-4)

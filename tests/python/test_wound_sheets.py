@@ -1,0 +1,48 @@
+"""Sheets that are wound up or folded: the way along them is not the way through the air."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import neurbs
+
+Points = NDArray[np.float64]
+
+
+def roll(rng: np.random.Generator, count: int, turns: float) -> Points:
+    """Scatter points over a roll of height 21 whose windings are 2 π² apart."""
+    t = rng.uniform(1.5 * np.pi, (1.5 + 2 * turns) * np.pi, count)
+    return np.column_stack([t * np.cos(t), 21 * rng.random(count), t * np.sin(t)])
+
+
+def hairpin(rng: np.random.Generator, count: int, gap: float) -> Points:
+    """Scatter points over a strip that turns back on itself at half its length."""
+    radius = gap / 2
+    s = (4 + np.pi * radius) * rng.random(count)
+    angle = np.clip((s - 2) / radius, 0, np.pi)
+    straight = np.where(s < 2, s, np.minimum(2, 4 + np.pi * radius - s))
+    x, z = straight + radius * np.sin(angle), radius * (1 - np.cos(angle))
+    return np.column_stack([x, 1.5 * rng.random(count), z])
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "cloud",
+    [
+        lambda rng: roll(rng, 1500, 1.5),
+        lambda rng: roll(rng, 8000, 1.5),
+        lambda rng: roll(rng, 8000, 3),
+        lambda rng: hairpin(rng, 4000, 0.2),
+        lambda rng: hairpin(rng, 4000, 0.1),
+    ],
+    ids=["sparse roll", "roll", "three turns", "hairpin", "tight hairpin"],
+)
+def test_windings_are_told_apart(cloud: Callable[[np.random.Generator], Points], seed: int) -> None:
+    points = cloud(np.random.default_rng(seed))
+    result = neurbs.reconstruct(points)
+    assert not result.report.warnings
+    assert result.report.topology == "sheet"
+    assert result.report.rms < 2e-4 * result.report.diagonal
+    assert result.report.max < 2e-3 * result.report.diagonal
