@@ -55,16 +55,21 @@ impl Pieces {
         (0..).zip(&self.labels).filter(|(_, label)| **label == piece).map(|(i, _)| i).collect()
     }
 
-    /// The normal of the plane nearest to the largest piece of these points; `None` if all hang together.
-    pub(crate) fn layer(&self, points: &[DVec3]) -> Option<DVec3> {
+    /// The normal of the plane nearest to the largest piece of these points.
+    pub(crate) fn normal_of_largest(&self, points: &[DVec3]) -> DVec3 {
         let of_largest = self.labels.iter().zip(points).filter(|(label, _)| **label == 0);
-        let plane = || Plane::of(of_largest.map(|(_, point)| *point));
-        (self.sizes.len() > 1).then(|| plane().normal())
+        Plane::of(of_largest.map(|(_, point)| *point)).normal()
     }
 
     /// What a user should know; `None` if all hang together.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
+        let advice = "one surface spans the gaps between them; choose a piece, or fit each";
+        Some(format!("{}: {advice}", self.told()?))
+    }
+
+    /// How many there are, how large and how far apart; `None` if all hang together.
+    pub(crate) fn told(&self) -> Option<String> {
         const SHOWN: usize = 5;
         if self.sizes.len() < 2 {
             return None;
@@ -74,8 +79,7 @@ impl Pieces {
             sizes.push("…".into());
         }
         Some(format!(
-            "the points are in {} pieces ({} points), the nearest two {:.4} apart: one surface \
-             spans the gaps between them; choose a piece, or fit each",
+            "the points are in {} pieces ({} points), the nearest two {:.4} apart",
             self.sizes.len(),
             sizes.join(", "),
             self.gap

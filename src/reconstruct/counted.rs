@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::ReconstructOptions;
 use crate::error::{Error, Result};
 use crate::inspection;
-use crate::point_cloud::{self, EvenSample, Fate, pieces};
+use crate::point_cloud::{self, EvenSample, Fate, Pieces, pieces};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// A surface is fitted to this many points at most, chosen evenly over space: enough for as many
@@ -18,6 +18,9 @@ const MOST: usize = 1 << 20;
 /// Points, evenly over space, that tell what the cloud is like, and how many of these whether it
 /// falls into pieces.
 const TELLING: (usize, usize) = (20_000, 4000);
+
+/// How many times smaller than the largest a piece may be that is as good as the largest to choose.
+const LARGE: usize = 3;
 
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
@@ -37,13 +40,33 @@ pub(super) struct Counted {
     /// that were looked at.
     pub(super) duplicates: usize,
     pub(super) outliers: usize,
-    /// The normal of the plane nearest to the largest piece, if they do not hang together.
-    pub(super) layer: Option<DVec3>,
+    /// What is known of their pieces, if they do not hang together.
+    pub(super) apart: Option<Apart>,
     /// Whether only few points have shown that they do.
     glimpsed: bool,
     /// Whether there are more points than were looked at.
     pub(super) thinned: bool,
     pub(super) warnings: Vec<String>,
+}
+
+/// What is known of points that do not hang together.
+pub(super) struct Apart {
+    /// The pieces, in words.
+    pub(super) told: String,
+    /// What a user should know of one surface for all.
+    pub(super) warning: String,
+    /// The normal of the plane nearest to the largest.
+    pub(super) normal: DVec3,
+    /// How many are not much smaller than the largest.
+    pub(super) large: usize,
+}
+
+impl Apart {
+    fn of(found: &Pieces, points: &[DVec3]) -> Option<Self> {
+        let (told, warning) = (found.told()?, found.warning()?);
+        let large = found.sizes.iter().filter(|&&size| LARGE * size >= found.sizes[0]).count();
+        Some(Self { told, warning, normal: found.normal_of_largest(points), large })
+    }
 }
 
 impl Counted {
@@ -83,13 +106,10 @@ impl Counted {
             _ => Some(pieces(&points, observer)?),
         };
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
-        let mut layer = None;
+        let mut apart = None;
         match (options.piece, found) {
             (None, None) => {}
-            (None, Some(found)) => {
-                layer = found.layer(&points);
-                warnings.extend(found.warning());
-            }
+            (None, Some(found)) => apart = Apart::of(&found, &points),
             (Some(piece), Some(found)) if piece < found.sizes.len() => {
                 let chosen: Vec<bool> =
                     found.labels.iter().map(|&label| label as usize == piece).collect();
@@ -118,20 +138,18 @@ impl Counted {
             telling: of(&telling, &told),
             duplicates,
             outliers,
-            layer,
+            apart,
             glimpsed,
             thinned: cloud.len() > MOST,
             warnings,
         })
     }
 
-    /// Warns of pieces that few points do not show: layers farther apart than the spacing of all
+    /// Looks for pieces that few points do not show: layers farther apart than the spacing of all
     /// points, but not than that of few.
     pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
         if self.glimpsed && pieces(&self.telling, observer)?.sizes.len() > 1 {
-            let found = pieces(&self.points, observer)?;
-            self.layer = found.layer(&self.points);
-            self.warnings.extend(found.warning());
+            self.apart = Apart::of(&pieces(&self.points, observer)?, &self.points);
         }
         Ok(())
     }

@@ -1,15 +1,17 @@
 //! The method "fit": an ordered map gives parameters, least squares give the surface.
 
+use std::time::Instant;
+
 use glam::DVec3;
 
-use super::counted::{Counted, every};
+use super::counted::{Apart, Counted, every};
 use super::job::{Job, Shape};
 use super::measured::Measured;
 use super::own_frame::OwnFrame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, net, whole};
 use super::{ReconstructOptions, Reconstruction, Start, heights};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth, bounded};
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
@@ -30,12 +32,59 @@ const TORN: f64 = 0.02;
 const POINTS_PER_FIRST: f64 = 20.0;
 const FIRST_SIDE: usize = 12;
 
+/// The stage in which no surface through all pieces was found.
+const SPANNING: &str = "spanning pieces";
+
+/// The surface near all points, or, where they are in pieces and it folds over or runs away whatever is
+/// done, near those of the largest of which that is not so.
 pub(super) fn reconstruct(
     cloud: &[DVec3],
     bounds: &Bounds,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
+    let started = Instant::now();
+    let Attempt { found, apart, spoilt } = attempt(cloud, bounds, options, observer)?;
+    let given = options.fairness.is_some() || matches!(options.init, Start::Given { .. });
+    let wanted = spoilt && !given && options.topology != Some(Kind::Height);
+    let Some(apart) = apart.filter(|_| wanted) else { return Ok(found) };
+    for piece in 0..apart.large {
+        let spent = started.elapsed();
+        let options = ReconstructOptions { piece: Some(piece), ..*options };
+        match attempt(cloud, bounds, &options, observer) {
+            Ok(Attempt { found: mut alone, spoilt: false, .. }) => {
+                alone.report.times.insert(0, (SPANNING, spent));
+                let warning = format!(
+                    "{}; through all of them goes no surface that neither folds over nor runs away: \
+                     this is one of the largest alone; choose a piece, or fit each",
+                    apart.told
+                );
+                alone.report.warnings.insert(0, warning);
+                return Ok(alone);
+            }
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // A piece may be too small, or no better.
+            _ => {}
+        }
+    }
+    Ok(found)
+}
+
+/// What was found of points.
+struct Attempt {
+    found: Reconstruction,
+    /// What is known of their pieces, if they do not hang together.
+    apart: Option<Apart>,
+    /// Whether the surface has flaws that no tolerance excuses.
+    spoilt: bool,
+}
+
+fn attempt(
+    cloud: &[DVec3],
+    bounds: &Bounds,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Attempt> {
     let mut clock = Clock::start();
     let mut counted = Counted::of(cloud, options, observer)?;
     clock.lap("cleaning");
@@ -71,9 +120,11 @@ pub(super) fn reconstruct(
 
     let growth = growth(options, &frame);
     let creases = start.creases;
-    let (weights, layer) = (counted.weights.clone(), counted.layer);
+    let weights = counted.weights.clone();
+    let layer = counted.apart.as_ref().map(|apart| apart.normal);
     let mut job = Job { points: &local, weights, uv, creases, shape, layer, options };
     let (fit, flaws) = job.done(start.net, growth, told)?;
+    let spoilt = flaws.spoil(&fit);
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
@@ -89,6 +140,7 @@ pub(super) fn reconstruct(
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
     let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
     let mut warnings = counted.warnings;
+    warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, options.tolerance.map_or(0, far)));
@@ -114,7 +166,8 @@ pub(super) fn reconstruct(
         times: clock.times(),
     };
     let Measured { uv, distances, inliers } = measured;
-    Ok(Reconstruction { surface, som, uv, distances, inliers, report })
+    let found = Reconstruction { surface, som, uv, distances, inliers, report };
+    Ok(Attempt { found, apart: counted.apart, spoilt })
 }
 
 /// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from

@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-use super::job::Job;
+use super::job::{Fit, Job};
 use crate::error::Result;
+use crate::fit::EndedBy;
 use crate::inspection::{FoldOver, Overshoot, folds, runaways};
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::Normalization;
@@ -43,6 +44,11 @@ impl Flaws {
     /// At how many places.
     pub(super) fn count(&self) -> usize {
         self.places.len()
+    }
+
+    /// Whether there are any that no tolerance, kept, excuses.
+    pub(super) fn spoil(&self, fit: &Fit) -> bool {
+        self.count() > 0 && fit.ended_by != EndedBy::Tolerance
     }
 
     /// In words, in the points' own frame.

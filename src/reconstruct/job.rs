@@ -23,6 +23,9 @@ const BORDER: f64 = 0.5;
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
+/// How far points in pieces may lie from a surface through all of these, as a share of the diagonal.
+const BETWEEN_PIECES: f64 = 0.05;
+
 /// Share of the points that may be outliers for the fairness of heights to be the one found with
 /// them: more may have led it astray.
 const FEW_OUTLIERS: f64 = 0.01;
@@ -137,8 +140,16 @@ impl Job<'_> {
         growth: Option<Growth>,
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
-        let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let given = self.weights.clone();
+        if growth.is_some() && self.layer.is_some() {
+            // Through pieces between which a small net folds a larger one grows in vain.
+            let small = self.fit(net, None, self.options.fairness, None, observer)?;
+            let small = self.flattened(small, None, observer)?;
+            if small.1.count() > 0 {
+                return Ok(self.across_pieces(given, net, growth, observer)?.unwrap_or(small));
+            }
+        }
+        let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let mut tree = None;
         for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
@@ -153,8 +164,9 @@ impl Job<'_> {
             return Ok(found);
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
-        let spoilt = flaws.count() > 0 && fit.ended_by != EndedBy::Tolerance;
-        if spoilt && let Some(found) = self.across_pieces(given, net, growth, observer)? {
+        if flaws.spoil(&fit)
+            && let Some(found) = self.across_pieces(given, net, growth, observer)?
+        {
             (fit, flaws) = found;
         }
         if self.options.rational {
@@ -243,7 +255,7 @@ impl Job<'_> {
 
     /// The fit with more fairness, where it folds over or runs away and the points do not: the least
     /// that leaves no flaw, or the fewest and then unfolded, everywhere, then less wherever it makes
-    /// none. Keeps a tolerance that was kept.
+    /// none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
     fn flattened(
         &self,
         fit: Fit,
@@ -277,8 +289,10 @@ impl Job<'_> {
         let Some(flat) = flat else { return Ok((fit, flaws)) };
         let found = self.relaxed(&flat, fit.fairness, observer)?;
         let tolerance = growth.and_then(|growth| growth.tolerance);
-        let kept = |tolerance: f64| self.largest(&found.distances) <= tolerance;
-        if fit.ended_by == EndedBy::Tolerance && !tolerance.is_some_and(kept) {
+        let tolerance = tolerance.filter(|_| fit.ended_by == EndedBy::Tolerance);
+        let between = self.layer.map(|_| self.between_pieces());
+        let kept = |limit: f64| self.largest(&found.distances) <= limit;
+        if !tolerance.into_iter().chain(between).all(kept) {
             return Ok((fit, flaws));
         }
         let flaws = self.flaws(&found, observer)?;
@@ -286,8 +300,8 @@ impl Job<'_> {
         Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
     }
 
-    /// Heights over the largest of several pieces, if they have no flaws: layers have no order in which one
-    /// sheet could go through all.
+    /// Heights over the largest of several pieces, if they have no flaws and are near all points: layers
+    /// that are close have no order in which one sheet could go through all, but a middle.
     fn across_pieces(
         &mut self,
         given: Option<Vec<f64>>,
@@ -305,11 +319,16 @@ impl Job<'_> {
         );
         let fit = self.fit(net, growth, None, None, observer)?;
         let (fit, flaws) = self.flattened(fit, growth, observer)?;
-        if flaws.count() == 0 {
+        if flaws.count() == 0 && self.largest(&fit.distances) <= self.between_pieces() {
             return Ok(Some((fit, flaws)));
         }
         (self.shape, self.weights) = (shape, weights);
         Ok(None)
+    }
+
+    /// How far points in pieces may lie from a surface through all of these.
+    fn between_pieces(&self) -> f64 {
+        BETWEEN_PIECES * Bounds::of(self.points).diagonal()
     }
 
     fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {

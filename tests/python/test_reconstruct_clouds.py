@@ -1,4 +1,4 @@
-"""Clouds as they come: outliers, duplicates, pieces, weights, closed bodies, heights."""
+"""Clouds as they come: outliers, duplicates, weights, closed bodies, heights."""
 
 import warnings
 from pathlib import Path
@@ -196,25 +196,6 @@ def test_points_without_weight_are_left_out_but_measured(rng: np.random.Generato
             neurbs.reconstruct(points, weights=wrong)
 
 
-def test_pieces_are_chosen_or_fitted_each(rng: np.random.Generator) -> None:
-    large, small = wave(rng, 900), wave(rng, 300) + np.array([0, 3, 0])
-    points = np.vstack([small, large])
-    with pytest.warns(ConvergenceWarning, match="2 pieces"):
-        together = neurbs.reconstruct(points, grid=(8, 8))
-    assert together.inliers.sum() > 1000
-    first = neurbs.reconstruct(points, grid=(8, 8), pieces=0)
-    np.testing.assert_array_equal(np.flatnonzero(first.inliers), np.arange(300, 1200))
-    assert first.report.max < 0.01
-    each = neurbs.reconstruct(points, grid=(8, 8), pieces="each")
-    assert [result.inliers.sum() for result in each] == [900, 300]
-    assert [result.report.inliers for result in each] == [900, 300]
-    assert "1,200, 300 of them count" in str(each[1].report)
-    wrong: int | str
-    for wrong in (2, -1, "all"):
-        with pytest.raises(neurbs.NeurbsError, match="pieces"):
-            neurbs.reconstruct(points, pieces=wrong)
-
-
 def test_a_sheet_around_a_body_does_not_fold() -> None:
     i = np.arange(2000) + 0.5
     z, angle = 1 - i / 1000, 2.4 * i
@@ -225,13 +206,6 @@ def test_a_sheet_around_a_body_does_not_fold() -> None:
     assert not any("folds over" in str(warning.message) for warning in caught)
     assert result.som.fold_overs() == 0
     assert result.report.rms < 1e-3
-
-
-def test_layers_are_told_though_few_points_show_none(rng: np.random.Generator) -> None:
-    x, y = rng.random((2, 6000))
-    height = 0.1 * np.sin(3 * x) * np.cos(2 * y) + np.repeat([0, 4 / np.sqrt(3000)], 3000)
-    with pytest.warns(ConvergenceWarning, match="2 pieces"):
-        neurbs.reconstruct(np.column_stack([x, y, height]), grid=(8, 8))
 
 
 def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
