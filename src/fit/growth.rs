@@ -59,7 +59,7 @@ const PACE: Pace = Pace { limit: 6, left_of_fairness: 1.0 };
 const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows.
-pub(crate) const POINTS_PER_CONTROL_POINT: usize = 4;
+const POINTS_PER_CONTROL_POINT: usize = 1;
 
 /// Root mean square error, as a share of the diagonal of the points' box, below which nobody sees
 /// what more control points would do.

@@ -44,7 +44,7 @@ pub use self::border::bounded;
 pub use self::correct::project;
 use self::fairness::Energy;
 pub(crate) use self::ground::{Base, Strip, across};
-pub(crate) use self::growth::{EXACT, POINTS_PER_CONTROL_POINT};
+pub(crate) use self::growth::EXACT;
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
 pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};

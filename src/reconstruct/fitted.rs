@@ -29,7 +29,7 @@ const EXTRAPOLATION: f64 = 0.75;
 const TORN: f64 = 0.02;
 
 /// Points for each control point of the net that growth begins with, and its longest side.
-const POINTS_PER_FIRST: f64 = 20.0;
+const POINTS_PER_FIRST: f64 = 2.0;
 const FIRST_SIDE: usize = 12;
 
 /// The stage in which no surface through all pieces was found.

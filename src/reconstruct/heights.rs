@@ -11,8 +11,8 @@ use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
 use crate::error::Result;
 use crate::fit::{
-    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, POINTS_PER_CONTROL_POINT, Strip,
-    across, cosines, fit_heights_over, fit_heights_with, height_axes, project,
+    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Strip, across, cosines,
+    fit_heights_over, fit_heights_with, height_axes, project,
 };
 use crate::point_cloud::Bounds;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -21,13 +21,22 @@ use crate::som;
 /// How much longer the sides of the net become at a time.
 const LONGER: f64 = 1.5;
 
+/// Control points for each point at most: where what predicts best says when to stop, more of them than
+/// points do no harm. And points for each control point at least where a tolerance does.
+const MOST_PER_POINT: usize = 2;
+const LEAST_POINTS: usize = 4;
+
 /// Share of the error expected of unseen points that may be left after growing, for the growth to
 /// go on.
 const LEAST_GAIN: f64 = 0.95;
 
-/// Share of the rectangle around the points that their convex hull fills at least, where the
-/// heights were found out: a surface over the rectangle hardly goes on beyond the points then.
+/// Share of what the convex hull of as many points fills of the rectangle around them, were they
+/// scattered evenly over one, that theirs fills at least, where the heights were found out: a surface
+/// over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
+
+/// Fewer points than that do not tell what they fill.
+const FEW: usize = 20;
 
 /// Points to a cell of that rectangle on average, and cells along a side at most; and the share of them
 /// without points from which on a bent strip is looked for: a U, whose hull is a rectangle, leaves more.
@@ -60,14 +69,28 @@ pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>
 pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool) -> Option<Base> {
     let rectangle = Base { up, strip: None };
     let places = places(points, &rectangle).0;
-    let filled = area(&som::hull(&places)) >= FILLED;
+    let filled = area(&som::hull(&places)) >= FILLED * evenly_filled(places.len());
     if filled && empty(&places) < EMPTY {
         return Some(rectangle);
     }
-    match strip(points, up).filter(wanted) {
-        Some(strip) => Some(Base { up, strip: Some(strip) }),
+    let fits = |base: &Base| !filled || empty(&self::places(points, base).0) < EMPTY;
+    let strip = strip(points, up).filter(wanted).map(|strip| Base { up, strip: Some(strip) });
+    match strip.filter(fits) {
+        Some(strip) => Some(strip),
         None => filled.then_some(rectangle),
     }
+}
+
+/// Share of the rectangle around so many points that their convex hull fills on average if they are
+/// scattered evenly over one (A. Rényi, R. Sulanke, *Über die konvexe Hülle von n zufällig gewählten
+/// Punkten*, 1963), as is the share of that which the rectangle around them fills.
+fn evenly_filled(count: usize) -> f64 {
+    if count < FEW {
+        return 1.0;
+    }
+    let n = count as f64;
+    let around = ((n - 1.0) / (n + 1.0)).powi(2);
+    ((1.0 - 8.0 / 3.0 * n.ln() / n) / around).min(1.0)
 }
 
 /// Share of the unit square without any of these places.
@@ -164,7 +187,10 @@ pub(super) fn fit(
         }
         let longer = |side: usize| whole((side as f64 * LONGER).ceil());
         let next = (longer(net.0), longer(net.1));
-        let held = counted / POINTS_PER_CONTROL_POINT;
+        let held = match growth.tolerance {
+            Some(_) => counted / LEAST_POINTS,
+            None => MOST_PER_POINT * counted,
+        };
         if next.0 * next.1 > growth.most.min(held) {
             break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
         }

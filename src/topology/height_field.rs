@@ -33,10 +33,17 @@ pub struct HeightField {
     pub slope: f64,
 }
 
+/// How many times farther than the median the farthest of the points around one may lie for the plane
+/// nearest to them to tell how steep it is there: of tracks, those beside lie much farther than those
+/// along.
+const FARTHEST: f64 = 6.0;
+
 /// What the surface is like around a point.
 #[derive(Clone, Copy)]
 struct Tangent {
-    plane: Plane,
+    normal: DVec3,
+    /// How far its points scatter about the plane.
+    deviation: f64,
     /// Mean distance to the neighbours.
     spacing: f64,
 }
@@ -44,9 +51,19 @@ struct Tangent {
 /// The direction over whose plane the points are heights, if there is one.
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
     let tangent = |index: usize| {
-        let around = graph.edges(index).iter().map(|edge| points[edge.to as usize]);
-        let plane = Plane::of(std::iter::once(points[index]).chain(around));
-        Tangent { plane, spacing: graph.spacing(index) }
+        let (own, edges) = (points[index], graph.edges(index));
+        let around = || edges.iter().map(|edge| points[edge.to as usize]);
+        let mut plane = Plane::of(std::iter::once(own).chain(around()));
+        let deviation = plane.deviations[2];
+        let mut lengths: Vec<f64> = edges.iter().map(|edge| edge.length).collect();
+        lengths.sort_by(f64::total_cmp);
+        if lengths.last() > lengths.get(lengths.len() / 2).map(|median| FARTHEST * median).as_ref()
+        {
+            // Directions count, however far they lead.
+            let ways = around().map(|point| (point - own).normalize_or_zero());
+            plane = Plane::of(ways.flat_map(|way| [way, -way]));
+        }
+        Tangent { normal: plane.normal(), deviation, spacing: graph.spacing(index) }
     };
     let tangents: Vec<Tangent> = (0..points.len()).into_par_iter().map(tangent).collect();
     let principal = Plane::of(points.iter().copied()).normal();
@@ -60,7 +77,7 @@ pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightFiel
 
 /// The angle that all but the steepest places stay below, in degrees.
 fn slope(tangents: &[Tangent], up: DVec3) -> f64 {
-    let angle = |tangent: &Tangent| tangent.plane.normal().dot(up).abs().min(1.0).acos();
+    let angle = |tangent: &Tangent| tangent.normal.dot(up).abs().min(1.0).acos();
     let mut angles: Vec<f64> = tangents.iter().map(angle).collect();
     angles.sort_by(f64::total_cmp);
     let steepest = angles.len().saturating_sub(1 + angles.len() / STEEPER);
@@ -75,10 +92,10 @@ fn overlap(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> f64 {
         let mut found = Vec::new();
         tree.nearest_to(*index, BELOW, &mut found);
         let tangent = &tangents[*index as usize];
-        let near = NEAR.0 * tangent.spacing + NEAR.1 * tangent.plane.deviations[2];
+        let near = NEAR.0 * tangent.spacing + NEAR.1 * tangent.deviation;
         found.iter().any(|n| {
             let apart = points[n.index as usize] - points[*index as usize];
-            tangent.plane.normal().dot(apart).abs() > near + n.distance()
+            tangent.normal.dot(apart).abs() > near + n.distance()
         })
     };
     let count = (0..).zip(points).map(|(index, _)| index).collect::<Vec<u32>>();

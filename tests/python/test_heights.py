@@ -135,3 +135,29 @@ def test_free_weights_are_never_worse(rng: np.random.Generator) -> None:
             polynomial = neurbs.NurbsSurface.fit(points, uv, net=net)
             freed = neurbs.free_weights(polynomial, points)
             assert rms(freed, points) <= rms(polynomial, points)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_heights_are_nearly_what_they_were_taken_from(seed: int) -> None:
+    x, y = np.random.default_rng(seed).random((2, 60))
+    result = neurbs.reconstruct(np.column_stack([x, y, bump(x, y)]))
+    assert result.report.topology == "height"
+    # Away from the corners, which no point may be near.
+    u, v = np.meshgrid(*(np.linspace(*ends, 40)[4:-4] for ends in result.surface.domain))
+    places = result.surface.evaluate(np.column_stack([u.ravel(), v.ravel()]))
+    error = places[:, 2] - bump(places[:, 0], places[:, 1])
+    assert np.sqrt(np.mean(error**2)) < 0.01
+
+
+def test_tracks_far_apart_are_heights(rng: np.random.Generator) -> None:
+    along, track = np.tile(np.linspace(0, 2, 400), 5), np.repeat(np.arange(5), 400)
+    across = 0.4 * track + 0.02 * np.sin(3 * along + track)
+    height = 0.2 * np.sin(2 * along) * np.cos(2 * across) + 0.001 * rng.standard_normal(2000)
+    result = neurbs.reconstruct(np.column_stack([along, across, height]))
+    assert result.report.topology == "height"
+    assert result.report.rms < 0.002
+
+
+def bump(x: Points, y: Points) -> Points:
+    height: Points = 0.3 * np.sin(4 * x) * np.cos(3 * y)
+    return height

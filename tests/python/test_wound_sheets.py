@@ -46,3 +46,15 @@ def test_windings_are_told_apart(cloud: Callable[[np.random.Generator], Points],
     assert result.report.topology == "sheet"
     assert result.report.rms < 2e-4 * result.report.diagonal
     assert result.report.max < 2e-3 * result.report.diagonal
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_points_keep_the_order_of_a_fold(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    t, y = 3 * np.pi * (rng.random(240) - 0.5), 2 * rng.random(240)
+    points = np.column_stack([np.sin(t), y, np.sign(t) * (np.cos(t) - 1)])
+    result = neurbs.reconstruct(points)
+    assert not result.report.warnings
+    x, _, z = result.surface.tessellate(shape=(60, 60)).vertices.T
+    off = np.abs(np.hypot(x, z - np.copysign(1, z)) - 1)
+    assert np.quantile(off, 0.9) < 0.02
