@@ -13,4 +13,5 @@ pub use self::fold_over::{FoldOver, fold_over};
 pub use self::layers::{DoubleLayer, double_layer};
 pub(crate) use self::overshoot::runaways;
 pub use self::overshoot::{Overshoot, overshoot};
+pub(crate) use self::units::UNEVEN;
 pub use self::units::{UnevenExtents, uneven_extents};

@@ -8,7 +8,7 @@ use crate::point_cloud::Bounds;
 
 /// From this ratio on of the largest side of the bounding box to the second, points are rather in
 /// different units than on so narrow a strip.
-const UNEVEN: f64 = 100.0;
+pub(crate) const UNEVEN: f64 = 100.0;
 
 /// Sides of a bounding box that differ so much that the axes may have different units.
 #[derive(Clone, Copy, Debug, PartialEq)]

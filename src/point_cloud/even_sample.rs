@@ -52,8 +52,7 @@ struct Chosen {
 
 impl Chosen {
     fn new(point: DVec3, index: u64) -> Self {
-        let hash = bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits));
-        Self { point, index, hash }
+        Self { point, index, hash: hash(point) }
     }
 
     /// In which order points are preferred; equal points by their place in the stream.
@@ -68,6 +67,11 @@ impl Chosen {
         )]
         (self.point / side).to_array().map(|along| along.floor() as i64)
     }
+}
+
+/// A number that scatters whatever points do, and depends on nothing else.
+pub(crate) fn hash(point: DVec3) -> u64 {
+    bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits))
 }
 
 /// The bits of a point, by which equal ones are known.

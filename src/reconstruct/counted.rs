@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::ReconstructOptions;
+use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
 use crate::point_cloud::{self, EvenSample, Fate, Pieces, pieces};
@@ -25,7 +26,7 @@ const LARGE: usize = 3;
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
 
-/// The points that a surface is fitted to, in an order that depends neither on how they came nor on
+/// The points that a surface is fitted to, by what their coordinates count, in an order that depends neither on how they came nor on
 /// how they lie in space: from the farthest from the centroid to the nearest, so that equal steps
 /// in it are spread evenly over the cloud.
 pub(super) struct Counted {
@@ -72,22 +73,27 @@ impl Apart {
 impl Counted {
     pub(super) fn of(
         cloud: &[DVec3],
+        units: &Units,
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let mut warnings = Vec::new();
-        warnings.extend(inspection::uneven_extents(cloud).map(|found| found.to_string()));
+        let uneven = || inspection::uneven_extents(cloud).map(|found| found.to_string());
+        warnings.extend(units.warning().or_else(uneven));
+        let of_cloud = |indices: &[u32]| -> Vec<DVec3> {
+            indices.iter().map(|&index| units.apply(cloud[index as usize])).collect()
+        };
         let mut indices = looked_at(cloud, observer)?;
         let mut weights = options.weights.map(|weights| of(weights, &indices));
         if let Some(given) = &mut weights {
             let counts: Vec<bool> = given.iter().map(|weight| *weight > 0.0).collect();
             keep(&mut indices, &counts);
             keep(given, &counts);
-            point_cloud::check(&of(cloud, &indices))?;
+            point_cloud::check(&of_cloud(&indices))?;
         }
         let (mut duplicates, mut outliers) = (0, 0);
         if options.clean {
-            let found = point_cloud::clean(&of(cloud, &indices), observer)?;
+            let found = point_cloud::clean(&of_cloud(&indices), observer)?;
             (duplicates, outliers) = (found.count(Fate::Duplicate), found.count(Fate::Outlier));
             if !found.multiplicity.is_empty() {
                 let given = weights.take().map(|weights| of(&weights, &found.kept));
@@ -99,7 +105,7 @@ impl Counted {
             }
             indices = of(&indices, &found.kept);
         }
-        let mut points = of(cloud, &indices);
+        let mut points = of_cloud(&indices);
         let mut telling = evenly(&points, TELLING.0);
         let found = match options.piece {
             None if pieces(&evenly(&telling, TELLING.1), observer)?.sizes.len() == 1 => None,

@@ -4,12 +4,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::counted::{Apart, Counted, every};
+use super::counted::{Apart, Counted, every, of};
+use super::feet::feet;
 use super::job::{Job, Shape};
 use super::measured::Measured;
-use super::own_frame::OwnFrame;
+use super::own_frame::{Frame, OwnFrame};
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, net, whole};
+use super::units::Units;
 use super::{ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth, bounded};
@@ -32,11 +34,13 @@ const TORN: f64 = 0.02;
 const POINTS_PER_FIRST: f64 = 2.0;
 const FIRST_SIDE: usize = 12;
 
-/// The stage in which no surface through all pieces was found.
+/// The stages in which no surface was found in the points' own units, and none through all pieces.
+const OWN_UNITS: &str = "own units";
 const SPANNING: &str = "spanning pieces";
 
-/// The surface near all points, or, where they are in pieces and it folds over or runs away whatever is
-/// done, near those of the largest of which that is not so.
+/// The surface near all points, in other units than theirs if it folds over or runs away in those, or,
+/// where they are in pieces and it does so whatever is done, near those of the largest of which that is
+/// not so.
 pub(super) fn reconstruct(
     cloud: &[DVec3],
     bounds: &Bounds,
@@ -44,27 +48,30 @@ pub(super) fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let started = Instant::now();
-    let Attempt { found, apart, spoilt } = attempt(cloud, bounds, options, observer)?;
+    let (units, others) = Units::of(cloud, options, observer)?;
+    let Attempt { found, apart, spoilt } = attempt(cloud, bounds, units, options, observer)?;
+    if let Some(units) = others.filter(|_| spoilt) {
+        let spent = started.elapsed();
+        if let Some(mut flat) = unspoilt(attempt(cloud, bounds, units, options, observer))? {
+            flat.report.times.insert(0, (OWN_UNITS, spent));
+            return Ok(flat);
+        }
+    }
     let given = options.fairness.is_some() || matches!(options.init, Start::Given { .. });
     let wanted = spoilt && !given && options.topology != Some(Kind::Height);
     let Some(apart) = apart.filter(|_| wanted) else { return Ok(found) };
     for piece in 0..apart.large {
         let spent = started.elapsed();
         let options = ReconstructOptions { piece: Some(piece), ..*options };
-        match attempt(cloud, bounds, &options, observer) {
-            Ok(Attempt { found: mut alone, spoilt: false, .. }) => {
-                alone.report.times.insert(0, (SPANNING, spent));
-                let warning = format!(
-                    "{}; through all of them goes no surface that neither folds over nor runs away: \
-                     this is one of the largest alone; choose a piece, or fit each",
-                    apart.told
-                );
-                alone.report.warnings.insert(0, warning);
-                return Ok(alone);
-            }
-            Err(Error::Interrupted) => return Err(Error::Interrupted),
-            // A piece may be too small, or no better.
-            _ => {}
+        if let Some(mut alone) = unspoilt(attempt(cloud, bounds, units, &options, observer))? {
+            alone.report.times.insert(0, (SPANNING, spent));
+            let warning = format!(
+                "{}; through all of them goes no surface that neither folds over nor runs away: \
+                 this is one of the largest alone; choose a piece, or fit each",
+                apart.told
+            );
+            alone.report.warnings.insert(0, warning);
+            return Ok(alone);
         }
     }
     Ok(found)
@@ -79,21 +86,33 @@ struct Attempt {
     spoilt: bool,
 }
 
+/// What another attempt has found, if that is better than a surface with flaws; a piece, say, may be too
+/// small for one.
+fn unspoilt(attempt: Result<Attempt>) -> Result<Option<Reconstruction>> {
+    match attempt {
+        Ok(Attempt { found, spoilt, .. }) => Ok(Some(found).filter(|_| !spoilt)),
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(_) => Ok(None),
+    }
+}
+
 fn attempt(
     cloud: &[DVec3],
     bounds: &Bounds,
+    units: Units,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Attempt> {
     let mut clock = Clock::start();
-    let mut counted = Counted::of(cloud, options, observer)?;
+    let mut counted = Counted::of(cloud, &units, options, observer)?;
     clock.lap("cleaning");
     let found = kind(&counted.telling, options, observer)?;
     if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
     }
-    let frame = Normalization::of(&counted.points);
-    let local: Vec<DVec3> = counted.points.iter().map(|&point| frame.apply(point)).collect();
+    let frame = Frame { units, counted: Normalization::of(&counted.points) };
+    let local: Vec<DVec3> =
+        counted.points.iter().map(|&point| frame.counted.apply(point)).collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
     let shape = Shape::of(&found, &local, budget, options);
     clock.lap("topology");
@@ -128,10 +147,14 @@ fn attempt(
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
-    let own: Vec<f64> = fit.distances.iter().map(|distance| distance / frame.scale).collect();
+    let (uv, own) = if units.differ() {
+        feet(&surface, &of(cloud, &counted.indices), observer)?
+    } else {
+        (fit.uv, fit.distances.iter().map(|&distance| frame.length(distance)).collect())
+    };
     let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
     let shown = counts.iter().filter(|counts| !**counts).count();
-    let mut measured = Measured::of_fitted(&counted, cloud.len(), &fit.uv, &own, &counts);
+    let mut measured = Measured::of_fitted(&counted, cloud.len(), &uv, &own, &counts);
     measured.add_others(cloud, &counted, &surface, job.shape.closed().closed(), observer)?;
     let som = in_own_frame(&map, &sample, &frame, observer)?;
     clock.lap("measuring");
@@ -177,7 +200,7 @@ fn learned(
     start: &mut OrderedStart,
     shape: &Shape,
     budget: (usize, usize),
-    frame: &Normalization,
+    frame: &Frame,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
@@ -225,8 +248,9 @@ fn default_grid(count: usize) -> (usize, usize) {
 }
 
 /// How far the net grows, in the frame; not at all where its size was given without a tolerance.
-fn growth(options: &ReconstructOptions<'_>, frame: &Normalization) -> Option<Growth> {
-    let tolerance = options.tolerance.map(|tolerance| tolerance * frame.scale);
+fn growth(options: &ReconstructOptions<'_>, frame: &Frame) -> Option<Growth> {
+    let counted = |tolerance| frame.units.distance(tolerance) * frame.counted.scale;
+    let tolerance = options.tolerance.map(counted);
     let free = options.grid.is_none() || tolerance.is_some();
     free.then_some(Growth { tolerance, most: options.max_control_points })
 }

@@ -3,11 +3,11 @@
 use glam::DVec2;
 
 use super::job::{Fit, Job};
+use super::own_frame::Frame;
 use crate::error::Result;
 use crate::fit::EndedBy;
 use crate::inspection::{FoldOver, Overshoot, folds, runaways};
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::Normalization;
 use crate::progress::Observer;
 
 /// Where a surface folds over or runs away, though its points do not.
@@ -52,10 +52,10 @@ impl Flaws {
     }
 
     /// In words, in the points' own frame.
-    pub(super) fn warnings(&self, frame: &Normalization) -> impl Iterator<Item = String> {
+    pub(super) fn warnings(&self, frame: &Frame) -> impl Iterator<Item = String> {
         let fold = self.fold.map(|fold| FoldOver { place: frame.undo(fold.place), ..fold });
         let overshoot = self.overshoot.map(|found| Overshoot {
-            distance: found.distance / frame.scale,
+            distance: frame.length(found.distance),
             place: frame.undo(found.place),
             ..found
         });

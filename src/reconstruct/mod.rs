@@ -13,10 +13,12 @@ mod own_frame;
 mod paper;
 mod region;
 mod relay;
+mod relief;
 mod report;
 mod robust;
 mod start;
 mod strip;
+mod units;
 
 use glam::{DVec2, DVec3};
 

@@ -3,9 +3,10 @@
 use glam::{DVec2, DVec3};
 
 use super::outline::{self, Squared};
+use super::own_frame::Frame;
 use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
-use crate::point_cloud::{EvenSample, Normalization};
+use crate::point_cloud::EvenSample;
 use crate::progress::Observer;
 use crate::som::{
     self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology, Unrolled,
@@ -67,7 +68,7 @@ impl OrderedStart {
         budget: (usize, usize),
         topology: Topology,
         chart: Option<&Chart>,
-        frame: &Normalization,
+        frame: &Frame,
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
@@ -85,7 +86,7 @@ impl OrderedStart {
             let net = split(if chart.closed_v { ratio.powf(0.25) } else { ratio });
             let lattice = lattice(net, sample.len(), topology)?;
             let nodes = chart.lattice(lattice.shape());
-            let nodes = nodes.into_iter().map(|node| frame.apply(node)).collect();
+            let nodes = nodes.into_iter().map(|node| frame.counted.apply(node)).collect();
             return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
@@ -282,7 +283,7 @@ pub(super) fn learn(
 pub(super) fn in_own_frame(
     map: &SelfOrganizingMap,
     sample: &[DVec3],
-    frame: &Normalization,
+    frame: &Frame,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let points: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
@@ -292,8 +293,8 @@ pub(super) fn in_own_frame(
     own.steps = map.steps;
     own.stopped_by = map.stopped_by;
     own.reached = map.reached;
-    own.change = map.change.map(|change| change / frame.scale);
-    own.error = map.error.map(|error| error / frame.scale);
+    own.change = map.change.map(|change| frame.length(change));
+    own.error = map.error.map(|error| frame.length(error));
     Ok(own)
 }
 

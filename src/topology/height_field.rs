@@ -10,7 +10,7 @@ const STEEPER: usize = 50;
 
 /// Steeper slopes (from the plane) are walls, over which heights would be no function or an
 /// unevenly sampled one.
-const WALL_DEGREES: f64 = 72.0;
+pub(crate) const WALL_DEGREES: f64 = 72.0;
 
 /// Neighbours in the plane that must be neighbours on the surface.
 const BELOW: usize = 5;

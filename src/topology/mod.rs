@@ -24,6 +24,7 @@ use crate::progress::{Observer, Progress, Stage, report};
 
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
+pub(crate) use self::height_field::WALL_DEGREES;
 pub use self::start::Chart;
 
 /// Points that are looked at, evenly over space.
@@ -152,6 +153,15 @@ pub fn detect_wanted(
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
     look(points, Some(wanted), observer)
+}
+
+/// As [`detect`], of points that are only asked whether they are heights.
+pub(crate) fn heights(
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Option<HeightField>> {
+    let cloud = Cloud::of(points, MOST, Some(Kind::Height), observer)?;
+    Ok(height_field::find(&cloud.points, &cloud.graph))
 }
 
 fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> Result<Topology> {

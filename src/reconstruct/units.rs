@@ -1,0 +1,292 @@
+//! What coordinates count in a fit, where distances count alike in all directions: axes in different
+//! units would make most of them count nothing.
+
+use glam::DVec3;
+
+use super::ReconstructOptions;
+use super::measured::PORTION;
+use super::relief::Relief;
+use super::start::whole;
+use crate::error::Result;
+use crate::inspection::UNEVEN;
+use crate::point_cloud::{EvenSample, KdTree, Plane, hash};
+use crate::progress::Observer;
+use crate::topology::{Kind, heights};
+
+/// Points that tell, about so many: any of the cloud, as the more there are in a place the more it
+/// counts.
+const TELLING: usize = 1000;
+
+/// Share of the points that may lie beyond what counts as their extent on either side: outliers.
+const BEYOND: f64 = 0.02;
+
+/// Neighbours of a point that tell how points lie around it.
+const NEIGHBORS: usize = 8;
+
+/// How many times more alike neighbours must lie in all directions if a cloud a hundred times longer
+/// than wide is taken for a strip.
+const STRIP: f64 = 4.0;
+
+/// Share of its width under which the thickness of a cloud makes it a plate, which may stand.
+const PLATE: f64 = 0.1;
+
+/// Points that have a height in common, on average, if they lie on levels.
+const LEVEL: usize = 10;
+
+/// Height of a surface by its extents across.
+const HEIGHT: f64 = 0.25;
+
+/// Share of a surface that must be wall for its units to be doubted.
+const MOSTLY: f64 = 0.5;
+
+/// Share of what planes leave of heights in the points' own units that they may leave of others.
+const UNEXPLAINED: f64 = 0.5;
+
+/// What a fit counts each coordinate times: a power of two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Units {
+    by: DVec3,
+}
+
+impl Units {
+    /// Whether not all are one.
+    pub(super) fn differ(&self) -> bool {
+        self.by != DVec3::ONE
+    }
+
+    pub(super) fn apply(&self, point: DVec3) -> DVec3 {
+        self.by * point
+    }
+
+    pub(super) fn undo(&self, point: DVec3) -> DVec3 {
+        point / self.by
+    }
+
+    /// What a distance counts: where a surface does not lie along x and y, distances from it are heights
+    /// rather than ways along them.
+    pub(super) fn distance(&self, distance: f64) -> f64 {
+        self.by.z * distance
+    }
+
+    /// The units that the points seem to have, their own unless these are no use, and others that they
+    /// may have if no surface is found in those.
+    pub(super) fn of(
+        cloud: &[DVec3],
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Self, Option<Self>)> {
+        let telling = Telling::of(cloud);
+        let by = telling.evened(observer)?;
+        let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
+        let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
+        Ok(match laid_flat {
+            Some((by, true)) => (Self { by }, None),
+            Some((flat, false)) => (Self { by }, Some(Self { by: flat })),
+            None => (Self { by }, None),
+        })
+    }
+
+    /// In words.
+    pub(super) fn warning(&self) -> Option<String> {
+        let counted = |(axis, by): (&str, f64)| match by {
+            1.0 => None,
+            by if by < 1.0 => Some(format!("1/{} of {axis}", 1.0 / by)),
+            by => Some(format!("{by} times {axis}")),
+        };
+        let axes = ["x", "y", "z"].into_iter().zip(self.by.to_array());
+        let counted: Vec<String> = axes.filter_map(counted).collect();
+        (!counted.is_empty()).then(|| {
+            format!(
+                "the axes seem to have different units: the fit counts {}, as do lengths and places in \
+                 other warnings; bring them to one unit where you know better",
+                counted.join(" and ")
+            )
+        })
+    }
+}
+
+/// What some points tell.
+struct Telling<'a> {
+    cloud: &'a [DVec3],
+    points: Vec<DVec3>,
+    extents: DVec3,
+}
+
+impl<'a> Telling<'a> {
+    fn of(cloud: &'a [DVec3]) -> Self {
+        let share = TELLING as f64 / cloud.len() as f64;
+        let chosen = |point: &&DVec3| hash(**point) as f64 <= share * u64::MAX as f64;
+        let points: Vec<DVec3> = cloud.iter().filter(chosen).copied().collect();
+        let extent = |axis: usize| {
+            let mut along: Vec<f64> = points.iter().map(|point| point[axis]).collect();
+            along.sort_by(f64::total_cmp);
+            let beyond = whole(BEYOND * along.len() as f64);
+            along
+                .get(beyond..along.len() - beyond)
+                .and_then(|kept| Some(kept.last()? - kept.first()?))
+        };
+        let extents = DVec3::from([0, 1, 2].map(|axis| extent(axis).unwrap_or(0.0)));
+        Self { cloud, points, extents }
+    }
+
+    /// Where one axis is longer than both others by so much that it has another unit: what makes it
+    /// about as long as the second, or as high as a surface is if it is z.
+    fn evened(&self, observer: &mut dyn Observer) -> Result<DVec3> {
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|&a, &b| self.extents[b].total_cmp(&self.extents[a]));
+        let [longest, second, _] = axes;
+        let (long, short) = (self.extents[longest], self.extents[second]);
+        if !(long > UNEVEN * short && short > 0.0) {
+            return Ok(DVec3::ONE);
+        }
+        let mut by = DVec3::ONE;
+        by[longest] = power(if longest == 2 { HEIGHT * short } else { short } / long);
+        let unlike = |by| self.unlikeness(by, (longest, second));
+        let strip = STRIP * unlike(DVec3::ONE) < unlike(by);
+        let kept = strip || !self.explained(by, observer)?;
+        Ok(if kept { DVec3::ONE } else { by })
+    }
+
+    /// How many times farther neighbours lie along one of two axes than along the other.
+    fn unlikeness(&self, by: DVec3, (a, b): (usize, usize)) -> f64 {
+        let points = self.counted(by);
+        let tree = KdTree::new(&points);
+        let (mut sum, mut found) = (DVec3::ZERO, Vec::new());
+        for (index, &point) in (0..).zip(&points) {
+            tree.nearest_to(index, NEIGHBORS, &mut found);
+            sum +=
+                found.iter().map(|near| (points[near.index as usize] - point).abs()).sum::<DVec3>();
+        }
+        (sum[a] / sum[b]).max(sum[b] / sum[a])
+    }
+
+    /// What makes heights over x and y no higher than those of a surface, where the points are such heights
+    /// then, and in their own units most of the surface would be wall; and whether it is the plane that was
+    /// sampled evenly.
+    fn laid_flat(
+        &self,
+        mut by: DVec3,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<(DVec3, bool)>> {
+        let extents = by * self.extents;
+        let shorter = extents.x.min(extents.y);
+        if !(shorter > 0.0 && extents.z > 0.0) {
+            return Ok(None);
+        }
+        let narrow = extents.x.max(extents.y) > UNEVEN * shorter;
+        if narrow {
+            let longer = usize::from(extents.y > extents.x);
+            by[longer] *= power(shorter / extents[longer]);
+        }
+        let [_, wide, thick] = Plane::of(self.points.iter().copied()).deviations;
+        if !narrow && thick < PLATE * wide {
+            return Ok(None);
+        }
+        by.z *= power(HEIGHT * shorter / extents.z);
+        let telling = self.counted(by);
+        if Relief::of(&telling, DVec3::Z).walls(by) < MOSTLY {
+            return Ok(None);
+        }
+        let even = self.evenly(|point| (by * point).with_z(0.0), by);
+        let found = heights(&even, observer)?;
+        if found.is_none_or(|found| found.up != DVec3::Z) || !self.explained(by, observer)? {
+            return Ok(None);
+        }
+        let on_plane = || Relief::of(&even, DVec3::Z).sampled_on_plane(by, &telling);
+        Ok(Some((by, self.on_levels() || on_plane())))
+    }
+
+    /// Whether points lie on contour lines: these run closest together where it is steep.
+    fn on_levels(&self) -> bool {
+        let mut heights: Vec<f64> = self.points.iter().map(|point| point.z).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        LEVEL * heights.len() < self.points.len()
+    }
+
+    /// The points that tell, if coordinates count so much.
+    fn counted(&self, by: DVec3) -> Vec<DVec3> {
+        self.points.iter().map(|&point| by * point).collect()
+    }
+
+    /// As many, evenly over space where `place` puts them, if coordinates count so much.
+    fn evenly(&self, place: impl Fn(DVec3) -> DVec3, by: DVec3) -> Vec<DVec3> {
+        let mut sample = EvenSample::new(TELLING);
+        for portion in self.cloud.chunks(PORTION) {
+            let places: Vec<DVec3> = portion.iter().map(|&point| place(point)).collect();
+            sample.extend(&places);
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "an index into memory")]
+        sample.indices().into_iter().map(|index| by * self.cloud[index as usize]).collect()
+    }
+
+    /// Whether heights over x and y are better explained by planes if coordinates count so much than the
+    /// points are in their own units, as heights over whatever plane.
+    fn explained(&self, by: DVec3, observer: &mut dyn Observer) -> Result<bool> {
+        let even = self.evenly(|point| point, DVec3::ONE);
+        let Some(own) = heights(&even, observer)? else { return Ok(true) };
+        let own = Relief::of(&self.points, own.up).unexplained();
+        Ok(Relief::of(&self.counted(by), DVec3::Z).unexplained() < UNEXPLAINED * own)
+    }
+}
+
+/// The power of two nearest to a ratio.
+fn power(ratio: f64) -> f64 {
+    ratio.log2().round().exp2()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    /// Points over a square, as high as `height` makes them.
+    fn scattered(height: impl Fn(f64, f64) -> f64) -> Vec<DVec3> {
+        let point = |k: u32| {
+            let (x, y) = (2.0 * (f64::from(k) * 0.618_034).fract(), f64::from(k) / 1000.0);
+            DVec3::new(x, y, height(x, y))
+        };
+        (0..2000).map(point).collect()
+    }
+
+    fn found(points: &[DVec3], by: [f64; 3]) -> (Units, Option<Units>) {
+        let points: Vec<DVec3> = points.iter().map(|&point| DVec3::from(by) * point).collect();
+        Units::of(&points, &ReconstructOptions::default(), &mut Silent).unwrap()
+    }
+
+    #[test]
+    fn grounds_are_counted_alike() {
+        let ground = scattered(|x, y| 0.1 * (3.0 * x + y).sin() + 0.1 * (4.0 * y - x).cos());
+        let counted = |by| found(&ground, by).0.by.to_array();
+        assert_eq!(counted([1.0, 1.0, 1.0]), [1.0, 1.0, 1.0]);
+        assert_eq!(counted([1.0, 1024.0, 1.0]), [1.0, 1.0 / 1024.0, 1.0]);
+        assert_eq!(counted([1.0, 1.0, 1024.0]), [1.0, 1.0, 1.0 / 1024.0]);
+        assert_eq!(counted([1.0, 1.0, 32.0]), [1.0, 1.0, 1.0 / 32.0]);
+        let (units, _) = found(&ground, [1024.0, 1.0, 1024.0]);
+        assert_eq!(units.by, DVec3::new(1.0 / 1024.0, 1.0, 1.0 / 1024.0));
+        assert!(units.warning().unwrap().contains("counts 1/1024 of x and 1/1024 of z"));
+    }
+
+    #[test]
+    fn walls_keep_their_units() {
+        let standing = scattered(|x, y| 0.1 * (3.0 * x + y).sin()).into_iter();
+        let standing: Vec<DVec3> = standing.map(|p| DVec3::new(p.x, p.z, 3.0 * p.y)).collect();
+        assert!(!found(&standing, [1.0; 3]).0.differ());
+    }
+
+    #[test]
+    fn more_points_where_it_is_steep_are_a_wall() {
+        // Rows of points at equal steps along waves that are as high as they are long.
+        let mut rows = vec![];
+        for row in 0..25 {
+            let mut x = 0.02 * f64::from(row);
+            while x < 12.0 {
+                rows.push(DVec3::new(x, 0.5 * f64::from(row), 6.0 * x.sin()));
+                x += 0.4 / (1.0 + (6.0 * x.cos()).powi(2)).sqrt();
+            }
+        }
+        let (units, others) = found(&rows, [1.0; 3]);
+        assert!(!units.differ());
+        assert!(others.is_some_and(|others| others.by.z < 1.0));
+    }
+}

@@ -1,0 +1,135 @@
+"""Axes in different units: points are fitted as in one, and the surface is in their own."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import neurbs
+from neurbs import ConvergenceWarning
+
+Points = NDArray[np.float64]
+
+FACTORS = [
+    (1, 1, 1000),
+    (1, 1, 30),
+    (1000, 1, 1),
+    (1, 0.001, 1),
+    (1000, 1, 0.001),
+]
+
+
+def height(x: Points, y: Points) -> Points:
+    found: Points = 0.1 * np.sin(3 * x + y) + 0.1 * np.cos(4 * y - x)
+    return found
+
+
+def ground(rng: np.random.Generator, count: int) -> Points:
+    x, y = 2 * rng.random((2, count))
+    return np.column_stack([x, y, height(x, y)])
+
+
+def contours(rng: np.random.Generator) -> Points:
+    """Return points on ten levels of a ground, within a ten-thousandth of them."""
+    points = ground(rng, 150_000)
+    levels = points[:, 2] / 0.04
+    near = np.abs(levels - np.round(levels)) < 0.0025
+    points = points[near][:4000]
+    points[:, 2] = 0.04 * np.round(points[:, 2] / 0.04)
+    return points
+
+
+def wall(rng: np.random.Generator) -> Points:
+    x, z = rng.random((2, 2000))
+    return np.column_stack([2 * x, 0.1 * np.sin(5 * x) * np.cos(3 * z), 6 * z])
+
+
+def swath(rng: np.random.Generator) -> Points:
+    x, y = np.meshgrid(np.arange(600.0), np.arange(5.0))
+    points = np.column_stack([x.ravel(), y.ravel(), 2 * np.sin(x.ravel() / 15)])
+    return points + 0.05 * rng.standard_normal(points.shape)
+
+
+def reconstructed(points: Points, **options: Any) -> neurbs.Reconstruction:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        found: neurbs.Reconstruction = neurbs.reconstruct(points, **options)
+    return found
+
+
+def told(result: neurbs.Reconstruction) -> list[str]:
+    return [text for text in result.report.warnings if "different units: the fit counts" in text]
+
+
+def error(result: neurbs.Reconstruction, factors: Points) -> float:
+    """Return how far the surface's middle lies from the ground, in its own unit."""
+    places = np.random.default_rng(1).uniform(0.05, 0.95, (2000, 2))
+    x, y, z = (result.surface.evaluate(places) / factors).T
+    return float(np.sqrt(np.mean((z - height(x, y)) ** 2)))
+
+
+@pytest.mark.parametrize("factors", FACTORS)
+@pytest.mark.parametrize("count", [150, 3000])
+def test_grounds_are_found_in_any_units(
+    rng: np.random.Generator, count: int, factors: tuple[float, float, float]
+) -> None:
+    points = ground(rng, count)
+    result = reconstructed(points * factors)
+    assert result.report.topology == "height"
+    assert len(told(result)) == 1
+    assert result.inliers.all()
+    assert error(result, np.array(factors)) < (3e-3 if count == 150 else 1e-4)
+
+
+def test_contour_lines_are_found_in_other_units(rng: np.random.Generator) -> None:
+    result = reconstructed(contours(rng) * (1, 1, 1000))
+    assert told(result)
+    assert error(result, np.array((1, 1, 1000))) < 3e-3
+
+
+def test_what_is_returned_is_in_the_points_own_units(rng: np.random.Generator) -> None:
+    points = ground(rng, 1000) * (1000, 1, 1)
+    with pytest.warns(ConvergenceWarning, match="the fit counts 1/1024 of x, as do lengths"):
+        result = neurbs.reconstruct(points, tolerance=1e-3)
+    feet = result.surface.evaluate(result.uv)
+    distances = np.linalg.norm(points - feet, axis=1)
+    np.testing.assert_allclose(result.distances, distances, atol=1e-9)
+    assert result.report.within == 1.0
+    assert result.report.ended_by == "tolerance"
+    assert result.report.max <= 1e-3
+    nodes = result.som.codebook_.reshape(-1, 3)
+    assert np.all(nodes.min(axis=0) >= points.min(axis=0) - 1)
+    assert np.ptp(nodes[:, 0]) > 1500
+
+
+def test_closed_bodies_are_found_in_other_units(rng: np.random.Generator) -> None:
+    angle, along = rng.random((2, 2000)) * [[2 * np.pi], [3.0]]
+    pipe = np.column_stack([np.cos(angle), np.sin(angle), along])
+    result = reconstructed(pipe * (1, 1, 1000))
+    assert result.report.topology == "tube"
+    assert len(told(result)) == 1
+    ends = result.surface.evaluate(result.uv)
+    assert np.abs(np.hypot(ends[:, 0], ends[:, 1]) - 1).max() < 0.01
+
+
+@pytest.mark.parametrize("cloud", [wall, swath])
+def test_steep_and_narrow_surfaces_keep_their_units(
+    cloud: Callable[[np.random.Generator], Points], rng: np.random.Generator
+) -> None:
+    assert not told(reconstructed(cloud(rng)))
+
+
+def test_an_outlier_gives_no_axis_another_unit(rng: np.random.Generator) -> None:
+    points = np.vstack([ground(rng, 1000), [(5000, 1, 0.1)]])
+    result = reconstructed(points)
+    assert not told(result)
+    assert not result.inliers[-1]
+
+
+def test_points_in_order_keep_their_units(rng: np.random.Generator) -> None:
+    points = ground(rng, 400) * (1, 1000, 1)
+    given = reconstructed(points, method="paper", grid=(6, 6), seed=1)
+    assert not told(given)
