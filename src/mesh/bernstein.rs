@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec4};
 use pulp::Simd;
 
-use super::cost::{OCTET, Octet};
+use super::cost::{Eight, OCTET};
 use super::means::Means;
 use super::triangle::{self, triples};
 use crate::nurbs::{MAX_ORDER, Row, halve};
@@ -133,15 +133,16 @@ impl Bernstein {
         }
     }
 
-    /// The Bézier coefficients on a triangle of the square of a function with these ones.
+    /// The first coordinates of the Bézier coefficients on a triangle of the square of a function with
+    /// these ones.
     #[inline(always)]
-    pub(super) fn triangle<S: Simd>(
+    pub(super) fn triangle<S: Simd, const N: usize>(
         &self,
         simd: S,
         of: &[DVec4],
         at: [DVec2; 3],
         blossoms: &mut Blossoms,
-        out: &mut [Octet],
+        out: &mut [[Eight; N]],
     ) {
         let out = &mut out[..self.octets()];
         if let Some(shape) = shape(at) {
@@ -165,12 +166,12 @@ impl Bernstein {
 
     /// The same for any triangle.
     #[inline(always)]
-    fn blossom(
+    fn blossom<const N: usize>(
         &self,
         of: &[DVec4],
         at: [DVec2; 3],
         Blossoms { u, v, points, sums, .. }: &mut Blossoms,
-        out: &mut [Octet],
+        out: &mut [[Eight; N]],
     ) {
         let (orders, width) = ((self.p + 1, self.q + 1), self.q + 1);
         blossoms(self.p, at.map(|at| at.x), u);
@@ -203,7 +204,7 @@ impl Bernstein {
         sums[last..].fill(end);
         for (octet, sums) in out.iter_mut().zip(sums.chunks_exact(OCTET)) {
             for (lane, sum) in sums.iter().enumerate() {
-                (0..4).for_each(|axis| octet[axis].0[lane] = sum[axis]);
+                (0..N).for_each(|axis| octet[axis].0[lane] = sum[axis]);
             }
         }
     }
@@ -332,7 +333,7 @@ pub(super) fn restrict(
 mod tests {
     use pulp::{Arch, WithSimd};
 
-    use super::super::cost::Eight;
+    use super::super::cost::Octet;
     use super::*;
 
     /// A net of random-looking points.

@@ -13,7 +13,7 @@ use pulp::{Simd, WithSimd};
 
 use super::bernstein::{Bernstein, Blossoms, quarters};
 use super::chord::Chord;
-use super::cost::{Eight, Octet, costliest};
+use super::cost::{Eight, Octet, costliest, price, quotient};
 use super::frame::Frame;
 use super::net::Net;
 use super::polygon::{Polygon, contains, misses};
@@ -42,10 +42,16 @@ pub(super) type Face = [usize; 3];
 pub(super) struct Workspace {
     blossoms: Blossoms,
     coefficients: Vec<Octet>,
+    /// What they cost at most, as numbers to be divided.
+    bounds: Vec<[Eight; 2]>,
     /// The faces of which a part's net leaves doubt.
     doubtful: Vec<usize>,
+    /// What the points of the net cost over each of these (see [`price`]), one face behind the other.
+    prices: Vec<DVec4>,
     /// One of a part's patches.
     patch: Vec<DVec4>,
+    /// What its points cost.
+    patch_prices: Vec<DVec4>,
     /// The curve above a side, or the quarters of a patch.
     curve: Vec<DVec4>,
     /// The frames of the faces.
@@ -123,12 +129,11 @@ impl Workspace {
         self.normals[k].or_else(beside)
     }
 
-    /// Whether one of these points of the surface, of which `place` tells by their numbers where they lie
-    /// in the unit square, is further than `limit` from the plane of the face that it lies over.
+    /// Whether one of these points of the surface, which lie at these places in the unit square, is
+    /// further than `limit` from the plane of the face that it lies over.
     pub(super) fn misses(
         &self,
-        points: &[DVec3],
-        place: impl Fn(usize) -> DVec2,
+        (points, places): (&[DVec3], &[DVec2]),
         (corners, faces): Faces<'_>,
         limit: f64,
     ) -> bool {
@@ -137,8 +142,8 @@ impl Workspace {
                 return false;
             };
             let (origin, at) = (normal.dot(triangle[0].point), triangle.map(|corner| corner.at));
-            points.iter().enumerate().any(|(number, point)| {
-                (normal.dot(*point) - origin).abs() > limit && contains(at, place(number))
+            points.iter().zip(places).any(|(point, place)| {
+                (normal.dot(*point) - origin).abs() > limit && contains(at, *place)
             })
         })
     }
@@ -191,64 +196,97 @@ impl Certify<'_> {
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
         let Self { work, part, mesh: (corners, faces), limit, .. } = self;
         let (whole, limit) = (part.is_whole(), *limit);
+        let points = part.net.points;
+        let alone = whole && part.net.is_single();
         work.doubtful.clear();
+        work.prices.clear();
         for (k, face) in faces.iter().enumerate() {
             let triangle = face.map(|corner| corners[corner].at);
             if whole || !misses(triangle, part.low, part.high) {
                 // The whole net may tell that the surface is near enough.
-                let found = costliest(simd, &work.frames[k], part.net.points, limit);
+                let (frame, start) = (&work.frames[k], work.prices.len());
+                let found = if alone {
+                    costliest(simd, frame, points, limit)
+                } else {
+                    work.prices.resize(start + points.len(), DVec4::ZERO);
+                    price(simd, frame, points, &mut work.prices[start..])
+                };
                 if found <= limit {
                     work.most = larger(work.most, found);
+                    work.prices.truncate(start);
                 } else {
                     work.doubtful.push(k);
                 }
             }
         }
-        if !work.doubtful.is_empty() {
+        if alone {
+            self.look_at_patch(simd);
+        } else if !work.doubtful.is_empty() {
             self.look_at_patches(simd);
         }
     }
 
-    /// Takes into account what the surface costs over each face of which its net leaves doubt.
+    /// Takes into account what the only patch costs over each face of which its net leaves doubt.
+    #[inline(always)]
+    fn look_at_patch<S: Simd>(&mut self, simd: S) {
+        let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
+        let Workspace { blossoms, coefficients, doubtful, frames, most, .. } = &mut **work;
+        for &k in &*doubtful {
+            let at = longest_first(faces[k].map(|corner| corners[corner].at));
+            let over = Over { bernstein, net: part.net.points, at, frame: &frames[k] };
+            *most = larger(*most, over.costs(simd, *limit, blossoms, coefficients));
+            if *most > *limit {
+                return;
+            }
+        }
+    }
+
+    /// The same where there are several patches, or the only one is not all of the piece.
     #[inline(always)]
     fn look_at_patches<S: Simd>(&mut self, simd: S) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
-        let Workspace { blossoms, coefficients, patch, doubtful, curve, frames, most, .. } =
-            &mut **work;
-        let (limit, single) = (*limit, part.net.is_single());
-        let whole = single && part.is_whole();
-        coefficients.resize((HALVINGS + 1) * bernstein.octets(), [Eight::default(); 4]);
+        let Workspace {
+            blossoms,
+            coefficients,
+            bounds,
+            doubtful,
+            prices,
+            patch,
+            patch_prices,
+            curve,
+            frames,
+            most,
+            ..
+        } = &mut **work;
+        let limit = *limit;
+        bounds.resize(bernstein.octets(), [Eight::default(); 2]);
         for (at, (low, high)) in part.net.places((part.low, part.high)) {
             let net = part.net.patch(at, patch);
-            for &k in &*doubtful {
+            for (&k, prices) in doubtful.iter().zip(prices.chunks_exact(part.net.points.len())) {
                 let (frame, triangle) = (&frames[k], faces[k].map(|corner| corners[corner].at));
-                if !single {
-                    if misses(triangle, low, high) {
-                        continue;
-                    }
-                    let found = costliest(simd, frame, net, limit);
-                    if found <= limit {
-                        *most = larger(*most, found);
-                        continue;
-                    }
+                if misses(triangle, low, high) {
+                    continue;
+                }
+                let prices = Net { points: prices, ..part.net }.patch(at, patch_prices);
+                let found = dearest(prices);
+                if found <= limit {
+                    *most = larger(*most, found);
+                    continue;
                 }
                 let mut polygon = Polygon::of(triangle);
-                if !whole {
-                    polygon.clip(low, high);
-                    polygon.stretch(low, high);
-                    if polygon.corners().len() < 3 {
-                        continue;
-                    }
-                    // Points of the surface may tell that it is not.
-                    curve.clear();
-                    let ends = polygon.corners().iter().filter_map(|&at| bernstein.end(at));
-                    curve.extend(ends.map(|end| net[end]));
-                    *most = larger(*most, costliest(simd, frame, curve, limit));
-                    if *most > limit {
-                        return;
-                    }
-                }
+                polygon.clip(low, high);
+                polygon.stretch(low, high);
                 let at = polygon.corners();
+                if at.len() < 3 {
+                    continue;
+                }
+                // Points of the surface may tell that it is not.
+                for end in at.iter().filter_map(|&at| bernstein.end(at)) {
+                    *most = larger(*most, prices[end].z);
+                }
+                if *most > limit {
+                    return;
+                }
                 if at.len() == 4 && at.iter().all(|&at| bernstein.end(at).is_some()) {
                     // All of the patch lies over the face.
                     quarters(net, (bernstein.p, bernstein.q), curve);
@@ -258,11 +296,28 @@ impl Certify<'_> {
                     }
                     continue;
                 }
+                // A mean of points costs no more than the mean of what they cost: first those of a
+                // rectangle around the polygon, then those of its triangles.
+                let from = at.iter().copied().fold(DVec2::ONE, DVec2::min);
+                let to = at.iter().copied().fold(DVec2::ZERO, DVec2::max);
+                if (from, to) != (DVec2::ZERO, DVec2::ONE) {
+                    curve.clear();
+                    curve.extend_from_slice(prices);
+                    bernstein.rectangle(curve, bernstein.q + 1, (from.x, to.x), (from.y, to.y));
+                    let found = dearest_mean(curve);
+                    if found <= limit {
+                        *most = larger(*most, found);
+                        continue;
+                    }
+                }
                 for i in 2..at.len() {
                     let at = longest_first([at[0], at[i - 1], at[i]]);
-                    bernstein.triangle(simd, net, at, blossoms, coefficients);
-                    let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
-                    let found = largest(simd, coefficients, &bernstein.cuts, doubt, frame);
+                    bernstein.triangle(simd, prices, at, blossoms, bounds);
+                    let mut found = quotient(simd, bounds);
+                    if found > limit {
+                        let over = Over { bernstein, net, at, frame };
+                        found = over.costs(simd, limit, blossoms, coefficients);
+                    }
                     *most = larger(*most, found);
                     if *most > limit {
                         return;
@@ -296,6 +351,32 @@ impl Certify<'_> {
     }
 }
 
+/// A patch over a triangle of its square.
+struct Over<'a> {
+    bernstein: &'a Bernstein,
+    net: &'a [DVec4],
+    at: [DVec2; 3],
+    frame: &'a Frame,
+}
+
+impl Over<'_> {
+    /// What it costs at most, or anything above the limit if it is above it.
+    #[inline(always)]
+    fn costs<S: Simd>(
+        &self,
+        simd: S,
+        limit: f64,
+        blossoms: &mut Blossoms,
+        coefficients: &mut Vec<Octet>,
+    ) -> f64 {
+        let Self { bernstein, net, at, frame } = *self;
+        coefficients.resize((HALVINGS + 1) * bernstein.octets(), [Eight::default(); 4]);
+        bernstein.triangle(simd, net, at, blossoms, coefficients);
+        let doubt = Doubt { limit, near: NEAR * limit, halvings: HALVINGS };
+        largest(simd, coefficients, &bernstein.cuts, doubt, frame)
+    }
+}
+
 impl WithSimd for Certify<'_> {
     type Output = f64;
 
@@ -309,6 +390,22 @@ impl WithSimd for Certify<'_> {
         }
         self.work.most
     }
+}
+
+/// The largest of what points cost.
+#[inline(always)]
+fn dearest(prices: &[DVec4]) -> f64 {
+    let mut most = [0.0; 4];
+    for some in prices.chunks(most.len()) {
+        most.iter_mut().zip(some).for_each(|(most, price)| *most = larger(*most, price.z));
+    }
+    larger(larger(most[0], most[1]), larger(most[2], most[3]))
+}
+
+/// The largest of what means of points cost at most.
+#[inline(always)]
+fn dearest_mean(prices: &[DVec4]) -> f64 {
+    prices.iter().fold(0.0, |most, price| larger(most, price.x / price.y))
 }
 
 /// The edge of a face that the one before it, among those of a [`Zip`](super::outline::Zip), shares.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 use pulp::Arch;
 
 use super::certify::{Corner, Face, Workspace};
@@ -21,6 +21,8 @@ pub(super) struct Desk {
     pub nets: Vec<DVec4>,
     /// The control points of the last net in space.
     pub points: Vec<DVec3>,
+    /// Where in the unit square of a piece of several patches they lie.
+    pub places: Vec<DVec2>,
     /// Where its columns lie.
     pub columns: [Located; MAX_ORDER],
     pub part: Vec<DVec4>,

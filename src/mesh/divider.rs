@@ -20,7 +20,7 @@ use super::outline::{Bending, Zip};
 use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
-use crate::nurbs::{NurbsSurface, PatchNets, halve};
+use crate::nurbs::{MAX_ORDER, NurbsSurface, PatchNets, halve};
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -268,26 +268,24 @@ impl Divider<'_> {
             return;
         }
         let (p, q) = self.nets.degrees;
-        let (Desk { points, columns, .. }, mut row) = (desk, Located::default());
-        let columns = &mut columns[..=q];
-        for (j, column) in columns.iter_mut().enumerate() {
-            column.find(sample(piece.v, j, q), block.cols.0, q);
+        let (Desk { points, places, columns, .. }, mut row) = (desk, Located::default());
+        let (columns, mut across) = (&mut columns[..=q], [0.0; MAX_ORDER]);
+        for (j, (column, y)) in columns.iter_mut().zip(&mut across).enumerate() {
+            let at = sample(piece.v, j, q);
+            column.find(at, block.cols.0, q);
+            *y = share(at, piece.v);
         }
+        places.clear();
         for i in 0..=p {
-            row.find(sample(piece.u, i, p), block.rows.0, p);
+            let at = sample(piece.u, i, p);
+            row.find(at, block.rows.0, p);
+            let x = share(at, piece.u);
+            places.extend(across[..=q].iter().map(|y| DVec2::new(x, *y)));
             points.extend(columns.iter().map(|column| {
                 let h = self.nets.point(row.shares(), column.shares());
                 h.w.recip() * h.truncate()
             }));
         }
-    }
-
-    /// Where in the unit square of a piece of several patches the point lies that has this number among
-    /// those that are loaded for it.
-    pub(super) fn sampled(&self, piece: &Piece, number: usize) -> DVec2 {
-        let (p, q) = self.nets.degrees;
-        let at = |range, k, n| share(sample(range, k, n), range);
-        DVec2::new(at(piece.u, number / (q + 1), p), at(piece.v, number % (q + 1), q))
     }
 
     /// The homogeneous point at a place of a block.

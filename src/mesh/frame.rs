@@ -116,8 +116,8 @@ impl Cost for Frame {
                 continue;
             }
             let beyond = simd.max_f64s(edge.beyond(simd, at), zero);
-            above = simd.add_f64s(above, simd.mul_f64s(beyond, simd.splat_f64s(edge.falls)));
-            below = simd.add_f64s(below, simd.mul_f64s(beyond, simd.splat_f64s(edge.rises)));
+            above = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.falls), above);
+            below = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.rises), below);
             inner = simd.max_f64s(inner, beyond);
         }
         // Of the outer edges that a point has left the face over, the nearest. Over the next face
@@ -130,13 +130,13 @@ impl Cost for Frame {
             }
             let beyond = edge.beyond(simd, at);
             let past = simd.select_f64s(over_next, zero, edge.past(simd, at));
-            let squared = simd.add_f64s(simd.mul_f64s(beyond, beyond), past);
+            let squared = simd.mul_add_e_f64s(beyond, beyond, past);
             let left = simd.greater_than_f64s(beyond, zero);
             aside = simd.select_f64s(left, simd.min_f64s(aside, squared), aside);
         }
         let aside = simd.select_f64s(simd.less_than_f64s(aside, none), aside, zero);
         let height = simd.max_f64s(above, below);
-        simd.add_f64s(simd.mul_f64s(height, height), aside)
+        simd.mul_add_e_f64s(height, height, aside)
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use pulp::Simd;
 
-use super::cost::{Eight, OCTET, Octet};
+use super::cost::{Eight, OCTET};
 
 /// Weighted means of homogeneous points, eight at a time.
 #[derive(Clone, Debug, Default)]
@@ -45,30 +45,30 @@ impl Means {
         self.ends.len()
     }
 
-    /// Writes the means of the points that `point` tells.
+    /// Writes the first coordinates of the means of the points that `point` tells.
     #[inline(always)]
-    pub(super) fn of<S: Simd>(
+    pub(super) fn of<S: Simd, const N: usize>(
         &self,
         simd: S,
         point: impl Fn(usize) -> [f64; 4],
-        out: &mut [Octet],
+        out: &mut [[Eight; N]],
     ) {
         let mut from = 0;
-        for ([x, y, z, w], &end) in out.iter_mut().zip(&self.ends) {
+        for (out, &end) in out.iter_mut().zip(&self.ends) {
             let terms = self.points[from..end].iter().zip(&self.weights[from..end]);
-            let (x, y) = (S::as_mut_simd_f64s(&mut x.0).0, S::as_mut_simd_f64s(&mut y.0).0);
-            let (z, w) = (S::as_mut_simd_f64s(&mut z.0).0, S::as_mut_simd_f64s(&mut w.0).0);
             for k in 0..OCTET / S::F64_LANES {
-                let mut sums = [simd.splat_f64s(0.0); 4];
+                let mut sums = [simd.splat_f64s(0.0); N];
                 for (at, weights) in terms.clone() {
                     let weights = S::as_simd_f64s(&weights.0).0[k];
                     let point = point(*at as usize);
-                    for axis in 0..4 {
-                        let share = simd.mul_f64s(weights, simd.splat_f64s(point[axis]));
-                        sums[axis] = simd.add_f64s(sums[axis], share);
+                    for axis in 0..N {
+                        let coordinate = simd.splat_f64s(point[axis]);
+                        sums[axis] = simd.mul_add_e_f64s(weights, coordinate, sums[axis]);
                     }
                 }
-                (x[k], y[k], z[k], w[k]) = (sums[0], sums[1], sums[2], sums[3]);
+                for axis in 0..N {
+                    S::as_mut_simd_f64s(&mut out[axis].0).0[k] = sums[axis];
+                }
             }
             from = end;
         }

@@ -50,14 +50,14 @@ impl Divider<'_> {
         if share.is_none() {
             self.place((block, *piece), outline, true, desk);
         }
-        let Desk { arch, nets, points, part, corners, faces, work, deviation, .. } = desk;
+        let Desk { arch, nets, points, places, part, corners, faces, work, deviation, .. } = desk;
         let single = piece.is_single();
         let cut = Zip::best(corners, ends, bending, tolerance);
         faces.clear();
         cut.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if !single {
-            self.distance_of_patches(block, (*piece, points), mesh, (*arch, part, work))
+            self.distance_of_patches(block, *piece, (points, places), mesh, (*arch, part, work))
         } else if work.begin(mesh) {
             let whole = Part::whole(Net::single(nets, self.nets.degrees));
             arch.dispatch(work.certify(self.bernstein, whole, mesh, tolerance))
@@ -132,18 +132,18 @@ impl Divider<'_> {
         sheet
     }
 
-    /// The certified distance of a piece of several patches, on which these points lie, or anything
-    /// above the tolerance.
+    /// The certified distance of a piece of several patches, on which these points lie at these places,
+    /// or anything above the tolerance.
     fn distance_of_patches(
         &self,
         block: Block,
-        (piece, points): (Piece, &[DVec3]),
+        piece: Piece,
+        points: (&[DVec3], &[DVec2]),
         mesh: Faces<'_>,
         (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        let place = |number| self.sampled(&piece, number);
-        if !work.begin(mesh) || work.misses(points, place, mesh, limit) {
+        if !work.begin(mesh) || work.misses(points, mesh, limit) {
             return f64::INFINITY;
         }
         let mut most = 0.0;
