@@ -362,6 +362,21 @@ fn few_points_get_small_nets() {
 }
 
 #[test]
+fn many_points_get_no_more_control_points_than_a_quarter() {
+    // Noise that neighbours share would be followed further and further.
+    let bent = |i: u32| {
+        let (x, y) = (f64::from(i / 60) / 20.0, f64::from(i % 60) / 20.0);
+        let wave = |f: f64| (f * x + 1.7 * f * f).sin() * (1.3 * f * y + f).cos() / f;
+        let radius = 1.0 + 0.05 * (4..60).step_by(3).map(|f| wave(f64::from(f))).sum::<f64>();
+        DVec3::new(radius * x.sin(), y, radius * x.cos())
+    };
+    let points: Vec<DVec3> = (0..3600).map(bent).collect();
+    let found = reconstruct(&points, &ReconstructOptions::default(), &mut Silent).unwrap();
+    let (rows, cols) = found.report.grid;
+    assert!(4 * rows * cols <= points.len(), "{rows} × {cols}");
+}
+
+#[test]
 fn any_number_of_threads_gives_the_same_bits() {
     let points = rolled(1200);
     let run = |threads| {

@@ -58,8 +58,12 @@ const PACE: Pace = Pace { limit: 6, left_of_fairness: 1.0 };
 /// go on.
 const LEAST_GAIN: f64 = 0.95;
 
-/// Least number of points for each control point of a net that grows.
-const POINTS_PER_CONTROL_POINT: usize = 1;
+/// Least number of points for each control point of a net that grows: with fewer, points left out are
+/// further off, since cross-validation does not know of the freedom that their parameters have.
+const POINTS_PER_CONTROL_POINT: usize = 4;
+
+/// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
+const FEW: usize = 256;
 
 /// Root mean square error, as a share of the diagonal of the points' box, below which nobody sees
 /// what more control points would do.
@@ -73,7 +77,7 @@ impl Fitting<'_> {
         growth: Growth,
     ) -> Result<(NurbsSurface, EndedBy)> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
-        let held = counted / POINTS_PER_CONTROL_POINT;
+        let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
         let exact = EXACT * extent(self.points);
         loop {
             let feet = self.correct(&surface, STEPS);

@@ -26,7 +26,8 @@ const FAIRNESS: [f64; 15] =
 /// surface.
 const HARDLY_WORSE: f64 = 1.01;
 
-/// How many times worse than the best a fairness predicts where none that is heavier is tried.
+/// How many times worse than the best a fairness predicts where none that is farther off is tried: with
+/// the lightest ones errors are about as large as one another.
 const MUCH_WORSE: f64 = 2.0;
 
 /// Parts of the points, each predicted from the others.
@@ -122,21 +123,22 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    fit_heights_over(points, weights, &Base { up, strip: None }, options, observer)
+    fit_heights_over(points, weights, &Base { up, strip: None }, options, None, observer)
 }
 
 /// As [`fit_heights`], but over what the base says; where it bends the surface has creases along v, if
-/// the net has room for them.
+/// the net has room for them. The fairness is looked for near one that was best with another net.
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
     base: &Base,
     options: &HeightOptions,
+    near: Option<f64>,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     let heights = Heights::of(points, weights, base, options)?;
-    let (fairness, expected) = heights.best_fairness(options.fairness, &mut listen)?;
+    let (fairness, expected) = heights.best_fairness(options.fairness, near, &mut listen)?;
     let fit = heights.fitted(fairness, &mut listen)?;
     Ok(HeightFit { expected, ..fit })
 }
@@ -215,31 +217,43 @@ impl<'a> Heights<'a> {
     }
 
     /// Cross-validation: the weight with which the points of each part are predicted best from the
-    /// other parts, and the mean square of the error then.
-    fn best_fairness(&self, given: Option<f64>, listen: &mut Listen<'_>) -> Result<(f64, f64)> {
+    /// other parts, and the mean square of the error then. Near one that is known, errors have one
+    /// minimum.
+    fn best_fairness(
+        &self,
+        given: Option<f64>,
+        near: Option<f64>,
+        listen: &mut Listen<'_>,
+    ) -> Result<(f64, f64)> {
         let tried = given.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
+        let known = near.and_then(|near| tried.iter().position(|fairness| *fairness == near));
         let step = self.local.len().div_ceil(JUDGED).max(1);
         let looked_at: Vec<usize> = (0..self.local.len()).step_by(step).collect();
         let fold = |fold: usize, listen: &mut Listen<'_>| Fold::of(self, &looked_at, fold, listen);
         let folds = self.of_each_fold(listen, fold)?;
         let total: f64 = looked_at.iter().map(|&i| self.weight(i)).sum();
-        let (mut errors, mut least) = (Vec::with_capacity(tried.len()), f64::INFINITY);
-        for &fairness in &tried {
-            listen()?;
-            let error = |fold: usize, listen: &mut Listen<'_>| match &folds[fold] {
-                Some(fold) => fold.error(fairness, listen),
-                None => Ok(f64::INFINITY),
-            };
-            let sums = self.of_each_fold(listen, error)?;
-            let error = sums.iter().sum::<f64>() / total;
-            least = least.min(error);
-            errors.push(error);
-            if error > MUCH_WORSE * least {
-                break;
+        let worse = if known.is_some() { HARDLY_WORSE } else { MUCH_WORSE };
+        let (mut errors, mut least) = (vec![f64::INFINITY; tried.len()], f64::INFINITY);
+        let first = known.unwrap_or(0);
+        let (lighter, heavier) = ((0..first).rev(), first..tried.len());
+        for direction in [heavier.collect::<Vec<_>>(), lighter.collect()] {
+            for i in direction {
+                listen()?;
+                let error = |fold: usize, listen: &mut Listen<'_>| match &folds[fold] {
+                    Some(fold) => fold.error(tried[i], listen),
+                    None => Ok(f64::INFINITY),
+                };
+                let sums = self.of_each_fold(listen, error)?;
+                errors[i] = sums.iter().sum::<f64>() / total;
+                least = least.min(errors[i]);
+                if errors[i] > worse * least {
+                    break;
+                }
             }
         }
-        let smoothest = errors.iter().rposition(|error| *error <= HARDLY_WORSE * least);
-        Ok(smoothest.map_or((tried[0], f64::INFINITY), |i| (tried[i], errors[i])))
+        let smoothest = (0..tried.len()).rev().find(|&i| errors[i] <= HARDLY_WORSE * least);
+        let best = smoothest.filter(|_| least.is_finite()).unwrap_or(first);
+        Ok((tried[best], errors[best]))
     }
 
     /// Does a job for each fold. Small nets are solved for before anybody would listen: their folds

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::point_cloud::{EvenSample, KdTree, Neighbor, Plane};
+use crate::point_cloud::{Bounds, EvenSample, KdTree, Neighbor, Plane};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Points among which the layers are looked for, evenly over space.
@@ -15,8 +15,17 @@ const MOST: usize = 20_000;
 /// Places that are looked at, evenly over space.
 const PLACES: usize = 1000;
 
-/// Points around each that show the layers there.
+/// Points around each that show the layers there: those that are closer than the spacing, and those that
+/// are up to three times as far apart, which may be told from one another.
 const AROUND: usize = 16;
+const AROUND_MORE: usize = 32;
+
+/// Share of the points that show layers twice as far apart, and how many are enough.
+const FEWER: usize = 4;
+const ENOUGH: usize = 200;
+
+/// Share of the distance of such layers by which a surface that follows them is off the points at most.
+const FOLLOWED: f64 = 0.1;
 
 /// Points that a layer has of these at least.
 const FEWEST: usize = 5;
@@ -76,7 +85,45 @@ impl fmt::Display for DoubleLayer {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<DoubleLayer>> {
-    let mut sample = EvenSample::new(MOST);
+    among(points, (MOST, AROUND), observer)
+}
+
+/// What is to be said of two layers, if points lie in such, that a map may tell apart, but that a surface
+/// which is so far off the points, by root mean square, does not follow.
+///
+/// # Errors
+///
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub(crate) fn not_followed(
+    points: &[DVec3],
+    off: f64,
+    observer: &mut dyn Observer,
+) -> Result<Option<String>> {
+    let spacing = Bounds::of(points).diagonal() / (points.len() as f64).sqrt();
+    let mut count = points.len().min(MOST);
+    while off > FOLLOWED * spacing && count >= ENOUGH {
+        let found = among(points, (count, AROUND_MORE), observer)?;
+        if let Some(DoubleLayer { separation, place, .. }) = found
+            && off > FOLLOWED * separation
+        {
+            let DVec3 { x, y, z } = place;
+            return Ok(Some(format!(
+                "two layers {separation:.4} apart, between which the surface passes near \
+                 ({x:.6}, {y:.6}, {z:.6}): leave one of them out"
+            )));
+        }
+        count /= FEWER;
+    }
+    Ok(None)
+}
+
+/// Two layers that show themselves in a sample of so many points, among so many neighbours.
+fn among(
+    points: &[DVec3],
+    (count, around): (usize, usize),
+    observer: &mut dyn Observer,
+) -> Result<Option<DoubleLayer>> {
+    let mut sample = EvenSample::new(count);
     sample.extend(points);
     let points = sample.points();
     let tree = KdTree::new(&points);
@@ -85,11 +132,11 @@ pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opt
     let places = places.points();
     progress::report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
     let gap = |found: &mut Vec<Neighbor>, place: &DVec3| {
-        tree.nearest_where(*place, 1 + AROUND, f64::INFINITY, found, |_| true);
+        tree.nearest_where(*place, 1 + around, f64::INFINITY, found, |_| true);
         // The first is the point itself.
-        let around = found.iter().skip(1).map(|n| points[n.index as usize]);
-        let plane = Plane::of(around.clone());
-        let local: Vec<DVec3> = around.map(|point| plane.local(point)).collect();
+        let beside = found.iter().skip(1).map(|n| points[n.index as usize]);
+        let plane = Plane::of(beside.clone());
+        let local: Vec<DVec3> = beside.map(|point| plane.local(point)).collect();
         let mut heights: Vec<f64> = local.iter().map(|point| point.z).collect();
         heights.sort_by(f64::total_cmp);
         separation(&heights).filter(|apart| off_bent_sheet(&local) > BENT * apart)

@@ -10,6 +10,7 @@ mod units;
 pub use self::excursion::{Excursion, excursion};
 pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
+pub(crate) use self::layers::not_followed;
 pub use self::layers::{DoubleLayer, double_layer};
 pub(crate) use self::overshoot::runaways;
 pub use self::overshoot::{Overshoot, overshoot};

@@ -45,6 +45,8 @@ pub(super) struct Counted {
     pub(super) apart: Option<Apart>,
     /// Whether only few points have shown that they do.
     glimpsed: bool,
+    /// Whether points lie in two layers closer together than their spacing.
+    pub(super) double: bool,
     /// Whether there are more points than were looked at.
     pub(super) thinned: bool,
     pub(super) warnings: Vec<String>,
@@ -56,17 +58,27 @@ pub(super) struct Apart {
     pub(super) told: String,
     /// What a user should know of one surface for all.
     pub(super) warning: String,
-    /// The normal of the plane nearest to the largest.
-    pub(super) normal: DVec3,
+    /// What they are, if they are layers.
+    pub(super) layers: Layers,
     /// How many are not much smaller than the largest.
     pub(super) large: usize,
+}
+
+/// Pieces that may lie above one another.
+#[derive(Clone, Copy)]
+pub(super) struct Layers {
+    /// The normal of the plane nearest to the largest.
+    pub(super) normal: DVec3,
+    /// The smallest distance between two.
+    pub(super) gap: f64,
 }
 
 impl Apart {
     fn of(found: &Pieces, points: &[DVec3]) -> Option<Self> {
         let (told, warning) = (found.told()?, found.warning()?);
         let large = found.sizes.iter().filter(|&&size| LARGE * size >= found.sizes[0]).count();
-        Some(Self { told, warning, normal: found.normal_of_largest(points), large })
+        let layers = Layers { normal: found.normal_of_largest(points), gap: found.gap };
+        Some(Self { told, warning, layers, large })
     }
 }
 
@@ -134,8 +146,8 @@ impl Counted {
         }
         // What is left must still be a surface.
         point_cloud::check(&points)?;
-        warnings
-            .extend(inspection::double_layer(&telling, observer)?.map(|found| found.to_string()));
+        let double = inspection::double_layer(&telling, observer)?;
+        warnings.extend(double.map(|found| found.to_string()));
         let (order, told) = (outwards(&points), outwards(&telling));
         Ok(Self {
             points: of(&points, &order),
@@ -146,6 +158,7 @@ impl Counted {
             outliers,
             apart,
             glimpsed,
+            double: double.is_some(),
             thinned: cloud.len() > MOST,
             warnings,
         })

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::counted::{Apart, Counted, every, of};
+use super::counted::{Apart, Counted, Layers, every, of};
 use super::feet::feet;
 use super::job::{Job, Shape};
 use super::measured::Measured;
@@ -15,6 +15,7 @@ use super::units::Units;
 use super::{ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth, bounded};
+use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, Normalization};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
@@ -34,13 +35,13 @@ const TORN: f64 = 0.02;
 const POINTS_PER_FIRST: f64 = 2.0;
 const FIRST_SIDE: usize = 12;
 
-/// The stages in which no surface was found in the points' own units, and none through all pieces.
-const OWN_UNITS: &str = "own units";
+/// The stages in which only surfaces with flaws were found in other units, and through all pieces.
+const OTHER_UNITS: &str = "other units";
 const SPANNING: &str = "spanning pieces";
 
-/// The surface near all points, in other units than theirs if it folds over or runs away in those, or,
-/// where they are in pieces and it does so whatever is done, near those of the largest of which that is
-/// not so.
+/// The surface near all points, in other units if it folds over or runs away in those that they seem to
+/// have, or, where they are in pieces and it does so whatever is done, or lies between them, near those of
+/// the largest of which that is not so.
 pub(super) fn reconstruct(
     cloud: &[DVec3],
     bounds: &Bounds,
@@ -52,9 +53,9 @@ pub(super) fn reconstruct(
     let Attempt { found, apart, spoilt } = attempt(cloud, bounds, units, options, observer)?;
     if let Some(units) = others.filter(|_| spoilt) {
         let spent = started.elapsed();
-        if let Some(mut flat) = unspoilt(attempt(cloud, bounds, units, options, observer))? {
-            flat.report.times.insert(0, (OWN_UNITS, spent));
-            return Ok(flat);
+        if let Some(mut other) = unspoilt(attempt(cloud, bounds, units, options, observer))? {
+            other.report.times.insert(0, (OTHER_UNITS, spent));
+            return Ok(other);
         }
     }
     let given = options.fairness.is_some() || matches!(options.init, Start::Given { .. });
@@ -66,8 +67,8 @@ pub(super) fn reconstruct(
         if let Some(mut alone) = unspoilt(attempt(cloud, bounds, units, &options, observer))? {
             alone.report.times.insert(0, (SPANNING, spent));
             let warning = format!(
-                "{}; through all of them goes no surface that neither folds over nor runs away: \
-                 this is one of the largest alone; choose a piece, or fit each",
+                "{}; through all of them goes no surface that neither folds over, runs away nor \
+                 passes between them: this is one of the largest alone; choose a piece, or fit each",
                 apart.told
             );
             alone.report.warnings.insert(0, warning);
@@ -140,10 +141,11 @@ fn attempt(
     let growth = growth(options, &frame);
     let creases = start.creases;
     let weights = counted.weights.clone();
-    let layer = counted.apart.as_ref().map(|apart| apart.normal);
-    let mut job = Job { points: &local, weights, uv, creases, shape, layer, options };
+    let layers = counted.apart.as_ref().map(|apart| apart.layers);
+    let layers = layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers });
+    let mut job = Job { points: &local, weights, uv, creases, shape, layers, options };
     let (fit, flaws) = job.done(start.net, growth, told)?;
-    let spoilt = flaws.spoil(&fit);
+    let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
@@ -162,19 +164,24 @@ fn attempt(
     let near = measured.near();
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
     let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
+    let missed = options.tolerance.map_or(0, far);
+    let (count, off) = (near.len(), Distances::of(near));
     let mut warnings = counted.warnings;
+    if !(counted.double || counted.apart.is_some() || units.differ()) {
+        warnings.extend(not_followed(&counted.telling, off.rms, observer)?);
+    }
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
-    warnings.extend(shortcoming(fit.ended_by, options.tolerance, options.tolerance.map_or(0, far)));
+    warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
     warnings.extend(flaws.warnings(&frame));
     let report = Report {
         points: cloud.len(),
-        inliers: near.len(),
+        inliers: count,
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: Distances::of(near),
+        distances: off,
         tolerance: options.tolerance,
         within,
         ended_by: fit.ended_by,

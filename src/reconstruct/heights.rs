@@ -21,9 +21,11 @@ use crate::som;
 /// How much longer the sides of the net become at a time.
 const LONGER: f64 = 1.5;
 
-/// Control points for each point at most: where what predicts best says when to stop, more of them than
-/// points do no harm. And points for each control point at least where a tolerance does.
+/// Control points for each of few points at most: where what predicts best says when to stop, more of
+/// them than points do no harm, but of many no good either. And points for each control point at least
+/// where a tolerance says so.
 const MOST_PER_POINT: usize = 2;
+const MANY: usize = 512;
 const LEAST_POINTS: usize = 4;
 
 /// Share of the error expected of unseen points that may be left after growing, for the growth to
@@ -142,7 +144,7 @@ pub(super) fn fit(
     known: Option<&Fit>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    let mut iterations = 0;
+    let (mut iterations, mut near) = (0, None);
     let mut solve = |net: (usize, usize)| -> Result<(HeightFit, Base)> {
         let most = growth.map_or(0, |growth| growth.most) as u64;
         let step = ((net.0 * net.1) as u64).min(most);
@@ -156,7 +158,8 @@ pub(super) fn fit(
             let base = known.base.clone().unwrap_or_else(|| base.clone());
             (steepness, fairness.unwrap_or(known.fairness), base)
         } else {
-            let (steepness, fairness, noise) = steepness(job, base, &options, observer)?;
+            let (steepness, fairness, noise) = steepness(job, base, &options, near, observer)?;
+            near = Some(fairness);
             (steepness, fairness, under(job, base, noise))
         };
         // Noise has no direction, so what counts is the distance from the slope, not the height.
@@ -167,7 +170,7 @@ pub(super) fn fit(
             fit_heights_with(points, weights, &base, &options, fairness, observer)?
         } else {
             let options = HeightOptions { fairness: Some(fairness), ..options };
-            fit_heights_over(points, weights, &base, &options, observer)?
+            fit_heights_over(points, weights, &base, &options, None, observer)?
         };
         Ok((fit, base))
     };
@@ -189,7 +192,7 @@ pub(super) fn fit(
         let next = (longer(net.0), longer(net.1));
         let held = match growth.tolerance {
             Some(_) => counted / LEAST_POINTS,
-            None => MOST_PER_POINT * counted,
+            None => counted.max(MANY.min(MOST_PER_POINT * counted)),
         };
         if next.0 * next.1 > growth.most.min(held) {
             break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
@@ -214,11 +217,13 @@ pub(super) fn fit(
 }
 
 /// How steep the surface is at the points, as the cosine of its slope, and the fairness that it
-/// wants: by a first fit to as many of them as tell. And by how much this misses them.
+/// wants, looked for near one that is known: by a first fit to as many of them as tell. And by how much
+/// this misses them.
 fn steepness(
     job: &Job<'_>,
     base: &Base,
     options: &HeightOptions,
+    near: Option<f64>,
     observer: &mut dyn Observer,
 ) -> Result<(Vec<f64>, f64, f64)> {
     let enough = (TELLING * options.net.0 * options.net.1).max(LEAST_TELLING);
@@ -228,7 +233,7 @@ fn steepness(
     let weights = weights.as_deref();
     let first = match options.fairness {
         Some(fairness) => fit_heights_with(&points, weights, base, options, fairness, observer)?,
-        None => fit_heights_over(&points, weights, base, options, observer)?,
+        None => fit_heights_over(&points, weights, base, options, near, observer)?,
     };
     let uv: Vec<DVec2> = if let Some(strip) = &base.strip {
         job.points.iter().map(|&point| strip.parameters(point)).collect()

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::counted::Layers;
 use super::feet::feet;
 use super::flaws::Flaws;
 use super::start::net;
@@ -23,8 +24,10 @@ const BORDER: f64 = 0.5;
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
-/// How far points in pieces may lie from a surface through all of these, as a share of the diagonal.
+/// How far points in pieces may lie from a surface through all of these: as a share of the diagonal, and
+/// by root mean square, of the pieces' distance, which a surface in the middle is half of away.
 const BETWEEN_PIECES: f64 = 0.05;
+const NO_MIDDLE: f64 = 0.15;
 
 /// Share of the points that may be outliers for the fairness of heights to be the one found with
 /// them: more may have led it astray.
@@ -99,8 +102,8 @@ pub(super) struct Job<'a> {
     /// Where along u the surface has creases.
     pub(super) creases: Vec<f64>,
     pub(super) shape: Shape,
-    /// The normal of the plane nearest to the largest piece, if they do not hang together.
-    pub(super) layer: Option<DVec3>,
+    /// What its pieces may be, if they do not hang together.
+    pub(super) layers: Option<Layers>,
     pub(super) options: &'a ReconstructOptions<'a>,
 }
 
@@ -141,7 +144,7 @@ impl Job<'_> {
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
         let given = self.weights.clone();
-        if growth.is_some() && self.layer.is_some() {
+        if growth.is_some() && self.layers.is_some() {
             // Through pieces between which a small net folds a larger one grows in vain.
             let small = self.fit(net, None, self.options.fairness, None, observer)?;
             let small = self.flattened(small, None, observer)?;
@@ -290,9 +293,8 @@ impl Job<'_> {
         let found = self.relaxed(&flat, fit.fairness, observer)?;
         let tolerance = growth.and_then(|growth| growth.tolerance);
         let tolerance = tolerance.filter(|_| fit.ended_by == EndedBy::Tolerance);
-        let between = self.layer.map(|_| self.between_pieces());
-        let kept = |limit: f64| self.largest(&found.distances) <= limit;
-        if !tolerance.into_iter().chain(between).all(kept) {
+        let kept = tolerance.is_none_or(|limit| self.largest(&found.distances) <= limit);
+        if !(kept && self.near_pieces(&found)) {
             return Ok((fit, flaws));
         }
         let flaws = self.flaws(&found, observer)?;
@@ -310,8 +312,8 @@ impl Job<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Option<(Fit, Flaws)>> {
         let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
-        let Some(up) = self.layer.filter(|_| free) else { return Ok(None) };
-        let base = Some(Base { up, strip: None });
+        let Some(layers) = self.layers.filter(|_| free) else { return Ok(None) };
+        let base = Some(Base { up: layers.normal, strip: None });
         let heights = Shape { kind: Kind::Height, base, around_body: false };
         let (shape, weights) = (
             std::mem::replace(&mut self.shape, heights),
@@ -319,16 +321,22 @@ impl Job<'_> {
         );
         let fit = self.fit(net, growth, None, None, observer)?;
         let (fit, flaws) = self.flattened(fit, growth, observer)?;
-        if flaws.count() == 0 && self.largest(&fit.distances) <= self.between_pieces() {
+        if flaws.count() == 0 && self.near_pieces(&fit) && self.through_pieces(&fit) {
             return Ok(Some((fit, flaws)));
         }
         (self.shape, self.weights) = (shape, weights);
         Ok(None)
     }
 
-    /// How far points in pieces may lie from a surface through all of these.
-    fn between_pieces(&self) -> f64 {
-        BETWEEN_PIECES * Bounds::of(self.points).diagonal()
+    /// Whether a surface is near all points, where they are in pieces.
+    fn near_pieces(&self, fit: &Fit) -> bool {
+        let limit = BETWEEN_PIECES * Bounds::of(self.points).diagonal();
+        self.layers.is_none() || self.largest(&fit.distances) <= limit
+    }
+
+    /// Whether a surface goes through the pieces that there are, and not between them.
+    pub(super) fn through_pieces(&self, fit: &Fit) -> bool {
+        self.layers.is_none_or(|Layers { gap, .. }| self.rms(&fit.distances) <= NO_MIDDLE * gap)
     }
 
     fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {

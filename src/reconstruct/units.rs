@@ -80,7 +80,7 @@ impl Units {
         let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
         let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         Ok(match laid_flat {
-            Some((by, true)) => (Self { by }, None),
+            Some((flat, true)) => (Self { by: flat }, Some(Self { by }).filter(|_| by != flat)),
             Some((flat, false)) => (Self { by }, Some(Self { by: flat })),
             None => (Self { by }, None),
         })

@@ -67,6 +67,26 @@ def test_layers_are_told_though_few_points_show_none(rng: np.random.Generator) -
         neurbs.reconstruct(np.column_stack([x, y, height]), grid=(8, 8))
 
 
+def two_waves(rng: np.random.Generator, spacings: float) -> Points:
+    """Scatter points over a wave and, so many spacings above, another."""
+    points, above = wave(rng, 3000), rng.random(3000) < 0.5
+    points[above, 2] += spacings / np.sqrt(1500)
+    return points
+
+
+def test_one_of_two_near_layers_is_better_than_the_middle(rng: np.random.Generator) -> None:
+    with pytest.warns(ConvergenceWarning, match="largest alone"):
+        found = neurbs.reconstruct(two_waves(rng, 4))
+    assert 1400 < found.inliers.sum() < 1600
+    assert found.report.max < 0.01
+
+
+def test_layers_that_cannot_be_told_apart_are_told_of(rng: np.random.Generator) -> None:
+    for spacings, told in ((1, "closer than the spacing"), (3, "the surface passes near")):
+        with pytest.warns(ConvergenceWarning, match=told):
+            neurbs.reconstruct(two_waves(rng, spacings))
+
+
 @pytest.mark.parametrize(
     ("cloud", "largest"), [(plates, 1600), (roll_and_stray, 3000), (layers, 1200)]
 )
