@@ -17,6 +17,9 @@ use crate::topology::{Kind, heights};
 /// counts.
 const TELLING: usize = 1000;
 
+/// Points that show heights from near: the more there are, the steeper may be what lies between.
+const CLOSE: usize = 20_000;
+
 /// Share of the points that may lie beyond what counts as their extent on either side: outliers.
 const BEYOND: f64 = 0.02;
 
@@ -33,14 +36,18 @@ const PLATE: f64 = 0.1;
 /// Points that have a height in common, on average, if they lie on levels.
 const LEVEL: usize = 10;
 
-/// Height of a surface by its extents across.
+/// Height of a surface by its extents across, and of a ground that is rough: its slopes may be many times
+/// steeper than all of it.
 const HEIGHT: f64 = 0.25;
+const GROUND: f64 = 1.0 / 16.0;
 
 /// Share of a surface that must be wall for its units to be doubted.
 const MOSTLY: f64 = 0.5;
 
-/// Share of what planes leave of heights in the points' own units that they may leave of others.
+/// Share of what planes leave of heights in the points' own units that they may leave of others, and of the
+/// heights of a ground: both sides of a body leave more than twice as much.
 const UNEXPLAINED: f64 = 0.5;
+const MOSTLY_EXPLAINED: f64 = 0.3;
 
 /// What a fit counts each coordinate times: a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,18 +189,39 @@ impl<'a> Telling<'a> {
         if !narrow && thick < PLATE * wide {
             return Ok(None);
         }
-        by.z *= power(HEIGHT * shorter / extents.z);
-        let telling = self.counted(by);
-        if Relief::of(&telling, DVec3::Z).walls(by) < MOSTLY {
-            return Ok(None);
+        let across = by;
+        for height in [HEIGHT, GROUND] {
+            by.z = across.z * power(height * shorter / extents.z);
+            let telling = self.counted(by);
+            let relief = Relief::of(&telling, DVec3::Z);
+            let explained = height == HEIGHT || relief.unexplained() < MOSTLY_EXPLAINED;
+            if !(explained && relief.walls(by) >= MOSTLY && self.are_heights(by, observer)?) {
+                continue;
+            }
+            if !self.explained(by, observer)? {
+                return Ok(None);
+            }
+            let even = self.over_ground(by, TELLING);
+            let on_plane = || Relief::of(&even, DVec3::Z).sampled_on_plane(by, &telling);
+            return Ok(Some((by, self.on_levels() || on_plane())));
         }
-        let even = self.evenly(|point| (by * point).with_z(0.0), by);
-        let found = heights(&even, observer)?;
-        if found.is_none_or(|found| found.up != DVec3::Z) || !self.explained(by, observer)? {
-            return Ok(None);
+        Ok(None)
+    }
+
+    /// Whether they are heights over x and y, if coordinates count so much, seen from afar and from near.
+    fn are_heights(&self, by: DVec3, observer: &mut dyn Observer) -> Result<bool> {
+        for count in [TELLING, CLOSE] {
+            let found = heights(&self.over_ground(by, count), observer)?;
+            if found.is_none_or(|found| found.up != DVec3::Z) {
+                return Ok(false);
+            }
         }
-        let on_plane = || Relief::of(&even, DVec3::Z).sampled_on_plane(by, &telling);
-        Ok(Some((by, self.on_levels() || on_plane())))
+        Ok(true)
+    }
+
+    /// About so many points, evenly over x and y.
+    fn over_ground(&self, by: DVec3, count: usize) -> Vec<DVec3> {
+        self.evenly(|point| (by * point).with_z(0.0), by, count)
     }
 
     /// Whether points lie on contour lines: these run closest together where it is steep.
@@ -209,9 +237,9 @@ impl<'a> Telling<'a> {
         self.points.iter().map(|&point| by * point).collect()
     }
 
-    /// As many, evenly over space where `place` puts them, if coordinates count so much.
-    fn evenly(&self, place: impl Fn(DVec3) -> DVec3, by: DVec3) -> Vec<DVec3> {
-        let mut sample = EvenSample::new(TELLING);
+    /// So many, evenly over space where `place` puts them, if coordinates count so much.
+    fn evenly(&self, place: impl Fn(DVec3) -> DVec3, by: DVec3, count: usize) -> Vec<DVec3> {
+        let mut sample = EvenSample::new(count);
         for portion in self.cloud.chunks(PORTION) {
             let places: Vec<DVec3> = portion.iter().map(|&point| place(point)).collect();
             sample.extend(&places);
@@ -223,7 +251,7 @@ impl<'a> Telling<'a> {
     /// Whether heights over x and y are better explained by planes if coordinates count so much than the
     /// points are in their own units, as heights over whatever plane.
     fn explained(&self, by: DVec3, observer: &mut dyn Observer) -> Result<bool> {
-        let even = self.evenly(|point| point, DVec3::ONE);
+        let even = self.evenly(|point| point, DVec3::ONE, TELLING);
         let Some(own) = heights(&even, observer)? else { return Ok(true) };
         let own = Relief::of(&self.points, own.up).unexplained();
         Ok(Relief::of(&self.counted(by), DVec3::Z).unexplained() < UNEXPLAINED * own)

@@ -46,3 +46,16 @@ def test_stacked_horizons_are_pieces_that_no_surface_folds_through() -> None:
         result = neurbs.reconstruct(points[::2], grid=(20, 20))
     assert len(caught) == 1
     assert result.report.topology == "height"
+
+
+def test_rough_terrain_is_found_in_any_unit() -> None:
+    points = neurbs.read_points(Path(FOLDER or "", "npy", "jacksboro_dem.npy"))[::28]
+    own = neurbs.reconstruct(points)
+    with pytest.warns(neurbs.ConvergenceWarning, match="counts 1/.* of z"):
+        tall = neurbs.reconstruct(points * [1, 1, 1000])
+    assert own.report.topology == tall.report.topology == "height"
+    at = np.linspace(0, 1, 50)
+    low, high = own.surface.evaluate_grid(at, at), tall.surface.evaluate_grid(at, at)
+    np.testing.assert_allclose(high[..., :2], low[..., :2], atol=1e-3 * own.report.diagonal)
+    off = high[..., 2] / 1000 - low[..., 2]
+    assert np.sqrt((off**2).mean()) < 0.02 * np.ptp(points[:, 2])
