@@ -38,8 +38,11 @@ const SHORT: f64 = 1.3;
 const FAR: f64 = 4.0;
 const NEAR: f64 = 0.1;
 
-/// Share of the second principal deviation of neighbours in the third below which they lie in a plane.
+/// Share of the second principal deviation of neighbours in the third below which they lie in a plane; and
+/// least share of the first in the second: the plane of a curve, as points along a scan line are, is not
+/// that of the surface.
 const FLAT: f64 = 0.3;
+const BROAD: f64 = 0.2;
 
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
@@ -135,7 +138,8 @@ fn roads(points: &[DVec3], cloud: &[DVec3], listen: &mut Listen<'_>) -> Result<R
         of_cloud
             .nearest_where(points[from as usize], NEIGHBORS, f64::INFINITY, &mut found, |_| true);
         let plane = Plane::of(found.iter().map(|near| cloud[near.index as usize]));
-        let normal = (plane.deviations[2] < FLAT * plane.deviations[1]).then(|| plane.normal());
+        let [long, wide, thick] = plane.deviations;
+        let normal = (thick < FLAT * wide && wide > BROAD * long).then(|| plane.normal());
         tree.nearest_to(from, NEIGHBORS, &mut found);
         (found.iter().map(Edge::from).collect(), normal)
     };
