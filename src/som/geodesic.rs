@@ -364,6 +364,22 @@ mod tests {
     }
 
     #[test]
+    fn sections_far_apart_lead_to_no_other_fold() {
+        // Of a hull that tapers: points lie close together around each section only.
+        let section = |x: f64| {
+            (0..=100).map(move |i| {
+                let (sin, cos) = (f64::from(i) / 100.0 * PI).sin_cos();
+                let radius = 3.0 - 0.02 * x * x;
+                DVec3::new(x, radius * cos, radius * sin)
+            })
+        };
+        let cloud: Vec<DVec3> = (0..20).flat_map(|i| section(0.5 * f64::from(i))).collect();
+        let points: Vec<DVec3> = cloud.iter().copied().step_by(4).collect();
+        let crossing = unrolled(&points, &cloud, &mut || Ok(())).unwrap().unwrap().crossing;
+        assert!(crossing == 0.0, "{crossing}");
+    }
+
+    #[test]
     fn a_way_from_fold_to_fold_is_told_from_one_across_a_bend() {
         let sideways =
             |degrees: f64| DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
