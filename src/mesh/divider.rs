@@ -31,6 +31,10 @@ pub(super) struct Divider<'a> {
     pub limits: Limits,
 }
 
+/// Patches along a direction from which on a piece is looked at in four places there, not in three. Most
+/// pieces of several patches are of two or three, and will be divided.
+const MANY: u32 = 16;
+
 impl Divider<'_> {
     /// Divides a piece of a block until each part meets the limits with two triangles, and appends
     /// the parts.
@@ -125,7 +129,7 @@ impl Divider<'_> {
         if bent.is_some() {
             return bent;
         }
-        let ends = self.ends().map(|k| desk.points[k]);
+        let ends = self.ends(&piece).map(|k| desk.points[k]);
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
         desk.faces.clear();
@@ -151,9 +155,13 @@ impl Divider<'_> {
     /// that it is not looked at closer, and how it bends.
     #[inline(always)]
     pub(super) fn bent(&self, piece: &Piece, points: &[DVec3]) -> (Option<Direction>, Bending) {
-        let bending = Bending::of(points, self.nets.degrees);
+        let bending = if piece.is_single() {
+            Bending::of(points, self.nets.degrees)
+        } else {
+            Bending::through(points, self.degrees(piece))
+        };
         if piece.divisible() && bending.sag_of_square() > self.limits.tolerance {
-            return (Some(self.steeper(points)), bending);
+            return (Some(self.steeper(piece, points)), bending);
         }
         (None, bending)
     }
@@ -171,22 +179,33 @@ impl Divider<'_> {
         let direction = if distance <= self.limits.tolerance {
             self.beyond(block, places, mesh)
         } else {
-            Some(self.steeper(points))
+            Some(self.steeper(&piece, points))
         };
         direction.filter(|_| piece.divisible())
     }
 
+    /// The degrees of the net that a piece is loaded as. Of several patches, that has points of the surface in
+    /// place of control points: at the ends and, evenly spaced, between.
+    #[inline(always)]
+    fn degrees(&self, piece: &Piece) -> (usize, usize) {
+        if piece.is_single() {
+            return self.nets.degrees;
+        }
+        let seen = |(from, to): (u32, u32)| if (to - from) / PATCH < MANY { 2 } else { 3 };
+        (seen(piece.u), seen(piece.v))
+    }
+
     /// Where the corners of the unit square stand in a net, counter-clockwise.
     #[inline(always)]
-    pub(super) fn ends(&self) -> [usize; 4] {
-        let (p, q) = (self.bernstein.p, self.bernstein.q);
+    pub(super) fn ends(&self, piece: &Piece) -> [usize; 4] {
+        let (p, q) = self.degrees(piece);
         [0, p * (q + 1), (p + 1) * (q + 1) - 1, q]
     }
 
     /// The direction whose curves bend more, or, if neither does, are longer.
     #[inline(always)]
-    pub(super) fn steeper(&self, points: &[DVec3]) -> Direction {
-        let (p, q) = (self.bernstein.p, self.bernstein.q);
+    pub(super) fn steeper(&self, piece: &Piece, points: &[DVec3]) -> Direction {
+        let (p, q) = self.degrees(piece);
         let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
             u.add(points, (j, q + 1), p);
@@ -255,8 +274,7 @@ impl Divider<'_> {
         Part { low: *low, high: *high, net: Net { points, patches, degrees } }
     }
 
-    /// Makes the net of a piece the only one on the desk; of several patches only points, between
-    /// which it bends about as the piece does.
+    /// Makes the net of a piece the only one on the desk.
     pub(super) fn load(&self, block: Block, piece: Piece, desk: &mut Desk) {
         desk.nets.clear();
         desk.points.clear();
@@ -268,19 +286,20 @@ impl Divider<'_> {
             return;
         }
         let (p, q) = self.nets.degrees;
+        let seen = self.degrees(&piece);
         let (Desk { points, places, columns, .. }, mut row) = (desk, Located::default());
-        let (columns, mut across) = (&mut columns[..=q], [0.0; MAX_ORDER]);
+        let (columns, mut across) = (&mut columns[..=seen.1], [0.0; MAX_ORDER]);
         for (j, (column, y)) in columns.iter_mut().zip(&mut across).enumerate() {
-            let at = sample(piece.v, j, q);
+            let at = sample(piece.v, j, seen.1);
             column.find(at, block.cols.0, q);
             *y = share(at, piece.v);
         }
         places.clear();
-        for i in 0..=p {
-            let at = sample(piece.u, i, p);
+        for i in 0..=seen.0 {
+            let at = sample(piece.u, i, seen.0);
             row.find(at, block.rows.0, p);
             let x = share(at, piece.u);
-            places.extend(across[..=q].iter().map(|y| DVec2::new(x, *y)));
+            places.extend(across[..=seen.1].iter().map(|y| DVec2::new(x, *y)));
             points.extend(columns.iter().map(|column| {
                 let h = self.nets.point(row.shares(), column.shares());
                 h.w.recip() * h.truncate()

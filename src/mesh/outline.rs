@@ -41,6 +41,15 @@ impl Bending {
         Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
     }
 
+    /// Of a surface through points, evenly spaced, as many as control points of these degrees. Those of
+    /// such a curve, of second degree, lie further from its chord, n : n - 1.
+    #[inline(always)]
+    pub(super) fn through(points: &[DVec3], (p, q): (usize, usize)) -> Self {
+        let Self { uu, uv, vv } = Self::of(points, (p, q));
+        let more = |n: usize| n as f64 / (n - 1) as f64;
+        Self { uu: more(p) * uu, uv, vv: more(q) * vv }
+    }
+
     /// About how far the surface leaves two triangles over the unit square.
     #[inline(always)]
     pub(super) fn sag_of_square(&self) -> f64 {
@@ -269,6 +278,19 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn points_tell_how_a_surface_bends() {
+        let height = |x: f64, y: f64| 3.0 * x * (1.0 - x) - 0.5 * y * (1.0 - y);
+        for (p, q) in [(2, 2), (3, 2), (2, 3), (3, 3)] {
+            let places = (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j)));
+            let places = places.map(|(i, j)| (i as f64 / p as f64, j as f64 / q as f64));
+            let points: Vec<DVec3> = places.map(|(x, y)| DVec3::new(x, y, height(x, y))).collect();
+            let Bending { uu, uv, vv } = Bending::through(&points, (p, q));
+            assert!((uu + 6.0).abs() < 1e-14 && uv == 0.0 && (vv - 1.0).abs() < 1e-14);
+        }
+    }
+
     #[test]
     fn cuts_grow_about_their_diagonal() {
         let places = [

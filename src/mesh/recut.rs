@@ -30,7 +30,7 @@ impl Divider<'_> {
     ) -> Option<Direction> {
         if outline.len() > MOST_CORNERS {
             self.load(block, *piece, desk);
-            return Some(self.steeper(&desk.points));
+            return Some(self.steeper(piece, &desk.points));
         }
         let ends = piece.ends(outline.iter().copied());
         let share = piece.cut.share().filter(|share| outline.len() > 4 && *share < GROWS);
@@ -85,7 +85,7 @@ impl Divider<'_> {
             let at = DVec2::new(share(u, piece.u), share(v, piece.v));
             let end = UNIT.iter().position(|corner| *corner == at).filter(|_| loaded);
             let point = match end {
-                Some(end) => desk.points[self.ends()[end]],
+                Some(end) => desk.points[self.ends(&piece)[end]],
                 None => self.point(block, (u, v)).project(),
             };
             desk.corners.push(Corner { at, point });
