@@ -69,6 +69,10 @@ const ANCHOR: f64 = 0.01;
 const FIRST_HOLD: f64 = 0.1;
 const TIGHTER: f64 = 10.0;
 
+/// Share of the surface's size by which control points that are held may move and still stand where they
+/// stood.
+const UNMOVED: f64 = 1e-6;
+
 /// With the least fairness steps end when one leaves more than this share of the error.
 const SETTLED: f64 = 0.99;
 
@@ -123,9 +127,18 @@ impl Fitting<'_> {
             let next_feet = self.correct(&next, STEPS);
             let found = self.rms(&next_feet);
             let flaws = inspect(&next, &self.uv, self.observer)?;
-            if flaws.len() <= fewest && found <= error {
+            // How far a surface may be from its points depends on its size: it may become too far where
+            // it is held.
+            let unmoved = || {
+                let (before, after) = (&held[1].places, space.unknown_points(&next));
+                let limit = UNMOVED * surface.size();
+                let still = |at: usize| before[at].distance(after[at]) <= limit;
+                space.touched_by(&flaws).into_iter().all(still)
+            };
+            if (flaws.len() <= fewest || unmoved()) && found <= error {
                 let settled = before <= aim && found > SETTLED * error;
-                (surface, feet, fewest, error) = (next, next_feet, flaws.len(), found);
+                (surface, feet, error) = (next, next_feet, found);
+                fewest = fewest.min(flaws.len());
                 (reached, failures) = (self.falling, 0);
                 if settled {
                     break;
