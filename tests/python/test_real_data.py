@@ -59,3 +59,14 @@ def test_rough_terrain_is_found_in_any_unit() -> None:
     np.testing.assert_allclose(high[..., :2], low[..., :2], atol=1e-3 * own.report.diagonal)
     off = high[..., 2] / 1000 - low[..., 2]
     assert np.sqrt((off**2).mean()) < 0.02 * np.ptp(points[:, 2])
+
+
+def test_outliers_around_a_body_leave_its_surface_near_the_points() -> None:
+    points = neurbs.read_points(Path(FOLDER or "", "npy", "owl_photogrammetry.npy"))
+    size = np.ptp(points, axis=0).max()
+    strays = np.random.default_rng(1).uniform(-2, 2, (len(points) // 50, 3)) * size
+    with pytest.warns(neurbs.ConvergenceWarning, match="closed, or nearly so"):
+        result = neurbs.reconstruct(np.concatenate([points, points.mean(axis=0) + strays]))
+    assert not result.inliers[len(points) :].any()
+    assert result.inliers[: len(points)].mean() > 0.999
+    assert result.report.rms < 1e-3 * np.linalg.norm(np.ptp(points, axis=0))
