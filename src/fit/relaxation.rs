@@ -69,15 +69,15 @@ const ANCHOR: f64 = 0.01;
 const FIRST_HOLD: f64 = 0.1;
 const TIGHTER: f64 = 10.0;
 
-/// Share of the surface's size by which control points that are held may move and still stand where they
-/// stood.
+/// Share of the surface's size by which control points that are held may move and still stand where
+/// they stood.
 const UNMOVED: f64 = 1e-6;
 
 /// With the least fairness steps end when one leaves more than this share of the error.
 const SETTLED: f64 = 0.99;
 
 /// The surface with less fairness, down to `aim` or what holds control points, that has no more
-/// flaws.
+/// flaws, but where it is held: how far it may be from its points there depends on its size.
 ///
 /// # Errors
 ///
@@ -127,8 +127,7 @@ impl Fitting<'_> {
             let next_feet = self.correct(&next, STEPS);
             let found = self.rms(&next_feet);
             let flaws = inspect(&next, &self.uv, self.observer)?;
-            // How far a surface may be from its points depends on its size: it may become too far where
-            // it is held.
+            // A flaw where nothing has moved is none that holding could prevent.
             let unmoved = || {
                 let (before, after) = (&held[1].places, space.unknown_points(&next));
                 let limit = UNMOVED * surface.size();

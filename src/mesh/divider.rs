@@ -31,8 +31,8 @@ pub(super) struct Divider<'a> {
     pub limits: Limits,
 }
 
-/// Patches along a direction from which on a piece is looked at in four places there, not in three. Most
-/// pieces of several patches are of two or three, and will be divided.
+/// Patches along a direction from which on a piece is looked at in four places there, not in three.
+/// Most pieces of several patches are of two or three, and will be divided.
 const MANY: u32 = 16;
 
 impl Divider<'_> {
@@ -184,8 +184,8 @@ impl Divider<'_> {
         direction.filter(|_| piece.divisible())
     }
 
-    /// The degrees of the net that a piece is loaded as. Of several patches, that has points of the surface in
-    /// place of control points: at the ends and, evenly spaced, between.
+    /// The degrees of the net that a piece is loaded as. Of several patches, that has points of the
+    /// surface in place of control points: at the ends and, evenly spaced, between.
     #[inline(always)]
     fn degrees(&self, piece: &Piece) -> (usize, usize) {
         if piece.is_single() {

@@ -41,8 +41,8 @@ impl Bending {
         Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
     }
 
-    /// Of a surface through points, evenly spaced, as many as control points of these degrees. Those of
-    /// such a curve, of second degree, lie further from its chord, n : n - 1.
+    /// Of a surface through evenly spaced points, as many as a net of these degrees has: control points
+    /// of a parabola lie n : n - 1 times as far from its chord as points of it do.
     #[inline(always)]
     pub(super) fn through(points: &[DVec3], (p, q): (usize, usize)) -> Self {
         let Self { uu, uv, vv } = Self::of(points, (p, q));
