@@ -20,7 +20,7 @@ use super::piece::Piece;
 use super::stitch::Borders;
 use super::{MeshSlices, TriangleMesh};
 use crate::error::{Error, Result};
-use crate::nurbs::{NurbsSurface, PatchNets};
+use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// Share by which an estimate must pass the limit on triangles before the work is refused.
@@ -76,7 +76,7 @@ impl<'a> Tessellation<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let limits = options.limits(diagonal(&[surface]))?;
-        let nets = PatchNets::new(surface, &[], &[]);
+        let nets = surface.patch_nets();
         let estimate = Estimate::of(&nets, &limits);
         if estimate.triangles > SURELY * options.max_triangles as f64 {
             return Err(too_many(options, &limits, estimate.triangles));

@@ -46,12 +46,10 @@ pub(super) struct Workspace {
     bounds: Vec<[Eight; 2]>,
     /// The faces of which a part's net leaves doubt.
     doubtful: Vec<usize>,
-    /// What the points of the net cost over each of these (see [`price`]), one face behind the other.
-    prices: Vec<DVec4>,
     /// One of a part's patches.
     patch: Vec<DVec4>,
-    /// What its points cost.
-    patch_prices: Vec<DVec4>,
+    /// What its points cost a face (see [`price`]).
+    prices: Vec<DVec4>,
     /// The curve above a side, or the quarters of a patch.
     curve: Vec<DVec4>,
     /// The frames of the faces.
@@ -64,6 +62,10 @@ pub(super) struct Workspace {
 /// A bound up to this multiple of the limit may be of a distance within it: then it is worth
 /// looking closer.
 const NEAR: f64 = 1.5;
+
+/// Patches of a part from which on its whole net is looked at first: that of fewer hardly ever tells more
+/// than they do by themselves.
+const MANY: usize = 4;
 
 /// How often a triangle is halved then.
 const HALVINGS: usize = 2;
@@ -133,7 +135,7 @@ impl Workspace {
     /// further than `limit` from the plane of the face that it lies over.
     pub(super) fn misses(
         &self,
-        (points, places): (&[DVec3], &[DVec2]),
+        (points, places): (&[DVec4], &[DVec2]),
         (corners, faces): Faces<'_>,
         limit: f64,
     ) -> bool {
@@ -143,7 +145,7 @@ impl Workspace {
             };
             let (origin, at) = (normal.dot(triangle[0].point), triangle.map(|corner| corner.at));
             points.iter().zip(places).any(|(point, place)| {
-                (normal.dot(*point) - origin).abs() > limit && contains(at, *place)
+                (normal.extend(0.0).dot(*point) - origin).abs() > limit && contains(at, *place)
             })
         })
     }
@@ -194,48 +196,29 @@ impl Certify<'_> {
     /// Takes what the surface over each face costs into account.
     #[inline(always)]
     fn look_at_faces<S: Simd>(&mut self, simd: S) {
-        let Self { work, part, mesh: (corners, faces), limit, .. } = self;
-        let (whole, limit) = (part.is_whole(), *limit);
-        let points = part.net.points;
-        let alone = whole && part.net.is_single();
-        work.doubtful.clear();
-        work.prices.clear();
-        for (k, face) in faces.iter().enumerate() {
-            let triangle = face.map(|corner| corners[corner].at);
-            if whole || !misses(triangle, part.low, part.high) {
-                // The whole net may tell that the surface is near enough.
-                let (frame, start) = (&work.frames[k], work.prices.len());
-                let found = if alone {
-                    costliest(simd, frame, points, limit)
-                } else {
-                    work.prices.resize(start + points.len(), DVec4::ZERO);
-                    price(simd, frame, points, &mut work.prices[start..])
-                };
-                if found <= limit {
-                    work.most = larger(work.most, found);
-                    work.prices.truncate(start);
-                } else {
-                    work.doubtful.push(k);
-                }
-            }
-        }
-        if alone {
+        if self.part.is_whole() && self.part.net.is_single() {
             self.look_at_patch(simd);
-        } else if !work.doubtful.is_empty() {
+        } else {
             self.look_at_patches(simd);
         }
     }
 
-    /// Takes into account what the only patch costs over each face of which its net leaves doubt.
+    /// Takes into account what the only patch costs over each face.
     #[inline(always)]
     fn look_at_patch<S: Simd>(&mut self, simd: S) {
         let Self { work, bernstein, part, mesh: (corners, faces), limit } = self;
-        let Workspace { blossoms, coefficients, doubtful, frames, most, .. } = &mut **work;
-        for &k in &*doubtful {
-            let at = longest_first(faces[k].map(|corner| corners[corner].at));
-            let over = Over { bernstein, net: part.net.points, at, frame: &frames[k] };
-            *most = larger(*most, over.costs(simd, *limit, blossoms, coefficients));
-            if *most > *limit {
+        let Workspace { blossoms, coefficients, frames, most, .. } = &mut **work;
+        let (net, limit) = (part.net.points, *limit);
+        for (face, frame) in faces.iter().zip(&*frames) {
+            // The whole net may tell that the surface is near enough.
+            let mut found = costliest(simd, frame, net, limit);
+            if found > limit {
+                let at = longest_first(face.map(|corner| corners[corner].at));
+                let over = Over { bernstein, net, at, frame };
+                found = over.costs(simd, limit, blossoms, coefficients);
+            }
+            *most = larger(*most, found);
+            if *most > limit {
                 return;
             }
         }
@@ -250,25 +233,42 @@ impl Certify<'_> {
             coefficients,
             bounds,
             doubtful,
-            prices,
             patch,
-            patch_prices,
+            prices,
             curve,
             frames,
             most,
             ..
         } = &mut **work;
         let limit = *limit;
+        let many = part.net.patches.0 * part.net.patches.1 >= MANY;
+        doubtful.clear();
+        for (k, (face, frame)) in faces.iter().zip(&*frames).enumerate() {
+            if misses(face.map(|corner| corners[corner].at), part.low, part.high) {
+                continue;
+            }
+            // The whole net may tell that the surface is near enough.
+            let found =
+                if many { costliest(simd, frame, part.net.points, limit) } else { f64::INFINITY };
+            if found <= limit {
+                *most = larger(*most, found);
+            } else {
+                doubtful.push(k);
+            }
+        }
+        if doubtful.is_empty() {
+            return;
+        }
         bounds.resize(bernstein.octets(), [Eight::default(); 2]);
+        prices.resize((bernstein.p + 1) * (bernstein.q + 1), DVec4::ZERO);
         for (at, (low, high)) in part.net.places((part.low, part.high)) {
             let net = part.net.patch(at, patch);
-            for (&k, prices) in doubtful.iter().zip(prices.chunks_exact(part.net.points.len())) {
+            for &k in &*doubtful {
                 let (frame, triangle) = (&frames[k], faces[k].map(|corner| corners[corner].at));
                 if misses(triangle, low, high) {
                     continue;
                 }
-                let prices = Net { points: prices, ..part.net }.patch(at, patch_prices);
-                let found = dearest(prices);
+                let found = price(simd, frame, net, prices);
                 if found <= limit {
                     *most = larger(*most, found);
                     continue;
@@ -327,27 +327,21 @@ impl Certify<'_> {
         }
     }
 
-    /// Takes the distance of a part's sides from the outer edges into account.
+    /// Takes the distance of a part's sides from the edges of the outline into account.
     #[inline(always)]
-    fn follow_sides<S: Simd>(&mut self, simd: S) {
-        let Self { work, part, mesh: (corners, faces), limit, .. } = self;
-        let whole = part.is_whole();
-        for (k, &face) in faces.iter().enumerate() {
-            let next = to_next(faces, k);
-            for (edge, (i, j)) in edges(face).into_iter().enumerate() {
-                if next == Some(edge) || (edge == LAST && k > 0) {
-                    continue;
-                }
-                let (a, b) = (corners[i], corners[j]);
-                let side = (a.at, b.at);
-                let Some(ends) = (if whole { Some(side) } else { part.clip(side) }) else {
-                    continue;
-                };
+    fn follow_sides(&mut self) {
+        let Self { work, part, mesh: (corners, _), limit, .. } = self;
+        let (whole, limit, mut most) = (part.is_whole(), *limit * *limit, 0.0);
+        let mut a = corners[corners.len() - 1];
+        for &b in *corners {
+            let side = (a.at, b.at);
+            if let Some(ends) = if whole { Some(side) } else { part.clip(side) } {
                 let chord = Chord::new(a.point, b.point);
-                let found = chord.furthest(simd, part, ends, &mut work.curve, *limit);
-                work.most = larger(work.most, found);
+                most = larger(most, chord.furthest(part, ends, &mut work.curve, limit));
             }
+            a = b;
         }
+        work.most = larger(work.most, most.sqrt());
     }
 }
 
@@ -386,20 +380,10 @@ impl WithSimd for Certify<'_> {
         let Part { low, high, .. } = self.part;
         let inside = low.x > 0.0 && low.y > 0.0 && high.x < 1.0 && high.y < 1.0;
         if self.work.most <= self.limit && !inside {
-            self.follow_sides(simd);
+            self.follow_sides();
         }
         self.work.most
     }
-}
-
-/// The largest of what points cost.
-#[inline(always)]
-fn dearest(prices: &[DVec4]) -> f64 {
-    let mut most = [0.0; 4];
-    for some in prices.chunks(most.len()) {
-        most.iter_mut().zip(some).for_each(|(most, price)| *most = larger(*most, price.z));
-    }
-    larger(larger(most[0], most[1]), larger(most[2], most[3]))
 }
 
 /// The largest of what means of points cost at most.
@@ -422,12 +406,6 @@ fn to_next(faces: &[Face], k: usize) -> Option<usize> {
 #[inline(always)]
 fn folded(a: Option<DVec3>, b: Option<DVec3>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a.dot(b) < SHEET)
-}
-
-/// The directed edges of a face.
-#[inline(always)]
-fn edges([a, b, c]: Face) -> [(usize, usize); 3] {
-    [(a, b), (b, c), (c, a)]
 }
 
 /// The normal of a triangle, if it has one.

@@ -3,11 +3,9 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec3, DVec4};
-use pulp::Simd;
 
 use super::bernstein::restrict;
 use super::certify::Part;
-use super::cost::{Cost, away, costliest, dot};
 use super::triangle::larger;
 use crate::nurbs::halve;
 
@@ -34,12 +32,11 @@ impl Chord {
         (away - share * self.along).length_squared()
     }
 
-    /// An upper bound of the distance of the surface over a segment of a side of a part's unit square;
-    /// if it is above `limit`, one that is found with a closer look.
+    /// The square of an upper bound of the distance of the surface over a segment of a side of a part's
+    /// unit square; if it is above the square `limit`, one that is found with a closer look.
     #[inline(always)]
-    pub(super) fn furthest<S: Simd>(
+    pub(super) fn furthest(
         &self,
-        simd: S,
         part: &Part<'_>,
         (from, to): (DVec2, DVec2),
         curve: &mut Vec<DVec4>,
@@ -49,9 +46,8 @@ impl Chord {
         let side = net.side((from, to));
         let (low, high) = (from.min(to), from.max(to));
         let (low, high) = if low.x == high.x { (low.y, high.y) } else { (low.x, high.x) };
-        if side.patches > 1 && (low, high) == (0.0, 1.0) {
-            net.line(side, 0..side.patches, curve);
-            let found = costliest(simd, self, curve, limit);
+        if (low, high) == (0.0, 1.0) {
+            let found = self.most(net.on_side(side, part.is_whole()));
             if found <= limit {
                 return found;
             }
@@ -68,45 +64,25 @@ impl Chord {
             }
             net.line(side, k..k + 1, curve);
             restrict(curve, (0, 1), side.degree, (low, high));
-            // The ends of a whole side are those of the chord.
-            let ends_too = side.patches > 1 || !part.is_whole();
-            let looked_at = if ends_too { &curve[..] } else { &curve[1..side.degree] };
-            let mut found = self.most(looked_at);
+            let mut found = self.most(curve.iter());
             if found > limit {
                 closer(curve);
-                found = self.most(curve);
+                found = self.most(curve.iter());
             }
             most = larger(most, found);
         }
         most
     }
 
-    /// The largest distance of some homogeneous points. They are too few to be worth the way into
-    /// registers.
+    /// The square of the largest distance of some homogeneous points. They are too few to be worth the
+    /// way into registers.
     #[inline(always)]
-    fn most(&self, points: &[DVec4]) -> f64 {
+    fn most<'a>(&self, points: impl Iterator<Item = &'a DVec4>) -> f64 {
         let mut most = 0.0;
         for h in points {
             most = larger(most, self.squared(h.w.recip() * h.truncate()));
         }
-        most.sqrt()
-    }
-}
-
-impl Cost for Chord {
-    #[inline(always)]
-    fn squared<S: Simd>(&self, simd: S, point: [S::f64s; 3]) -> S::f64s {
-        let away = away(simd, point, self.start);
-        let along = dot(simd, away, self.along.to_array());
-        let share = simd.mul_f64s(along, simd.splat_f64s(self.scale));
-        let share = simd.max_f64s(share, simd.splat_f64s(0.0));
-        let share = simd.min_f64s(share, simd.splat_f64s(1.0));
-        let across = |axis: usize| {
-            let foot = simd.mul_f64s(share, simd.splat_f64s(self.along[axis]));
-            let across = simd.sub_f64s(away[axis], foot);
-            simd.mul_f64s(across, across)
-        };
-        simd.add_f64s(simd.add_f64s(across(0), across(1)), across(2))
+        most
     }
 }
 
@@ -121,22 +97,9 @@ fn closer(curve: &mut Vec<DVec4>) {
 
 #[cfg(test)]
 mod tests {
-    use pulp::{Arch, WithSimd};
-
     use super::super::bernstein::polynomials;
     use super::super::net::Net;
     use super::*;
-
-    /// The distance of a segment of a net's side from a chord.
-    struct Asked<'a>(&'a Chord, Part<'a>, (DVec2, DVec2));
-
-    impl WithSimd for Asked<'_> {
-        type Output = f64;
-
-        fn with_simd<S: Simd>(self, simd: S) -> f64 {
-            self.0.furthest(simd, &self.1, self.2, &mut vec![], 0.0)
-        }
-    }
 
     #[test]
     fn bounds_are_above_the_distances_and_close() {
@@ -151,8 +114,7 @@ mod tests {
         for (x, y) in [(0.0, (0.0, 1.0)), (1.0, (0.0, 1.0)), (0.0, (0.25, 0.5)), (1.0, (0.9, 0.4))]
         {
             let ends = (DVec2::new(x, y.0), DVec2::new(x, y.1));
-            let asked = Asked(&chord, Part::whole(net), ends);
-            let bound = Arch::new().dispatch(asked);
+            let bound = chord.furthest(&Part::whole(net), ends, &mut vec![], 0.0).sqrt();
             let mut most = 0.0_f64;
             for k in 0..=300 {
                 let at = 3.0 * (y.0 + f64::from(k) / 300.0 * (y.1 - y.0));

@@ -156,26 +156,34 @@ mod tests {
     use pulp::{Arch, WithSimd};
 
     use super::super::bernstein::{Bernstein, Blossoms};
-    use super::super::chord::Chord;
     use super::*;
+
+    /// The distance from the x-axis.
+    struct FromAxis;
+
+    impl Cost for FromAxis {
+        fn squared<S: Simd>(&self, simd: S, [_, y, z]: [S::f64s; 3]) -> S::f64s {
+            simd.add_f64s(simd.mul_f64s(y, y), simd.mul_f64s(z, z))
+        }
+    }
 
     /// What a net's points cost, and bounds of what it costs over a triangle: by their means, and by
     /// what they cost.
-    struct Asked<'a>(&'a Chord, &'a Bernstein, &'a [DVec4], [DVec2; 3]);
+    struct Asked<'a>(&'a Bernstein, &'a [DVec4], [DVec2; 3]);
 
     impl WithSimd for Asked<'_> {
         type Output = (Vec<DVec4>, f64, [f64; 2]);
 
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-            let Self(chord, bernstein, net, at) = self;
+            let Self(bernstein, net, at) = self;
             let mut prices = vec![DVec4::ZERO; net.len()];
-            let most = price(simd, chord, net, &mut prices);
+            let most = price(simd, &FromAxis, net, &mut prices);
             let (mut blossoms, octets) = (Blossoms::default(), bernstein.octets());
             let mut points = vec![[Eight::default(); 4]; octets];
             bernstein.triangle(simd, net, at, &mut blossoms, &mut points);
             let mut bounds = vec![[Eight::default(); 2]; octets];
             bernstein.triangle(simd, &prices, at, &mut blossoms, &mut bounds);
-            let both = [costliest_of(simd, chord, &points), quotient(simd, &bounds)];
+            let both = [costliest_of(simd, &FromAxis, &points), quotient(simd, &bounds)];
             (prices, most, both)
         }
     }
@@ -187,7 +195,6 @@ mod tests {
             [(0.5, 0.75), (0.5, 0.25), (0.75, 0.75)],
             [(0.1, 0.9), (0.75, 0.5), (1.0, 0.25)],
         ];
-        let chord = Chord::new(DVec3::ZERO, DVec3::X);
         for (p, q) in [(1, 1), (2, 2), (3, 3), (2, 5)] {
             let bernstein = Bernstein::of((p, q));
             for seed in 0..20 {
@@ -198,11 +205,12 @@ mod tests {
                 };
                 let net: Vec<DVec4> = (0..(p + 1) * (q + 1)).map(point).collect();
                 for at in triangles.map(|corners| corners.map(DVec2::from)) {
-                    let asked = Asked(&chord, bernstein, &net, at);
+                    let asked = Asked(bernstein, &net, at);
                     let (prices, most, [exact, bound]) = Arch::new().dispatch(asked);
                     let mut largest = 0.0_f64;
                     for (h, price) in net.iter().zip(&prices) {
-                        let cost = chord.squared(h.project()).sqrt();
+                        let point = h.project();
+                        let cost = point.y.hypot(point.z);
                         assert!(price.abs_diff_eq(
                             h.w * DVec4::new(cost, 1.0, cost / h.w, cost / h.w),
                             1e-14

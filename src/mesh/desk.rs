@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec4};
 use pulp::Arch;
 
 use super::certify::{Corner, Face, Workspace};
@@ -19,8 +19,8 @@ pub(super) struct Desk {
     pub pieces: Vec<Piece>,
     /// Nets, one behind the other: those of the pieces around the one being looked at.
     pub nets: Vec<DVec4>,
-    /// The control points of the last net in space.
-    pub points: Vec<DVec3>,
+    /// The control points of the last net in space, in the first three lanes.
+    pub points: Vec<DVec4>,
     /// Where in the unit square of a piece of several patches they lie.
     pub places: Vec<DVec2>,
     /// Where its columns lie.

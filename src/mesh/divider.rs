@@ -16,11 +16,11 @@ use super::desk::Desk;
 use super::located::Located;
 use super::net::Net;
 use super::options::Limits;
-use super::outline::{Bending, Zip};
+use super::outline::Zip;
 use super::piece::{self, Block, Direction, PATCH, Piece};
 use super::stitch::{Place, parameter};
 use super::triangle::larger;
-use crate::nurbs::{MAX_ORDER, NurbsSurface, PatchNets, halve};
+use crate::nurbs::{Bending, MAX_ORDER, NurbsSurface, PatchNets, halve, in_space};
 
 /// What dividing needs to know.
 #[derive(Debug)]
@@ -124,12 +124,12 @@ impl Divider<'_> {
         let tolerance = self.limits.tolerance;
         let net = &desk.nets[desk.nets.len() - (degrees.0 + 1) * (degrees.1 + 1)..];
         desk.points.clear();
-        desk.points.extend(net.iter().map(|h| h.project()));
+        desk.points.extend(net.iter().map(|h| in_space(*h)));
         let (bent, bending) = self.bent(&piece, &desk.points);
         if bent.is_some() {
             return bent;
         }
-        let ends = self.ends(&piece).map(|k| desk.points[k]);
+        let ends = self.ends(&piece).map(|k| desk.points[k].truncate());
         let corners = [0, 1, 2, 3].map(|k| Corner { at: UNIT[k], point: ends[k] });
         let cut = Zip::best(&corners, [0, 1, 2, 3], bending, tolerance);
         desk.faces.clear();
@@ -154,7 +154,7 @@ impl Divider<'_> {
     /// The direction to divide a piece in because it is expected to leave its triangles too far, so
     /// that it is not looked at closer, and how it bends.
     #[inline(always)]
-    pub(super) fn bent(&self, piece: &Piece, points: &[DVec3]) -> (Option<Direction>, Bending) {
+    pub(super) fn bent(&self, piece: &Piece, points: &[DVec4]) -> (Option<Direction>, Bending) {
         let bending = if piece.is_single() {
             Bending::of(points, self.nets.degrees)
         } else {
@@ -174,7 +174,7 @@ impl Divider<'_> {
         (block, piece): (Block, Piece),
         places: &[Place],
         mesh: Faces<'_>,
-        (distance, points): (f64, &[DVec3]),
+        (distance, points): (f64, &[DVec4]),
     ) -> Option<Direction> {
         let direction = if distance <= self.limits.tolerance {
             self.beyond(block, places, mesh)
@@ -204,7 +204,7 @@ impl Divider<'_> {
 
     /// The direction whose curves bend more, or, if neither does, are longer.
     #[inline(always)]
-    pub(super) fn steeper(&self, piece: &Piece, points: &[DVec3]) -> Direction {
+    pub(super) fn steeper(&self, piece: &Piece, points: &[DVec4]) -> Direction {
         let (p, q) = self.degrees(piece);
         let (mut u, mut v) = (Line::default(), Line::default());
         for j in 0..=q {
@@ -282,7 +282,7 @@ impl Divider<'_> {
             for part in piece.parts() {
                 self.part(block, &part, &mut desk.nets);
             }
-            desk.points.extend(desk.nets.iter().map(|h| h.project()));
+            desk.points.extend(desk.nets.iter().map(|h| in_space(*h)));
             return;
         }
         let (p, q) = self.nets.degrees;
@@ -300,10 +300,8 @@ impl Divider<'_> {
             row.find(at, block.rows.0, p);
             let x = share(at, piece.u);
             places.extend(across[..=seen.1].iter().map(|y| DVec2::new(x, *y)));
-            points.extend(columns.iter().map(|column| {
-                let h = self.nets.point(row.shares(), column.shares());
-                h.w.recip() * h.truncate()
-            }));
+            let point = |column: &Located| self.nets.point(row.shares(), column.shares());
+            points.extend(columns.iter().map(|column| in_space(point(column))));
         }
     }
 
@@ -373,7 +371,7 @@ struct Line {
 impl Line {
     /// Takes a curve into account whose control points follow one another by `stride`.
     #[inline(always)]
-    fn add(&mut self, points: &[DVec3], (start, stride): (usize, usize), degree: usize) {
+    fn add(&mut self, points: &[DVec4], (start, stride): (usize, usize), degree: usize) {
         let a = points[start];
         let chord = points[start + degree * stride] - a;
         let length = chord.length_squared();

@@ -22,7 +22,10 @@ use super::triangle::larger;
 pub(super) struct Frame {
     origin: DVec3,
     axes: [DVec3; 3],
+    /// Those beside which is another face come first.
     edges: [Edge; 3],
+    /// How many these are.
+    inner: usize,
     /// What heights above and below cost.
     valleys: [f64; 2],
 }
@@ -36,8 +39,6 @@ struct Edge {
     at: f64,
     /// The coordinates of its ends along the edge.
     ends: [f64; 2],
-    /// Whether no other face is beside it.
-    outer: bool,
     /// By how much the next face falls away below the plane of this one, and by how much it rises
     /// above it, on each unit.
     falls: f64,
@@ -61,6 +62,19 @@ impl Edge {
         let past = simd.max_f64s(simd.max_f64s(before, behind), simd.splat_f64s(0.0));
         simd.mul_f64s(past, past)
     }
+
+    /// Of an edge beside which is no other face: the squares of how far points that are beyond it are
+    /// from it, infinite for others. Of those that lie over the next face it is the line that counts,
+    /// not where it ends.
+    #[inline(always)]
+    fn aside<S: Simd>(&self, simd: S, at: [S::f64s; 2], over_next: S::m64s) -> S::f64s {
+        let zero = simd.splat_f64s(0.0);
+        let beyond = self.beyond(simd, at);
+        let past = simd.select_f64s(over_next, zero, self.past(simd, at));
+        let squared = simd.mul_add_e_f64s(beyond, beyond, past);
+        let left = simd.greater_than_f64s(beyond, zero);
+        simd.select_f64s(left, squared, simd.splat_f64s(f64::INFINITY))
+    }
 }
 
 impl Frame {
@@ -81,22 +95,32 @@ impl Frame {
         let y = normal.cross(x);
         let flat = |away: DVec3| DVec2::new(away.dot(x), away.dot(y));
         let corners = [DVec2::ZERO, flat(along[0]), flat(c - a)];
-        let (mut edges, mut valleys) = ([Edge::default(); 3], [1.0; 2]);
-        for (k, edge) in edges.iter_mut().enumerate() {
+        let mut valleys = [1.0; 2];
+        let mut edge = |k: usize| {
             let (start, end) = (corners[k], corners[(k + 1) % 3]);
             let out = -scales[k] * (end - start).perp();
-            (edge.out, edge.at) = (out, out.dot(start));
+            let mut edge = Edge { out, at: out.dot(start), ..Edge::default() };
             let Some(other) = beside[k] else {
-                edge.outer = true;
                 edge.ends = [out.perp_dot(start), out.perp_dot(end)];
-                continue;
+                return edge;
             };
             let slope = other.dot(out.x * x + out.y * y);
             (edge.falls, edge.rises) = (larger(0.0, slope), larger(0.0, -slope));
             let valley = &mut valleys[usize::from(slope > 0.0)];
             *valley = larger(*valley, 1.0 / (0.5 + 0.5 * other.dot(normal)).sqrt());
+            edge
+        };
+        let (mut edges, mut inner, mut outer) = ([Edge::default(); 3], 0, 3);
+        for (k, other) in beside.iter().enumerate() {
+            if other.is_some() {
+                edges[inner] = edge(k);
+                inner += 1;
+            } else {
+                outer -= 1;
+                edges[outer] = edge(k);
+            }
         }
-        Self { origin: points[0], axes: [x, y, normal], edges, valleys }
+        Self { origin: points[0], axes: [x, y, normal], edges, inner, valleys }
     }
 }
 
@@ -110,29 +134,23 @@ impl Cost for Frame {
         let height = dot(simd, away, self.axes[2].to_array());
         let mut above = simd.mul_f64s(height, simd.splat_f64s(self.valleys[0]));
         let mut below = simd.mul_f64s(height, simd.splat_f64s(-self.valleys[1]));
-        let mut inner = zero;
-        for edge in &self.edges {
-            if edge.outer {
-                continue;
+        let mut over_next = zero;
+        for k in 0..3 {
+            if k < self.inner {
+                let edge = &self.edges[k];
+                let beyond = simd.max_f64s(edge.beyond(simd, at), zero);
+                above = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.falls), above);
+                below = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.rises), below);
+                over_next = simd.max_f64s(over_next, beyond);
             }
-            let beyond = simd.max_f64s(edge.beyond(simd, at), zero);
-            above = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.falls), above);
-            below = simd.mul_add_e_f64s(beyond, simd.splat_f64s(edge.rises), below);
-            inner = simd.max_f64s(inner, beyond);
         }
-        // Of the outer edges that a point has left the face over, the nearest. Over the next face
-        // it is the line that counts, not where it ends.
-        let over_next = simd.greater_than_f64s(inner, zero);
+        // Of the outer edges that a point has left the face over, the nearest.
+        let over_next = simd.greater_than_f64s(over_next, zero);
         let mut aside = none;
-        for edge in &self.edges {
-            if !edge.outer {
-                continue;
+        for k in 0..3 {
+            if k >= self.inner {
+                aside = simd.min_f64s(aside, self.edges[k].aside(simd, at, over_next));
             }
-            let beyond = edge.beyond(simd, at);
-            let past = simd.select_f64s(over_next, zero, edge.past(simd, at));
-            let squared = simd.mul_add_e_f64s(beyond, beyond, past);
-            let left = simd.greater_than_f64s(beyond, zero);
-            aside = simd.select_f64s(left, simd.min_f64s(aside, squared), aside);
         }
         let aside = simd.select_f64s(simd.less_than_f64s(aside, none), aside, zero);
         let height = simd.max_f64s(above, below);

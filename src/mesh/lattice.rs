@@ -1,5 +1,7 @@
 //! The lattice of blocks that a surface is tessellated in, and who owns which border.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::estimate::Estimate;
@@ -26,7 +28,7 @@ const POLE: f64 = 1e-12;
 /// Blocks in rows and columns, numbered row by row.
 #[derive(Debug)]
 pub(super) struct Lattice {
-    pub nets: PatchNets,
+    pub nets: Arc<PatchNets>,
     /// Cuts between blocks, as numbers of cuts between patches.
     pub u: Vec<usize>,
     pub v: Vec<usize>,
@@ -40,7 +42,11 @@ pub(super) struct Lattice {
 
 impl Lattice {
     /// Of a surface, the nets of its patches, and how many pieces it is about to have.
-    pub(super) fn new(surface: &NurbsSurface, mut nets: PatchNets, estimate: Estimate) -> Self {
+    pub(super) fn new(
+        surface: &NurbsSurface,
+        mut nets: Arc<PatchNets>,
+        estimate: Estimate,
+    ) -> Self {
         let closed = surface.closed();
         let side = if estimate.triangles > LARGE { MANY_PIECES_PER_SIDE } else { PIECES_PER_SIDE };
         let more = |knots: &KnotVector, along: f64, closed: bool| {
@@ -50,7 +56,7 @@ impl Lattice {
         let (more_u, block_u) = more(surface.knots_u(), estimate.along.0, closed.0);
         let (more_v, block_v) = more(surface.knots_v(), estimate.along.1, closed.1);
         if !(more_u.is_empty() && more_v.is_empty()) {
-            nets = PatchNets::new(surface, &more_u, &more_v);
+            nets = Arc::new(PatchNets::new(surface, &more_u, &more_v));
         }
         let lines = |cuts: &[f64], patches: usize, knots: &KnotVector| {
             let crease = |&i: &usize| knots.multiplicity(cuts[i]) >= knots.degree();

@@ -55,22 +55,41 @@ impl Means {
     ) {
         let mut from = 0;
         for (out, &end) in out.iter_mut().zip(&self.ends) {
-            let terms = self.points[from..end].iter().zip(&self.weights[from..end]);
-            for k in 0..OCTET / S::F64_LANES {
-                let mut sums = [simd.splat_f64s(0.0); N];
-                for (at, weights) in terms.clone() {
-                    let weights = S::as_simd_f64s(&weights.0).0[k];
-                    let point = point(*at as usize);
-                    for axis in 0..N {
-                        let coordinate = simd.splat_f64s(point[axis]);
-                        sums[axis] = simd.mul_add_e_f64s(weights, coordinate, sums[axis]);
-                    }
-                }
-                for axis in 0..N {
-                    S::as_mut_simd_f64s(&mut out[axis].0).0[k] = sums[axis];
+            let terms = (&self.points[from..end], &self.weights[from..end]);
+            if S::F64_LANES == OCTET {
+                add_up::<S, N, 1>(simd, terms, &point, (out, 0));
+            } else {
+                for first in (0..OCTET / S::F64_LANES).step_by(2) {
+                    add_up::<S, N, 2>(simd, terms, &point, (out, first));
                 }
             }
             from = end;
+        }
+    }
+}
+
+/// Writes what `K` registers from this one on hold of eight means: each point is looked up once for all
+/// of them.
+#[inline(always)]
+fn add_up<S: Simd, const N: usize, const K: usize>(
+    simd: S,
+    (points, weights): (&[u32], &[Eight]),
+    point: &impl Fn(usize) -> [f64; 4],
+    (out, first): (&mut [Eight; N], usize),
+) {
+    let mut sums = [[simd.splat_f64s(0.0); N]; K];
+    for (&at, weights) in points.iter().zip(weights) {
+        let (point, weights) = (point(at as usize), S::as_simd_f64s(&weights.0).0);
+        for axis in 0..N {
+            let coordinate = simd.splat_f64s(point[axis]);
+            for (sums, weights) in sums.iter_mut().zip(&weights[first..first + K]) {
+                sums[axis] = simd.mul_add_e_f64s(*weights, coordinate, sums[axis]);
+            }
+        }
+    }
+    for (k, sums) in sums.iter().enumerate() {
+        for (out, sum) in out.iter_mut().zip(sums) {
+            S::as_mut_simd_f64s(&mut out.0).0[first + k] = *sum;
         }
     }
 }

@@ -90,6 +90,18 @@ impl<'a> Net<'a> {
         }
     }
 
+    /// The control points along a side, without those at its ends if these are known to be fine.
+    #[inline(always)]
+    pub(super) fn on_side(
+        &self,
+        side: Side,
+        without_ends: bool,
+    ) -> impl Iterator<Item = &'a DVec4> + use<'a> {
+        let (Side { start, stride, .. }, points) = (side, self.points);
+        let (last, out) = (side.patches * side.degree, usize::from(without_ends));
+        (out..=last - out).map(move |k| &points[start + k * stride])
+    }
+
     /// Makes the control points of some patches along a side the only ones in `out`.
     #[inline(always)]
     pub(super) fn line(&self, side: Side, patches: Range<usize>, out: &mut Vec<DVec4>) {

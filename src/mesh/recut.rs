@@ -1,6 +1,6 @@
 //! How a piece is cut into triangles with all the vertices that neighbours have put on its sides.
 
-use glam::{DVec2, DVec3, DVec4};
+use glam::{DVec2, DVec4};
 use pulp::Arch;
 
 use super::bernstein::UNIT;
@@ -16,7 +16,7 @@ use super::triangle::larger;
 
 /// Share of the tolerance from which on a proof leaves so little that new vertices hardly ever keep
 /// within it.
-const GROWS: f64 = 0.75;
+const GROWS: f64 = 0.9;
 
 impl Divider<'_> {
     /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
@@ -85,7 +85,7 @@ impl Divider<'_> {
             let at = DVec2::new(share(u, piece.u), share(v, piece.v));
             let end = UNIT.iter().position(|corner| *corner == at).filter(|_| loaded);
             let point = match end {
-                Some(end) => desk.points[self.ends(&piece)[end]],
+                Some(end) => desk.points[self.ends(&piece)[end]].truncate(),
                 None => self.point(block, (u, v)).project(),
             };
             desk.corners.push(Corner { at, point });
@@ -138,7 +138,7 @@ impl Divider<'_> {
         &self,
         block: Block,
         piece: Piece,
-        points: (&[DVec3], &[DVec2]),
+        points: (&[DVec4], &[DVec2]),
         mesh: Faces<'_>,
         (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
     ) -> f64 {

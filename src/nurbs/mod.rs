@@ -9,6 +9,7 @@ mod area;
 mod banded;
 mod basis;
 mod batch;
+mod bending;
 mod bezier;
 mod closest_point;
 mod columns;
@@ -46,6 +47,7 @@ mod vertices;
 
 pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, window};
 pub(crate) use self::batch::share;
+pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier::halve;
 pub(crate) use self::knot_vector::check_degree;
 pub(crate) use self::patch_nets::PatchNets;

@@ -3,13 +3,18 @@
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use glam::DVec4;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::{window, with_order};
+use super::bending::{Bending, in_space};
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
+
+/// Patches along each direction of which it is asked how they bend, at most.
+const MOST_LINES: usize = 12;
 
 /// A surface cut along its knots, and wherever else it was asked for, into Bézier patches.
 #[derive(Clone, Debug)]
@@ -23,6 +28,8 @@ pub(crate) struct PatchNets {
     /// Homogeneous control points, row by row; neighbours share their border.
     points: Vec<DVec4>,
     cols: usize,
+    /// Made when it is first asked for.
+    bends: OnceLock<Vec<Bending>>,
 }
 
 impl PatchNets {
@@ -36,7 +43,39 @@ impl PatchNets {
         let points = with_order!(u.order - 1, ORDER => {
             arch.dispatch(AlongU::<ORDER> { points: &along_v, cols, cuts: &u })
         });
-        Self { u: u.breaks, v: v.breaks, degrees: (u.order - 1, v.order - 1), points, cols }
+        let degrees = (u.order - 1, v.order - 1);
+        Self { u: u.breaks, v: v.breaks, degrees, points, cols, bends: OnceLock::new() }
+    }
+
+    /// The rows and columns of all patches or, of many, of those in the middle of as many equal parts.
+    pub(crate) fn some(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (rows, cols) = (self.u.len() - 1, self.v.len() - 1);
+        let (some_rows, some_cols) = (rows.min(MOST_LINES), cols.min(MOST_LINES));
+        let middle = |k: usize, some: usize, all: usize| (2 * k + 1) * all / (2 * some);
+        (0..some_rows * some_cols).map(move |k| {
+            let (i, j) = (k / some_cols, k % some_cols);
+            (middle(i, some_rows, rows), middle(j, some_cols, cols))
+        })
+    }
+
+    /// How [`PatchNets::some`] bend, in their order.
+    pub(crate) fn bends(&self) -> &[Bending] {
+        self.bends.get_or_init(|| {
+            let mut points = vec![];
+            let bending = |(row, col): (usize, usize)| {
+                points.clear();
+                for row in self.rows(row..row + 1, col..col + 1) {
+                    points.extend(row.iter().map(|h| in_space(*h)));
+                }
+                Bending::of(&points, self.degrees)
+            };
+            self.some().map(bending).collect()
+        })
+    }
+
+    /// How many control points they have.
+    pub(crate) fn control_points(&self) -> usize {
+        self.points.len()
     }
 
     /// The homogeneous point that is the sum of these shares of control points: in each row from
@@ -248,6 +287,20 @@ mod tests {
             }
         }
         assert_eq!((nets.u.len(), nets.v.len()), (5, 5));
+    }
+
+    #[test]
+    fn a_surface_keeps_the_nets_of_its_patches_unless_they_are_many() {
+        for (side, kept) in [(4, true), (20, true), (100, false)] {
+            let net =
+                (0..side * side).map(|k| DVec3::new((k / side) as f64, (k % side) as f64, 0.0));
+            let surface = NurbsSurface::clamped(net.collect(), (side, side), 3).unwrap();
+            let copy = surface.clone();
+            let [first, second] = [(); 2].map(|()| surface.patch_nets());
+            assert_eq!(std::sync::Arc::ptr_eq(&first, &second), kept);
+            assert_eq!((first.points == second.points, surface == copy), (true, true));
+            assert_eq!(first.bends().len(), first.some().count());
+        }
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! The NURBS surface and its control net.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::{DVec3, DVec4};
 
 use super::frame::Flats;
 use super::knot_vector::{KnotVector, check_degree};
 use super::net::{bounds, lift, project};
+use super::patch_nets::PatchNets;
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
@@ -34,7 +37,13 @@ pub struct NurbsSurface {
     net_box: (DVec3, DVec3),
     /// Below which tangents count as zero.
     flats: Flats,
+    /// Made when they are first asked for.
+    patch_nets: OnceLock<Arc<PatchNets>>,
 }
+
+/// Control points of patches that a surface keeps at most (2 MiB): to make more of them takes little
+/// beside what they are made for.
+const KEPT: usize = 1 << 16;
 
 /// Surfaces are equal if nets, weights and knots are: a net with all weights 1 is not a net
 /// without weights.
@@ -98,7 +107,30 @@ impl NurbsSurface {
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
         let size = net_box.0.distance(net_box.1);
         let flats = Flats::new(size, length(&knots_u), length(&knots_v));
-        Ok(Self { control_points, weights, knots_u, knots_v, homogeneous, net_box, flats })
+        let patch_nets = OnceLock::new();
+        Ok(Self {
+            control_points,
+            weights,
+            knots_u,
+            knots_v,
+            homogeneous,
+            net_box,
+            flats,
+            patch_nets,
+        })
+    }
+
+    /// The Bézier nets between the knots, which the surface keeps for the next time.
+    pub(crate) fn patch_nets(&self) -> Arc<PatchNets> {
+        if let Some(nets) = self.patch_nets.get() {
+            return Arc::clone(nets);
+        }
+        let nets = Arc::new(PatchNets::new(self, &[], &[]));
+        if nets.control_points() > KEPT {
+            return nets;
+        }
+        // Two threads may make them at once; the first to end are kept.
+        Arc::clone(self.patch_nets.get_or_init(|| nets))
     }
 
     /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).
