@@ -10,6 +10,7 @@ mod cohomology;
 mod disc;
 mod height_field;
 mod laplacian;
+mod lengthwise;
 mod start;
 
 use std::sync::OnceLock;
@@ -25,6 +26,7 @@ use crate::progress::{Observer, Progress, Stage, report};
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
+pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
 pub use self::start::Chart;
 
 /// Points that are looked at, evenly over space.

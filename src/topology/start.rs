@@ -95,24 +95,24 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
 
 /// A tube by the angle around it and the coordinate across that angle.
 pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> Chart {
-    let across = conjugate(points, &around.turns, graph);
-    let first_rim = rim(&around.turns, |point| across[point]);
-    let second_rim = rim(&around.turns, |point| -across[point]);
-    let along = |point: usize| {
-        let sector = part(around.turns[point], SECTORS);
-        let [low, high] = [first_rim[sector], second_rim[sector]].map(|end| across[end as usize]);
-        if high > low { (across[point] - low) / (high - low) } else { 0.5 }
-    };
-    let uv = around.turns.iter().enumerate().map(|(i, &u)| DVec2::new(u, along(i))).collect();
+    let turns = &around.turns;
+    let across = conjugate(points, graph, |from, to| nearer_way(turns[to] - turns[from]));
+    let [first_rim, second_rim] = rims(turns, &across);
+    let uv = between_rims(turns, &across);
     let from_first = graph.distances_from(&first_rim);
     let heights = second_rim.iter().map(|&end| from_first[end as usize]);
     let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
     Chart { points: points.to_vec(), uv, lengths: (around.length, height), closed_v: false }
 }
 
-/// The coordinate that grows across the angle as fast as the angle does along itself: the conjugate
-/// harmonic function. Least squares over the edges of the graph.
-fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
+/// The coordinate that grows across another as fast as that does along itself, of which the steps between
+/// points near one another are known: the conjugate harmonic function. Least squares over the edges of the
+/// graph.
+pub(super) fn conjugate(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    step: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<f64> {
     let new_list = || (Vec::new(), vec![usize::MAX; points.len()]);
     let mut slopes: Vec<DVec3> = (0..points.len())
         .into_par_iter()
@@ -136,7 +136,7 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
                 let apart = points[other] - own;
                 let apart = DVec2::new(plane.axes[0].dot(apart), plane.axes[1].dot(apart));
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += nearer_way(turns[other] - turns[point]) * apart;
+                right += step(point, other) * apart;
             }
             let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
                 moments.inverse() * right
@@ -195,6 +195,26 @@ fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
             }
         }
     }
+}
+
+/// For each sector the points with the least and the greatest coordinate across.
+pub(super) fn rims(along: &[f64], across: &[f64]) -> [Vec<u32>; 2] {
+    [rim(along, |point| across[point]), rim(along, |point| -across[point])]
+}
+
+/// The coordinates along, with those across as shares of the way from rim to rim there.
+pub(super) fn between_rims(along: &[f64], across: &[f64]) -> Vec<DVec2> {
+    let rims = rims(along, across);
+    let share = |along: f64, across_it: f64| {
+        let sector = part(along, SECTORS);
+        let [low, high] = [&rims[0], &rims[1]].map(|rim| across[rim[sector] as usize]);
+        if high > low { (across_it - low) / (high - low) } else { 0.5 }
+    };
+    along
+        .iter()
+        .zip(across)
+        .map(|(&along, &across)| DVec2::new(along, share(along, across)))
+        .collect()
 }
 
 /// For each sector the point with the least value; of empty ones, that of the sector before.
