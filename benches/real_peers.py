@@ -1,6 +1,7 @@
 """How near surfaces come to real point clouds, whose true shape nobody knows.
 
     NEURBS_DATA=FOLDER python benches/real_peers.py [--clouds owl,leaf] [--pictures FOLDER]
+    NEURBS_DATA=FOLDER python benches/real_peers.py --left-out 10 [--clouds leaflet,face]
 
 Reads FOLDER/npy/*.npy, arrays of points. Each is fitted as it is, by default settings, then with as
 many poles as that chose, but 144 at most, and so by those peers that are installed:
@@ -14,6 +15,9 @@ opencascade
 Printed are the root mean square, the 99th percentile and the largest of the distances from all
 points to the surface, in 1e-4 of the diagonal of their bounding box, by one code for all: the exact
 distance to 400 × 400 facets. Outliers count like all others.
+
+With `--left-out` each tenth, say, of the points is left out in turn, and only the distances of the
+points left out are counted: a surface that follows the noise of the points it saw comes off badly.
 """
 
 from __future__ import annotations
@@ -116,34 +120,69 @@ def plate(points: Array, _: int) -> tuple[Array, str, float]:
     return np.array(grid), f"{surface.NbUPoles()} × {surface.NbVPoles()}", seconds
 
 
+def by_default(points: Array, _: int) -> tuple[Array, str, float]:
+    start = time.perf_counter()
+    result = neurbs.reconstruct(points)
+    return sampled(result, time.perf_counter() - start)
+
+
 PEERS: dict[str, Callable[[Array, int], tuple[Array, str, float]]] = {
     "neurbs, as many": of_neurbs,
     "freecad": of_freecad,
     "opencascade": of_opencascade,
 }
+FAILURES = (ImportError, RuntimeError, OSError, subprocess.SubprocessError)
+
+
+def distances(points: Array, grid: Array) -> Array:
+    return Distance(grid, grid_triangles(SIDE, SIDE, False, False))(points)[0]
+
+
+def figures(points: Array, found: Array) -> str:
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    rms = float(np.sqrt(np.mean(found**2)))
+    wanted = [rms, float(np.quantile(found, 0.99)), float(found.max())]
+    return " | ".join(f"{1e4 * figure / diagonal:.2f}" for figure in wanted)
 
 
 def line(name: str, peer: str, points: Array, found: tuple[Array, str, float]) -> str:
     grid, net, seconds = found
-    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-    distances, _ = Distance(grid, grid_triangles(SIDE, SIDE, False, False))(points)
-    rms = float(np.sqrt(np.mean(distances**2)))
-    figures = [rms, float(np.quantile(distances, 0.99)), float(distances.max())]
-    shown = " | ".join(f"{1e4 * figure / diagonal:.2f}" for figure in figures)
+    shown = figures(points, distances(points, grid))
     return f"| {name} | {len(points):,} | {peer} | {net} | {shown} | {seconds:.2f} |"
+
+
+def left_out(name: str, peer: str, points: Array, poles: int, folds: int) -> str:
+    """Give a line of the distances of points that the surfaces did not see."""
+    fold = np.random.default_rng(0).permutation(len(points)) % folds
+    found: list[Array] = []
+    fit = PEERS.get(peer, by_default)
+    for k in range(folds):
+        try:
+            grid, _, _ = fit(points[fold != k], poles)
+        except FAILURES:
+            continue
+        found.append(distances(points[fold == k], grid))
+    shown = figures(points, np.concatenate(found)) if found else ""
+    return f"| {name} | {peer} | {len(found)} of {folds} | {shown} |"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--clouds", help="parts of the names of those that are wanted")
     parser.add_argument("--pictures", type=Path, help="folder for a picture of each result")
+    parser.add_argument("--left-out", type=int, metavar="FOLDS", help="measure points left out")
     parser.add_argument("--peers", default=";".join(PEERS))
     options = parser.parse_args()
     folder = os.environ.get("NEURBS_DATA")
     if folder is None:
         parser.exit(1, "NEURBS_DATA must be the folder of the clouds, but it is not set\n")
-    print("| cloud | points | by | net | rms | 99 % | max | seconds |")
-    print("|---|---:|---|---|---:|---:|---:|---:|")
+    if options.left_out:
+        print("| cloud | by | folds | rms | 99 % | max |\n|---|---|---:|---:|---:|---:|")
+    else:
+        print("| cloud | points | by | net | rms | 99 % | max | seconds |")
+        print("|---|---:|---|---|---:|---:|---:|---:|")
+    # What a fit warns of belongs beside its picture, not into the table.
+    warnings.simplefilter("ignore")
     for file in sorted(Path(folder, "npy").glob("*.npy")):
         if options.clouds and not any(part in file.stem for part in options.clouds.split(",")):
             continue
@@ -154,12 +193,17 @@ def main() -> None:
             result = neurbs.reconstruct(points)
             seconds = time.perf_counter() - start
         rows, cols = result.report.grid
-        print(line(file.stem, "neurbs", points, sampled(result, seconds)), flush=True)
         poles = round(min(rows * cols, MOST_POLES) ** 0.5)
-        for name in filter(None, options.peers.split(";")):
+        peers = list(filter(None, options.peers.split(";")))
+        if options.left_out:
+            for name in ["neurbs", *peers]:
+                print(left_out(file.stem, name, points, poles, options.left_out), flush=True)
+            continue
+        print(line(file.stem, "neurbs", points, sampled(result, seconds)), flush=True)
+        for name in peers:
             try:
                 found = PEERS[name](points, poles)
-            except (ImportError, RuntimeError, OSError, subprocess.SubprocessError) as error:
+            except FAILURES as error:
                 print(f"| {file.stem} | | {name} | failed: {type(error).__name__} |", flush=True)
             else:
                 print(line(file.stem, name, points, found), flush=True)

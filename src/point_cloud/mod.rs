@@ -7,6 +7,7 @@ mod kd_tree;
 mod neighbor_graph;
 mod pieces;
 mod plane;
+mod roads;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,6 +19,7 @@ pub use self::kd_tree::{KdTree, Neighbor};
 pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub use self::pieces::{Pieces, pieces};
 pub use self::plane::Plane;
+pub(crate) use self::roads::Roads;
 use crate::error::{Error, Result};
 use crate::progress::{self, Listen, Observer, Stage};
 

@@ -23,6 +23,9 @@ const TELLING: (usize, usize) = (20_000, 4000);
 /// How many times smaller than the largest a piece may be that is as good as the largest to choose.
 const LARGE: usize = 3;
 
+/// Points that a piece has at least: fewer are no surface, but strays that cleaning could not tell from one.
+const FEWEST: usize = 4;
+
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
 
@@ -75,6 +78,9 @@ pub(super) struct Layers {
 
 impl Apart {
     fn of(found: &Pieces, points: &[DVec3]) -> Option<Self> {
+        if found.sizes.iter().filter(|&&size| size >= FEWEST).count() < 2 {
+            return None;
+        }
         let (told, warning) = (found.told()?, found.warning()?);
         let large = found.sizes.iter().filter(|&&size| LARGE * size >= found.sizes[0]).count();
         let layers = Layers { normal: found.normal_of_largest(points), gap: found.gap };

@@ -46,8 +46,6 @@ pub(super) struct Shape {
     pub(super) kind: Kind,
     /// What heights stand on, of [`Kind::Height`].
     pub(super) base: Option<Base>,
-    /// Whether it is a sheet around a body that is closed, or nearly so.
-    pub(super) around_body: bool,
 }
 
 impl Shape {
@@ -62,7 +60,7 @@ impl Shape {
         match options.topology {
             Some(Kind::Height) => {
                 let base = Base { up: known.unwrap_or(DVec3::Z), strip: None };
-                Self { kind: Kind::Height, base: Some(base), around_body: false }
+                Self { kind: Kind::Height, base: Some(base) }
             }
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
@@ -73,14 +71,9 @@ impl Shape {
                 };
                 let base = up.and_then(|up| heights::base(points, up, has_rows));
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
-                Self { kind, base, around_body: false }
+                Self { kind, base }
             }
-            wanted => {
-                let kind = wanted.unwrap_or(found.kind);
-                // Of sheets nothing else is warned of.
-                let around_body = [kind, found.kind] == [Kind::Sheet; 2] && found.warning.is_some();
-                Self { kind, base: None, around_body }
-            }
+            wanted => Self { kind: wanted.unwrap_or(found.kind), base: None },
         }
     }
 
@@ -251,7 +244,7 @@ impl Job<'_> {
         }
         // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
-            self.shape = Shape { kind: Kind::Sheet, base: None, around_body: false };
+            self.shape = Shape { kind: Kind::Sheet, base: None };
         }
         Ok(Some((found, flaws)))
     }
@@ -314,7 +307,7 @@ impl Job<'_> {
         let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
         let Some(layers) = self.layers.filter(|_| free) else { return Ok(None) };
         let base = Some(Base { up: layers.normal, strip: None });
-        let heights = Shape { kind: Kind::Height, base, around_body: false };
+        let heights = Shape { kind: Kind::Height, base };
         let (shape, weights) = (
             std::mem::replace(&mut self.shape, heights),
             std::mem::replace(&mut self.weights, given),

@@ -19,6 +19,7 @@ mod robust;
 mod start;
 mod strip;
 mod units;
+mod unwound;
 
 use glam::{DVec2, DVec3};
 

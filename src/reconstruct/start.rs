@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::outline::{self, Squared};
 use super::own_frame::Frame;
+use super::unwound::Unwound;
 use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
 use crate::point_cloud::EvenSample;
@@ -16,19 +17,9 @@ use crate::topology::{Chart, disc};
 /// Points that distances along the surface are found for.
 const UNROLLED: usize = 1000;
 
-/// The same for a sheet that may be wound up so tightly that so many miss the way around.
-const UNWOUND: [usize; 2] = [6000, 20_000];
-
-/// How many times as many points tell where folds are: all of them would tell more of noise.
-const BETWEEN: usize = 4;
-
 /// Share of the ways between neighbours that may lead to other folds where the first so many points are
 /// enough.
-const MOST_CROSSING: f64 = 0.002;
-
-/// How many times finer than the net the lattice of such a sheet is: its nodes must not be as far apart
-/// as the windings.
-const FINER: usize = 2;
+pub(super) const MOST_CROSSING: f64 = 0.002;
 
 /// Points that the angles around a body are found for.
 const ON_DISC: usize = 2500;
@@ -37,7 +28,7 @@ const ON_DISC: usize = 2500;
 pub(super) const TELLING: usize = 600;
 
 /// Least number of points to a node, so that the map does not follow single ones.
-const POINTS_PER_NODE: usize = 3;
+pub(super) const POINTS_PER_NODE: usize = 3;
 
 /// Epochs of the map from its ordered start, and the radius it begins and ends with, in cells.
 const EPOCHS: u64 = 10;
@@ -52,13 +43,13 @@ pub(super) const LEAST_SIDE: usize = 4;
 
 /// Where the lattice lies before it learns, and the net that the surface will have.
 pub(super) struct OrderedStart {
-    lattice: Lattice,
-    nodes: Vec<DVec3>,
+    pub(super) lattice: Lattice,
+    pub(super) nodes: Vec<DVec3>,
     pub(super) net: (usize, usize),
     /// Where along u the surface has creases.
     pub(super) creases: Vec<f64>,
     /// How many times longer than wide the flat map is that orders it, without creases.
-    aspect: Option<f64>,
+    pub(super) aspect: Option<f64>,
 }
 
 impl OrderedStart {
@@ -90,17 +81,22 @@ impl OrderedStart {
             return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
-            let found = unrolled(sample, UNROLLED, observer)?;
-            let crossing = found.as_ref().map_or(0.0, |(_, unrolled)| unrolled.crossing);
-            let start = match found {
-                Some(flat) if crossing <= MOST_CROSSING => {
-                    Some(Self::over_flat(sample.len(), flat, budget, options, observer)?)
+            let sheet = Unwound::of(sample, UNROLLED, observer)?;
+            if let Some(flat) = sheet.flat {
+                if flat.crossing <= MOST_CROSSING {
+                    return Self::over_flat(
+                        sample.len(),
+                        &sheet.few,
+                        flat,
+                        budget,
+                        options,
+                        observer,
+                    );
                 }
-                Some(_) => Self::unwound(sample, budget, options, observer)?,
-                None => None,
-            };
-            if let Some(start) = start {
-                return Ok(start);
+                let wound = Unwound::closely(sample, observer)?;
+                if let Some(start) = wound.unrolled(sample.len(), budget, options, observer)? {
+                    return Ok(start);
+                }
             }
         }
         let net = split(1.0);
@@ -110,41 +106,17 @@ impl OrderedStart {
         Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
     }
 
-    /// Of a sheet that is wound up: by more points, with more nodes, which stay near them, and a net that
-    /// follows its bends before it grows; `None` if they have no two dimensions.
-    pub(super) fn unwound(
-        sample: &[DVec3],
-        budget: (usize, usize),
-        options: &ReconstructOptions<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Self>> {
-        let mut found = None;
-        for count in UNWOUND {
-            found = unrolled(sample, count, observer)?;
-            if found.as_ref().is_none_or(|(_, flat)| flat.crossing <= MOST_CROSSING) {
-                break;
-            }
-        }
-        let Some((few, Unrolled { places, .. })) = found else { return Ok(None) };
-        let Squared { uv, aspect, creases } = unit_square(sample.len(), &few, &places);
-        let net = net(budget, aspect, options);
-        let finer = (FINER * net.0, FINER * net.1);
-        let lattice = lattice(finer, sample.len(), Topology::Sheet)?;
-        let nodes = som::spread_out_closely(&few, &uv, &lattice, observer)?;
-        let net = if options.grid.is_none() { lattice.shape() } else { net };
-        Ok(Some(Self { lattice, nodes, net, creases, aspect: None }))
-    }
-
     /// In order over the flat map of some of so many points.
     fn over_flat(
         count: usize,
-        (few, Unrolled { places, .. }): (Vec<DVec3>, Unrolled),
+        few: &[DVec3],
+        Unrolled { places, .. }: Unrolled,
         budget: (usize, usize),
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let Squared { uv, aspect, creases } = unit_square(count, &few, &places);
-        let over = Self::over(count, &few, &uv, net(budget, aspect, options), observer)?;
+        let Squared { uv, aspect, creases } = unit_square(count, few, &places);
+        let over = Self::over(count, few, &uv, net(budget, aspect, options), observer)?;
         let aspect = creases.is_empty().then_some(aspect);
         Ok(Self { creases, aspect, ..over })
     }
@@ -195,23 +167,15 @@ impl OrderedStart {
 }
 
 /// What a flat map of some of so many points makes of the unit square.
-fn unit_square(count: usize, some: &[DVec3], places: &[DVec2]) -> Squared {
+pub(super) fn unit_square(count: usize, some: &[DVec3], places: &[DVec2]) -> Squared {
     outline::unit_square(places, (count >= TELLING).then_some(some))
 }
 
-/// Some points of a sample, and a flat map of them; `None` if they have no two dimensions.
-fn unrolled(
-    sample: &[DVec3],
-    count: usize,
-    observer: &mut dyn Observer,
-) -> Result<Option<(Vec<DVec3>, Unrolled)>> {
-    let some = |most: usize| {
-        let mut some = EvenSample::new(most);
-        some.extend(sample);
-        some.points()
-    };
-    let (few, more) = (some(count), some(BETWEEN * count));
-    Ok(som::unroll_among(&few, &more, observer)?.map(|unrolled| (few, unrolled)))
+/// At most so many points of a sample, evenly over space.
+pub(super) fn some(sample: &[DVec3], most: usize) -> Vec<DVec3> {
+    let mut some = EvenSample::new(most);
+    some.extend(sample);
+    some.points()
 }
 
 /// How many times longer than wide a map's lattice is along itself, its outer cells included: nodes lie
@@ -256,7 +220,7 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
 }
 
 /// A lattice like the net, but with few enough nodes for the points.
-fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
+pub(super) fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let most = (points / POINTS_PER_NODE).max(9) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
     let side = |count: usize| whole(count as f64 * shrink).max(3);

@@ -9,28 +9,8 @@ use rayon::prelude::*;
 
 use super::eigen;
 use crate::error::Result;
-use crate::point_cloud::{Edge, KdTree, NeighborGraph, Plane};
+use crate::point_cloud::{Edge, NeighborGraph, Roads};
 use crate::progress::{self, Listen, Observer, Stage};
-
-/// Each point is joined to this many nearest ones: enough to hang together, too few to reach the
-/// next fold.
-const NEIGHBORS: usize = 8;
-
-/// An edge leaves the planes at both its ends, which lie alike, to the same side at more than this
-/// product of sines, 24 degrees at both, only if it leads to another fold. One across a bend leaves them
-/// to opposite sides.
-const STEEP: f64 = 0.16;
-
-/// The same for an edge with a plane at one end only: 45 degrees.
-const STEEP_AT_ONE: f64 = 0.5;
-
-/// The same for an edge that is short, 60 degrees at both: across a crease or a step there are such.
-const STEEP_IF_SHORT: f64 = 0.75;
-
-/// Rank of the neighbour whose distance is the spacing at a point, and how many spacings long an edge is
-/// at most that is short.
-const SPACING: usize = 3;
-const SHORT: f64 = 1.3;
 
 /// How many times farther apart on the map than in space the ends of a way are that leads to another fold
 /// for sure; and what another counts, as noise makes some steep: so many are only where the map has not
@@ -38,17 +18,8 @@ const SHORT: f64 = 1.3;
 const FAR: f64 = 4.0;
 const NEAR: f64 = 0.1;
 
-/// Share of the second principal deviation of neighbours in the third below which they lie in a plane; and
-/// least share of the first in the second: the plane of a curve, as points along a scan line are, is not
-/// that of the surface.
-const FLAT: f64 = 0.3;
-const BROAD: f64 = 0.2;
-
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
-
-/// Points whose nearest ones are found between two reports: a few milliseconds.
-const POINTS_PER_REPORT: usize = 256;
 
 /// Landmarks whose distances are found between two reports: some ten milliseconds.
 const LANDMARKS_PER_REPORT: usize = 8;
@@ -63,7 +34,8 @@ const LANDMARKS_PER_REPORT: usize = 8;
 ///
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
-    Ok(unroll_among(points, points, observer)?.map(|unrolled| unrolled.places))
+    let mut listen = progress::listener(observer, Stage::Training, points.len());
+    Ok(unrolled(points, points, &mut listen)?.map(|unrolled| unrolled.places))
 }
 
 /// A flat map of points.
@@ -75,28 +47,28 @@ pub(crate) struct Unrolled {
 }
 
 /// As [`unroll`], of some points of a cloud, which tells better where folds are.
-pub(crate) fn unroll_among(
-    points: &[DVec3],
-    cloud: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<Option<Unrolled>> {
-    unrolled(points, cloud, &mut progress::listener(observer, Stage::Training, points.len()))
-}
-
-/// As [`unroll_among`], in pieces.
 pub(super) fn unrolled(
     points: &[DVec3],
     cloud: &[DVec3],
     listen: &mut Listen<'_>,
 ) -> Result<Option<Unrolled>> {
-    let Roads { graph, ways, crossing } = roads(points, cloud, listen)?;
+    let roads = Roads::of(points, cloud, listen)?;
+    unroll_along(points, &roads, listen)
+}
+
+/// As [`unroll`], along ways that are known.
+pub(crate) fn unroll_along(
+    points: &[DVec3],
+    Roads { graph, ways, crossing }: &Roads,
+    listen: &mut Listen<'_>,
+) -> Result<Option<Unrolled>> {
     let landmarks = spread_out(points, LANDMARKS.min(points.len()));
-    let Some(places) = embed(&graph, &landmarks, listen)? else { return Ok(None) };
+    let Some(places) = embed(graph, &landmarks, listen)? else { return Ok(None) };
     let counts = |(from, way): &(usize, Edge)| {
         let far = places[*from].distance(places[way.to as usize]) > FAR * way.length;
         if far { 1.0 } else { NEAR }
     };
-    let crossing = crossing.iter().map(counts).sum::<f64>() / ways as f64;
+    let crossing = crossing.iter().map(counts).sum::<f64>() / *ways as f64;
     Ok(Some(Unrolled { places, crossing }))
 }
 
@@ -118,91 +90,6 @@ pub(super) fn draw(
 
 fn edge(to: usize, length: f64) -> Edge {
     Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length }
-}
-
-/// The ways between points along a surface.
-struct Roads {
-    graph: NeighborGraph,
-    /// How many ways to nearest neighbours were looked at.
-    ways: usize,
-    /// Which of them are not taken, as they seem to lead to another fold, and from where.
-    crossing: Vec<(usize, Edge)>,
-}
-
-/// Joins each point to its nearest ones, but not to another fold of the cloud that they are of, and pieces
-/// by their shortest bridge.
-fn roads(points: &[DVec3], cloud: &[DVec3], listen: &mut Listen<'_>) -> Result<Roads> {
-    let (tree, of_cloud) = (KdTree::new(points), KdTree::new(cloud));
-    let look = |from: u32| -> (Vec<Edge>, Option<DVec3>) {
-        let mut found = Vec::new();
-        of_cloud
-            .nearest_where(points[from as usize], NEIGHBORS, f64::INFINITY, &mut found, |_| true);
-        let plane = Plane::of(found.iter().map(|near| cloud[near.index as usize]));
-        let [long, wide, thick] = plane.deviations;
-        let normal = (thick < FLAT * wide && wide > BROAD * long).then(|| plane.normal());
-        tree.nearest_to(from, NEIGHBORS, &mut found);
-        (found.iter().map(Edge::from).collect(), normal)
-    };
-    let all: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
-    let mut seen: Vec<(Vec<Edge>, Option<DVec3>)> = Vec::with_capacity(points.len());
-    for piece in all.chunks(POINTS_PER_REPORT) {
-        listen()?;
-        seen.par_extend(piece.par_iter().map(|&from| look(from)));
-    }
-    let leaves = |from: usize, edge: &Edge| {
-        let to = edge.to as usize;
-        let spacing = |at: usize| seen[at].0.get(SPACING - 1).map_or(0.0, |edge| edge.length);
-        let short = edge.length <= SHORT * spacing(from).min(spacing(to));
-        crosses(points[to] - points[from], short, seen[from].1, seen[to].1)
-    };
-    let parted = |(from, (edges, _)): (usize, &(Vec<Edge>, _))| -> (Vec<Edge>, Vec<Edge>) {
-        edges.iter().partition(|edge| !leaves(from, edge))
-    };
-    let ways = seen.iter().map(|(edges, _)| edges.len()).sum();
-    let (mut lists, others): (Vec<_>, Vec<_>) = seen.par_iter().enumerate().map(parted).unzip();
-    let from_all = (0..).zip(others);
-    let crossing = from_all.flat_map(|(from, ways)| ways.into_iter().map(move |way| (from, way)));
-    let crossing = crossing.collect();
-    loop {
-        let graph = NeighborGraph::symmetric(lists.clone());
-        let Some((from, to)) = shortest_bridge(points, &graph) else {
-            return Ok(Roads { graph, ways, crossing });
-        };
-        listen()?;
-        lists[from].push(edge(to, points[from].distance(points[to])));
-    }
-}
-
-/// Whether a way between points, short or not, at which the surface has these normals as far as they are
-/// known, leads to another fold.
-fn crosses(way: DVec3, short: bool, from: Option<DVec3>, to: Option<DVec3>) -> bool {
-    let squared = way.length_squared();
-    match (from, to) {
-        (Some(from), Some(to)) => {
-            let alike = from.dot(to).signum();
-            let steep = if short { STEEP_IF_SHORT } else { STEEP };
-            alike * from.dot(way) * to.dot(way) > steep * squared
-        }
-        (Some(normal), None) | (None, Some(normal)) => {
-            !short && normal.dot(way).powi(2) > STEEP_AT_ONE * squared
-        }
-        (None, None) => false,
-    }
-}
-
-/// The shortest way from the piece of point 0 to the rest, if there is a rest.
-fn shortest_bridge(points: &[DVec3], roads: &NeighborGraph) -> Option<(usize, usize)> {
-    let reached: Vec<bool> = roads.distances_from(&[0]).iter().map(|d| d.is_finite()).collect();
-    let inside = (0..points.len()).into_par_iter().filter(|&i| reached[i]);
-    let shortest = |from: usize| {
-        let outside = (0..points.len()).filter(|&to| !reached[to]);
-        let bridge = outside.map(|to| (points[from].distance_squared(points[to]), from, to));
-        bridge.min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)))
-    };
-    let best = inside
-        .filter_map(shortest)
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-    best.map(|(_, from, to)| (from, to))
 }
 
 /// `count` points, each as far as can be from those chosen before.
@@ -311,6 +198,7 @@ mod tests {
 
     use super::super::random::Random;
     use super::*;
+    use crate::point_cloud::KdTree;
 
     #[test]
     fn a_rolled_sheet_unrolls_to_its_own_size() {
@@ -346,7 +234,7 @@ mod tests {
         let tree = KdTree::new(few);
         let leaves = |from: &u32| {
             let mut found = Vec::new();
-            tree.nearest_to(*from, NEIGHBORS, &mut found);
+            tree.nearest_to(*from, 8, &mut found);
             let turn = |index: u32| turned[index as usize];
             found.iter().any(|near| (turn(near.index) - turn(*from)).abs() > PI)
         };
@@ -377,31 +265,6 @@ mod tests {
         let points: Vec<DVec3> = cloud.iter().copied().step_by(4).collect();
         let crossing = unrolled(&points, &cloud, &mut || Ok(())).unwrap().unwrap().crossing;
         assert!(crossing == 0.0, "{crossing}");
-    }
-
-    #[test]
-    fn a_way_from_fold_to_fold_is_told_from_one_across_a_bend() {
-        let sideways =
-            |degrees: f64| DVec3::new(degrees.to_radians().sin(), 0.0, degrees.to_radians().cos());
-        let up = Some(DVec3::Z);
-        // Straight up from a level place to another, whichever sides their normals are on.
-        assert!(crosses(2.0 * DVec3::Z, true, up, up));
-        assert!(crosses(DVec3::Z, true, up, Some(-DVec3::Z)));
-        assert!(crosses(DVec3::new(0.6, 0.0, 1.0), false, up, None));
-        // A chord over a ridge of 80 degrees, and a way down a step.
-        let ridge = crosses(DVec3::X, false, Some(sideways(-40.0)), Some(sideways(40.0)));
-        let step = crosses(DVec3::new(1.0, 0.0, 1.0), true, up, up);
-        let unknown = crosses(DVec3::Z, false, None, None);
-        assert!(!ridge && !step && !unknown);
-    }
-
-    #[test]
-    fn pieces_are_bridged() {
-        let square =
-            |x: f64| (0..20).map(move |i| DVec3::new(x + f64::from(i % 5), f64::from(i / 5), 0.0));
-        let points: Vec<DVec3> = square(0.0).chain(square(30.0)).collect();
-        let distances = roads(&points, &points, &mut || Ok(())).unwrap().graph.distances_from(&[0]);
-        assert!(distances.iter().all(|d| d.is_finite()));
     }
 
     #[test]

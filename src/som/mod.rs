@@ -70,7 +70,7 @@ use self::random::Random;
 
 pub use self::distribution::Sampler;
 pub use self::geodesic::unroll;
-pub(crate) use self::geodesic::{Unrolled, hull, unroll_among};
+pub(crate) use self::geodesic::{Unrolled, hull, unroll_along};
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
 pub use self::ordered_start::spread_out;

@@ -10,6 +10,7 @@ mod cohomology;
 mod disc;
 mod height_field;
 mod laplacian;
+mod lengthwise;
 mod start;
 
 use std::sync::OnceLock;
@@ -25,6 +26,7 @@ use crate::progress::{Observer, Progress, Stage, report};
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
+pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
 pub use self::start::Chart;
 
 /// Points that are looked at, evenly over space.
@@ -271,14 +273,20 @@ impl Cloud {
         let around = loops.shortest.iter().chain(&loops.sums);
         let around = around.min_by(|a, b| a.spread.total_cmp(&b.spread));
         let around = around.filter(|around| around.spread <= spread)?;
-        let chart = start::tube(&self.points, around, &self.graph);
+        let (chart, one_sided) = start::tube(&self.points, around, &self.graph);
         let (long, high) = chart.lengths;
         let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
         let asked = self.wanted == Some(Kind::Tube);
-        let warning = (!asked && self.rims_seen(&chart) == Some(false)).then(|| {
-            "the points close around one way and have no border: if they lie on a torus, say so"
-                .into()
-        });
+        let warning = if one_sided {
+            Some(
+                "the points lie on a strip with one side only, as a Moebius strip: no tube follows it, nor \
+                  any other surface of this kind; cut it across, or choose a part",
+            )
+        } else {
+            let torus = !asked && self.rims_seen(&chart) == Some(false);
+            torus.then_some("the points close around one way and have no border: if they lie on a torus, say so")
+        };
+        let warning = warning.map(str::to_string);
         Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
     }
 

@@ -19,6 +19,9 @@ const RADIUS: f64 = 0.7;
 /// Exponent from which on a share of the nearest point's weight is rounding.
 const NEGLIGIBLE: f64 = 40.0;
 
+/// Cosine of the angle from which on neighbours' vectors point to opposite sides: 120 degrees.
+const OPPOSITE: f64 = -0.5;
+
 /// Cells along each side of the chart in which a torus must have points.
 const CHART: usize = 6;
 
@@ -93,26 +96,41 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
     whole.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: true })
 }
 
-/// A tube by the angle around it and the coordinate across that angle.
-pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> Chart {
-    let across = conjugate(points, &around.turns, graph);
-    let first_rim = rim(&around.turns, |point| across[point]);
-    let second_rim = rim(&around.turns, |point| -across[point]);
-    let along = |point: usize| {
-        let sector = part(around.turns[point], SECTORS);
-        let [low, high] = [first_rim[sector], second_rim[sector]].map(|end| across[end as usize]);
-        if high > low { (across[point] - low) / (high - low) } else { 0.5 }
-    };
-    let uv = around.turns.iter().enumerate().map(|(i, &u)| DVec2::new(u, along(i))).collect();
+/// A tube by the angle around it and the coordinate across that angle; and whether it has one side only, as
+/// a Moebius strip has: across it, neighbours then disagree which way is up, wherever that is cut.
+pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> (Chart, bool) {
+    let turns = &around.turns;
+    let slopes = quarter_turned(points, graph, |from, to| nearer_way(turns[to] - turns[from]));
+    let opposite = opposite(&slopes, graph) as f64;
+    let across = potential(points, &slopes, graph);
+    let [first_rim, second_rim] = rims(turns, &across);
+    let uv = between_rims(turns, &across);
     let from_first = graph.distances_from(&first_rim);
     let heights = second_rim.iter().map(|&end| from_first[end as usize]);
     let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
-    Chart { points: points.to_vec(), uv, lengths: (around.length, height), closed_v: false }
+    let lengths = (around.length, height);
+    // As many of them as there are points side by side.
+    let one_sided = opposite * (around.length * height / points.len() as f64).sqrt() >= height;
+    (Chart { points: points.to_vec(), uv, lengths, closed_v: false }, one_sided)
 }
 
-/// The coordinate that grows across the angle as fast as the angle does along itself: the conjugate
-/// harmonic function. Least squares over the edges of the graph.
-fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64> {
+/// The coordinate that grows across another as fast as that does along itself, of which the steps between
+/// points near one another are known: the conjugate harmonic function. Least squares over the edges of the
+/// graph.
+pub(super) fn conjugate(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    step: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<f64> {
+    potential(points, &quarter_turned(points, graph, step), graph)
+}
+
+/// The slopes of a coordinate in the tangent planes, turned by a quarter, all to the same side.
+fn quarter_turned(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    step: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<DVec3> {
     let new_list = || (Vec::new(), vec![usize::MAX; points.len()]);
     let mut slopes: Vec<DVec3> = (0..points.len())
         .into_par_iter()
@@ -136,7 +154,7 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
                 let apart = points[other] - own;
                 let apart = DVec2::new(plane.axes[0].dot(apart), plane.axes[1].dot(apart));
                 moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += nearer_way(turns[other] - turns[point]) * apart;
+                right += step(point, other) * apart;
             }
             let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
                 moments.inverse() * right
@@ -148,6 +166,11 @@ fn conjugate(points: &[DVec3], turns: &[f64], graph: &NeighborGraph) -> Vec<f64>
         })
         .collect();
     align(&mut slopes, graph);
+    slopes
+}
+
+/// The coordinate that has these slopes, as nearly as one can.
+fn potential(points: &[DVec3], slopes: &[DVec3], graph: &NeighborGraph) -> Vec<f64> {
     let rise =
         |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
     let rises = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
@@ -195,6 +218,36 @@ fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
             }
         }
     }
+}
+
+/// How many neighbours' vectors point to opposite sides, though all have been aligned.
+fn opposite(vectors: &[DVec3], graph: &NeighborGraph) -> usize {
+    let against = |from: usize, to: usize| {
+        let [a, b] = [from, to].map(|end| vectors[end].normalize_or_zero());
+        a.dot(b) < OPPOSITE
+    };
+    let ends = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
+    (0..graph.len()).flat_map(ends).filter(|&(from, to)| from < to && against(from, to)).count()
+}
+
+/// For each sector the points with the least and the greatest coordinate across.
+pub(super) fn rims(along: &[f64], across: &[f64]) -> [Vec<u32>; 2] {
+    [rim(along, |point| across[point]), rim(along, |point| -across[point])]
+}
+
+/// The coordinates along, with those across as shares of the way from rim to rim there.
+pub(super) fn between_rims(along: &[f64], across: &[f64]) -> Vec<DVec2> {
+    let rims = rims(along, across);
+    let share = |along: f64, across_it: f64| {
+        let sector = part(along, SECTORS);
+        let [low, high] = [&rims[0], &rims[1]].map(|rim| across[rim[sector] as usize]);
+        if high > low { (across_it - low) / (high - low) } else { 0.5 }
+    };
+    along
+        .iter()
+        .zip(across)
+        .map(|(&along, &across)| DVec2::new(along, share(along, across)))
+        .collect()
 }
 
 /// For each sector the point with the least value; of empty ones, that of the sector before.

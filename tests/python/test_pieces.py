@@ -102,3 +102,18 @@ def test_what_no_surface_spans_gives_the_largest_piece(
     assert near.max() < largest
     assert result.report.rms < 1e-3 * result.report.diagonal
     assert result.report.max < 0.01 * result.report.diagonal
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_stray_points_are_no_pieces(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    u, v = rng.random((2, 3000))
+    ground = np.column_stack([2 * u, 1.5 * v, 0.3 * np.sin(5 * u) * np.cos(4 * v)])
+    stray = rng.uniform([-0.2, -0.5, -1.2], [2.2, 2, 1.2], (300, 3))
+    points = np.concatenate([ground, stray])
+    # Cleaning leaves some of them, each by itself.
+    kept = points[neurbs.clean(points).kept]
+    assert len(neurbs.pieces(kept).sizes) > 1
+    result = neurbs.reconstruct(points)
+    assert not result.report.warnings
+    assert result.report.rms < 1e-4 * result.report.diagonal

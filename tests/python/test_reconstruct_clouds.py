@@ -247,6 +247,15 @@ def test_a_closed_body_is_fitted_as_asked_with_a_warning(rng: np.random.Generato
     assert result.surface.closed == (False, False)
 
 
+@pytest.mark.parametrize("half_turns", [1, 2, 3])
+def test_a_strip_with_one_side_is_told(half_turns: int, rng: np.random.Generator) -> None:
+    t, s = 2 * np.pi * rng.random(2000), 0.8 * (rng.random(2000) - 0.5)
+    r, z = 1 + s * np.cos(half_turns * t / 2), s * np.sin(half_turns * t / 2)
+    result = neurbs.reconstruct(np.column_stack([r * np.cos(t), r * np.sin(t), z]))
+    told = any("one side only" in warning for warning in result.report.warnings)
+    assert told == (half_turns % 2 == 1)
+
+
 def test_heights_are_as_accurate_as_least_squares_of_a_function(rng: np.random.Generator) -> None:
     interpolate = pytest.importorskip("scipy.interpolate")
     points = wave(rng, 2000)

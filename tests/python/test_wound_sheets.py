@@ -27,6 +27,22 @@ def hairpin(rng: np.random.Generator, count: int, gap: float) -> Points:
     return np.column_stack([x, 1.5 * rng.random(count), z])
 
 
+def helicoid(rng: np.random.Generator, count: int, turns: int, core: float) -> Points:
+    """Scatter points over winding stairs, from a core of this radius to 1."""
+    # More points farther out, where turns are longer.
+    r = np.sqrt(core**2 + (1 - core**2) * rng.random(count))
+    t = 2 * np.pi * turns * rng.random(count)
+    return np.column_stack([r * np.cos(t), r * np.sin(t), t / 10])
+
+
+def double_spiral(rng: np.random.Generator, count: int) -> Points:
+    """Scatter points over a strip that is wound up from its middle, both arms side by side."""
+    s = rng.uniform(-1, 1, count)
+    t = 3 * np.pi * np.sqrt(np.abs(s))
+    r = np.sign(s) * t
+    return np.column_stack([r * np.cos(t), r * np.sin(t), 10 * rng.random(count)])
+
+
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(
     "cloud",
@@ -36,8 +52,14 @@ def hairpin(rng: np.random.Generator, count: int, gap: float) -> Points:
         lambda rng: roll(rng, 8000, 3),
         lambda rng: hairpin(rng, 4000, 0.2),
         lambda rng: hairpin(rng, 4000, 0.1),
+        lambda rng: helicoid(rng, 3000, 2, 0.2),
+        lambda rng: helicoid(rng, 8000, 3, 0.1),
+        lambda rng: double_spiral(rng, 4000),
     ],
-    ids=["sparse roll", "roll", "three turns", "hairpin", "tight hairpin"],
+    ids=[
+        *["sparse roll", "roll", "three turns", "hairpin", "tight hairpin"],
+        *["helicoid", "helicoid of three turns", "double spiral"],
+    ],
 )
 def test_windings_are_told_apart(cloud: Callable[[np.random.Generator], Points], seed: int) -> None:
     points = cloud(np.random.default_rng(seed))
