@@ -33,6 +33,9 @@ const EXTRAPOLATION: f64 = 0.75;
 /// that are stretched over more than half a sphere.
 const TORN: f64 = 0.005;
 
+/// So many points may be out of order by chance, and the map still be the better one, up to this error.
+const BY_CHANCE: (f64, f64) = (5.0, 0.02);
+
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 2.0;
 const FIRST_SIDE: usize = 12;
@@ -219,7 +222,8 @@ fn learned(
         return Ok(map);
     }
     let mut torn = map.topographic_error(sample, observer)?;
-    if torn <= TORN {
+    let (stray, most) = BY_CHANCE;
+    if torn <= (stray / sample.len() as f64).clamp(TORN, most) {
         return Ok(map);
     }
     let flat = ReconstructOptions { init: Start::Pca, ..*options };
