@@ -261,7 +261,7 @@ pub(super) fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
 }
 
 /// Heights from the first on, each by its weight; closed curves repeat them.
-pub(super) fn weighted(heights: &[f64], first: usize, weights: &[f64; 4]) -> f64 {
+fn weighted(heights: &[f64], first: usize, weights: &[f64; 4]) -> f64 {
     let at = |i: usize| if i < heights.len() { i } else { i - heights.len() };
     weights.iter().enumerate().map(|(i, weight)| weight * heights[at(first + i)]).sum()
 }

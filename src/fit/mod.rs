@@ -53,7 +53,7 @@ pub(crate) use self::line::Line;
 use self::normal_equations::{NormalEquations, Sample};
 pub(crate) use self::quadrilateral::Quadrilateral;
 pub use self::rational::rational;
-pub(crate) use self::relaxation::{Flat, relaxed};
+pub(crate) use self::relaxation::{Flat, relaxed, restricted};
 pub use self::robust::biweights;
 pub(crate) use self::robust::{biweight, reach};
 use self::space::SplineSpace;

@@ -2,20 +2,21 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::edge::{NOTCHED, empty_ground, lowest};
-use super::likelihood::{DEGREE, Likelihood, height, sums, weighted};
+use super::likelihood::{DEGREE, Likelihood, height, sums};
 use super::patches::Patches;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface, gauss};
 
 /// Width and height of the square's corners, the share of the mean density of places that an empty
-/// one has less than, and how many places it would have at that density for this to be said.
+/// one has less than, and how many places it would have at that density for this to be said: of four
+/// that are full chance then empties three once in three hundred times.
 const CORNER: f64 = 0.2;
 const EMPTY: f64 = 0.5;
-const TELLING: f64 = 12.0;
+const TELLING: f64 = 4.0;
 
 /// Corners that are empty, at least, where an outline is round: another one may be full where places
 /// are dense.
@@ -40,7 +41,7 @@ const SPARSEST: f64 = 0.1;
 
 /// How far a surface goes on beyond an outline for each spacing of border that is asked for: so many
 /// standard deviations of where it lies.
-const BEYOND: f64 = 2.5;
+const BEYOND: f64 = 2.0;
 
 /// Spacings of the points, and sizes of the noise in them, that a place may lie outside of a smooth
 /// outline.
@@ -55,15 +56,14 @@ const RADII: usize = 64;
 /// Places along a ray at which its length is measured.
 const RAY_PLACES: usize = 8;
 
-/// Steps towards the place on a ray at a given length, and of Newton's method towards a place inside
-/// an outline; and the square of the move at which these end.
-const RAY_STEPS: usize = 5;
-const STEPS: usize = 12;
-const SETTLED: f64 = 1e-10;
+/// Steps of Newton's method towards the place on a ray at a given length, and towards the circle in the
+/// unit disc that a place is on.
+const RAY_STEPS: usize = 8;
+const STEPS: usize = 8;
 
-/// What is added to the square of the Jacobian: where an outline is smooth at a corner of the square,
-/// it is singular.
-const DAMPING: f64 = 1e-6;
+/// Radius near the middle that stands for the unit disc's, at most, as a multiple of the outline's
+/// least: half of the speed along a ray is left there at the rim.
+const NEAR_MIDDLE: f64 = 1.2;
 
 const MIDDLE: DVec2 = DVec2::splat(0.5);
 
@@ -72,7 +72,8 @@ pub(super) struct Outline {
     /// Distances from the middle, by the share of the way round.
     knots: KnotVector,
     radii: Vec<f64>,
-    corners: [DVec2; 4],
+    /// The distance that circles around the middle of the unit disc are stretched by near it.
+    near_middle: f64,
 }
 
 impl Outline {
@@ -113,56 +114,56 @@ impl Outline {
         // A quasi-interpolant, as near as cubics are.
         let around = |i: usize| values[(i + RADII - 1) % RADII] + values[(i + 1) % RADII];
         let radii = (0..RADII).map(|i| (8.0 * values[i] - around(i)) / 6.0).collect();
-        let mut outline = Self { knots, radii, corners: [DVec2::ZERO; 4] };
-        outline.corners = [0, 1, 2, 3].map(|side| outline.at(side, 0.0).0);
-        Ok(outline)
+        let mean = values.iter().sum::<f64>() / RADII as f64;
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        Ok(Self { knots, radii, near_middle: mean.min(NEAR_MIDDLE * least) })
     }
 
-    /// The place at a share of the way along a side, counter-clockwise, and its derivative.
-    fn at(&self, side: usize, share: f64) -> (DVec2, DVec2) {
-        let way = ((side as f64 + share + 0.5) / 4.0).rem_euclid(1.0);
-        let basis = Basis::<4>::at(&self.knots, way);
-        let radius = height(&self.radii, &basis);
-        let slope = weighted(&self.radii, basis.first, &basis.slopes);
-        let direction = direction(way);
-        let by = 0.25 * (slope * direction + TAU * radius * direction.perp());
-        (MIDDLE + radius * direction, by)
+    /// Its distance from the middle in a direction.
+    fn radius(&self, from: DVec2) -> f64 {
+        height(&self.radii, &Basis::<4>::at(&self.knots, share_of_way(from)))
     }
 
-    /// The place of the unit square's (s, t) inside the outline, blended between its sides, and its
-    /// derivatives (S. A. Coons, *Surfaces for computer-aided design of space forms*, 1967).
-    fn blend(&self, DVec2 { x: s, y: t }: DVec2) -> (DVec2, DMat2) {
-        let (low, low_s) = self.at(0, s);
-        let (right, right_t) = self.at(1, t);
-        let (high, high_s) = self.at(2, 1.0 - s);
-        let (left, left_t) = self.at(3, 1.0 - t);
-        let [a, b, c, d] = self.corners;
-        let at = low.lerp(high, t) + left.lerp(right, s) - a.lerp(b, s).lerp(d.lerp(c, s), t);
-        let by_s = low_s.lerp(-high_s, t) + right - left - (b - a).lerp(c - d, t);
-        let by_t = (-left_t).lerp(right_t, s) + high - low - (d - a).lerp(c - b, s);
-        (at, DMat2::from_cols(by_s, by_t))
-    }
-
-    /// Parameters in the square that the outline bounds.
+    /// Parameters in the square that the outline bounds: first in the unit disc, on the same ray from
+    /// the middle, where circles become the outline's shape little by little, then where that is in the
+    /// square. Neither folds, whatever the outline. Places beyond it are taken to it.
     pub(super) fn squared(&self, uv: &[DVec2]) -> Vec<DVec2> {
-        uv.par_iter().map(|&uv| self.inverse(uv)).collect()
+        let squared = |uv: &DVec2| MIDDLE + 0.5 * disc_to_square(self.in_disc(*uv - MIDDLE));
+        uv.par_iter().map(squared).collect()
     }
 
-    fn inverse(&self, goal: DVec2) -> DVec2 {
-        let mut st = goal;
-        for _ in 0..STEPS {
-            let (at, by) = self.blend(st);
-            let square = by.transpose() * by + DMat2::from_diagonal(DVec2::splat(DAMPING));
-            let step = square.inverse() * (by.transpose() * (goal - at));
-            let next = (st + step).clamp(DVec2::ZERO, DVec2::ONE);
-            let moved = next.distance_squared(st);
-            st = next;
-            if moved < SETTLED {
-                break;
-            }
+    /// The place in the unit disc at (middle · r + (radius - middle) · r³) from the middle.
+    fn in_disc(&self, from: DVec2) -> DVec2 {
+        let distance = from.length();
+        if distance == 0.0 {
+            return DVec2::ZERO;
         }
-        st
+        let radius = self.radius(from);
+        let (near, far) = (self.near_middle, radius - self.near_middle);
+        let mut share = (distance / radius).min(1.0);
+        let goal = share * radius;
+        for _ in 0..STEPS {
+            let short = goal - share * (near + far * share * share);
+            share = (share + short / (near + 3.0 * far * share * share)).clamp(0.0, 1.0);
+        }
+        share / distance * from
     }
+}
+
+/// The share of the way round in a direction from the middle.
+fn share_of_way(from: DVec2) -> f64 {
+    (from.to_angle() + PI) / TAU
+}
+
+/// The (x, y) of the square with sides of 2 that (u, v) of the unit disc stands for: u² is
+/// x² (1 - y² / 2), and v² is y² (1 - x² / 2), which is smooth but at the corners.
+fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
+    let place = |along: f64, across: f64| {
+        let (sum, twice) = (2.0 + along * along - across * across, 8.0_f64.sqrt() * along);
+        let root = |square: f64| 0.5 * square.max(0.0).sqrt();
+        (root(sum + twice) - root(sum - twice)).clamp(-1.0, 1.0)
+    };
+    DVec2::new(place(u, v), place(v, u))
 }
 
 /// Whether so many corners of the unit square are emptier than chance would leave them that an outline
@@ -202,7 +203,7 @@ impl Line {
     fn around(uv: &[DVec2], distance: impl Fn(DVec2) -> f64 + Sync, noise: f64) -> Result<Self> {
         let place = |uv: &DVec2| {
             let from = *uv - MIDDLE;
-            ((from.to_angle() + PI) / TAU, distance(from).powi(2))
+            (share_of_way(from), distance(from).powi(2))
         };
         let polar: Vec<(f64, f64)> = uv.par_iter().map(place).collect();
         let outer = lowest(polar.iter().map(|&(way, square)| (way, -square)), SECTORS);
@@ -260,20 +261,33 @@ struct Rays<'a> {
 impl Rays<'_> {
     /// Length on the surface from the middle as far as this.
     fn length(&self, from: DVec2) -> f64 {
-        let speed = |share: f64| {
-            let tangents = self.patches.at(MIDDLE + share * from);
-            (from.x * tangents.u + from.y * tangents.v).length()
-        };
-        self.rule.iter().map(|&(share, weight)| weight * speed(share)).sum()
+        self.rule.iter().map(|&(share, weight)| weight * self.speed(share, from)).sum()
+    }
+
+    /// Its derivative by the share of the way there.
+    fn speed(&self, share: f64, from: DVec2) -> f64 {
+        let tangents = self.patches.at(MIDDLE + share * from);
+        (from.x * tangents.u + from.y * tangents.v).length()
     }
 
     /// How far in a direction one has to go for this length; beyond the square, in proportion.
     fn reach(&self, direction: DVec2, length: f64) -> f64 {
         let side = 0.5 / direction.abs().max_element();
-        let mut radius = side;
+        let share = length / self.length(side * direction);
+        if share >= 1.0 {
+            return side * share;
+        }
+        let (mut radius, mut low, mut high) = (side * share, 0.0, side);
         for _ in 0..RAY_STEPS {
-            let inside = radius.min(side);
-            radius = inside * length / self.length(inside * direction);
+            let to = radius * direction;
+            let short = length - self.length(to);
+            if short > 0.0 {
+                low = radius;
+            } else {
+                high = radius;
+            }
+            let next = radius * (1.0 + short / self.speed(1.0, to));
+            radius = if low <= next && next <= high { next } else { f64::midpoint(low, high) };
         }
         radius
     }
@@ -307,26 +321,64 @@ mod tests {
         Outline::around(uv, surface, DVec2::ONE, 0.0, 0.5).unwrap()
     }
 
+    /// Places on an outline.
+    fn line(outline: &Outline) -> impl Iterator<Item = DVec2> {
+        let ways = (0..40).map(|i| direction(f64::from(i) / 40.0));
+        ways.map(|from| MIDDLE + outline.radius(from) * from)
+    }
+
     #[test]
     fn an_ellipse_becomes_a_square_with_its_corners() {
         let inside = |at: DVec2| ((at - MIDDLE) / DVec2::new(0.45, 0.35)).length();
         let uv = scattered(|at| inside(at) < 1.0);
         let outline = around(&uv, &surface(flat)).unwrap();
         // The spacing of the points is 0.018.
-        for i in 0..40 {
-            let (at, _) = outline.at(i / 10, (i % 10) as f64 / 10.0);
+        for at in line(&outline) {
             assert!((inside(at) - 1.0).abs() < 0.04, "{at} {}", inside(at));
         }
         let squared = outline.squared(&uv);
-        for (&uv, &st) in uv.iter().zip(&squared) {
-            let (at, by) = outline.blend(st);
-            let left = at.distance(uv);
-            assert!(left < 1e-6 || inside(uv) > 0.97, "{uv} {st} {left}");
-            assert!(by.determinant() > -1e-9, "{st}");
-        }
         for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
             let nearest = squared.iter().map(|st| st.distance(corner)).fold(1.0, f64::min);
             assert!(nearest < 0.15, "{corner} {nearest}");
+        }
+    }
+
+    #[test]
+    fn no_outline_folds() {
+        for depth in [0.0, 0.15, 0.3] {
+            for lobes in 2..6 {
+                let wave = |way: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * way).cos());
+                let outline = Outline::through(wave).unwrap();
+                let at = |i: i32, j: i32| {
+                    let from = wave(f64::from(j) / 360.0) * direction(f64::from(j) / 360.0);
+                    MIDDLE + f64::from(i) / 20.0 * from
+                };
+                for (i, j) in (0..20).flat_map(|i| (0..360).map(move |j| (i, j))) {
+                    let corners = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
+                    let [a, b, c, d] = outline.squared(&corners).try_into().unwrap();
+                    let (first, second) = ((b - a).perp_dot(d - a), (d - a).perp_dot(c - a));
+                    assert!(first > 0.0 || i == 19, "{depth} {lobes} {i} {j} {first}");
+                    assert!(second > 0.0 || i == 0, "{depth} {lobes} {i} {j} {second}");
+                }
+                let rim: Vec<DVec2> = (0..360).map(|j| at(20, j)).collect();
+                for st in outline.squared(&rim) {
+                    let depth = st.min(DVec2::ONE - st).min_element();
+                    assert!(depth.abs() < 1e-3, "{st} {depth}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_are_reached_on_curved_surfaces() {
+        let cone = surface(|uv| (uv - MIDDLE).extend(2.0 * uv.distance(MIDDLE)));
+        let rays = Rays { patches: Patches::of(&cone), rule: gauss::rule(RAY_PLACES) };
+        for way in 0..24 {
+            let towards = direction(f64::from(way) / 24.0);
+            for length in [0.1, 0.5, 1.0] {
+                let found = rays.length(rays.reach(towards, length) * towards);
+                assert!((found / length - 1.0).abs() < 1e-6, "{way} {length} {found}");
+            }
         }
     }
 
@@ -341,8 +393,7 @@ mod tests {
         let cap = surface(sphere);
         let uv = scattered(|at| cap.point(at.x, at.y).z > 0.2);
         let outline = around(&uv, &cap).unwrap();
-        for i in 0..40 {
-            let (at, _) = outline.at(i / 10, (i % 10) as f64 / 10.0);
+        for at in line(&outline) {
             let height = cap.point(at.x, at.y).z;
             assert!((height - 0.2).abs() < 0.03, "{at} {height}");
         }

@@ -97,6 +97,26 @@ pub(crate) fn relaxed(
     Ok(Approximation { fairness, ..fitting.end(surface, &feet, EndedBy::Grid) })
 }
 
+/// The surface on the domain that ends where the points end, and goes on by this many of their mean
+/// spacings.
+///
+/// # Errors
+///
+/// Those of [`approximate`](super::approximate()).
+pub(crate) fn restricted(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    flat: &Flat<'_>,
+    border: f64,
+    observer: &mut dyn Observer,
+) -> Result<Approximation> {
+    let mut fitting = flat.fitting(points, weights, flat.fairness, observer);
+    let (surface, _) = fitting.conform(flat.surface.clone(), border)?;
+    let fairness = fitting.falling;
+    let feet = fitting.correct(&surface, STEPS);
+    Ok(Approximation { fairness, ..fitting.end(surface, &feet, EndedBy::Grid) })
+}
+
 impl Fitting<'_> {
     fn relax(
         &mut self,

@@ -9,7 +9,7 @@ use super::start::net;
 use super::{Aspect, ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Flat, Growth, SURE, Strip, THROUGH,
+    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, SURE, Strip, THROUGH,
     approximate, recovered,
 };
 use crate::nurbs::NurbsSurface;
@@ -32,14 +32,6 @@ const NO_MIDDLE: f64 = 0.15;
 /// Share of the points that may be outliers for the fairness of heights to be the one found with
 /// them: more may have led it astray.
 const FEW_OUTLIERS: f64 = 0.01;
-
-/// How much more fairness than cross-validation has found is tried, one after the other, where a
-/// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
-/// no use in any; the most leaves hardly more than a plane, and so few folds if any. The first are tried
-/// last where a fit takes long and hardly ever has too much of it, because it is relaxed: for all but
-/// heights.
-const FLATTENINGS: [f64; 9] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
-const TRIED_LAST: usize = 2;
 
 /// The kind of surface that is fitted.
 pub(super) struct Shape {
@@ -129,6 +121,10 @@ impl Job<'_> {
         self.options.degree.min(side - 1)
     }
 
+    pub(super) fn border(&self) -> f64 {
+        self.options.border.unwrap_or(BORDER)
+    }
+
     /// The fit, without outliers and with free weights as far as the options say.
     pub(super) fn done(
         &mut self,
@@ -173,7 +169,7 @@ impl Job<'_> {
     }
 
     /// A fit with this fairness; of heights like the one that is known already.
-    fn fit(
+    pub(super) fn fit(
         &self,
         net: (usize, usize),
         growth: Option<Growth>,
@@ -189,7 +185,7 @@ impl Job<'_> {
             degree: (self.degree(net.0), self.degree(net.1)),
             closed: self.shape.closed().closed(),
             fairness,
-            border: self.options.border.unwrap_or(BORDER),
+            border: self.border(),
             creases: self.creases.clone(),
             growth,
             ..ApproximateOptions::default()
@@ -249,52 +245,6 @@ impl Job<'_> {
         Ok(Some((found, flaws)))
     }
 
-    /// The fit with more fairness, where it folds over or runs away and the points do not: the least
-    /// that leaves no flaw, or the fewest and then unfolded, everywhere, then less wherever it makes
-    /// none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
-    fn flattened(
-        &self,
-        fit: Fit,
-        growth: Option<Growth>,
-        observer: &mut dyn Observer,
-    ) -> Result<(Fit, Flaws)> {
-        let flaws = self.flaws(&fit, observer)?;
-        if self.options.fairness.is_some() {
-            return Ok((fit, flaws));
-        }
-        let net = self.different(&fit.surface);
-        let (mut flat, mut fewest) = (None, flaws.count());
-        let mut flattenings = FLATTENINGS;
-        if self.shape.base.is_none() {
-            flattenings.rotate_left(TRIED_LAST);
-        }
-        for flattening in flattenings {
-            if fewest == 0 {
-                break;
-            }
-            let fairness = Some(flattening * fit.fairness);
-            let flatter = self.fit(net, None, fairness, None, observer)?;
-            let left = self.flaws(&flatter, observer)?.count();
-            if left < fewest {
-                (flat, fewest) = (Some(flatter), left);
-            }
-        }
-        if fewest > 0 {
-            flat = self.unfolded(flat.as_ref().unwrap_or(&fit), observer)?.or(flat);
-        }
-        let Some(flat) = flat else { return Ok((fit, flaws)) };
-        let found = self.relaxed(&flat, fit.fairness, observer)?;
-        let tolerance = growth.and_then(|growth| growth.tolerance);
-        let tolerance = tolerance.filter(|_| fit.ended_by == EndedBy::Tolerance);
-        let kept = tolerance.is_none_or(|limit| self.largest(&found.distances) <= limit);
-        if !(kept && self.near_pieces(&found)) {
-            return Ok((fit, flaws));
-        }
-        let flaws = self.flaws(&found, observer)?;
-        let iterations = fit.iterations + found.iterations;
-        Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
-    }
-
     /// Heights over the largest of several pieces, if they have no flaws and are near all points: layers
     /// that are close have no order in which one sheet could go through all, but a middle.
     fn across_pieces(
@@ -322,7 +272,7 @@ impl Job<'_> {
     }
 
     /// Whether a surface is near all points, where they are in pieces.
-    fn near_pieces(&self, fit: &Fit) -> bool {
+    pub(super) fn near_pieces(&self, fit: &Fit) -> bool {
         let limit = BETWEEN_PIECES * Bounds::of(self.points).diagonal();
         self.layers.is_none() || self.largest(&fit.distances) <= limit
     }
@@ -332,48 +282,8 @@ impl Job<'_> {
         self.layers.is_none_or(|Layers { gap, .. }| self.rms(&fit.distances) <= NO_MIDDLE * gap)
     }
 
-    fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {
+    pub(super) fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {
         Flaws::of(&fit.surface, &fit.uv, self, observer)
-    }
-
-    /// The fit with less fairness, down to `aim`, wherever that makes no flaws.
-    fn relaxed(&self, fit: &Fit, aim: f64, observer: &mut dyn Observer) -> Result<Fit> {
-        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
-        let inspect = &mut self.inspection();
-        let found = fit::relaxed(self.points, weights, &flat, aim, inspect, observer)?;
-        Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
-    }
-
-    /// The fit farther from the points around its flaws, if that leaves none.
-    fn unfolded(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
-        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
-        let inspect = &mut self.inspection();
-        let found = fit::unfolded(self.points, weights, &flat, inspect, observer)?;
-        let iterations = |found: &Approximation| fit.iterations + found.iterations;
-        Ok(found.map(|found| Fit { iterations: iterations(&found), ..found.into() }))
-    }
-
-    fn flat<'a>(&self, fit: &'a Fit) -> Flat<'a> {
-        let &Fit { ref surface, ref uv, fairness, .. } = fit;
-        Flat { surface, uv, fairness, closed: self.shape.closed().closed() }
-    }
-
-    /// Where a surface has flaws.
-    fn inspection(
-        &self,
-    ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
-        |surface, uv, observer| Ok(Flaws::of(surface, uv, self, observer)?.places)
-    }
-
-    /// Rows and columns of the net; in closed directions the different ones.
-    fn different(&self, surface: &NurbsSurface) -> (usize, usize) {
-        let (rows, cols) = surface.shape();
-        let (closed_u, closed_v) = self.shape.closed().closed();
-        let repeated = |closed, degree| if closed { degree } else { 0 };
-        (
-            rows - repeated(closed_u, surface.knots_u().degree()),
-            cols - repeated(closed_v, surface.knots_v().degree()),
-        )
     }
 
     /// The fit with weights of the control points, where that is better; and of a net that may grow

@@ -3,6 +3,7 @@
 mod counted;
 mod feet;
 mod fitted;
+mod flattening;
 mod flaws;
 mod heights;
 mod job;

@@ -1,0 +1,135 @@
+//! Surfaces that fold over or run away, though their points do not, mended.
+
+use glam::DVec2;
+
+use super::flaws::Flaws;
+use super::job::{Fit, Job};
+use crate::error::Result;
+use crate::fit::{self, Approximation, EndedBy, Flat, Growth};
+use crate::inspection::excursion;
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+
+/// How much more fairness than cross-validation has found is tried, one after the other, where a
+/// surface has flaws: where a net cannot follow what bends more than it can, cross-validation sees
+/// no use in any; the most leaves hardly more than a plane, and so few folds if any. The first are tried
+/// last where a fit takes long and hardly ever has too much of it, because it is relaxed: for all but
+/// heights.
+const FLATTENINGS: [f64; 9] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
+const TRIED_LAST: usize = 2;
+
+/// Share of its area that a surface may have lost to where no points are, while it was flattened.
+const EMPTIER: f64 = 0.02;
+
+impl Job<'_> {
+    /// The fit with more fairness, where it folds over or runs away and the points do not: the least
+    /// that leaves no flaw, or the fewest and then unfolded, everywhere, then less wherever it makes
+    /// none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
+    pub(super) fn flattened(
+        &self,
+        fit: Fit,
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Fit, Flaws)> {
+        let flaws = self.flaws(&fit, observer)?;
+        if self.options.fairness.is_some() {
+            return Ok((fit, flaws));
+        }
+        let net = self.different(&fit.surface);
+        let (mut flat, mut fewest) = (None, flaws.count());
+        let mut flattenings = FLATTENINGS;
+        if self.shape.base.is_none() {
+            flattenings.rotate_left(TRIED_LAST);
+        }
+        for flattening in flattenings {
+            if fewest == 0 {
+                break;
+            }
+            let fairness = Some(flattening * fit.fairness);
+            let flatter = self.fit(net, None, fairness, None, observer)?;
+            let left = self.flaws(&flatter, observer)?.count();
+            if left < fewest {
+                (flat, fewest) = (Some(flatter), left);
+            }
+        }
+        if fewest > 0 {
+            flat = self.unfolded(flat.as_ref().unwrap_or(&fit), observer)?.or(flat);
+        }
+        let Some(flat) = flat else { return Ok((fit, flaws)) };
+        let found = self.relaxed(&flat, fit.fairness, observer)?;
+        let found = self.drawn_in(found, &fit, observer)?;
+        let tolerance = growth.and_then(|growth| growth.tolerance);
+        let tolerance = tolerance.filter(|_| fit.ended_by == EndedBy::Tolerance);
+        let kept = tolerance.is_none_or(|limit| self.largest(&found.distances) <= limit);
+        if !(kept && self.near_pieces(&found)) {
+            return Ok((fit, flaws));
+        }
+        let flaws = self.flaws(&found, observer)?;
+        let iterations = fit.iterations + found.iterations;
+        Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
+    }
+
+    /// The fit with less fairness, down to `aim`, wherever that makes no flaws.
+    fn relaxed(&self, fit: &Fit, aim: f64, observer: &mut dyn Observer) -> Result<Fit> {
+        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let inspect = &mut self.inspection();
+        let found = fit::relaxed(self.points, weights, &flat, aim, inspect, observer)?;
+        Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
+    }
+
+    /// A relaxed fit drawn in to where the points end, and relaxed again, if it went out from there when
+    /// it was flattened: what no point holds stays flat.
+    fn drawn_in(&self, relaxed: Fit, folded: &Fit, observer: &mut dyn Observer) -> Result<Fit> {
+        if self.shape.base.is_some() {
+            return Ok(relaxed);
+        }
+        let mut empty =
+            |fit: &Fit| excursion(&fit.surface, self.points, observer).map(|found| found.share);
+        if empty(&relaxed)? <= empty(folded)? + EMPTIER {
+            return Ok(relaxed);
+        }
+        let (flat, weights) = (self.flat(&relaxed), self.weights.as_deref());
+        let restricted = fit::restricted(self.points, weights, &flat, self.border(), observer)?;
+        let iterations = relaxed.iterations + restricted.iterations;
+        let restricted = Fit { iterations, ..restricted.into() };
+        let drawn_in = if self.flaws(&restricted, observer)?.count() == 0 {
+            restricted
+        } else {
+            let Some(unfolded) = self.unfolded(&restricted, observer)? else { return Ok(relaxed) };
+            unfolded
+        };
+        self.relaxed(&drawn_in, folded.fairness, observer)
+    }
+
+    /// The fit farther from the points around its flaws, if that leaves none.
+    fn unfolded(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let inspect = &mut self.inspection();
+        let found = fit::unfolded(self.points, weights, &flat, inspect, observer)?;
+        let iterations = |found: &Approximation| fit.iterations + found.iterations;
+        Ok(found.map(|found| Fit { iterations: iterations(&found), ..found.into() }))
+    }
+
+    fn flat<'a>(&self, fit: &'a Fit) -> Flat<'a> {
+        let &Fit { ref surface, ref uv, fairness, .. } = fit;
+        Flat { surface, uv, fairness, closed: self.shape.closed().closed() }
+    }
+
+    /// Where a surface has flaws.
+    fn inspection(
+        &self,
+    ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
+        |surface, uv, observer| Ok(Flaws::of(surface, uv, self, observer)?.places)
+    }
+
+    /// Rows and columns of the net; in closed directions the different ones.
+    fn different(&self, surface: &NurbsSurface) -> (usize, usize) {
+        let (rows, cols) = surface.shape();
+        let (closed_u, closed_v) = self.shape.closed().closed();
+        let repeated = |closed, degree| if closed { degree } else { 0 };
+        (
+            rows - repeated(closed_u, surface.knots_u().degree()),
+            cols - repeated(closed_v, surface.knots_v().degree()),
+        )
+    }
+}
