@@ -62,7 +62,7 @@ impl Chord {
                     continue;
                 }
             }
-            net.line(side, k..k + 1, curve);
+            net.line(side, k, curve);
             restrict(curve, (0, 1), side.degree, (low, high));
             let mut found = self.most(curve.iter());
             if found > limit {

@@ -135,6 +135,7 @@ impl Cost for Frame {
         let mut above = simd.mul_f64s(height, simd.splat_f64s(self.valleys[0]));
         let mut below = simd.mul_f64s(height, simd.splat_f64s(-self.valleys[1]));
         let mut over_next = zero;
+        // Loops over all three unroll; over some of them they would not.
         for k in 0..3 {
             if k < self.inner {
                 let edge = &self.edges[k];

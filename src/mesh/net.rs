@@ -2,8 +2,6 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
-use std::ops::Range;
-
 use glam::{DVec2, DVec4};
 
 /// Homogeneous control points of patches, row by row; neighbours share their border.
@@ -102,11 +100,11 @@ impl<'a> Net<'a> {
         (out..=last - out).map(move |k| &points[start + k * stride])
     }
 
-    /// Makes the control points of some patches along a side the only ones in `out`.
+    /// Makes the control points of a patch along a side the only ones in `out`.
     #[inline(always)]
-    pub(super) fn line(&self, side: Side, patches: Range<usize>, out: &mut Vec<DVec4>) {
+    pub(super) fn line(&self, side: Side, patch: usize, out: &mut Vec<DVec4>) {
         let Side { start, stride, degree, .. } = side;
-        let (start, count) = (start + patches.start * degree * stride, patches.len() * degree + 1);
+        let (start, count) = (start + patch * degree * stride, degree + 1);
         out.clear();
         if stride == 1 {
             out.extend_from_slice(&self.points[start..][..count]);

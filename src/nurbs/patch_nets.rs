@@ -2,6 +2,7 @@
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
+use std::fmt;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -17,7 +18,7 @@ use super::surface::NurbsSurface;
 const MOST_LINES: usize = 12;
 
 /// A surface cut along its knots, and wherever else it was asked for, into Bézier patches.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct PatchNets {
     /// The parameters of the cuts in u, ends included.
     pub u: Vec<f64>,
@@ -30,6 +31,15 @@ pub(crate) struct PatchNets {
     cols: usize,
     /// Made when it is first asked for.
     bends: OnceLock<Vec<Bending>>,
+}
+
+/// Without the control points: a surface that keeps its nets prints its own.
+impl fmt::Debug for PatchNets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut nets = f.debug_struct("PatchNets");
+        nets.field("u", &self.u).field("v", &self.v).field("degrees", &self.degrees);
+        nets.finish_non_exhaustive()
+    }
 }
 
 impl PatchNets {
