@@ -416,3 +416,16 @@ def test_bad_chunks_are_refused() -> None:
         neurbs.reconstruct(iter([[[0.0, 0, 0], [1, np.nan, 0]]]))
     with pytest.raises(neurbs.NeurbsError, match="weights must be left out"):
         neurbs.reconstruct(iter([[[0.0, 0, 0]]]), weights=[1.0])
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_values_for_no_data_are_left_out(rng: np.random.Generator, share: float) -> None:
+    points = wave(rng, 2000)
+    gone = rng.random(2000) < share
+    points[gone, 2] = -9999
+    with pytest.warns(ConvergenceWarning, match=f"{gone.sum()} points have z = -9999"):
+        result = neurbs.reconstruct(points)
+    np.testing.assert_array_equal(result.inliers, ~gone)
+    assert result.report.outliers == gone.sum()
+    assert result.distances[~gone].max() < 1e-3
+    assert len(result.report.warnings) == 1
