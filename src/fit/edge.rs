@@ -41,8 +41,14 @@ const CORNER: usize = 2;
 /// How far a surface goes beyond an edge: so many spacings of the points, and standard deviations of
 /// where the edge lies, for each spacing of border that is asked for. With half a spacing of border
 /// the surface seldom ends before the points' ground does, and goes about half a spacing beyond on
-/// average.
+/// average, unless there are few points.
 const BEYOND: (f64, f64) = (0.5, 5.0);
+
+/// Spacings beyond the edge of few points at most, for each spacing of border that is asked for, and how
+/// many are not few: they leave it in more doubt than that, but a surface that goes on without points
+/// soon goes astray.
+const MOST_BEYOND_FEW: f64 = 1.0;
+const MANY: usize = 300;
 
 /// Share of the mean density below which places are those of a rounded corner.
 const SPARSE: f64 = 0.3;
@@ -68,6 +74,8 @@ pub(super) struct Edge {
     deepest: f64,
     /// Standard deviations of the heights there, and spacings of the places as multiples of the mean.
     doubts: Vec<(f64, f64)>,
+    /// Spacings that a surface goes on beyond it at most, for each of border.
+    farthest: f64,
 }
 
 impl Edge {
@@ -80,7 +88,8 @@ impl Edge {
     pub(super) fn margin(&self, border: f64, spacing: f64) -> impl Fn(f64) -> f64 {
         let (plain, doubtful) = BEYOND;
         let beyond = |&(deviation, spread): &(f64, f64)| {
-            border * spread * (plain * spacing + doubtful * deviation)
+            let doubted = plain * spacing + doubtful * deviation;
+            border * spread * doubted.min(self.farthest * spacing)
         };
         let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
         move |x| height(&margins, &Basis::at(&self.knots, x))
@@ -151,7 +160,8 @@ impl Edge {
         let repeated = likelihood.knots.control_points() - control_points;
         heights.extend_from_within(..repeated);
         doubts.extend_from_within(..repeated);
-        Ok(Self { knots: likelihood.knots, heights, deepest, doubts })
+        let farthest = if places.len() < MANY { MOST_BEYOND_FEW } else { f64::INFINITY };
+        Ok(Self { knots: likelihood.knots, heights, deepest, doubts, farthest })
     }
 }
 

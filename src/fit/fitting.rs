@@ -34,6 +34,9 @@ const TANGENTIAL: f64 = 0.01;
 /// along the surface, off the border that was found.
 const TANGENTIAL_OF_NOISE: f64 = 0.03;
 
+/// That of few points, which do not hold a net where they are not: it would slide away.
+const TANGENTIAL_OF_FEW: f64 = 0.1;
+
 /// Points whose surface wants this weight of the fairness are noisy.
 const FAIRNESS_OF_NOISE: f64 = 0.1;
 
@@ -41,10 +44,14 @@ const FAIRNESS_OF_NOISE: f64 = 0.1;
 /// are rough, run away.
 const FIRST_FAIRNESS: f64 = 1.0;
 
-/// Least weight of the fairness: enough to hold control points that no point holds; and what few
-/// points get, which cannot tell.
+/// Least weight of the fairness: enough to hold control points that no point holds; and that of few
+/// points, and of others that cannot tell: cross-validation does not know of the freedom that parameters
+/// have, and with few points that is much of all.
 pub(super) const LEAST_FAIRNESS: f64 = 1e-4;
 const FAIRNESS_OF_FEW: f64 = 0.01;
+
+/// Fewer points are few.
+const FEW_POINTS: usize = 100;
 
 /// Least weight of the fairness at the first solution on a domain that was bent.
 const FAIRNESS_OF_BENT: f64 = 1e-3;
@@ -185,7 +192,12 @@ impl<'a> Fitting<'a> {
 
     /// The weight of the fairness that is aimed at.
     fn aim(&self) -> f64 {
-        self.fixed.or(self.score.map(|score| score.fairness)).unwrap_or(LEAST_FAIRNESS)
+        let least = if self.few() { FAIRNESS_OF_FEW } else { LEAST_FAIRNESS };
+        self.fixed.unwrap_or(self.score.map_or(least, |score| score.fairness.max(least)))
+    }
+
+    fn few(&self) -> bool {
+        self.points.len() < FEW_POINTS
     }
 
     /// Whether the points are so noisy that fairness has a say.
@@ -207,7 +219,11 @@ impl<'a> Fitting<'a> {
 
     /// The weight of distances across the normal.
     fn tangential(&self) -> f64 {
-        if self.bent && self.noisy() { TANGENTIAL_OF_NOISE } else { TANGENTIAL }
+        match self.bent && self.noisy() {
+            _ if self.few() => TANGENTIAL_OF_FEW,
+            true => TANGENTIAL_OF_NOISE,
+            false => TANGENTIAL,
+        }
     }
 
     /// The energy that is kept small, with the anisotropy that was found last.

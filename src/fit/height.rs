@@ -18,6 +18,11 @@ use crate::progress::{self, Listen, Observer, Stage};
 /// leave quadratics free, which bend as most surfaces do.
 const ORDER: usize = 3;
 
+/// Order for so few points that a quadratic through them, which has six coefficients, would be far off
+/// in the corners: second derivatives leave planes free.
+const ORDER_OF_FEW: usize = 2;
+const FEW: usize = 30;
+
 /// Weights of the fairness among which cross-validation chooses.
 const FAIRNESS: [f64; 15] =
     [1e-12, 1e-10, 1e-8, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 1e-1, 1.0, 3.0, 10.0, 30.0];
@@ -195,7 +200,8 @@ impl<'a> Heights<'a> {
         fitting.knots_u = KnotVector::clamped_creased(degree, rows, ground.bends())?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         super::check(&local, &uv, weights, &fitting)?;
-        let order = ORDER.min(options.degree.0.max(options.degree.1));
+        let order = if points.len() < FEW { ORDER_OF_FEW } else { ORDER };
+        let order = order.min(options.degree.0.max(options.degree.1));
         let axes = [along, across, *up];
         Ok(Self { axes, ground, local, uv, weights, options: fitting, order })
     }

@@ -9,7 +9,7 @@ use super::ReconstructOptions;
 use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
-use crate::point_cloud::{self, EvenSample, Fate, Pieces, pieces};
+use crate::point_cloud::{self, EvenSample, Fate, NoData, Pieces, pieces};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// A surface is fitted to this many points at most, chosen evenly over space: enough for as many
@@ -91,17 +91,22 @@ impl Apart {
 impl Counted {
     pub(super) fn of(
         cloud: &[DVec3],
+        no_data: Option<NoData>,
         units: &Units,
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let mut warnings = Vec::new();
-        let uneven = || inspection::uneven_extents(cloud).map(|found| found.to_string());
-        warnings.extend(units.warning().or_else(uneven));
         let of_cloud = |indices: &[u32]| -> Vec<DVec3> {
             indices.iter().map(|&index| units.apply(cloud[index as usize])).collect()
         };
         let mut indices = looked_at(cloud, observer)?;
+        let given = indices.len();
+        indices.retain(|&index| !no_data.is_some_and(|found| found.has(cloud[index as usize])));
+        let (mut duplicates, mut outliers) = (0, given - indices.len());
+        let mut warnings: Vec<String> = no_data.iter().map(NoData::to_string).collect();
+        let uneven =
+            || inspection::uneven_extents(&of(cloud, &indices)).map(|found| found.to_string());
+        warnings.extend(units.warning().or_else(uneven));
         let mut weights = options.weights.map(|weights| of(weights, &indices));
         if let Some(given) = &mut weights {
             let counts: Vec<bool> = given.iter().map(|weight| *weight > 0.0).collect();
@@ -109,10 +114,10 @@ impl Counted {
             keep(given, &counts);
             point_cloud::check(&of_cloud(&indices))?;
         }
-        let (mut duplicates, mut outliers) = (0, 0);
         if options.clean {
             let found = point_cloud::clean(&of_cloud(&indices), observer)?;
-            (duplicates, outliers) = (found.count(Fate::Duplicate), found.count(Fate::Outlier));
+            duplicates = found.count(Fate::Duplicate);
+            outliers += found.count(Fate::Outlier);
             if !found.multiplicity.is_empty() {
                 let given = weights.take().map(|weights| of(&weights, &found.kept));
                 let counted = found.multiplicity.iter().enumerate();

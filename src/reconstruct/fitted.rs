@@ -17,7 +17,7 @@ use super::{ReconstructOptions, Reconstruction, Start, heights};
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth, bounded};
 use crate::inspection::not_followed;
-use crate::point_cloud::{Bounds, Normalization};
+use crate::point_cloud::{Bounds, NoData, Normalization, no_data};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 use crate::topology::{Kind, Topology, detect, detect_wanted};
@@ -54,11 +54,22 @@ pub(super) fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let started = Instant::now();
-    let (units, others) = Units::of(cloud, options, observer)?;
-    let Attempt { found, apart, spoilt } = attempt(cloud, bounds, units, options, observer)?;
+    let no_data = if options.clean { no_data(cloud) } else { None };
+    let (units, others) = match &no_data {
+        None => Units::of(cloud, options, observer)?,
+        Some(no_data) => {
+            let has_data = |point: &&DVec3| !no_data.has(**point);
+            let data: Vec<DVec3> = cloud.iter().filter(has_data).copied().collect();
+            Units::of(&data, options, observer)?
+        }
+    };
+    let mut attempt = |units: Units, options: &ReconstructOptions<'_>| {
+        attempt(cloud, bounds, no_data, units, options, observer)
+    };
+    let Attempt { found, apart, spoilt } = attempt(units, options)?;
     if let Some(units) = others.filter(|_| spoilt) {
         let spent = started.elapsed();
-        if let Some(mut other) = unspoilt(attempt(cloud, bounds, units, options, observer))? {
+        if let Some(mut other) = unspoilt(attempt(units, options))? {
             other.report.times.insert(0, (OTHER_UNITS, spent));
             return Ok(other);
         }
@@ -69,7 +80,7 @@ pub(super) fn reconstruct(
     for piece in 0..apart.large {
         let spent = started.elapsed();
         let options = ReconstructOptions { piece: Some(piece), ..*options };
-        if let Some(mut alone) = unspoilt(attempt(cloud, bounds, units, &options, observer))? {
+        if let Some(mut alone) = unspoilt(attempt(units, &options))? {
             alone.report.times.insert(0, (SPANNING, spent));
             let warning = format!(
                 "{}; through all of them goes no surface that neither folds over, runs away nor \
@@ -105,12 +116,13 @@ fn unspoilt(attempt: Result<Attempt>) -> Result<Option<Reconstruction>> {
 fn attempt(
     cloud: &[DVec3],
     bounds: &Bounds,
+    no_data: Option<NoData>,
     units: Units,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Attempt> {
     let mut clock = Clock::start();
-    let mut counted = Counted::of(cloud, &units, options, observer)?;
+    let mut counted = Counted::of(cloud, no_data, &units, options, observer)?;
     clock.lap("cleaning");
     let found = kind(&counted.telling, options, observer)?;
     if found.kind != Kind::Height {

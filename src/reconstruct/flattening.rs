@@ -121,15 +121,4 @@ impl Job<'_> {
     ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
         |surface, uv, observer| Ok(Flaws::of(surface, uv, self, observer)?.places)
     }
-
-    /// Rows and columns of the net; in closed directions the different ones.
-    fn different(&self, surface: &NurbsSurface) -> (usize, usize) {
-        let (rows, cols) = surface.shape();
-        let (closed_u, closed_v) = self.shape.closed().closed();
-        let repeated = |closed, degree| if closed { degree } else { 0 };
-        (
-            rows - repeated(closed_u, surface.knots_u().degree()),
-            cols - repeated(closed_v, surface.knots_v().degree()),
-        )
-    }
 }

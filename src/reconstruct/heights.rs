@@ -37,8 +37,8 @@ const LEAST_GAIN: f64 = 0.95;
 /// over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
-/// Fewer points than that do not tell what they fill.
-const FEW: usize = 20;
+/// Fewer points than that do not tell what they fill, nor hold a surface that bends across where they end.
+const FEW: usize = 100;
 
 /// Points to a cell of that rectangle on average, and cells along a side at most; and the share of them
 /// without points from which on a bent strip is looked for: a U, whose hull is a rectangle, leaves more.
@@ -70,6 +70,9 @@ pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>
 /// them, if they fill it, or a bent strip that they fill, if it is one of those that are `wanted`.
 pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool) -> Option<Base> {
     let rectangle = Base { up, strip: None };
+    if points.len() < FEW {
+        return Some(rectangle);
+    }
     let places = places(points, &rectangle).0;
     let filled = area(&som::hull(&places)) >= FILLED * evenly_filled(places.len());
     if filled && empty(&places) < EMPTY {
@@ -87,9 +90,6 @@ pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool)
 /// scattered evenly over one (A. Rényi, R. Sulanke, *Über die konvexe Hülle von n zufällig gewählten
 /// Punkten*, 1963), as is the share of that which the rectangle around them fills.
 fn evenly_filled(count: usize) -> f64 {
-    if count < FEW {
-        return 1.0;
-    }
     let n = count as f64;
     let around = ((n - 1.0) / (n + 1.0)).powi(2);
     ((1.0 - 8.0 / 3.0 * n.ln() / n) / around).min(1.0)

@@ -143,14 +143,22 @@ impl Job<'_> {
         }
         let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let mut tree = None;
+        let tolerance = growth.and_then(|growth| growth.tolerance);
         for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
             let Some(robust) = found else { break };
             let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
-            let known = (few && growth.is_none()).then_some(&fit);
-            fit = self.fit(net, growth, self.options.fairness, known, observer)?;
+            fit = if few && self.shape.base.is_some() && tolerance.is_none() {
+                // So few have not led the growth of heights astray, unless it was to end where the
+                // farthest of them was near enough.
+                let net = self.different(&fit.surface);
+                let again = self.fit(net, None, self.options.fairness, Some(&fit), observer)?;
+                Fit { ended_by: fit.ended_by, ..again }
+            } else {
+                self.fit(net, growth, self.options.fairness, None, observer)?
+            };
         }
         if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {
             return Ok(found);
@@ -284,6 +292,17 @@ impl Job<'_> {
 
     pub(super) fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {
         Flaws::of(&fit.surface, &fit.uv, self, observer)
+    }
+
+    /// Rows and columns of the net; in closed directions the different ones.
+    pub(super) fn different(&self, surface: &NurbsSurface) -> (usize, usize) {
+        let (rows, cols) = surface.shape();
+        let (closed_u, closed_v) = self.shape.closed().closed();
+        let repeated = |closed, degree| if closed { degree } else { 0 };
+        (
+            rows - repeated(closed_u, surface.knots_u().degree()),
+            cols - repeated(closed_v, surface.knots_v().degree()),
+        )
     }
 
     /// The fit with weights of the control points, where that is better; and of a net that may grow

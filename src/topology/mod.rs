@@ -38,7 +38,7 @@ const MOST_OF_SHEET: usize = 2500;
 /// Each point is joined to this many nearest ones.
 const NEIGHBORS: usize = 8;
 
-/// Fewer points show a loop only where it does not exist.
+/// Fewer points show a loop only where it does not exist, unless one is known to exist.
 const FEWEST: usize = 60;
 
 /// More points show all loops of a surface at first sight, but perhaps the second of a torus.
@@ -182,7 +182,7 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
         return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
     }
     let count = cloud.points.len();
-    if count < FEWEST {
+    if count < FEWEST && !closed {
         let reason = format!("{count} points are too few to show that it closes");
         return Ok(Topology::new(Kind::Sheet, reason));
     }

@@ -450,3 +450,68 @@ def test_bad_chunks_are_refused() -> None:
         neurbs.reconstruct(iter([[[0.0, 0, 0], [1, np.nan, 0]]]))
     with pytest.raises(neurbs.NeurbsError, match="weights must be left out"):
         neurbs.reconstruct(iter([[[0.0, 0, 0]]]), weights=[1.0])
+
+
+def farthest(surface: neurbs.NurbsSurface, truth: Points) -> float:
+    """Return how far a surface leaves a densely sampled truth, as a share of its diagonal."""
+    found = surface.tessellate(shape=(40, 40)).vertices
+    apart = [np.linalg.norm(truth - place, axis=1).min() for place in found]
+    return float(max(apart) / np.linalg.norm(np.ptp(truth, axis=0)))
+
+
+@pytest.mark.parametrize("count", [8, 15, 40])
+def test_surfaces_of_few_points_stay_near_them(count: int) -> None:
+    def bump(u: Points, v: Points) -> Points:
+        away = (u - 0.5) ** 2 + (v - 0.5) ** 2
+        return np.column_stack([u, v, 0.25 * np.exp(-away / 0.08)])
+
+    def saddle(u: Points, v: Points) -> Points:
+        return np.column_stack([u, v, 0.5 * u**2 - 0.5 * v**2])
+
+    def round_sheet(u: Points, v: Points) -> Points:
+        angle = 4 * np.pi / 3 * u
+        return np.column_stack([np.cos(angle), np.sin(angle), 3 * v])
+
+    for place in [bump, saddle, round_sheet]:
+        truth = place(*np.random.default_rng(9).random((2, 4000)))
+        for seed in range(4):
+            points = place(*np.random.default_rng(seed).random((2, count)))
+            surface = neurbs.reconstruct(points).surface
+            # Surfaces ran away by up to two diagonals, without a word.
+            limit = 0.6 if count < 10 else 0.4
+            assert farthest(surface, truth) < limit, (place.__name__, seed)
+
+
+def test_sheets_of_few_points_end_near_them() -> None:
+    dense = np.random.default_rng(9).random((2, 4000))
+    for seed in range(3):
+        u, v = np.hstack([np.random.default_rng(seed).random((2, 200)), dense])
+        angle = 3.6 * u
+        sheet = np.column_stack([np.cos(angle), np.sin(angle), 2 * v + 0.1 * np.sin(4 * angle)])
+        surface = neurbs.reconstruct(sheet[:200], topology="sheet").surface
+        # Points are 0.06 of the diagonal apart. Doubt where they end took it 0.2 beyond.
+        assert farthest(surface, sheet[200:]) < 0.14
+
+
+def test_tubes_of_few_points_stay_near_them() -> None:
+    for seed in range(8):
+        u, v = np.random.default_rng(seed).random((2, 40))
+        tube = np.column_stack([np.cos(2 * np.pi * u), np.sin(2 * np.pi * u), 3 * v])
+        surface = neurbs.reconstruct(tube, topology="tube").surface
+        found = surface.tessellate(shape=(40, 40)).vertices
+        off = np.abs(np.hypot(found[:, 0], found[:, 1]) - 1)
+        # One ran away by thousands of radii.
+        assert np.sqrt(np.mean(off**2)) < 0.5
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_values_for_no_data_are_left_out(rng: np.random.Generator, share: float) -> None:
+    points = wave(rng, 2000)
+    gone = rng.random(2000) < share
+    points[gone, 2] = -9999
+    with pytest.warns(ConvergenceWarning, match=f"{gone.sum()} points have z = -9999"):
+        result = neurbs.reconstruct(points)
+    np.testing.assert_array_equal(result.inliers, ~gone)
+    assert result.report.outliers == gone.sum()
+    assert result.distances[~gone].max() < 1e-3
+    assert len(result.report.warnings) == 1
