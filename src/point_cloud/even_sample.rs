@@ -6,6 +6,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::Bounds;
 use crate::error::Result;
 use crate::progress::Listen;
 
@@ -13,6 +14,13 @@ use crate::progress::Listen;
 /// that a place among them is a number of `PLACES` bits, even rounded down to a power of two.
 const LEAST_VOXEL: f64 = 2e-6;
 const PLACES: usize = 21;
+
+/// A close sample is chosen from as many times as many points: those of each of its voxels differ enough.
+const SPARE: usize = 4;
+
+/// Sizes of voxels between two doublings that a close sample tries: it has eight tenths of the points that it
+/// may have, at least.
+const STEPS: usize = 6;
 
 /// Points that are put into voxels between two looks at the observer.
 const POINTS_PER_LOOK: usize = 1 << 15;
@@ -234,6 +242,25 @@ impl EvenSample {
     pub fn seen(&self) -> u64 {
         self.seen
     }
+}
+
+/// At most so many points, evenly over space, and hardly fewer if there are as many: voxels that double leave a
+/// quarter of those on a surface in the worst case, so sizes between two doublings are tried, too.
+pub(crate) fn close_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    let mut sample = EvenSample::new(SPARE * most);
+    sample.extend(points);
+    let points = sample.points();
+    let size = Bounds::of(&points).diagonal();
+    let of_step = |step: usize| {
+        let scale = (step as f64 / STEPS as f64).exp2() / size;
+        let scaled: Vec<DVec3> = points.iter().map(|&point| scale * point).collect();
+        let mut sample = EvenSample::new(most);
+        sample.extend(&scaled);
+        sample.indices()
+    };
+    let fullest = (0..STEPS).map(of_step).max_by_key(Vec::len).unwrap_or_default();
+    let chosen = fullest.into_iter().filter_map(|index| usize::try_from(index).ok());
+    chosen.map(|index| points[index]).collect()
 }
 
 /// The bits of a voxel's place, taken in turns from its three numbers (G. M. Morton, 1966).

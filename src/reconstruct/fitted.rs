@@ -242,8 +242,13 @@ fn learned(
     let mut others =
         vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
     let count = sample.len();
-    let sheet = Unwound::closely(sample, observer)?;
-    others.extend(sheet.unrolled(count, budget, options, observer)?);
+    let sheet = if let Some(sheet) = start.unwound.take() {
+        sheet
+    } else {
+        let sheet = Unwound::closely(sample, observer)?;
+        others.extend(sheet.unrolled(count, budget, options, observer)?);
+        sheet
+    };
     others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
     others.extend(sheet.lengthwise(count, budget, options, observer)?);
     for other in others {

@@ -50,9 +50,16 @@ pub(super) struct OrderedStart {
     pub(super) creases: Vec<f64>,
     /// How many times longer than wide the flat map is that orders it, without creases.
     pub(super) aspect: Option<f64>,
+    /// Of a sheet that is wound up, in whose order it is.
+    pub(super) unwound: Option<Unwound>,
 }
 
 impl OrderedStart {
+    /// Without creases, and not over a flat map.
+    pub(super) fn new(lattice: Lattice, nodes: Vec<DVec3>, net: (usize, usize)) -> Self {
+        Self { lattice, nodes, net, creases: Vec::new(), aspect: None, unwound: None }
+    }
+
     /// For points in a frame, and what is known of how the surface closes.
     pub(super) fn of(
         sample: &[DVec3],
@@ -68,7 +75,7 @@ impl OrderedStart {
             let lattice = Lattice::grid(rows, cols, som::Cells::Quad, topology)?;
             let nodes = nodes.iter().map(|&node| frame.apply(node)).collect();
             let net = split(rows as f64 / cols as f64);
-            return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
+            return Ok(Self::new(lattice, nodes, net));
         }
         if let Some(chart) = chart {
             let ratio = chart.lengths.0 / chart.lengths.1;
@@ -78,7 +85,7 @@ impl OrderedStart {
             let lattice = lattice(net, sample.len(), topology)?;
             let nodes = chart.lattice(lattice.shape());
             let nodes = nodes.into_iter().map(|node| frame.counted.apply(node)).collect();
-            return Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None });
+            return Ok(Self::new(lattice, nodes, net));
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
             let sheet = Unwound::of(sample, UNROLLED, observer)?;
@@ -95,7 +102,7 @@ impl OrderedStart {
                 }
                 let wound = Unwound::closely(sample, observer)?;
                 if let Some(start) = wound.unrolled(sample.len(), budget, options, observer)? {
-                    return Ok(start);
+                    return Ok(Self { unwound: Some(wound), ..start });
                 }
             }
         }
@@ -103,7 +110,7 @@ impl OrderedStart {
         let lattice = lattice(net, sample.len(), topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
-        Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
+        Ok(Self::new(lattice, nodes, net))
     }
 
     /// In order over the flat map of some of so many points.
@@ -147,7 +154,7 @@ impl OrderedStart {
     ) -> Result<Self> {
         let lattice = lattice(net, count, Topology::Sheet)?;
         let nodes = som::spread_out(some, uv, &lattice, observer)?;
-        Ok(Self { lattice, nodes, net, creases: Vec::new(), aspect: None })
+        Ok(Self::new(lattice, nodes, net))
     }
 
     /// Splits the budget by how many times longer than wide a sheet is along the map that has learned

@@ -102,6 +102,6 @@ impl Unwound {
         let nodes = som::spread_out_closely(&self.few, uv, &lattice, observer)?;
         let free = options.grid.is_none();
         let net = if free { lattice.shape() } else { net(budget, aspect, options) };
-        Ok(OrderedStart { lattice, nodes, net, creases: Vec::new(), aspect: None })
+        Ok(OrderedStart::new(lattice, nodes, net))
     }
 }

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cohomology::{Edge, loops};
+use super::form::{Course, Form, evenest, shorten, weight};
 use super::laplacian::Laplacian;
 use crate::point_cloud::NeighborGraph;
 
@@ -27,9 +28,6 @@ pub(super) const REACH: f64 = 5.0;
 /// A loop of the surface closes by short edges; one of long edges is a gap in the points.
 const CLOSED_BY: f64 = 0.75;
 
-/// Sums are made of so many loops at most.
-const MOST_SUMMED: usize = 3;
-
 /// Landmarks among which a point's angle is interpolated.
 const NEAR: usize = 3;
 
@@ -37,23 +35,19 @@ const NEAR: usize = 3;
 const SMOOTHING: usize = 6;
 
 /// Angles around a loop of the surface.
-#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Circle {
     /// For each point, in turns, from 0 to 1.
     pub(super) turns: Vec<f64>,
-    /// Length of the loop in the middle of the surface, in the points' unit.
-    pub(super) length: f64,
-    /// How much longer loops are where they are long (upper decile) than where they are short.
-    pub(super) spread: f64,
+    /// What loops along it are like.
+    pub(super) course: Course,
 }
 
 /// Loops of a surface: each other one is a sum of the shortest.
 pub(super) struct Loops {
     /// Longest first.
     pub(super) shortest: Vec<Circle>,
-    /// Sums and differences of two of these, if they are few: around a tube with a hole there are
-    /// loops on both sides of the hole, and the angle that both share is the tube's.
-    pub(super) sums: Vec<Circle>,
+    /// Their sum or difference that is the evenest, if it is none of them.
+    pub(super) sum: Option<Circle>,
 }
 
 /// Points spread out over all, and the ways to those around them.
@@ -96,17 +90,33 @@ impl<'a> Landmarks<'a> {
         };
         let (mut forms, near) = rayon::join(forms, || self.nearest(reach));
         shorten(&mut forms, &edges);
-        let circle = |form: &Form| form.circle(&edges, &near, self.graph);
-        let pairs = (0..forms.len()).flat_map(|a| (0..a).map(move |b| (a, b)));
-        let sums = pairs.filter(|_| forms.len() <= MOST_SUMMED).flat_map(|(a, b)| {
-            [1.0, -1.0].map(|sign| {
-                let mut sum =
-                    Form { turns: forms[a].turns.clone(), angles: forms[a].angles.clone() };
-                sum.subtract(&forms[b], sign);
-                circle(&sum)
-            })
-        });
-        Loops { sums: sums.collect(), shortest: forms.iter().map(circle).collect() }
+        let circle = |form: &Form| self.circle(form, &edges, &near);
+        let sum = evenest(&forms, &edges).as_ref().map(circle);
+        Loops { sum, shortest: forms.iter().map(circle).collect() }
+    }
+
+    fn circle(&self, form: &Form, edges: &[Edge], near: &[Vec<(f64, usize)>]) -> Circle {
+        Circle { turns: self.turns_of_points(form, near), course: form.course(edges) }
+    }
+
+    /// The angles of all points: between those of the nearest landmarks, then smoothed.
+    fn turns_of_points(&self, form: &Form, near: &[Vec<(f64, usize)>]) -> Vec<f64> {
+        let direction = |near: &Vec<(f64, usize)>| {
+            let weighted = near
+                .iter()
+                .map(|&(weight, landmark)| weight * DVec2::from_angle(TAU * form.angles[landmark]));
+            weighted.sum::<DVec2>().normalize_or(DVec2::X)
+        };
+        let mut directions: Vec<DVec2> = near.par_iter().map(direction).collect();
+        for _ in 0..SMOOTHING {
+            let mean = |point: usize| {
+                let around =
+                    self.graph.edges(point).iter().map(|edge| directions[edge.to as usize]);
+                (directions[point] + around.sum::<DVec2>()).normalize_or(directions[point])
+            };
+            directions = (0..near.len()).into_par_iter().map(mean).collect();
+        }
+        directions.iter().map(|d| (d.y.atan2(d.x) / TAU).rem_euclid(1.0)).collect()
     }
 
     /// The pairs of landmarks within reach of one another, nearest first.
@@ -193,116 +203,4 @@ fn surroundings(graph: &NeighborGraph, landmarks: &[u32], reach: f64) -> Vec<Vec
         found
     };
     landmarks.par_iter().map_init(|| vec![f64::INFINITY; graph.len()], around).collect()
-}
-
-fn weight(edge: &Edge) -> f64 {
-    (edge.length * edge.length).recip()
-}
-
-/// A closed form: turns along each edge, and the angle of each landmark.
-struct Form {
-    turns: Vec<f64>,
-    angles: Vec<f64>,
-}
-
-impl Form {
-    /// The evenest form in the class of a cocycle: least squares over the edges, each weighted by
-    /// the inverse square of its length.
-    fn harmonic(laplacian: &Laplacian, edges: &[Edge], values: &[i32], vertices: usize) -> Self {
-        let mut right = vec![0.0; vertices];
-        for (edge, &value) in edges.iter().zip(values) {
-            right[edge.to as usize] += weight(edge) * f64::from(value);
-            right[edge.from as usize] -= weight(edge) * f64::from(value);
-        }
-        let angles = laplacian.solve(&right);
-        let left = |(edge, &value): (&Edge, &i32)| {
-            f64::from(value) - (angles[edge.to as usize] - angles[edge.from as usize])
-        };
-        let turns = edges.iter().zip(values).map(left).collect();
-        // Along an edge the angle grows by the whole turns less what the form leaves.
-        Self { turns, angles: angles.iter().map(|angle| -angle).collect() }
-    }
-
-    fn dot(&self, other: &Self, edges: &[Edge]) -> f64 {
-        let pairs = self.turns.iter().zip(&other.turns).zip(edges);
-        pairs.map(|((a, b), edge)| a * b / (edge.length * edge.length)).sum()
-    }
-
-    fn subtract(&mut self, other: &Self, times: f64) {
-        for (own, other) in self.turns.iter_mut().zip(&other.turns) {
-            *own -= times * other;
-        }
-        for (own, other) in self.angles.iter_mut().zip(&other.angles) {
-            *own -= times * other;
-        }
-    }
-
-    fn circle(&self, edges: &[Edge], near: &[Vec<(f64, usize)>], graph: &NeighborGraph) -> Circle {
-        // An edge in a random direction sees half of the squared slope.
-        let mut slopes = vec![(0.0, 0.0); self.angles.len()];
-        for (edge, turns) in edges.iter().zip(&self.turns) {
-            let squared = 2.0 * (turns / edge.length).powi(2);
-            for end in [edge.from, edge.to] {
-                slopes[end as usize].0 += squared;
-                slopes[end as usize].1 += 1.0;
-            }
-        }
-        let length = |(sum, count): &(f64, f64)| (sum / count).sqrt().recip();
-        let mut lengths: Vec<f64> =
-            slopes.iter().map(length).filter(|length| length.is_finite()).collect();
-        lengths.sort_by(f64::total_cmp);
-        let quantile = |share: usize| lengths[lengths.len() * share / 10];
-        Circle {
-            turns: self.of_points(near, graph),
-            length: quantile(5),
-            spread: quantile(9) / quantile(1),
-        }
-    }
-
-    /// The angles of all points: between those of the nearest landmarks, then smoothed.
-    fn of_points(&self, near: &[Vec<(f64, usize)>], graph: &NeighborGraph) -> Vec<f64> {
-        let direction = |near: &Vec<(f64, usize)>| {
-            let weighted = near
-                .iter()
-                .map(|&(weight, landmark)| weight * DVec2::from_angle(TAU * self.angles[landmark]));
-            weighted.sum::<DVec2>().normalize_or(DVec2::X)
-        };
-        let mut directions: Vec<DVec2> = near.par_iter().map(direction).collect();
-        for _ in 0..SMOOTHING {
-            let mean = |point: usize| {
-                let around = graph.edges(point).iter().map(|edge| directions[edge.to as usize]);
-                (directions[point] + around.sum::<DVec2>()).normalize_or(directions[point])
-            };
-            directions = (0..near.len()).into_par_iter().map(mean).collect();
-        }
-        directions.iter().map(|d| (d.y.atan2(d.x) / TAU).rem_euclid(1.0)).collect()
-    }
-}
-
-/// Replaces loops by sums of them until none gets shorter (Gauss's reduction, pair by pair), longest
-/// loops first.
-fn shorten(forms: &mut [Form], edges: &[Edge]) {
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for a in 0..forms.len() {
-            for b in 0..forms.len() {
-                if a == b {
-                    continue;
-                }
-                let times = forms[a].dot(&forms[b], edges) / forms[b].dot(&forms[b], edges);
-                // Just over a half, so that rounding does not turn it back and forth.
-                if times.abs() > 0.501 {
-                    let (low, high) = forms.split_at_mut(a.max(b));
-                    let (own, other) =
-                        if a < b { (&mut low[a], &high[0]) } else { (&mut high[0], &low[b]) };
-                    own.subtract(other, times.round());
-                    changed = true;
-                }
-            }
-        }
-    }
-    // The longer the loop, the smaller its slope.
-    let energy = |form: &Form| form.dot(form, edges);
-    forms.sort_by(|a, b| energy(a).total_cmp(&energy(b)));
 }

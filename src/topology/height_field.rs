@@ -33,6 +33,10 @@ pub struct HeightField {
     pub slope: f64,
 }
 
+/// Deviation of neighbours from their plane, in spacings, of most points below which layers a few spacings apart
+/// are told from noise.
+const SMOOTH: f64 = 0.15;
+
 /// How many times farther than the median the farthest of the points around one may lie for the plane
 /// nearest to them to tell how steep it is there: of tracks, those beside lie much farther than those
 /// along.
@@ -50,6 +54,26 @@ struct Tangent {
 
 /// The direction over whose plane the points are heights, if there is one.
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
+    let tangents = tangents(points, graph);
+    let principal = Plane::of(points.iter().copied()).normal();
+    let upward = if principal.z < 0.0 { -principal } else { principal };
+    [DVec3::Z, upward].into_iter().find_map(|up| {
+        let slope = slope(&tangents, up);
+        let fits = slope <= WALL_DEGREES && overlap(points, &tangents, up) <= OVERLAP;
+        fits.then_some(HeightField { up, slope })
+    })
+}
+
+/// Whether points lie above one another along this direction, as far as noise lets that be seen.
+pub(super) fn is_folded(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
+    let tangents = tangents(points, graph);
+    let mut roughness: Vec<f64> = tangents.iter().map(|t| t.deviation / t.spacing).collect();
+    roughness.sort_by(f64::total_cmp);
+    let smooth = roughness.get(roughness.len() / 2).is_some_and(|median| *median < SMOOTH);
+    smooth && overlap(points, &tangents, up) > OVERLAP
+}
+
+fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
     let tangent = |index: usize| {
         let (own, edges) = (points[index], graph.edges(index));
         let around = || edges.iter().map(|edge| points[edge.to as usize]);
@@ -65,14 +89,7 @@ pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightFiel
         }
         Tangent { normal: plane.normal(), deviation, spacing: graph.spacing(index) }
     };
-    let tangents: Vec<Tangent> = (0..points.len()).into_par_iter().map(tangent).collect();
-    let principal = Plane::of(points.iter().copied()).normal();
-    let upward = if principal.z < 0.0 { -principal } else { principal };
-    [DVec3::Z, upward].into_iter().find_map(|up| {
-        let slope = slope(&tangents, up);
-        let fits = slope <= WALL_DEGREES && overlap(points, &tangents, up) <= OVERLAP;
-        fits.then_some(HeightField { up, slope })
-    })
+    (0..points.len()).into_par_iter().map(tangent).collect()
 }
 
 /// The angle that all but the steepest places stay below, in degrees.

@@ -10,11 +10,11 @@ use super::laplacian::Laplacian;
 use super::start::{between_rims, conjugate, rims};
 use crate::point_cloud::NeighborGraph;
 
-/// Share of the points that lie at an end, into which or from which it flows.
-const END: f64 = 0.02;
+/// One of so many points lies at an end, into which or from which it flows.
+const END: usize = 50;
 
-/// The middle of the sheet, as shares of its points from one end to the other: the flow is even there.
-const MIDDLE: [f64; 2] = [0.25, 0.75];
+/// The middle of the sheet, in quarters of its points from one end to the other: the flow is even there.
+const MIDDLE: [usize; 2] = [1, 3];
 
 /// A long sheet in order.
 pub(crate) struct Lengthwise {
@@ -38,7 +38,7 @@ pub(crate) fn lengthwise(points: &[DVec3], graph: &NeighborGraph) -> Option<Leng
     };
     let first = last(*last(0).first()?);
     let second = last(*first.first()?);
-    let count = whole((END * points.len() as f64).ceil());
+    let count = points.len().div_ceil(END);
     let mut flow = vec![0.0; points.len()];
     for (&from, &to) in first.iter().zip(&second).take(count) {
         flow[from as usize] += 1.0;
@@ -55,20 +55,14 @@ pub(crate) fn lengthwise(points: &[DVec3], graph: &NeighborGraph) -> Option<Leng
     for (rank, &point) in ranked.iter().enumerate() {
         along[point] = (rank as f64 + 0.5) / points.len() as f64;
     }
-    let at = |share: f64| potential[ranked[whole(share * points.len() as f64)]];
-    let length = (at(MIDDLE[1]) - at(MIDDLE[0])) / (MIDDLE[1] - MIDDLE[0]);
+    let [from, to] = MIDDLE.map(|quarters| potential[ranked[quarters * points.len() / 4]]);
+    let length = 4.0 * (to - from) / (MIDDLE[1] - MIDDLE[0]) as f64;
     let [low, high] = rims(&along, &across);
     let width = |(low, high): (&u32, &u32)| across[*high as usize] - across[*low as usize];
     let mut widths: Vec<f64> = low.iter().zip(&high).map(width).collect();
     widths.sort_by(f64::total_cmp);
     let aspect = length / widths[widths.len() / 2];
     aspect.is_finite().then(|| Lengthwise { uv: between_rims(&along, &across), aspect })
-}
-
-/// The whole number of a size that is not negative.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-fn whole(size: f64) -> usize {
-    size as usize
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod border;
 mod circle;
 mod cohomology;
 mod disc;
+mod form;
 mod height_field;
 mod laplacian;
 mod lengthwise;
@@ -18,9 +19,9 @@ use std::sync::OnceLock;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use self::circle::{Landmarks, Loops};
+use self::circle::{Circle, Landmarks, Loops};
 use crate::error::Result;
-use crate::point_cloud::{EvenSample, NeighborGraph};
+use crate::point_cloud::{EvenSample, NeighborGraph, close_sample};
 use crate::progress::{Observer, Progress, Stage, report};
 
 pub(crate) use self::disc::disc;
@@ -29,11 +30,17 @@ pub(crate) use self::height_field::WALL_DEGREES;
 pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
 pub use self::start::Chart;
 
-/// Points that are looked at, evenly over space.
+/// Points that slopes are told from, evenly over space.
 const MOST: usize = 5000;
 
 /// Points among which loops are looked for where a sheet is wanted, whatever they show.
 const MOST_OF_SHEET: usize = 2500;
+
+/// Points among which loops are looked for: windings are told apart that are five spacings apart.
+const MOST_FOR_LOOPS: usize = 10_000;
+
+/// Points that are looked at for layers close above one another.
+const MOST_OF_LAYERS: usize = 20_000;
 
 /// Each point is joined to this many nearest ones.
 const NEIGHBORS: usize = 8;
@@ -109,7 +116,8 @@ impl Topology {
 /// Finds out what kind of surface the points lie on. They should be
 /// [clean](crate::point_cloud::clean).
 ///
-/// Looks at 5,000 points at most, chosen evenly over space.
+/// Looks at 5,000 points at most for slopes, chosen evenly over space, at 10,000 for loops and at 20,000 for
+/// layers above one another.
 ///
 /// ```
 /// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect}};
@@ -169,8 +177,11 @@ pub(crate) fn heights(
 fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> Result<Topology> {
     let sheet = wanted == Some(Kind::Sheet);
     let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));
-    let cloud = Cloud::of(points, MOST, wanted, observer)?;
-    if !closed && let Some(height) = height_field::find(&cloud.points, &cloud.graph) {
+    let mut cloud = Cloud::of(points, MOST, wanted, observer)?;
+    if !closed
+        && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
+        && !is_folded(points, cloud.points.len(), height.up, observer)?
+    {
         let reason = format!(
             "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
              {:.0} degrees",
@@ -181,6 +192,13 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
         );
         return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
     }
+    if cloud.points.len() < points.len() {
+        // Slopes and borders show best through noise with fewer points, narrow gaps and short loops with more.
+        let more = close_sample(points, MOST_FOR_LOOPS);
+        let few = cloud.points;
+        cloud = Cloud::of(&more, MOST_FOR_LOOPS, wanted, observer)?;
+        cloud.few = few;
+    }
     let count = cloud.points.len();
     if count < FEWEST && !closed {
         let reason = format!("{count} points are too few to show that it closes");
@@ -189,7 +207,7 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
     if sheet {
         match cloud.border() {
             None => return Ok(Topology::new(Kind::Sheet, "noise hides whether it has a border")),
-            Some(border) if border >= outline(count) => {
+            Some(border) if border >= outline(cloud.outlined().len()) => {
                 return Ok(Topology::new(Kind::Sheet, "it has a border"));
             }
             Some(_) if count > MOST_OF_SHEET => {
@@ -202,9 +220,25 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
     cloud.by_loops(observer)
 }
 
+/// Whether more points than were looked at show layers above one another along this direction.
+fn is_folded(
+    points: &[DVec3],
+    looked_at: usize,
+    up: DVec3,
+    observer: &mut dyn Observer,
+) -> Result<bool> {
+    if points.len() == looked_at {
+        return Ok(false);
+    }
+    let cloud = Cloud::of(&close_sample(points, MOST_OF_LAYERS), MOST_OF_LAYERS, None, observer)?;
+    Ok(height_field::is_folded(&cloud.points, &cloud.graph, up))
+}
+
 /// The points that are looked at.
 struct Cloud {
     points: Vec<DVec3>,
+    /// Fewer, among which the border is looked for; none if it is among all of these.
+    few: Vec<DVec3>,
     graph: NeighborGraph,
     /// The kind of surface that is wanted, if one is.
     wanted: Option<Kind>,
@@ -222,12 +256,22 @@ impl Cloud {
         sample.extend(points);
         let points = sample.points();
         let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
-        Ok(Self { points, graph, wanted, border: OnceLock::new() })
+        Ok(Self { points, few: Vec::new(), graph, wanted, border: OnceLock::new() })
     }
 
-    /// How many points lie on the border; `None` if they scatter too much to show one.
+    /// The points among which the border is looked for.
+    fn outlined(&self) -> &[DVec3] {
+        if self.few.is_empty() { &self.points } else { &self.few }
+    }
+
+    /// How many of these lie on the border; `None` if they scatter too much to show one.
     fn border(&self) -> Option<f64> {
-        *self.border.get_or_init(|| border::count(&self.points))
+        *self.border.get_or_init(|| border::count(self.outlined()))
+    }
+
+    /// Whether the body that the points lie on has hardly any border.
+    fn is_closed(&self) -> bool {
+        self.border().is_some_and(|border| border < outline(self.outlined().len()))
     }
 
     /// The kind of surface that its loops show.
@@ -268,15 +312,19 @@ impl Cloud {
     }
 
     /// The tube around which these loops go; `None` if they go around holes: their lengths differ by
-    /// more than `spread` from place to place.
+    /// more than `spread` from place to place, or they go around several.
     fn tube(&self, loops: &Loops, spread: f64) -> Option<Topology> {
-        let around = loops.shortest.iter().chain(&loops.sums);
-        let around = around.min_by(|a, b| a.spread.total_cmp(&b.spread));
-        let around = around.filter(|around| around.spread <= spread)?;
-        let (chart, one_sided) = start::tube(&self.points, around, &self.graph);
+        let asked = self.wanted == Some(Kind::Tube);
+        // Around a body without a border there are no holes.
+        let sure = asked || self.is_closed();
+        let mut around: Vec<&Circle> = loops.shortest.iter().chain(&loops.sum).collect();
+        around.retain(|circle| circle.course.spread <= spread);
+        around.sort_by(|a, b| a.course.spread.total_cmp(&b.course.spread));
+        let mut charts = around.iter().map(|circle| start::tube(&self.points, circle, &self.graph));
+        let found = charts.find(|(chart, _)| sure || start::winds_once(chart, &self.graph));
+        let (chart, one_sided) = found?;
         let (long, high) = chart.lengths;
         let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
-        let asked = self.wanted == Some(Kind::Tube);
         let warning = if one_sided {
             Some(
                 "the points lie on a strip with one side only, as a Moebius strip: no tube follows it, nor \
@@ -293,18 +341,17 @@ impl Cloud {
     /// Whether points lie on the rims of a tube; `None` if noise hides them.
     fn rims_seen(&self, chart: &Chart) -> Option<bool> {
         let (long, high) = chart.lengths;
-        let spacing = (long * high / self.points.len() as f64).sqrt();
+        let spacing = (long * high / self.outlined().len() as f64).sqrt();
         self.border().map(|border| border >= RIMS * 2.0 * long / spacing)
     }
 
     fn open(&self, loops: &Loops) -> Topology {
         let reason = match &loops.shortest[..] {
             [] => "no loop closes around it".to_string(),
-            [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.length),
+            [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.course.length),
             loops => format!("its {} loops close around holes", loops.len()),
         };
-        let closed = self.border().is_some_and(|border| border < outline(self.points.len()));
-        let warning = (loops.shortest.is_empty() && closed).then(|| {
+        let warning = (loops.shortest.is_empty() && self.is_closed()).then(|| {
             "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
              or by great stretching; cut it, or choose a part"
                 .to_string()

@@ -1,13 +1,14 @@
 //! Where the points of a closed surface lie on its lattice.
 
 use std::collections::BinaryHeap;
+use std::f64::consts::TAU;
 
 use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::circle::Circle;
 use super::laplacian::Laplacian;
-use crate::point_cloud::{NeighborGraph, Plane};
+use crate::point_cloud::{KdTree, Neighbor, NeighborGraph, Plane};
 
 /// Sectors of a tube in which its ends are looked for.
 const SECTORS: usize = 24;
@@ -27,6 +28,14 @@ const CHART: usize = 6;
 
 /// Share of those cells that must have some.
 const COVERED: f64 = 0.9;
+
+/// Points beside one another on a chart are apart when they are as many spacings from one another: several
+/// times as many as angles are off by.
+const APART: f64 = 8.0;
+
+/// Share of such points from which on a chart covers its surface twice. If it does so everywhere, half of the
+/// points have the nearest on the other sheet; charts that cover it once have none.
+const TWICE: f64 = 0.05;
 
 /// Points of a closed surface with their places on it: an ordered start for its lattice.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +91,25 @@ impl Chart {
     }
 }
 
+/// Whether the chart of a tube covers it once: of a surface whose loops it counts twice, places that lie
+/// apart come to lie beside one another.
+pub(super) fn winds_once(chart: &Chart, graph: &NeighborGraph) -> bool {
+    let height = chart.lengths.1 / chart.lengths.0;
+    let place = |uv: &DVec2| (DVec2::from_angle(TAU * uv.x) / TAU).extend(height * uv.y);
+    let places: Vec<DVec3> = chart.uv.iter().map(place).collect();
+    let tree = KdTree::new(&places);
+    let apart = |point: u32| {
+        let mut found = Vec::new();
+        tree.nearest_to(point, 1, &mut found);
+        let own = chart.points[point as usize];
+        let apart = |near: &Neighbor| own.distance(chart.points[near.index as usize]);
+        found.first().map(apart) > Some(APART * graph.spacing(point as usize))
+    };
+    let all: Vec<u32> = (0..).zip(&places).map(|(point, _)| point).collect();
+    let apart = all.par_iter().filter(|&&point| apart(point)).count() as f64;
+    apart <= TWICE * places.len() as f64
+}
+
 /// A torus by the angles around its two loops; `None` if the points do not cover one.
 pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option<Chart> {
     let turns = ring.turns.iter().zip(&section.turns);
@@ -92,7 +120,7 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
     }
     let covered = hit.as_flattened().iter().filter(|hit| **hit).count() as f64;
     let whole = covered >= COVERED * (CHART * CHART) as f64;
-    let lengths = (ring.length, section.length);
+    let lengths = (ring.course.length, section.course.length);
     whole.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: true })
 }
 
@@ -108,9 +136,10 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
     let from_first = graph.distances_from(&first_rim);
     let heights = second_rim.iter().map(|&end| from_first[end as usize]);
     let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
-    let lengths = (around.length, height);
+    let lengths = (around.course.length, height);
     // As many of them as there are points side by side.
-    let one_sided = opposite * (around.length * height / points.len() as f64).sqrt() >= height;
+    let one_sided =
+        opposite * (around.course.length * height / points.len() as f64).sqrt() >= height;
     (Chart { points: points.to_vec(), uv, lengths, closed_v: false }, one_sided)
 }
 

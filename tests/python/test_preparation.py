@@ -122,6 +122,53 @@ def test_a_bent_tube_is_told(rng: np.random.Generator) -> None:
     assert abs(np.corrcoef(topology.uv[:, 1], np.arctan2(y, x))[0, 1]) > 0.98
 
 
+def around(
+    rng: np.random.Generator, count: int, share: float, holes: list[tuple[float, float, float]]
+) -> Points:
+    """Scatter points over a share of a cylinder of height 2 but for holes.
+
+    Their places and radii are shares of the angle and of the height.
+    """
+    u, v = rng.random((2, 4 * count))
+    kept = np.ones(4 * count, bool)
+    for along, up, radius in holes:
+        kept &= np.hypot((u - along + 0.5) % 1 - 0.5, v - up) > radius
+    u, v = u[kept][:count], v[kept][:count]
+    angle = 2 * np.pi * share * u
+    return np.column_stack([np.cos(angle), np.sin(angle), 2 * v])
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_holes_make_no_tube_of_a_bent_sheet(seed: int, noise: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = around(rng, 1000, 0.57, [(0.3, 0.3, 0.12), (0.7, 0.6, 0.15), (0.25, 0.8, 0.08)])
+    points += noise * rng.standard_normal(points.shape)
+    assert neurbs.detect_topology(points).kind == "sheet"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_windows_leave_a_tube_a_tube(seed: int) -> None:
+    windows = [(0.15, 0.3, 0.1), (0.5, 0.5, 0.12), (0.8, 0.7, 0.08)]
+    points = around(np.random.default_rng(seed), 3000, 1, windows)
+    topology = neurbs.detect_topology(points)
+    assert topology.kind == "tube"
+    assert topology.uv is not None
+    assert topology.points is not None
+    # u is the angle around the axis, but for some degrees and where it begins.
+    x, y = topology.points[:, 0], topology.points[:, 1]
+    turn = np.exp(2j * np.pi * topology.uv[:, 0])
+    likeness = [abs(np.mean(turn * (x + sense * 1j * y))) for sense in (1, -1)]
+    assert max(likeness) > 0.95
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_narrow_slit_in_many_points_is_seen(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rolled(rng, 20_000, 0.95, 0.0) * [1, 1, 1.5]
+    assert neurbs.detect_topology(points).kind == "sheet"
+
+
 @pytest.mark.parametrize("thin", [0.2, 0.4, 0.6])
 @pytest.mark.parametrize("noise", [0.0, 0.005])
 def test_a_torus_is_told(rng: np.random.Generator, thin: float, noise: float) -> None:

@@ -70,6 +70,13 @@ def test_windings_are_told_apart(cloud: Callable[[np.random.Generator], Points],
     assert result.report.max < 2e-3 * result.report.diagonal
 
 
+@pytest.mark.parametrize("seed", range(2))
+def test_a_strip_that_lies_close_above_itself_is_no_height_field(seed: int) -> None:
+    # Three spacings of these points, but one of as few as slopes are told from.
+    points = hairpin(np.random.default_rng(seed), 20_000, 0.05)
+    assert neurbs.detect_topology(points).kind == "sheet"
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_few_points_keep_the_order_of_a_fold(seed: int) -> None:
     rng = np.random.default_rng(seed)
