@@ -23,8 +23,10 @@ const TELLING: (usize, usize) = (20_000, 4000);
 /// How many times smaller than the largest a piece may be that is as good as the largest to choose.
 const LARGE: usize = 3;
 
-/// Points that a piece has at least: fewer are no surface, but strays that cleaning could not tell from one.
+/// Points that a piece has at least, and one of how many of all: fewer are no surface, but strays that
+/// cleaning could not tell from one.
 const FEWEST: usize = 4;
+const RAREST: usize = 1000;
 
 /// Points that are chosen from between two reports.
 const PORTION: usize = 1 << 17;
@@ -78,7 +80,8 @@ pub(super) struct Layers {
 
 impl Apart {
     fn of(found: &Pieces, points: &[DVec3]) -> Option<Self> {
-        if found.sizes.iter().filter(|&&size| size >= FEWEST).count() < 2 {
+        let fewest = FEWEST.max(points.len() / RAREST);
+        if found.sizes.iter().filter(|&&size| size >= fewest).count() < 2 {
             return None;
         }
         let (told, warning) = (found.told()?, found.warning()?);

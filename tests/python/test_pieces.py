@@ -117,3 +117,12 @@ def test_stray_points_are_no_pieces(seed: int) -> None:
     result = neurbs.reconstruct(points)
     assert not result.report.warnings
     assert result.report.rms < 1e-4 * result.report.diagonal
+
+
+def test_a_few_strays_beside_many_points_are_no_piece(rng: np.random.Generator) -> None:
+    stray = np.array([3, 0.5, 0.5]) + rng.normal(0, 0.01, (8, 3))
+    points = np.vstack([wave(rng, 10_000), stray])
+    kept = points[neurbs.clean(points).kept]
+    assert min(neurbs.pieces(kept).sizes) > 3
+    result = neurbs.reconstruct(points, grid=(8, 8))
+    assert not result.report.warnings
