@@ -18,9 +18,9 @@ const PLACES: usize = 21;
 /// A close sample is chosen from as many times as many points: those of each of its voxels differ enough.
 const SPARE: usize = 4;
 
-/// Sizes of voxels between two doublings that a close sample tries: it has eight tenths of the points that it
+/// Sizes of voxels between two doublings that a close sample tries: it has seven tenths of the points that it
 /// may have, at least.
-const STEPS: usize = 6;
+const STEPS: usize = 4;
 
 /// Points that are put into voxels between two looks at the observer.
 const POINTS_PER_LOOK: usize = 1 << 15;
@@ -247,6 +247,9 @@ impl EvenSample {
 /// At most so many points, evenly over space, and hardly fewer if there are as many: voxels that double leave a
 /// quarter of those on a surface in the worst case, so sizes between two doublings are tried, too.
 pub(crate) fn close_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
     let mut sample = EvenSample::new(SPARE * most);
     sample.extend(points);
     let points = sample.points();
@@ -258,7 +261,8 @@ pub(crate) fn close_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
         sample.extend(&scaled);
         sample.indices()
     };
-    let fullest = (0..STEPS).map(of_step).max_by_key(Vec::len).unwrap_or_default();
+    let found: Vec<Vec<u64>> = (0..STEPS).into_par_iter().map(of_step).collect();
+    let fullest = found.into_iter().max_by_key(Vec::len).unwrap_or_default();
     let chosen = fullest.into_iter().filter_map(|index| usize::try_from(index).ok());
     chosen.map(|index| points[index]).collect()
 }
