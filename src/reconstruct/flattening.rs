@@ -18,6 +18,10 @@ use crate::progress::Observer;
 const FLATTENINGS: [f64; 9] = [1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 const TRIED_LAST: usize = 2;
 
+/// Share of the flaws that more fairness must leave at most to be worth what it takes the surface away from
+/// its points, where it does not leave none.
+const CLEARLY_FEWER: f64 = 0.75;
+
 /// Share of its area that a surface may have lost to where no points are, while it was flattened.
 const EMPTIER: f64 = 0.02;
 
@@ -48,7 +52,7 @@ impl Job<'_> {
             let fairness = Some(flattening * fit.fairness);
             let flatter = self.fit(net, None, fairness, None, observer)?;
             let left = self.flaws(&flatter, observer)?.count();
-            if left < fewest {
+            if (left as f64) < CLEARLY_FEWER * fewest as f64 {
                 (flat, fewest) = (Some(flatter), left);
             }
         }
