@@ -60,13 +60,12 @@ pub fn no_data(points: &[DVec3]) -> Option<NoData> {
         [low, high].into_iter().find_map(|value| {
             let (start, end) = extremes(values().filter(|other| *other != value));
             let apart = (start - value).abs().min((end - value).abs());
+            if !(end > start && apart > FAR * (end - start)) {
+                return None;
+            }
             let count = values().filter(|other| *other == value).count();
             let several = count > 1 && (count as f64) < MOST * points.len() as f64;
-            (several && end > start && apart > FAR * (end - start)).then_some(NoData {
-                axis,
-                value,
-                count,
-            })
+            several.then_some(NoData { axis, value, count })
         })
     };
     (0..3).find_map(along)

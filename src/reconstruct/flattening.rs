@@ -27,8 +27,8 @@ const EMPTIER: f64 = 0.02;
 
 impl Job<'_> {
     /// The fit with more fairness, where it folds over or runs away and the points do not: the least
-    /// that leaves no flaw, or the fewest and then unfolded, everywhere, then less wherever it makes
-    /// none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
+    /// that leaves no flaw, or hardly more than the fewest and then unfolded, everywhere, then less
+    /// wherever it makes none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
     pub(super) fn flattened(
         &self,
         fit: Fit,
