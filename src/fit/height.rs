@@ -4,7 +4,7 @@
 //! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
 //! surface's heights are the tensor-product spline function of x and y.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::ground::{Base, Ground};
@@ -12,6 +12,7 @@ use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::point_cloud::hash;
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
@@ -35,14 +36,40 @@ const HARDLY_WORSE: f64 = 1.01;
 /// the lightest ones errors are about as large as one another.
 const MUCH_WORSE: f64 = 2.0;
 
-/// Parts of the points, each predicted from the others.
+/// Parts of the points at least, each predicted from the others.
 const FOLDS: usize = 4;
 
-/// Points that cross-validation looks at.
-const JUDGED: usize = 20_000;
+/// Points that cross-validation looks at, and about how many of them it predicts: so many tell as much as
+/// all, but the more the others are, the larger a net they hold.
+const JUDGED: usize = 1 << 17;
+const PREDICTED: usize = 5_000;
+
+/// Share of as many cells of the ground as points that these fill at least, if they do not lie in rows with
+/// empty ground between: scattered by chance they fill 1 - 1 / e. And how many such cells on a side are
+/// predicted together, if they do.
+const ROWS: f64 = 0.45;
+const TOGETHER: f64 = 4.0;
 
 /// Control points up to which a solution takes a few milliseconds.
 const SMALL: usize = 1_000;
+
+/// How far beyond the heights of the points a surface may go where none are, as a share of their range, both
+/// over the plane nearest to them.
+const BEYOND: f64 = 0.5;
+
+/// Gaps over which slopes end, as shares of the ground's side, where a surface goes farther: one after the
+/// other.
+const REACHES: [f64; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
+
+/// How often the fairness grows if that is not enough, and by how much at a time.
+const HEAVIER: usize = 7;
+const MORE_FAIRNESS: f64 = 100.0;
+
+/// Moments of places across a line, as a share of those along it.
+const LINE: f64 = 1e-12;
+
+/// Places to a span at which a surface is asked how far it goes.
+const PLACES: usize = 2;
 
 /// How heights are fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +94,9 @@ pub struct HeightFit {
     pub residuals: Vec<f64>,
     /// The weight of the fairness that was used.
     pub fairness: f64,
+    /// Gaps over which slopes end, as a share of the ground's side, where bends alone would have let the
+    /// surface go too far.
+    pub reach: Option<f64>,
     /// Mean square of the error that cross-validation expects at a point that was left out, in the
     /// points' unit squared.
     pub expected: f64,
@@ -101,7 +131,10 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 /// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 /
 /// n of the rectangle, 0.02 of it at most).
 ///
-/// Where there are no points the fairness decides: the surface spans holes like a thin plate.
+/// Where there are no points the fairness decides: the surface spans holes like a thin plate. Heights over the
+/// plane nearest to all points stay within their range there, and half of it beyond on either side: where a
+/// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
+/// side.
 /// O(points · degree⁴), a few times that where fairness is to be found (for 20,000 points at most).
 ///
 /// ```
@@ -132,20 +165,55 @@ pub fn fit_heights(
 }
 
 /// As [`fit_heights`], but over what the base says; where it bends the surface has creases along v, if
-/// the net has room for them. The fairness is looked for near one that was best with another net.
+/// the net has room for them. The fairness is looked for near one that was best with another net, and slopes
+/// count as they did there.
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
     base: &Base,
     options: &HeightOptions,
-    near: Option<f64>,
+    near: Option<Near>,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     let heights = Heights::of(points, weights, base, options)?;
     let (fairness, expected) = heights.best_fairness(options.fairness, near, &mut listen)?;
-    let fit = heights.fitted(fairness, &mut listen)?;
+    let reach = near.and_then(|near| near.reach);
+    let fit = heights.fitted(fairness, reach, &mut listen)?;
     Ok(HeightFit { expected, ..fit })
+}
+
+/// What was best with another net, or of other points of the same surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Near {
+    fairness: f64,
+    /// Of so many points: beside more, as much counts less.
+    points: usize,
+    reach: Option<f64>,
+}
+
+impl Near {
+    pub(crate) fn of(fairness: f64, points: usize) -> Self {
+        Self { fairness, points, reach: None }
+    }
+
+    pub(crate) fn with_reach_of(self, other: Option<Self>) -> Self {
+        Self { reach: other.and_then(|other| other.reach), ..self }
+    }
+
+    /// The fairness that counts as much beside so many points.
+    pub(crate) fn beside(&self, points: usize) -> f64 {
+        if points == self.points {
+            return self.fairness;
+        }
+        self.fairness * self.points as f64 / points as f64
+    }
+}
+
+impl From<&HeightFit> for Near {
+    fn from(fit: &HeightFit) -> Self {
+        Self { fairness: fit.fairness, points: fit.uv.len(), reach: fit.reach }
+    }
 }
 
 /// As [`fit_heights_over`] with this fairness, but nothing is expected of points left out, which takes
@@ -155,19 +223,22 @@ pub(crate) fn fit_heights_with(
     weights: Option<&[f64]>,
     base: &Base,
     options: &HeightOptions,
-    fairness: f64,
+    known: Near,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
+    let fairness = known.beside(points.len());
     let options = HeightOptions { fairness: Some(fairness), ..*options };
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    Heights::of(points, weights, base, &options)?.fitted(fairness, &mut listen)
+    Heights::of(points, weights, base, &options)?.fitted(fairness, known.reach, &mut listen)
 }
 
 /// Points by their places in the unit square of a plane and their heights over it.
 struct Heights<'a> {
     axes: [DVec3; 3],
     ground: Ground,
+    /// Their heights are those over the trend.
     local: Vec<DVec3>,
+    trend: Trend,
     uv: Vec<DVec2>,
     weights: Option<&'a [f64]>,
     options: FitOptions,
@@ -187,7 +258,7 @@ impl<'a> Heights<'a> {
         let [along, across] =
             strip.as_ref().map_or_else(|| height_axes(points, *up), |strip| strip.axes);
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
-        let local: Vec<DVec3> = points.par_iter().map(turned).collect();
+        let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
         let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
         let ground = match strip {
             Some(strip) => Ground::Strip(strip.arms.clone()),
@@ -200,26 +271,70 @@ impl<'a> Heights<'a> {
         fitting.knots_u = KnotVector::clamped_creased(degree, rows, ground.bends())?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         super::check(&local, &uv, weights, &fitting)?;
+        let trend = Trend::of(&local, weights);
+        local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
         let order = if points.len() < FEW { ORDER_OF_FEW } else { ORDER };
         let order = order.min(options.degree.0.max(options.degree.1));
         let axes = [along, across, *up];
-        Ok(Self { axes, ground, local, uv, weights, options: fitting, order })
+        Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
     }
 
-    fn fitted(self, fairness: f64, listen: &mut Listen<'_>) -> Result<HeightFit> {
-        let Self { axes: [along, across, up], ground, local, uv, weights, options, order } = self;
-        let heights = Equations::of(&local, &uv, weights, &options, order, listen)?
-            .solve(fairness, listen)?;
+    fn fitted(
+        self,
+        fairness: f64,
+        reach: Option<f64>,
+        listen: &mut Listen<'_>,
+    ) -> Result<HeightFit> {
+        let (heights, Near { fairness, reach, .. }) = self.held(fairness, reach, listen)?;
+        let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
         listen()?;
         let residuals = residuals(&heights, &local, &uv);
         let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
         let net = heights.control_points().iter().enumerate().map(|(i, point)| {
             let place = ground.place(DVec2::new(rows[i / cols.len()], cols[i % cols.len()]));
-            place.x * along + place.y * across + point.z * up
+            place.x * along + place.y * across + (point.z + trend.height(place)) * up
         });
         let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
         let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
-        Ok(HeightFit { surface, uv, residuals, fairness, expected: f64::INFINITY })
+        Ok(HeightFit { surface, uv, residuals, fairness, reach, expected: f64::INFINITY })
+    }
+
+    /// The surface over the trend, held where there are no points, and the reach that this takes, if not
+    /// the one that is known; and more fairness, where points just inside a span say too little of its end.
+    fn held(
+        &self,
+        fairness: f64,
+        known: Option<f64>,
+        listen: &mut Listen<'_>,
+    ) -> Result<(NurbsSurface, Near)> {
+        let Self { local, uv, weights, options, order, .. } = self;
+        let mut equations = Equations::of(local, uv, *weights, options, *order, listen)?;
+        if let Some(reach) = known {
+            equations.tighten(reach);
+        }
+        let mut heights = equations.solve(fairness, listen)?;
+        let counted = (0..local.len()).filter(|&i| self.weight(i) > 0.0).map(|i| local[i].z);
+        let (low, high) = range(counted);
+        let beyond = BEYOND * (high - low);
+        let within = |heights: &NurbsSurface| {
+            let (lowest, highest) = range(self::heights(heights));
+            low - beyond <= lowest && highest <= high + beyond
+        };
+        let mut near = Near { reach: known, ..Near::of(fairness, local.len()) };
+        let shorter = REACHES.into_iter().filter(|reach| known.is_none_or(|known| *reach < known));
+        for step in shorter.map(Some).chain([None; HEAVIER]) {
+            if fairness == 0.0 || within(&heights) {
+                break;
+            }
+            if let Some(reach) = step {
+                equations.tighten(reach);
+                near.reach = step;
+            } else {
+                near.fairness *= MORE_FAIRNESS;
+            }
+            heights = equations.solve(near.fairness, listen)?;
+        }
+        Ok((heights, near))
     }
 
     /// Cross-validation: the weight with which the points of each part are predicted best from the
@@ -228,16 +343,25 @@ impl<'a> Heights<'a> {
     fn best_fairness(
         &self,
         given: Option<f64>,
-        near: Option<f64>,
+        near: Option<Near>,
         listen: &mut Listen<'_>,
     ) -> Result<(f64, f64)> {
-        let tried = given.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
-        let known = near.and_then(|near| tried.iter().position(|fairness| *fairness == near));
         let step = self.local.len().div_ceil(JUDGED).max(1);
         let looked_at: Vec<usize> = (0..self.local.len()).step_by(step).collect();
-        let fold = |fold: usize, listen: &mut Listen<'_>| Fold::of(self, &looked_at, fold, listen);
-        let folds = self.of_each_fold(listen, fold)?;
-        let total: f64 = looked_at.iter().map(|&i| self.weight(i)).sum();
+        let (all, judged) = (self.local.len(), looked_at.len());
+        let given_there = given.map(|fairness| Near::of(fairness, all).beside(judged));
+        let tried = given_there.map_or(FAIRNESS.to_vec(), |fairness| vec![fairness]);
+        let far = |near: Near, fairness: f64| (near.beside(judged) / fairness).ln().abs();
+        let known = near.and_then(|near| {
+            (0..tried.len()).min_by(|&a, &b| far(near, tried[a]).total_cmp(&far(near, tried[b])))
+        });
+        let parts = (judged / PREDICTED).max(FOLDS);
+        let count = (PREDICTED * parts / judged).clamp(1, FOLDS);
+        let part = self.parts(&looked_at, parts);
+        let fold = |fold: usize, listen: &mut Listen<'_>| {
+            Fold::of(self, &looked_at, |i| part[i] == fold, listen)
+        };
+        let folds = self.of_each_fold(count, listen, fold)?;
         let worse = if known.is_some() { HARDLY_WORSE } else { MUCH_WORSE };
         let (mut errors, mut least) = (vec![f64::INFINITY; tried.len()], f64::INFINITY);
         let first = known.unwrap_or(0);
@@ -247,10 +371,10 @@ impl<'a> Heights<'a> {
                 listen()?;
                 let error = |fold: usize, listen: &mut Listen<'_>| match &folds[fold] {
                     Some(fold) => fold.error(tried[i], listen),
-                    None => Ok(f64::INFINITY),
+                    None => Ok(DVec2::new(f64::INFINITY, 1.0)),
                 };
-                let sums = self.of_each_fold(listen, error)?;
-                errors[i] = sums.iter().sum::<f64>() / total;
+                let sum: DVec2 = self.of_each_fold(count, listen, error)?.into_iter().sum();
+                errors[i] = sum.x / sum.y;
                 least = least.min(errors[i]);
                 if errors[i] > worse * least {
                     break;
@@ -258,22 +382,43 @@ impl<'a> Heights<'a> {
             }
         }
         let smoothest = (0..tried.len()).rev().find(|&i| errors[i] <= HARDLY_WORSE * least);
-        let best = smoothest.filter(|_| least.is_finite()).unwrap_or(first);
-        Ok((tried[best], errors[best]))
+        let found = smoothest.filter(|_| least.is_finite()).unwrap_or(first);
+        let here = given.unwrap_or_else(|| Near::of(tried[found], judged).beside(all));
+        Ok((here, errors[found]))
+    }
+
+    /// Which of so many parts each of the points that are looked at is of. Of points that lie in rows, with
+    /// empty ground between, those that are near one another are of the same: a surface that predicts a
+    /// point from the next of its row says nothing of what lies between rows.
+    fn parts(&self, looked_at: &[usize], parts: usize) -> Vec<usize> {
+        let cell = |i: usize, side: f64| (self.uv[i] * side).floor().extend(0.0);
+        let side = (looked_at.len() as f64).sqrt();
+        let mut cells: Vec<[u64; 3]> =
+            looked_at.iter().map(|&i| cell(i, side).to_array().map(f64::to_bits)).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        if (cells.len() as f64) < ROWS * looked_at.len() as f64 {
+            let scattered = |&i: &usize| hash(cell(i, side / TOGETHER)) % parts as u64;
+            #[expect(clippy::cast_possible_truncation, reason = "less than the parts")]
+            return looked_at.iter().map(|i| scattered(i) as usize).collect();
+        }
+        // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
+        (0..looked_at.len()).map(|i| (i * 7 + i / 5) % parts).collect()
     }
 
     /// Does a job for each fold. Small nets are solved for before anybody would listen: their folds
     /// are looked at side by side, those of large nets one after the other.
     fn of_each_fold<T: Send>(
         &self,
+        count: usize,
         listen: &mut Listen<'_>,
         job: impl Fn(usize, &mut Listen<'_>) -> Result<T> + Sync,
     ) -> Result<Vec<T>> {
         let FitOptions { knots_u, knots_v, .. } = &self.options;
         if knots_u.control_points() * knots_v.control_points() <= SMALL {
-            return (0..FOLDS).into_par_iter().map(|fold| job(fold, &mut || Ok(()))).collect();
+            return (0..count).into_par_iter().map(|fold| job(fold, &mut || Ok(()))).collect();
         }
-        (0..FOLDS).map(|fold| job(fold, listen)).collect()
+        (0..count).map(|fold| job(fold, listen)).collect()
     }
 
     fn weight(&self, i: usize) -> f64 {
@@ -289,20 +434,17 @@ struct Fold<'a> {
 }
 
 impl<'a> Fold<'a> {
-    /// One of the parts of the points that are looked at; `None` if the others hold no surface.
+    /// A part of the points that are looked at; `None` if the others hold no surface.
     fn of(
         heights: &'a Heights<'a>,
         looked_at: &[usize],
-        number: usize,
+        is_left_out: impl Fn(usize) -> bool,
         listen: &mut Listen<'_>,
     ) -> Result<Option<Self>> {
-        let pick = |left_out: bool| -> Vec<usize> {
-            let places = looked_at.iter().enumerate();
-            // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
-            let wanted = places.filter(|(i, _)| ((i * 7 + i / 5) % FOLDS == number) == left_out);
-            wanted.map(|(_, &index)| index).collect()
-        };
-        let (seen, left_out) = (pick(false), pick(true));
+        let (left_out, seen): (Vec<_>, Vec<_>) =
+            looked_at.iter().enumerate().partition(|(i, _)| is_left_out(*i));
+        let [left_out, seen] = [left_out, seen]
+            .map(|part| part.into_iter().map(|(_, &index)| index).collect::<Vec<usize>>());
         let points: Vec<DVec3> = seen.iter().map(|&i| heights.local[i]).collect();
         let places: Vec<DVec2> = seen.iter().map(|&i| heights.uv[i]).collect();
         let own: Vec<f64> = seen.iter().map(|&i| heights.weight(i)).collect();
@@ -314,17 +456,64 @@ impl<'a> Fold<'a> {
         }
     }
 
-    /// The sum of the squared heights of the points left out, each with its weight.
-    fn error(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<f64> {
+    /// The sum of the squared heights of the points left out, each with its weight, and that of the weights.
+    fn error(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<DVec2> {
         let surface = match self.equations.solve(fairness, listen) {
             Ok(surface) => surface,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(_) => return Ok(f64::INFINITY),
+            Err(_) => return Ok(DVec2::new(f64::INFINITY, 1.0)),
         };
         let (heights, patches) = (self.heights, Patches::of(&surface));
         let rest = |i: usize| heights.local[i].z - patches.at(heights.uv[i]).point.z;
-        Ok(self.left_out.iter().map(|&i| heights.weight(i) * rest(i).powi(2)).sum())
+        let counted = |&i: &usize| heights.weight(i) * DVec2::new(rest(i).powi(2), 1.0);
+        Ok(self.left_out.iter().map(counted).sum())
     }
+}
+
+/// The plane from which heights differ least, by least squares.
+struct Trend {
+    centre: DVec3,
+    slope: DVec2,
+}
+
+impl Trend {
+    fn of(points: &[DVec3], weights: Option<&[f64]>) -> Self {
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for (i, &point) in points.iter().enumerate() {
+            sum += weight(i) * point;
+            total += weight(i);
+        }
+        let centre = sum / total;
+        let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
+        for (i, &point) in points.iter().enumerate() {
+            let (away, weight) = (point - centre, weight(i));
+            let place = away.truncate();
+            moments += weight * DMat2::from_cols(place.x * place, place.y * place);
+            right += weight * away.z * place;
+        }
+        // Places on one line know no slope across it.
+        let extended = moments.determinant() > LINE * (moments.x_axis.x + moments.y_axis.y).powi(2);
+        Self { centre, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
+    }
+
+    fn height(&self, place: DVec2) -> f64 {
+        self.centre.z + self.slope.dot(place - self.centre.truncate())
+    }
+}
+
+fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
+    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
+}
+
+/// Heights of a surface, evenly over its domain.
+fn heights(surface: &NurbsSurface) -> impl Iterator<Item = f64> {
+    let (u, v) = (surface.knots_u(), surface.knots_v());
+    let [rows, cols] = [u, v].map(|knots| PLACES * (knots.control_points() - knots.degree()));
+    let place = |i: usize| {
+        DVec2::new((i / (cols + 1)) as f64 / rows as f64, (i % (cols + 1)) as f64 / cols as f64)
+    };
+    Patches::of(surface).each((rows + 1) * (cols + 1), place, |_, place| place.point.z).into_iter()
 }
 
 /// Heights of points over a surface.
@@ -396,6 +585,48 @@ mod tests {
             .collect();
         let found = fit_heights(&points, None, DVec3::Z, &options(20), &mut Silent).unwrap();
         assert!((found.surface.point(0.5, 0.5).z - 0.3 * wave(0.5, 0.5)).abs() < 0.02);
+    }
+
+    #[test]
+    fn corners_without_points_stay_within_half_the_range_beyond() {
+        // A trench that deepens ever faster towards where the points end.
+        let points: Vec<DVec3> = (0..3000)
+            .map(unit)
+            .filter(|(x, y)| x + y < 0.7 || *x > 0.98 && *y > 0.98)
+            .map(|(x, y)| DVec3::new(x, y, 2.0 * x - 100.0 * (x + y).powi(8)))
+            .filter(|point| point.z > -20.0)
+            .collect();
+        let corner = |x: f64| DVec3::new(x, x, 2.0 * x);
+        let points: Vec<DVec3> = points.into_iter().chain([corner(0.99), corner(1.0)]).collect();
+        let options = HeightOptions { fairness: Some(1e-10), ..options(16) };
+        let found = fit_heights(&points, None, DVec3::Z, &options, &mut Silent).unwrap();
+        assert!(found.reach.is_some());
+        let trend = Trend::of(&points, None);
+        let over = |point: DVec3| point.z - trend.height(point.truncate());
+        let (low, high) = range(points.iter().map(|&point| over(point)));
+        let places = (0..2500).map(|i| (f64::from(i % 50) / 49.0, f64::from(i / 50) / 49.0));
+        let (lowest, highest) = range(places.map(|(u, v)| over(found.surface.point(u, v))));
+        let beyond = 0.55 * (high - low);
+        assert!(low - beyond < lowest && highest < high + beyond, "{lowest} {highest}");
+    }
+
+    #[test]
+    fn rows_are_predicted_from_other_rows() {
+        // Eight rows of many points each, over waves and as many of noise that no row shares.
+        let row = |i: u32| f64::from(i % 8);
+        let points: Vec<DVec3> = (0..4000)
+            .map(|i| {
+                let (x, y) = (f64::from(i) / 4000.0, row(i) / 7.0);
+                let own = 0.2 * (40.0 * x + 2.4 * row(i) * row(i)).sin();
+                DVec3::new(x, y, wave(x, y) + own)
+            })
+            .collect();
+        let base = Base { up: DVec3::Z, strip: None };
+        let heights = Heights::of(&points, None, &base, &options(20)).unwrap();
+        let all: Vec<usize> = (0..points.len()).collect();
+        let part = heights.parts(&all, 4);
+        let beside = (0..3992).filter(|&i| part[i] == part[i + 8]).count();
+        assert!(beside > 3600, "{beside}");
     }
 
     #[test]

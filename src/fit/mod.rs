@@ -47,7 +47,7 @@ pub(crate) use self::ground::{Base, Strip, across};
 pub(crate) use self::growth::EXACT;
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights, height_axes};
-pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};
+pub(crate) use self::height::{Near, cosines, fit_heights_over, fit_heights_with};
 pub(crate) use self::joint::{SURE, THROUGH, recovered};
 pub(crate) use self::line::Line;
 use self::normal_equations::{NormalEquations, Sample};
@@ -160,7 +160,13 @@ struct Equations {
     extent: f64,
     points: usize,
     distances: NormalEquations,
+    /// Of the derivatives of an order, and what that of the slopes is added to.
+    order: usize,
     energy: Band,
+    /// The trace of the energy without slopes, in which fairness is measured.
+    scale: f64,
+    /// The lengths of the domain along u and v.
+    lengths: (f64, f64),
 }
 
 impl Equations {
@@ -191,15 +197,24 @@ impl Equations {
         drop(samples);
         listen()?;
         let energy = Energy::new(lengths, order).matrix(&space);
-        Ok(Self { space, centre, extent, points: points.len(), distances, energy })
+        let (points, scale) = (points.len(), energy.trace());
+        Ok(Self { space, centre, extent, points, distances, order, energy, scale, lengths })
+    }
+
+    /// Lets slopes count as well: over gaps wider than the reach, a share of the domain's mean length, the
+    /// surface becomes a membrane, whose slopes end there; over narrower ones bends decide as before.
+    fn tighten(&mut self, reach: f64) {
+        let bends = i32::try_from(2 * (self.order - 1)).unwrap_or(i32::MAX);
+        let slopes = Energy::new(self.lengths, 1).matrix(&self.space);
+        self.energy.add_scaled(reach.powi(-bends), &slopes);
     }
 
     fn solve(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<NurbsSurface> {
         listen()?;
         let mut matrix = self.distances.matrix.clone();
         // Of degree 1 in both directions and in one span nothing bends.
-        if fairness > 0.0 && self.energy.trace() > 0.0 {
-            matrix.add_scaled(fairness * matrix.trace() / self.energy.trace(), &self.energy);
+        if fairness > 0.0 && self.scale > 0.0 {
+            matrix.add_scaled(fairness * matrix.trace() / self.scale, &self.energy);
         }
         let mut net = self.distances.right.clone();
         let held = matrix.factor(listen)? && {

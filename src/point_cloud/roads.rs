@@ -88,15 +88,12 @@ impl Roads {
         let crossing =
             from_all.flat_map(|(from, ways)| ways.into_iter().map(move |way| (from, way)));
         let crossing = crossing.collect();
-        loop {
-            let graph = NeighborGraph::symmetric(lists.clone());
-            let Some((from, to)) = shortest_bridge(points, &graph) else {
-                return Ok(Self { graph, ways, crossing });
-            };
-            listen()?;
+        let apart = NeighborGraph::symmetric(lists.clone());
+        for (from, to) in bridges(points, &apart, listen)? {
             let length = points[from].distance(points[to]);
             lists[from].push(Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length });
         }
+        Ok(Self { graph: NeighborGraph::symmetric(lists), ways, crossing })
     }
 }
 
@@ -117,19 +114,52 @@ fn crosses(way: DVec3, short: bool, from: Option<DVec3>, to: Option<DVec3>) -> b
     }
 }
 
-/// The shortest way from the piece of point 0 to the rest, if there is a rest.
-fn shortest_bridge(points: &[DVec3], roads: &NeighborGraph) -> Option<(usize, usize)> {
-    let reached: Vec<bool> = roads.distances_from(&[0]).iter().map(|d| d.is_finite()).collect();
-    let inside = (0..points.len()).into_par_iter().filter(|&i| reached[i]);
-    let shortest = |from: usize| {
-        let outside = (0..points.len()).filter(|&to| !reached[to]);
-        let bridge = outside.map(|to| (points[from].distance_squared(points[to]), from, to));
-        bridge.min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)))
-    };
-    let best = inside
-        .filter_map(shortest)
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-    best.map(|(_, from, to)| (from, to))
+/// The shortest ways by which all pieces hang together (Prim's algorithm): each joins the nearest piece to
+/// those that hang together with point 0 already.
+fn bridges(
+    points: &[DVec3],
+    roads: &NeighborGraph,
+    listen: &mut Listen<'_>,
+) -> Result<Vec<(usize, usize)>> {
+    let mut distances = vec![f64::INFINITY; points.len()];
+    let mut piece_of = vec![0; points.len()];
+    let mut pieces: Vec<Vec<usize>> = Vec::new();
+    for seed in (0..).take(points.len()) {
+        if distances[seed as usize].is_infinite() {
+            let reached = roads.walk(&[seed], f64::INFINITY, &mut distances);
+            let mut members: Vec<usize> = reached.into_iter().map(|node| node as usize).collect();
+            members.sort_unstable();
+            for &member in &members {
+                piece_of[member] = pieces.len();
+            }
+            pieces.push(members);
+        }
+    }
+    // The shortest way from the pieces joined so far, squared, and its start, for each of the others' points.
+    let mut others: Vec<(usize, f64, usize)> = (0..points.len())
+        .filter(|&to| piece_of[to] != 0)
+        .map(|to| (to, f64::INFINITY, usize::MAX))
+        .collect();
+    let (mut bridges, mut last) = (Vec::new(), 0);
+    while !others.is_empty() {
+        listen()?;
+        others.par_iter_mut().for_each(|(to, length, start)| {
+            for &from in &pieces[last] {
+                let way = points[from].distance_squared(points[*to]);
+                if (way, from) < (*length, *start) {
+                    (*length, *start) = (way, from);
+                }
+            }
+        });
+        let order = |a: &&(usize, f64, usize), b: &&(usize, f64, usize)| {
+            a.1.total_cmp(&b.1).then(a.2.cmp(&b.2)).then(a.0.cmp(&b.0))
+        };
+        let Some(&(to, _, from)) = others.iter().min_by(order) else { break };
+        bridges.push((from, to));
+        last = piece_of[to];
+        others.retain(|other| piece_of[other.0] != last);
+    }
+    Ok(bridges)
 }
 
 #[cfg(test)]
@@ -150,6 +180,17 @@ mod tests {
         let step = crosses(DVec3::new(1.0, 0.0, 1.0), true, up, up);
         let unknown = crosses(DVec3::Z, false, None, None);
         assert!(!ridge && !step && !unknown);
+    }
+
+    #[test]
+    fn each_piece_is_joined_to_the_nearest_one_before() {
+        let pair = |x: f64| [DVec3::X * x, DVec3::new(x + 1.0, 0.0, 0.0)];
+        let points: Vec<DVec3> = [0.0, 20.0, 9.0, 50.0].into_iter().flat_map(pair).collect();
+        let edge = |to: u32| vec![Edge { to, length: 1.0 }];
+        let lists = (0..8).map(|i: u32| edge(i ^ 1)).collect();
+        let pieces = NeighborGraph::symmetric(lists);
+        let found = bridges(&points, &pieces, &mut || Ok(())).unwrap();
+        assert_eq!(found, [(1, 4), (5, 2), (3, 6)]);
     }
 
     #[test]

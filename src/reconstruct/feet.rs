@@ -1,6 +1,7 @@
-//! Where on a surface points have their feet.
+//! Where on a surface points have their feet, and what lies below them.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
@@ -23,4 +24,16 @@ pub(super) fn feet(
     };
     ClosestPointSearch::new(surface)?.closest_points(points, found, observer)?;
     Ok((uv, distances))
+}
+
+/// Where a surface of heights over x and y lies straight above or below points, and how far away: places
+/// beside it have the next on its border.
+pub(super) fn heights(surface: &NurbsSurface, points: &[DVec3]) -> (Vec<DVec2>, Vec<f64>) {
+    let ends = [(0.0, 0.0), (1.0, 1.0)].map(|(u, v)| surface.point(u, v).truncate());
+    let over = |point: &DVec3| {
+        let inside = (point.truncate() - ends[0]) / (ends[1] - ends[0]);
+        let uv = inside.clamp(DVec2::ZERO, DVec2::ONE);
+        (uv, surface.point(uv.x, uv.y).distance(*point))
+    };
+    points.par_iter().map(over).unzip()
 }

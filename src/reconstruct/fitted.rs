@@ -5,9 +5,9 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::counted::{Apart, Counted, Layers, every, of};
-use super::feet::feet;
+use super::feet::{self, feet};
 use super::job::{Job, Shape};
-use super::measured::Measured;
+use super::measured::{Feet, Measured};
 use super::own_frame::{Frame, OwnFrame};
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, net, whole};
@@ -124,7 +124,11 @@ fn attempt(
     let mut clock = Clock::start();
     let mut counted = Counted::of(cloud, no_data, &units, options, observer)?;
     clock.lap("cleaning");
-    let found = kind(&counted.telling, options, observer)?;
+    let known = units.heights().filter(|_| options.topology.is_none());
+    let found = match known {
+        Some(heights) => heights,
+        None => kind(&counted.telling, options, observer)?,
+    };
     if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
     }
@@ -132,7 +136,7 @@ fn attempt(
     let local: Vec<DVec3> =
         counted.points.iter().map(|&point| frame.counted.apply(point)).collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
-    let shape = Shape::of(&found, &local, budget, options);
+    let shape = Shape::of(&found, &local, &units, budget, options);
     clock.lap("topology");
 
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
@@ -166,7 +170,10 @@ fn attempt(
     clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
-    let (uv, own) = if units.differ() {
+    let straight = job.shape.straight;
+    let (uv, own) = if straight {
+        feet::heights(&surface, &of(cloud, &counted.indices))
+    } else if units.differ() {
         feet(&surface, &of(cloud, &counted.indices), observer)?
     } else {
         (fit.uv, fit.distances.iter().map(|&distance| frame.length(distance)).collect())
@@ -174,7 +181,8 @@ fn attempt(
     let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
     let shown = counts.iter().filter(|counts| !**counts).count();
     let mut measured = Measured::of_fitted(&counted, cloud.len(), &uv, &own, &counts);
-    measured.add_others(cloud, &counted, &surface, job.shape.closed().closed(), observer)?;
+    let how = Feet { closed: job.shape.closed().closed(), straight };
+    measured.add_others(cloud, &counted, &surface, how, observer)?;
     let som = in_own_frame(&map, &sample, &frame, observer)?;
     clock.lap("measuring");
 

@@ -31,8 +31,17 @@ impl Flaws {
         let points: Vec<_> = counted.iter().map(|&i| job.points[i]).collect();
         let uv: Vec<_> = counted.iter().map(|&i| uv[i]).collect();
         let closed = job.shape.closed().closed();
-        let folds = folds(surface, &points, observer)?;
-        let runaways = runaways(surface, &points, &uv, closed, observer)?;
+        // Heights are a function, which cannot fold over however steep it is.
+        let folds = match job.shape.base {
+            Some(_) => Vec::new(),
+            None => folds(surface, &points, observer)?,
+        };
+        // How far they go was looked at when they were fitted; in another unit nothing else tells.
+        let runaways = if job.shape.straight {
+            Vec::new()
+        } else {
+            runaways(surface, &points, &uv, closed, observer)?
+        };
         let runaway_places = runaways.iter().map(|(_, flaw)| flaw.uv);
         Ok(Self {
             fold: FoldOver::of(&folds),

@@ -11,7 +11,7 @@ use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
 use crate::error::Result;
 use crate::fit::{
-    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Strip, across, cosines,
+    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, Strip, across, cosines,
     fit_heights_over, fit_heights_with, height_axes, project,
 };
 use crate::point_cloud::Bounds;
@@ -134,7 +134,7 @@ fn under(job: &Job<'_>, base: &Base, noise: f64) -> Base {
 }
 
 /// The surface of heights, growing until nothing is gained. A fit that is `known` already says how
-/// steep the surface is, and which fairness to take unless it is given.
+/// steep the first surface is, and which fairness to take unless it is given.
 pub(super) fn fit(
     job: &Job<'_>,
     base: &Base,
@@ -144,7 +144,7 @@ pub(super) fn fit(
     known: Option<&Fit>,
     observer: &mut dyn Observer,
 ) -> Result<Fit> {
-    let (mut iterations, mut near) = (0, None);
+    let (mut iterations, mut near, mut known) = (0, None, known);
     let mut solve = |net: (usize, usize)| -> Result<(HeightFit, Base)> {
         let most = growth.map_or(0, |growth| growth.most) as u64;
         let step = ((net.0 * net.1) as u64).min(most);
@@ -153,25 +153,29 @@ pub(super) fn fit(
         iterations += 1;
         let degree = (job.degree(net.0), job.degree(net.1));
         let options = HeightOptions { net, degree, fairness };
-        let (steepness, fairness, base) = if let Some(known) = known {
-            let steepness = cosines(&known.surface, &known.uv, base.up);
+        let (steepness, found, base) = if let Some(known) = known.take() {
+            let steepness =
+                (!job.shape.straight).then(|| cosines(&known.surface, &known.uv, base.up));
             let base = known.base.clone().unwrap_or_else(|| base.clone());
-            (steepness, fairness.unwrap_or(known.fairness), base)
+            let fairness = fairness.unwrap_or(known.fairness);
+            (steepness, Near::of(fairness, job.points.len()), base)
         } else {
-            let (steepness, fairness, noise) = steepness(job, base, &options, near, observer)?;
-            near = Some(fairness);
-            (steepness, fairness, under(job, base, noise))
+            let (steepness, found, noise) = steepness(job, base, &options, near, observer)?;
+            (steepness, found, under(job, base, noise))
         };
         // Noise has no direction, so what counts is the distance from the slope, not the height.
-        let weight = |(i, cosine): (usize, f64)| job.weight(i) * cosine * cosine;
-        let weights: Vec<f64> = steepness.into_iter().enumerate().map(weight).collect();
+        let flat = |i: usize| steepness.as_ref().map_or(1.0, |cosines| cosines[i]);
+        let weight = |i: usize| job.weight(i) * flat(i) * flat(i);
+        let weights: Vec<f64> = (0..job.points.len()).map(weight).collect();
         let (points, weights) = (job.points, Some(weights.as_slice()));
         let fit = if growth.is_none() {
-            fit_heights_with(points, weights, &base, &options, fairness, observer)?
+            fit_heights_with(points, weights, &base, &options, found, observer)?
         } else {
-            let options = HeightOptions { fairness: Some(fairness), ..options };
-            fit_heights_over(points, weights, &base, &options, None, observer)?
+            let fairness = Some(found.beside(points.len()));
+            let options = HeightOptions { fairness, ..options };
+            fit_heights_over(points, weights, &base, &options, Some(found), observer)?
         };
+        near = Some(Near::from(&fit));
         Ok((fit, base))
     };
     let mut net = net;
@@ -203,7 +207,19 @@ pub(super) fn fit(
         }
         (net, fit, base) = (next, finer, finer_base);
     };
-    let HeightFit { surface, uv, fairness, .. } = fit;
+    let HeightFit { surface, uv, residuals, fairness, .. } = fit;
+    if job.shape.straight {
+        let distances = residuals.into_iter().map(f64::abs).collect();
+        return Ok(Fit {
+            surface,
+            base: Some(base),
+            uv,
+            distances,
+            fairness,
+            iterations,
+            ended_by,
+        });
+    }
     // The nearest place is not the one straight below.
     let (mut feet, mut distances) = (Vec::with_capacity(uv.len()), Vec::with_capacity(uv.len()));
     let mut listen = progress::listener(observer, Stage::Fitting, job.points.len());
@@ -216,25 +232,34 @@ pub(super) fn fit(
     Ok(Fit { surface, base: Some(base), uv: feet, distances, fairness, iterations, ended_by })
 }
 
-/// How steep the surface is at the points, as the cosine of its slope, and the fairness that it
+/// How steep the surface is at the points, as the cosine of its slope, if that counts, and the fairness that it
 /// wants, looked for near one that is known: by a first fit to as many of them as tell. And by how much
 /// this misses them.
 fn steepness(
     job: &Job<'_>,
     base: &Base,
     options: &HeightOptions,
-    near: Option<f64>,
+    near: Option<Near>,
     observer: &mut dyn Observer,
-) -> Result<(Vec<f64>, f64, f64)> {
+) -> Result<(Option<Vec<f64>>, Near, f64)> {
     let enough = (TELLING * options.net.0 * options.net.1).max(LEAST_TELLING);
     let points: Vec<DVec3> = every(job.points, enough).copied().collect();
     let weights: Option<Vec<f64>> =
         job.weights.as_ref().map(|weights| every(weights, enough).copied().collect());
     let weights = weights.as_deref();
     let first = match options.fairness {
-        Some(fairness) => fit_heights_with(&points, weights, base, options, fairness, observer)?,
+        Some(fairness) => {
+            let known = Near::of(fairness, points.len()).with_reach_of(near);
+            fit_heights_with(&points, weights, base, options, known, observer)?
+        }
         None => fit_heights_over(&points, weights, base, options, near, observer)?,
     };
+    let squares = first.residuals.iter().map(|residual| residual * residual);
+    let noise = (squares.sum::<f64>() / first.residuals.len() as f64).sqrt();
+    let near = Near::from(&first);
+    if job.shape.straight {
+        return Ok((None, near, noise));
+    }
     let uv: Vec<DVec2> = if let Some(strip) = &base.strip {
         job.points.iter().map(|&point| strip.parameters(point)).collect()
     } else {
@@ -244,7 +269,5 @@ fn steepness(
         let inside = |place: DVec2| (place - ends[0]) / (ends[1] - ends[0]);
         places.into_iter().map(|place| inside(place).clamp(DVec2::ZERO, DVec2::ONE)).collect()
     };
-    let squares = first.residuals.iter().map(|residual| residual * residual);
-    let noise = (squares.sum::<f64>() / first.residuals.len() as f64).sqrt();
-    Ok((cosines(&first.surface, &uv, base.up), first.fairness, noise))
+    Ok((Some(cosines(&first.surface, &uv, base.up)), near, noise))
 }

@@ -6,6 +6,7 @@ use super::counted::Layers;
 use super::feet::feet;
 use super::flaws::Flaws;
 use super::start::net;
+use super::units::Units;
 use super::{Aspect, ReconstructOptions, heights, robust};
 use crate::error::Result;
 use crate::fit::{
@@ -38,21 +39,25 @@ pub(super) struct Shape {
     pub(super) kind: Kind,
     /// What heights stand on, of [`Kind::Height`].
     pub(super) base: Option<Base>,
+    /// Whether distances are heights: in another unit than x and y, they have no ways beside them.
+    pub(super) straight: bool,
 }
 
 impl Shape {
-    /// Of points, for which there is this budget of control points.
+    /// Of points, for which there is this budget of control points; in other units than their own they
+    /// are heights wherever they end, which distances along x and y would not make a sheet of.
     pub(super) fn of(
         found: &Topology,
         points: &[DVec3],
+        units: &Units,
         budget: (usize, usize),
         options: &ReconstructOptions<'_>,
     ) -> Self {
         let known = found.height.map(|height| height.up);
         match options.topology {
-            Some(Kind::Height) => {
-                let base = Base { up: known.unwrap_or(DVec3::Z), strip: None };
-                Self { kind: Kind::Height, base: Some(base) }
+            Some(Kind::Height) => Self::over(known.unwrap_or(DVec3::Z), units),
+            None if units.differ() && known == Some(DVec3::Z) && !options.rational => {
+                Self::over(DVec3::Z, units)
             }
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
@@ -63,10 +68,16 @@ impl Shape {
                 };
                 let base = up.and_then(|up| heights::base(points, up, has_rows));
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
-                Self { kind, base }
+                Self { kind, base, straight: false }
             }
-            wanted => Self { kind: wanted.unwrap_or(found.kind), base: None },
+            wanted => Self { kind: wanted.unwrap_or(found.kind), base: None, straight: false },
         }
+    }
+
+    /// Heights over the rectangle around points.
+    fn over(up: DVec3, units: &Units) -> Self {
+        let straight = units.differ() && up == DVec3::Z;
+        Self { kind: Kind::Height, base: Some(Base { up, strip: None }), straight }
     }
 
     pub(super) fn closed(&self) -> som::Topology {
@@ -133,7 +144,7 @@ impl Job<'_> {
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
         let given = self.weights.clone();
-        if growth.is_some() && self.layers.is_some() {
+        if growth.is_some() && self.layers.is_some() && self.shape.base.is_none() {
             // Through pieces between which a small net folds a larger one grows in vain.
             let small = self.fit(net, None, self.options.fairness, None, observer)?;
             let small = self.flattened(small, None, observer)?;
@@ -144,18 +155,20 @@ impl Job<'_> {
         let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let mut tree = None;
         let tolerance = growth.and_then(|growth| growth.tolerance);
-        for _ in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
+        for turn in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
             let Some(robust) = found else { break };
             let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
             self.weights = Some(product(given.as_deref(), robust));
             fit = if few && self.shape.base.is_some() && tolerance.is_none() {
-                // So few have not led the growth of heights astray, unless it was to end where the
-                // farthest of them was near enough.
+                // So few have not led the growth of heights astray, but perhaps ended it, unless it was to
+                // end where the farthest of them was near enough.
                 let net = self.different(&fit.surface);
-                let again = self.fit(net, None, self.options.fairness, Some(&fit), observer)?;
-                Fit { ended_by: fit.ended_by, ..again }
+                let growth = growth.filter(|_| turn == 0);
+                let again = self.fit(net, growth, self.options.fairness, Some(&fit), observer)?;
+                let ended_by = if growth.is_some() { again.ended_by } else { fit.ended_by };
+                Fit { ended_by, iterations: fit.iterations + again.iterations, ..again }
             } else {
                 self.fit(net, growth, self.options.fairness, None, observer)?
             };
@@ -248,7 +261,7 @@ impl Job<'_> {
         }
         // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
-            self.shape = Shape { kind: Kind::Sheet, base: None };
+            self.shape = Shape { kind: Kind::Sheet, base: None, straight: false };
         }
         Ok(Some((found, flaws)))
     }
@@ -265,7 +278,7 @@ impl Job<'_> {
         let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
         let Some(layers) = self.layers.filter(|_| free) else { return Ok(None) };
         let base = Some(Base { up: layers.normal, strip: None });
-        let heights = Shape { kind: Kind::Height, base };
+        let heights = Shape { kind: Kind::Height, base, straight: false };
         let (shape, weights) = (
             std::mem::replace(&mut self.shape, heights),
             std::mem::replace(&mut self.weights, given),

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::counted::{Counted, every, of};
-use super::feet::feet;
+use super::feet::{feet, heights};
 use crate::error::Result;
 use crate::fit::project;
 use crate::nurbs::NurbsSurface;
@@ -22,6 +22,15 @@ pub(super) struct Measured {
     pub(super) uv: Vec<DVec2>,
     pub(super) distances: Vec<f64>,
     pub(super) inliers: Vec<bool>,
+}
+
+/// Where feet are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Feet {
+    /// Which directions of the surface are closed.
+    pub(super) closed: (bool, bool),
+    /// Straight below: ways along x and y are none beside heights in another unit.
+    pub(super) straight: bool,
 }
 
 impl Measured {
@@ -44,19 +53,25 @@ impl Measured {
 
     /// Adds what is found of the others: their feet are looked for from those of the points beside
     /// them, and all over the surface where that does not lead as near as the fitted points lie. Of
-    /// more points than a surface is fitted to, those count that lie as near.
+    /// more points than a surface is fitted to, those count that lie as near. Of heights over x and y
+    /// in other units they are straight below.
     pub(super) fn add_others(
         &mut self,
         cloud: &[DVec3],
         counted: &Counted,
         surface: &NurbsSurface,
-        closed: (bool, bool),
+        Feet { closed, straight }: Feet,
         observer: &mut dyn Observer,
     ) -> Result<()> {
         let others = counted.others(cloud.len());
         let inliers = counted.indices.iter().filter(|&&index| self.inliers[index as usize]);
         let limit = inliers.map(|&index| self.distances[index as usize]).fold(0.0, f64::max);
         let counts = |distance: f64| counted.thinned && distance <= limit;
+        if straight {
+            let (uv, distances) = heights(surface, &of(cloud, &others));
+            self.set(&others, &uv, &distances, |i| counts(distances[i]));
+            return Ok(());
+        }
         let mut far = Vec::new();
         if surface.weights().is_some() {
             far = others;

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::inspection::UNEVEN;
 use crate::point_cloud::{EvenSample, KdTree, Plane, hash};
 use crate::progress::Observer;
-use crate::topology::{Kind, heights};
+use crate::topology::{HeightField, Kind, Topology, heights};
 
 /// Points that tell, about so many: any of the cloud, as the more there are in a place the more it
 /// counts.
@@ -37,12 +37,16 @@ const PLATE: f64 = 0.1;
 const LEVEL: usize = 10;
 
 /// Height of a surface by its extents across, and of a ground that is rough: its slopes may be many times
-/// steeper than all of it.
+/// steeper than all of it; and of one where its heights have another unit for sure, as they extend so much
+/// farther.
 const HEIGHT: f64 = 0.25;
 const GROUND: f64 = 1.0 / 16.0;
+const FAR_HIGHER: f64 = 1.0 / 64.0;
 
-/// Share of a surface that must be wall for its units to be doubted.
-const MOSTLY: f64 = 0.5;
+/// Share of a surface that must be wall for its units to be doubted, and for them to be wrong wherever its
+/// points lie: no ground is wall all over.
+const MOSTLY: f64 = 0.4;
+const ALL_OVER: f64 = 0.9;
 
 /// Share of what planes leave of heights in the points' own units that they may leave of others, and of the
 /// heights of a ground: both sides of a body leave more than twice as much.
@@ -53,6 +57,8 @@ const MOSTLY_EXPLAINED: f64 = 0.3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Units {
     by: DVec3,
+    /// Of points that are heights over x and y then, which others may not be in other units.
+    heights: Option<HeightField>,
 }
 
 impl Units {
@@ -86,11 +92,17 @@ impl Units {
         let by = telling.evened(observer)?;
         let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
         let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
+        let units = Self { by, heights: None };
         Ok(match laid_flat {
-            Some((flat, true)) => (Self { by: flat }, Some(Self { by }).filter(|_| by != flat)),
-            Some((flat, false)) => (Self { by }, Some(Self { by: flat })),
-            None => (Self { by }, None),
+            Some((flat, true)) => (flat, Some(units).filter(|_| by != flat.by)),
+            Some((flat, false)) => (units, Some(flat)),
+            None => (units, None),
         })
+    }
+
+    /// That the points are heights, where that is what their units were told by.
+    pub(super) fn heights(&self) -> Option<Topology> {
+        self.heights.map(Topology::of_heights)
     }
 
     /// In words.
@@ -174,7 +186,7 @@ impl<'a> Telling<'a> {
         &self,
         mut by: DVec3,
         observer: &mut dyn Observer,
-    ) -> Result<Option<(DVec3, bool)>> {
+    ) -> Result<Option<(Units, bool)>> {
         let extents = by * self.extents;
         let shorter = extents.x.min(extents.y);
         if !(shorter > 0.0 && extents.z > 0.0) {
@@ -190,12 +202,18 @@ impl<'a> Telling<'a> {
             return Ok(None);
         }
         let across = by;
-        for height in [HEIGHT, GROUND] {
+        let farther = self.extents.z > UNEVEN * self.extents.x.max(self.extents.y);
+        for height in [HEIGHT, GROUND].into_iter().chain(farther.then_some(FAR_HIGHER)) {
             by.z = across.z * power(height * shorter / extents.z);
             let telling = self.counted(by);
             let relief = Relief::of(&telling, DVec3::Z);
             let explained = height == HEIGHT || relief.unexplained() < MOSTLY_EXPLAINED;
-            if !(explained && relief.walls(by) >= MOSTLY && self.are_heights(by, observer)?) {
+            let walls = relief.walls(by);
+            if !(explained && walls >= MOSTLY) {
+                continue;
+            }
+            let heights = self.are_heights(by, observer)?;
+            if heights.is_none() {
                 continue;
             }
             if !self.explained(by, observer)? {
@@ -203,20 +221,23 @@ impl<'a> Telling<'a> {
             }
             let even = self.over_ground(by, TELLING);
             let on_plane = || Relief::of(&even, DVec3::Z).sampled_on_plane(by, &telling);
-            return Ok(Some((by, self.on_levels() || on_plane())));
+            let sure = walls >= ALL_OVER || self.on_levels() || on_plane();
+            return Ok(Some((Units { by, heights }, sure)));
         }
         Ok(None)
     }
 
-    /// Whether they are heights over x and y, if coordinates count so much, seen from afar and from near.
-    fn are_heights(&self, by: DVec3, observer: &mut dyn Observer) -> Result<bool> {
+    /// What heights over x and y they are, if they are any when coordinates count so much, seen from afar
+    /// and from near.
+    fn are_heights(&self, by: DVec3, observer: &mut dyn Observer) -> Result<Option<HeightField>> {
+        let mut seen = None;
         for count in [TELLING, CLOSE] {
-            let found = heights(&self.over_ground(by, count), observer)?;
-            if found.is_none_or(|found| found.up != DVec3::Z) {
-                return Ok(false);
+            seen = heights(&self.over_ground(by, count), observer)?;
+            if seen.is_none_or(|found| found.up != DVec3::Z) {
+                return Ok(None);
             }
         }
-        Ok(true)
+        Ok(seen)
     }
 
     /// About so many points, evenly over x and y.

@@ -111,6 +111,17 @@ impl Topology {
     fn new(kind: Kind, reason: impl Into<String>) -> Self {
         Self { kind, reason: reason.into(), warning: None, height: None, chart: None }
     }
+
+    /// That of heights.
+    pub(crate) fn of_heights(height: HeightField) -> Self {
+        let DVec3 { x, y, z } = height.up;
+        let slope = height.slope.ceil();
+        let reason = format!(
+            "no part of it lies above another along ({x:.2}, {y:.2}, {z:.2}), and slopes stay under \
+             {slope:.0} degrees"
+        );
+        Self { height: Some(height), ..Self::new(Kind::Height, reason) }
+    }
 }
 
 /// Finds out what kind of surface the points lie on. They should be
@@ -182,15 +193,7 @@ fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> 
         && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
         && !is_folded(points, cloud.points.len(), height.up, observer)?
     {
-        let reason = format!(
-            "no part of it lies above another along ({:.2}, {:.2}, {:.2}), and slopes stay under \
-             {:.0} degrees",
-            height.up.x,
-            height.up.y,
-            height.up.z,
-            height.slope.ceil()
-        );
-        return Ok(Topology { height: Some(height), ..Topology::new(Kind::Height, reason) });
+        return Ok(Topology::of_heights(height));
     }
     if cloud.points.len() < points.len() {
         // Slopes and borders show best through noise with fewer points, narrow gaps and short loops with more.

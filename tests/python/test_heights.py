@@ -161,3 +161,32 @@ def test_tracks_far_apart_are_heights(rng: np.random.Generator) -> None:
 def bump(x: Points, y: Points) -> Points:
     height: Points = 0.3 * np.sin(4 * x) * np.cos(3 * y)
     return height
+
+
+def test_soundings_along_tracks_are_heights_in_their_own_unit(rng: np.random.Generator) -> None:
+    """Depths in metres over degrees, along tracks in a triangle of the sea; the rest is land."""
+    ends = rng.random((60, 2, 2))
+    along = np.linspace(0, 1, 200)[:, None]
+    places = np.concatenate([start + along * (end - start) for start, end in ends])
+    places = places[places.sum(axis=1) < 1]
+    waves = 0.1 * np.sin(9 * places[:, 0]) * np.cos(7 * places[:, 1])
+    depths = -8000 * (1 - places.sum(axis=1) + waves)
+    points = np.column_stack([8 * places[:, 0] - 118, 6 * places[:, 1] + 22, depths])
+    with pytest.warns(neurbs.ConvergenceWarning, match="different units: the fit counts 1/"):
+        result = neurbs.reconstruct(points)
+    assert result.report.topology == "height"
+    assert result.inliers.mean() > 0.95
+    below = result.surface.evaluate(result.uv)[result.inliers]
+    np.testing.assert_allclose(below[:, :2], points[result.inliers, :2], rtol=0, atol=1e-9)
+    off = np.abs(below[:, 2] - depths[result.inliers])
+    np.testing.assert_allclose(result.distances[result.inliers], off, rtol=0, atol=1e-9)
+    assert np.sqrt((off**2).mean()) < 40
+    u, v = np.meshgrid(np.linspace(0, 1, 60), np.linspace(0, 1, 60))
+    everywhere = result.surface.evaluate(np.column_stack([u.ravel(), v.ravel()]))
+    columns = [np.ones(len(points)), points[:, 0], points[:, 1]]
+    plane, *_ = np.linalg.lstsq(np.column_stack(columns), depths, rcond=None)
+    over = depths - np.column_stack(columns) @ plane
+    far = everywhere[:, 2] - plane[0] - everywhere[:, :2] @ plane[1:]
+    beyond = 0.55 * np.ptp(over)
+    assert over.min() - beyond < far.min()
+    assert far.max() < over.max() + beyond
