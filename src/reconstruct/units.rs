@@ -45,7 +45,7 @@ const FAR_HIGHER: f64 = 1.0 / 64.0;
 
 /// Share of a surface that must be wall for its units to be doubted, and for them to be wrong wherever its
 /// points lie: no ground is wall all over.
-const MOSTLY: f64 = 0.4;
+const MOSTLY: f64 = 0.3;
 const ALL_OVER: f64 = 0.9;
 
 /// Share of what planes leave of heights in the points' own units that they may leave of others, and of the
