@@ -36,9 +36,10 @@ class Reconstruction:
     som : SelfOrganizingMap
         The trained map; of points that were in order already, the points themselves.
     uv : ndarray of shape (n, 2)
-        Where on the surface each point has its foot.
+        Where on the surface each point has its foot; of heights in another unit than x and y,
+        where it lies straight above or below.
     distances : ndarray of shape (n,)
-        Each point's distance from its foot.
+        Each point's distance from there.
     inliers : ndarray of bool, shape (n,)
         Which points count: neither gross outliers nor shown to be outliers by the surface, nor of
         another piece or without weight.

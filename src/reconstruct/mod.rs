@@ -41,9 +41,10 @@ pub struct Reconstruction {
     pub surface: NurbsSurface,
     /// The trained map.
     pub som: SelfOrganizingMap,
-    /// Where on the surface each point has its foot.
+    /// Where on the surface each point has its foot; of heights in another unit than x and y, where it
+    /// lies straight above or below.
     pub uv: Vec<DVec2>,
-    /// Each point's distance from its foot.
+    /// Each point's distance from there.
     pub distances: Vec<f64>,
     /// Which points count: neither gross outliers, nor shown to be outliers by the surface, nor of
     /// another piece or without weight.
