@@ -12,7 +12,6 @@ use super::patches::Patches;
 use super::{Equations, FitOptions};
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
-use crate::point_cloud::hash;
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
@@ -60,10 +59,6 @@ const BEYOND: f64 = 0.5;
 /// Gaps over which slopes end, as shares of the ground's side, where a surface goes farther: one after the
 /// other.
 const REACHES: [f64; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
-
-/// How often the fairness grows if that is not enough, and by how much at a time.
-const HEAVIER: usize = 7;
-const MORE_FAIRNESS: f64 = 100.0;
 
 /// Moments of places across a line, as a share of those along it.
 const LINE: f64 = 1e-12;
@@ -132,7 +127,7 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 /// n of the rectangle, 0.02 of it at most).
 ///
 /// Where there are no points the fairness decides: the surface spans holes like a thin plate. Heights over the
-/// plane nearest to all points stay within their range there, and half of it beyond on either side: where a
+/// plane nearest to all points are held within their range there, and half of it beyond on either side: where a
 /// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
 /// side.
 /// O(points · degree⁴), a few times that where fairness is to be found (for 20,000 points at most).
@@ -300,7 +295,7 @@ impl<'a> Heights<'a> {
     }
 
     /// The surface over the trend, held where there are no points, and the reach that this takes, if not
-    /// the one that is known; and more fairness, where points just inside a span say too little of its end.
+    /// the one that is known.
     fn held(
         &self,
         fairness: f64,
@@ -313,8 +308,7 @@ impl<'a> Heights<'a> {
             equations.tighten(reach);
         }
         let mut heights = equations.solve(fairness, listen)?;
-        let counted = (0..local.len()).filter(|&i| self.weight(i) > 0.0).map(|i| local[i].z);
-        let (low, high) = range(counted);
+        let (low, high) = range(local.iter().map(|point| point.z));
         let beyond = BEYOND * (high - low);
         let within = |heights: &NurbsSurface| {
             let (lowest, highest) = range(self::heights(heights));
@@ -322,17 +316,13 @@ impl<'a> Heights<'a> {
         };
         let mut near = Near { reach: known, ..Near::of(fairness, local.len()) };
         let shorter = REACHES.into_iter().filter(|reach| known.is_none_or(|known| *reach < known));
-        for step in shorter.map(Some).chain([None; HEAVIER]) {
+        for reach in shorter {
             if fairness == 0.0 || within(&heights) {
                 break;
             }
-            if let Some(reach) = step {
-                equations.tighten(reach);
-                near.reach = step;
-            } else {
-                near.fairness *= MORE_FAIRNESS;
-            }
-            heights = equations.solve(near.fairness, listen)?;
+            equations.tighten(reach);
+            near.reach = Some(reach);
+            heights = equations.solve(fairness, listen)?;
         }
         Ok((heights, near))
     }
@@ -391,16 +381,16 @@ impl<'a> Heights<'a> {
     /// empty ground between, those that are near one another are of the same: a surface that predicts a
     /// point from the next of its row says nothing of what lies between rows.
     fn parts(&self, looked_at: &[usize], parts: usize) -> Vec<usize> {
-        let cell = |i: usize, side: f64| (self.uv[i] * side).floor().extend(0.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative")]
+        let cell = |i: usize, side: f64| (self.uv[i] * side).to_array().map(|at| at as usize);
         let side = (looked_at.len() as f64).sqrt();
-        let mut cells: Vec<[u64; 3]> =
-            looked_at.iter().map(|&i| cell(i, side).to_array().map(f64::to_bits)).collect();
+        let mut cells: Vec<[usize; 2]> = looked_at.iter().map(|&i| cell(i, side)).collect();
         cells.sort_unstable();
         cells.dedup();
         if (cells.len() as f64) < ROWS * looked_at.len() as f64 {
-            let scattered = |&i: &usize| hash(cell(i, side / TOGETHER)) % parts as u64;
-            #[expect(clippy::cast_possible_truncation, reason = "less than the parts")]
-            return looked_at.iter().map(|i| scattered(i) as usize).collect();
+            // Of four parts and more, none has two squares beside one another.
+            let square = |&i: &usize| cell(i, side / TOGETHER);
+            return looked_at.iter().map(square).map(|[u, v]| (u + 2 * v) % parts).collect();
         }
         // Taken by a stride that is prime to rows of grids, points of a part lie among the others.
         (0..looked_at.len()).map(|i| (i * 7 + i / 5) % parts).collect()
@@ -598,7 +588,7 @@ mod tests {
             .collect();
         let corner = |x: f64| DVec3::new(x, x, 2.0 * x);
         let points: Vec<DVec3> = points.into_iter().chain([corner(0.99), corner(1.0)]).collect();
-        let options = HeightOptions { fairness: Some(1e-10), ..options(16) };
+        let options = HeightOptions { fairness: Some(1e-4), ..options(16) };
         let found = fit_heights(&points, None, DVec3::Z, &options, &mut Silent).unwrap();
         assert!(found.reach.is_some());
         let trend = Trend::of(&points, None);
