@@ -249,14 +249,19 @@ fn steepness(
     let weights = weights.as_deref();
     let first = match options.fairness {
         Some(fairness) => {
-            let known = Near::of(fairness, points.len()).with_reach_of(near);
+            let known = Near::of(fairness, job.points.len()).with_reach_of(near);
             fit_heights_with(&points, weights, base, options, known, observer)?
         }
         None => fit_heights_over(&points, weights, base, options, near, observer)?,
     };
     let squares = first.residuals.iter().map(|residual| residual * residual);
     let noise = (squares.sum::<f64>() / first.residuals.len() as f64).sqrt();
-    let near = Near::from(&first);
+    let near = match options.fairness {
+        Some(fairness) => {
+            Near::of(fairness, job.points.len()).with_reach_of(Some(Near::from(&first)))
+        }
+        None => Near::from(&first),
+    };
     if job.shape.straight {
         return Ok((None, near, noise));
     }

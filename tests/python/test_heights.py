@@ -190,3 +190,9 @@ def test_soundings_along_tracks_are_heights_in_their_own_unit(rng: np.random.Gen
     beyond = 0.55 * np.ptp(over)
     assert over.min() - beyond < far.min()
     assert far.max() < over.max() + beyond
+
+
+def test_given_fairness_counts_as_much_whatever_tells_slopes(rng: np.random.Generator) -> None:
+    points = heights(rng, 30_000, 0.01)
+    result = neurbs.reconstruct(points, grid=(8, 8), topology="height", fairness=0.1)
+    assert result.report.fairness == pytest.approx(0.1, rel=1e-12)
