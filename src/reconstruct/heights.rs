@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::counted::every;
+use super::feet::below;
 use super::job::{Fit, Job};
 use super::measured::PORTION;
 use super::outline::{area, bounds};
@@ -268,11 +269,7 @@ fn steepness(
     let uv: Vec<DVec2> = if let Some(strip) = &base.strip {
         job.points.iter().map(|&point| strip.parameters(point)).collect()
     } else {
-        let ends = [(0.0, 0.0), (1.0, 1.0)].map(|(u, v)| first.surface.point(u, v));
-        let axes = height_axes(&points, base.up);
-        let (ends, places) = (across(&ends, axes), across(job.points, axes));
-        let inside = |place: DVec2| (place - ends[0]) / (ends[1] - ends[0]);
-        places.into_iter().map(|place| inside(place).clamp(DVec2::ZERO, DVec2::ONE)).collect()
+        below(&first.surface, job.points, height_axes(&points, base.up))
     };
     Ok((Some(cosines(&first.surface, &uv, base.up)), near, noise))
 }

@@ -68,16 +68,20 @@ impl Shape {
                 };
                 let base = up.and_then(|up| heights::base(points, up, has_rows));
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
-                Self { kind, base, straight: false }
+                Self::new(kind, base)
             }
-            wanted => Self { kind: wanted.unwrap_or(found.kind), base: None, straight: false },
+            wanted => Self::new(wanted.unwrap_or(found.kind), None),
         }
+    }
+
+    fn new(kind: Kind, base: Option<Base>) -> Self {
+        Self { kind, base, straight: false }
     }
 
     /// Heights over the rectangle around points.
     fn over(up: DVec3, units: &Units) -> Self {
         let straight = units.differ() && up == DVec3::Z;
-        Self { kind: Kind::Height, base: Some(Base { up, strip: None }), straight }
+        Self { straight, ..Self::new(Kind::Height, Some(Base { up, strip: None })) }
     }
 
     pub(super) fn closed(&self) -> som::Topology {
@@ -261,7 +265,7 @@ impl Job<'_> {
         }
         // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
-            self.shape = Shape { kind: Kind::Sheet, base: None, straight: false };
+            self.shape = Shape::new(Kind::Sheet, None);
         }
         Ok(Some((found, flaws)))
     }
@@ -278,7 +282,7 @@ impl Job<'_> {
         let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
         let Some(layers) = self.layers.filter(|_| free) else { return Ok(None) };
         let base = Some(Base { up: layers.normal, strip: None });
-        let heights = Shape { kind: Kind::Height, base, straight: false };
+        let heights = Shape::new(Kind::Height, base);
         let (shape, weights) = (
             std::mem::replace(&mut self.shape, heights),
             std::mem::replace(&mut self.weights, given),

@@ -1,0 +1,38 @@
+//! The plane that heights rise and fall about.
+
+use glam::{DMat2, DVec2, DVec3};
+
+/// Moments of places across a line, as a share of those along it.
+const LINE: f64 = 1e-12;
+
+/// The plane from which the heights of points differ least.
+pub(super) struct Trend {
+    centre: DVec3,
+    slope: DVec2,
+}
+
+impl Trend {
+    pub(super) fn of(points: &[DVec3], weights: Option<&[f64]>) -> Self {
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for (i, &point) in points.iter().enumerate() {
+            sum += weight(i) * point;
+            total += weight(i);
+        }
+        let centre = sum / total;
+        let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
+        for (i, &point) in points.iter().enumerate() {
+            let (away, weight) = (point - centre, weight(i));
+            let place = away.truncate();
+            moments += weight * DMat2::from_cols(place.x * place, place.y * place);
+            right += weight * away.z * place;
+        }
+        // Places on one line know no slope across it.
+        let extended = moments.determinant() > LINE * (moments.x_axis.x + moments.y_axis.y).powi(2);
+        Self { centre, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
+    }
+
+    pub(super) fn height(&self, place: DVec2) -> f64 {
+        self.centre.z + self.slope.dot(place - self.centre.truncate())
+    }
+}
