@@ -10,6 +10,7 @@ use glam::{DVec2, DVec3};
 
 use super::fitting::{Fitting, Pace};
 use super::growth::{EndedBy, Growth};
+use super::relaxation::Flat;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -133,11 +134,29 @@ pub fn approximate(
             }
         }
     }
-    let (surface, ended_by) = match options.growth {
-        Some(growth) => fitting.grow(surface, growth)?,
-        None => (surface, EndedBy::Grid),
-    };
-    Ok(fitting.finish(surface, ended_by))
+    fitting.grown(surface, options.growth)
+}
+
+/// The surface that a fit becomes with other weights, which change little, on the domain that it has;
+/// it grows on, if it may.
+///
+/// # Errors
+///
+/// Those of [`approximate`].
+pub(crate) fn continued(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    from: &Flat<'_>,
+    fairness: Option<f64>,
+    growth: Option<Growth>,
+    observer: &mut dyn Observer,
+) -> Result<Approximation> {
+    let mut fitting = from.fitting(points, weights, fairness, observer);
+    fitting.bent = from.closed != (true, true);
+    let knots = [from.surface.knots_u().clone(), from.surface.knots_v().clone()];
+    let space = SplineSpace::new(knots, from.closed.into())?;
+    let surface = fitting.descend(&space, from.surface.clone(), LAST)?;
+    fitting.grown(surface, growth)
 }
 
 impl Default for ApproximateOptions {

@@ -8,7 +8,7 @@ use super::border::conformed;
 use super::correct::{Foot, feet};
 use super::cross_validation;
 use super::fairness::Energy;
-use super::growth::EndedBy;
+use super::growth::{EndedBy, Growth};
 use super::normal_equations::{NormalEquations, Sample};
 use super::outline::Outline;
 use super::patches::Patches;
@@ -132,7 +132,7 @@ pub(super) struct Fitting<'a> {
     /// The weight that falls from solution to solution.
     pub(super) falling: f64,
     /// Whether the domain was bent to where the points end.
-    bent: bool,
+    pub(super) bent: bool,
     pub(super) iterations: usize,
     total: usize,
     /// Root of the mean square of the distances, when they were found last.
@@ -354,9 +354,18 @@ impl<'a> Fitting<'a> {
         Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))
     }
 
-    pub(super) fn finish(mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
+    /// The approximation by this surface, or by what it grows to.
+    pub(super) fn grown(
+        mut self,
+        surface: NurbsSurface,
+        growth: Option<Growth>,
+    ) -> Result<Approximation> {
+        let (surface, ended_by) = match growth {
+            Some(growth) => self.grow(surface, growth)?,
+            None => (surface, EndedBy::Grid),
+        };
         let feet = self.correct(&surface, STEPS);
-        self.end(surface, &feet, ended_by)
+        Ok(self.end(surface, &feet, ended_by))
     }
 
     /// The approximation by a surface on which the points have these feet.

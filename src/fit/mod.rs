@@ -39,6 +39,7 @@ mod unfolding;
 
 use glam::{DVec2, DVec3};
 
+pub(crate) use self::approximate::continued;
 pub use self::approximate::{ApproximateOptions, Approximation, approximate};
 pub(crate) use self::arms::Arms;
 use self::band::Band;

@@ -27,17 +27,17 @@ pub(crate) struct Flat<'a> {
 }
 
 impl Flat<'_> {
-    /// What goes on from it, down to this fairness.
+    /// What goes on from it, down to this fairness, or without, that of cross-validation.
     pub(super) fn fitting<'b>(
         &self,
         points: &'b [DVec3],
         weights: Option<&'b [f64]>,
-        aim: f64,
+        aim: Option<f64>,
         observer: &'b mut dyn Observer,
     ) -> Fitting<'b> {
         let options = ApproximateOptions {
             closed: self.closed,
-            fairness: Some(aim),
+            fairness: aim,
             ..ApproximateOptions::default()
         };
         let mut fitting = Fitting::new(points, self.uv, weights, &options, observer);
@@ -91,7 +91,7 @@ pub(crate) fn relaxed(
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
     let aim = aim.max(LEAST_FAIRNESS);
-    let mut fitting = flat.fitting(points, weights, aim, observer);
+    let mut fitting = flat.fitting(points, weights, Some(aim), observer);
     let (surface, feet) = fitting.relax(flat.surface.clone(), aim, inspect)?;
     let fairness = fitting.falling;
     Ok(Approximation { fairness, ..fitting.end(surface, &feet, EndedBy::Grid) })
@@ -110,7 +110,7 @@ pub(crate) fn restricted(
     border: f64,
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
-    let mut fitting = flat.fitting(points, weights, flat.fairness, observer);
+    let mut fitting = flat.fitting(points, weights, Some(flat.fairness), observer);
     let (surface, _) = fitting.conform(flat.surface.clone(), border)?;
     let fairness = fitting.falling;
     let feet = fitting.correct(&surface, STEPS);

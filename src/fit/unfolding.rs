@@ -40,7 +40,7 @@ pub(crate) fn unfolded(
     inspect: &mut Inspect<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Approximation>> {
-    let mut fitting = folded.fitting(points, weights, folded.fairness, observer);
+    let mut fitting = folded.fitting(points, weights, Some(folded.fairness), observer);
     let found = fitting.unfold(folded.surface, inspect)?;
     Ok(found.map(|(surface, feet)| fitting.end(surface, &feet, EndedBy::Grid)))
 }

@@ -114,7 +114,7 @@ impl Job<'_> {
         Ok(found.map(|found| Fit { iterations: iterations(&found), ..found.into() }))
     }
 
-    fn flat<'a>(&self, fit: &'a Fit) -> Flat<'a> {
+    pub(super) fn flat<'a>(&self, fit: &'a Fit) -> Flat<'a> {
         let &Fit { ref surface, ref uv, fairness, .. } = fit;
         Flat { surface, uv, fairness, closed: self.shape.closed().closed() }
     }

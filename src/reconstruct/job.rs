@@ -5,13 +5,14 @@ use glam::{DVec2, DVec3};
 use super::counted::Layers;
 use super::feet::feet;
 use super::flaws::Flaws;
+use super::robust::{self, Robust};
 use super::start::net;
 use super::units::Units;
-use super::{Aspect, ReconstructOptions, heights, robust};
+use super::{Aspect, ReconstructOptions, heights};
 use crate::error::Result;
 use crate::fit::{
     self, ApproximateOptions, Approximation, Base, EndedBy, Growth, SURE, Strip, THROUGH,
-    approximate, recovered,
+    approximate, continued, recovered,
 };
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::Bounds;
@@ -161,13 +162,15 @@ impl Job<'_> {
         let tolerance = growth.and_then(|growth| growth.tolerance);
         for turn in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
-            let Some(robust) = found else { break };
-            let outliers = robust.iter().filter(|weight| **weight == 0.0).count();
-            let few = outliers as f64 <= FEW_OUTLIERS * robust.len() as f64;
-            self.weights = Some(product(given.as_deref(), robust));
-            fit = if few && self.shape.base.is_some() && tolerance.is_none() {
-                // So few have not led the growth of heights astray, but perhaps ended it, unless it was to
-                // end where the farthest of them was near enough.
+            let Some(Robust { weights, slight }) = found else { break };
+            let outliers = weights.iter().filter(|weight| **weight == 0.0).count();
+            let few = outliers as f64 <= FEW_OUTLIERS * weights.len() as f64;
+            self.weights = Some(product(given.as_deref(), weights));
+            let kept = few && (slight || self.shape.base.is_some());
+            fit = if kept && tolerance.is_none() {
+                // So few have not led it astray, but perhaps ended its growth, unless that was to end where the
+                // farthest of them was near enough. The parameters of heights cannot be led astray, but those of
+                // others by few that are far from the surface.
                 let net = self.different(&fit.surface);
                 let growth = growth.filter(|_| turn == 0);
                 let again = self.fit(net, growth, self.options.fairness, Some(&fit), observer)?;
@@ -193,7 +196,7 @@ impl Job<'_> {
         Ok((fit, flaws))
     }
 
-    /// A fit with this fairness; of heights like the one that is known already.
+    /// A fit with this fairness, from the one that is known already.
     pub(super) fn fit(
         &self,
         net: (usize, usize),
@@ -204,6 +207,10 @@ impl Job<'_> {
     ) -> Result<Fit> {
         if let Some(base) = &self.shape.base {
             return heights::fit(self, base, net, growth, fairness, known, observer);
+        }
+        if let Some(known) = known {
+            let (from, weights) = (self.flat(known), self.weights.as_deref());
+            return Ok(continued(self.points, weights, &from, fairness, growth, observer)?.into());
         }
         let options = ApproximateOptions {
             net,

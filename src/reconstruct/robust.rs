@@ -15,6 +15,17 @@ const AROUND: usize = 16;
 /// around it: five of six points of normal noise.
 const NEAR: f64 = 2.0;
 
+/// Share of the way to the farthest of those around an outlier that it may lie off a surface without
+/// having changed its shape.
+const SLIGHT: f64 = 0.1;
+
+/// What a surface says of the points that it was fitted to.
+pub(super) struct Robust {
+    pub(super) weights: Vec<f64>,
+    /// Whether all outliers are so near that they have not changed its shape.
+    pub(super) slight: bool,
+}
+
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
 /// the median of the distances around a point, or of all if that is more; `None` if no point is an
 /// outlier. The tree over the points is made when it is needed first.
@@ -23,7 +34,7 @@ pub(super) fn weights<'a>(
     distances: &[f64],
     tree: &mut Option<KdTree<'a>>,
     observer: &mut dyn Observer,
-) -> Result<Option<Vec<f64>>> {
+) -> Result<Option<Robust>> {
     let usual = median(&mut distances.to_vec());
     let reach = reach(usual);
     if distances.iter().all(|distance| *distance <= reach) {
@@ -33,16 +44,20 @@ pub(super) fn weights<'a>(
         Some(tree) => tree,
         None => tree.insert(KdTree::over(points, observer)?),
     };
-    let weights = tree.map(observer, |index, found| {
+    let found = tree.map(observer, |index, found| {
         let distance = distances[index as usize];
         if distance <= NEAR * usual {
-            return biweight(distance, usual);
+            return (biweight(distance, usual), true);
         }
         tree.nearest_to(index, AROUND, found);
         let mut around: Vec<f64> = found.iter().map(|n| distances[n.index as usize]).collect();
-        biweight(distance, median(&mut around).max(usual))
+        let weight = biweight(distance, median(&mut around).max(usual));
+        let way = found.last().map_or(0.0, |farthest| farthest.distance());
+        (weight, weight > 0.0 || distance <= SLIGHT * way)
     })?;
-    Ok(weights.contains(&0.0).then_some(weights))
+    let slight = found.iter().all(|(_, slight)| *slight);
+    let weights: Vec<f64> = found.into_iter().map(|(weight, _)| weight).collect();
+    Ok(weights.contains(&0.0).then_some(Robust { weights, slight }))
 }
 
 /// The upper median; 0 of nothing.

@@ -196,6 +196,21 @@ def test_gross_outliers_cost_next_to_nothing(rng: np.random.Generator) -> None:
     assert result.report.max == result.distances[result.inliers].max()
 
 
+def test_slight_outliers_cost_a_few_solutions(rng: np.random.Generator) -> None:
+    points = fold(rng, 2000)
+    x, y, z = points[700]
+    centre = np.array([0, y, np.copysign(1, z)])
+    points[700] = centre + 1.01 * (points[700] - centre)
+    all_count = neurbs.reconstruct(points, grid=(12, 12), robust=False)
+    result = neurbs.reconstruct(points, grid=(12, 12))
+    assert np.flatnonzero(~result.inliers) == [700]
+    assert abs(result.distances[700] - 0.01) < 5e-4
+    # The fit goes on from where it was instead of beginning anew.
+    more = result.report.iterations - all_count.report.iterations
+    assert 1 <= more <= 8
+    assert np.sqrt(np.mean(off_fold(result.surface.evaluate(rng.random((2000, 2)))) ** 2)) < 5e-4
+
+
 def test_without_robustness_outliers_count(rng: np.random.Generator) -> None:
     points = np.vstack([wave(rng, 800), [[0.5, 0.5, 2.0]]])
     result = neurbs.reconstruct(points, grid=(8, 8), clean=False, robust=False)
