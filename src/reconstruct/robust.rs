@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::error::Result;
 use crate::fit::{biweight, reach};
-use crate::point_cloud::KdTree;
+use crate::point_cloud::{KdTree, Neighbor};
 use crate::progress::Observer;
 
 /// Points around each whose distances from the surface say what is usual there: where a surface
@@ -52,7 +52,7 @@ pub(super) fn weights<'a>(
         tree.nearest_to(index, AROUND, found);
         let mut around: Vec<f64> = found.iter().map(|n| distances[n.index as usize]).collect();
         let weight = biweight(distance, median(&mut around).max(usual));
-        let way = found.last().map_or(0.0, |farthest| farthest.distance());
+        let way = found.last().map_or(0.0, Neighbor::distance);
         (weight, weight > 0.0 || distance <= SLIGHT * way)
     })?;
     let slight = found.iter().all(|(_, slight)| *slight);
