@@ -198,7 +198,7 @@ def test_gross_outliers_cost_next_to_nothing(rng: np.random.Generator) -> None:
 
 def test_slight_outliers_cost_a_few_solutions(rng: np.random.Generator) -> None:
     points = fold(rng, 2000)
-    x, y, z = points[700]
+    _, y, z = points[700]
     centre = np.array([0, y, np.copysign(1, z)])
     points[700] = centre + 1.01 * (points[700] - centre)
     all_count = neurbs.reconstruct(points, grid=(12, 12), robust=False)
