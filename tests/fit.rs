@@ -236,6 +236,30 @@ fn points_of_a_surface_of_the_same_net_are_recovered() {
 }
 
 #[test]
+fn nets_that_are_finer_at_one_end_are_recovered() {
+    let skewed = |at: DVec2| {
+        let bump = (5.0 * at.x + 1.0).sin() * (4.0 * at.y).cos();
+        DVec3::new(1.4 * at.x.powf(1.7), at.y.powf(0.7), 0.25 * bump)
+    };
+    for net in [(6, 6), (7, 10)] {
+        let truth = surface_of(net, Kind::Sheet, skewed);
+        let points: Vec<DVec3> = scattered(1500).map(|at| truth.point(at.x, at.y)).collect();
+        let options = ReconstructOptions {
+            grid: Some(net),
+            aspect: Aspect::Fixed,
+            topology: Some(Kind::Sheet),
+            ..ReconstructOptions::default()
+        };
+        let found = reconstruct(&points, &options, &mut Silent).unwrap();
+        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
+        let others: Vec<DVec3> =
+            scattered(2000).skip(1500).map(|at| truth.point(at.x, at.y)).collect();
+        let far = farthest(&others, &found.surface) / found.report.diagonal;
+        assert!(far < 1e-6, "{net:?} {far}");
+    }
+}
+
+#[test]
 fn points_on_isocurves_to_the_very_border_give_a_net_back() {
     let roll = |at: DVec2| {
         let (radius, (sin, cos)) = (0.3 + 0.225 * at.x, (4.5 * at.x).sin_cos());

@@ -27,8 +27,9 @@ use super::growth::extent;
 use super::normal_equations::{NormalEquations, Sample};
 use super::residuals::correlation;
 use super::space::SplineSpace;
+use super::starts::Starts;
 use crate::error::{Error, Result};
-use crate::nurbs::{KnotVector, NurbsSurface, padded};
+use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Root mean square distances, as shares of the diagonal of the points' box: what a surface near
@@ -41,6 +42,9 @@ const ENOUGH: f64 = 1e-9;
 
 /// Correlation between neighbours of the distances that are no noise, at least: noise could not vanish.
 const SMOOTH: f64 = 0.1;
+
+/// That of the distances of points without noise, which are worth a search once more.
+const SMOOTH_IN_VAIN: f64 = 0.5;
 
 /// Control points of a net at most: the more there are, the more places where no step helps.
 const MOST_CONTROL_POINTS: usize = 400;
@@ -67,13 +71,6 @@ const ROUNDS: [(usize, usize, f64, f64); 8] = [
 
 /// Steps after which those that go on do so in two ways, as they are and trimmed.
 const TRIMMED_AFTER: usize = 24;
-
-/// Ways from the parameters that were found, about in proportion to lengths, towards those of a net
-/// whose control points are evenly spaced, which begin and end three times as fast.
-const EVENNESS: [f64; 6] = [0.5, -0.25, 0.75, 0.25, 0.0, 1.0];
-
-/// Turns in closed directions, in spans.
-const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
 
 /// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
 /// would hold the net.
@@ -104,12 +101,9 @@ const LAST_STEPS: usize = 6;
 /// Mean gaps between points that may lie between them and an end of the domain.
 const GAPS: f64 = 10.0;
 
-/// Places of a net's parameters that are known, for those between.
-const PLACES: usize = 256;
-
 /// A surface through the points that count, as many as are looked at, with the net of another one
 /// near them, on which they have these parameters; `None` if none was found, or there are too few
-/// points to tell.
+/// points to tell. It ends where those do that lie on it of all whose `given` weight is not zero.
 ///
 /// # Errors
 ///
@@ -117,6 +111,7 @@ const PLACES: usize = 256;
 pub(crate) fn recovered(
     points: &[DVec3],
     weights: Option<&[f64]>,
+    given: Option<&[f64]>,
     near: &NurbsSurface,
     uv: &[DVec2],
     closed: (bool, bool),
@@ -124,31 +119,47 @@ pub(crate) fn recovered(
 ) -> Result<Option<NurbsSurface>> {
     let knots = [near.knots_u().clone(), near.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
-    let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let counted: Vec<usize> = (0..points.len()).filter(|&i| weight(i) > 0.0).collect();
+    let given = |i: usize| given.map_or(1.0, |given| given[i]);
+    let weight = |i: usize| weights.map_or_else(|| given(i), |weights| weights[i]);
+    let (counted, left_out): (Vec<usize>, Vec<usize>) =
+        (0..points.len()).filter(|&i| given(i) > 0.0).partition(|&i| weight(i) > 0.0);
     let unknowns = space.unknowns();
     if unknowns > MOST_CONTROL_POINTS || counted.len() < LEAST_POINTS * 3 * unknowns {
         return Ok(None);
     }
     let all: Vec<DVec3> = counted.iter().map(|&i| points[i]).collect();
     let size = extent(&all);
-    let of = |step: usize| {
-        let seen = || counted.iter().step_by(step).copied();
+    let of = |indices: &[usize], step: usize| {
+        let seen = || indices.iter().step_by(step).copied();
         let points = seen().map(|i| points[i]).collect();
+        let weight = |i| if weight(i) > 0.0 { weight(i) } else { given(i) };
         let (weights, uv) = (seen().map(weight).collect(), seen().map(|i| uv[i]).collect());
         Joint { points, weights, uv, space: space.clone(), enough: ENOUGH * size }
     };
-    let few = of((counted.len() / (MOST_POINTS * unknowns)).max(1));
+    let few = of(&counted, (counted.len() / (MOST_POINTS * unknowns)).max(1));
     let feet = few.feet_inside(near, &few.uv);
     let first = few.rms(&feet);
-    let distances: Vec<f64> = feet.iter().map(|foot| foot.offset.dot(foot.normal)).collect();
-    let smooth = correlation(&few.uv, &distances) >= SMOOTH;
-    if !(few.enough..ROUGH * size).contains(&first) || !smooth {
+    if !(few.enough..ROUGH * size).contains(&first) || !are_smooth(&feet, SMOOTH) {
         return Ok(None);
     }
-    let Some(found) = few.best(first, observer)? else { return Ok(None) };
-    // Where the surface ends, all points say.
-    let joint = of(1);
+    let starts = Starts { space: &few.space, uv: &few.uv };
+    let mut found = few.best(&starts.first(), first, observer)?;
+    let through = |trial: &Trial| trial.error <= THROUGH * size;
+    let in_vain = |trial: &Trial| !through(trial) && are_smooth(&trial.feet, SMOOTH_IN_VAIN);
+    if closed != (true, true) && found.as_ref().is_some_and(in_vain) {
+        found = few.best(&starts.skewed(), first, observer)?;
+    }
+    let Some(found) = found.filter(through) else { return Ok(None) };
+    // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
+    let mut counted = counted;
+    if !left_out.is_empty()
+        && let Some(there) = of(&left_out, 1).like(&found, &few)?
+    {
+        let on_it = left_out.iter().zip(&there.feet);
+        let on_it = on_it.filter(|(_, foot)| foot.offset.length() <= THROUGH * size);
+        counted.extend(on_it.map(|(i, _)| *i));
+    }
+    let joint = of(&counted, 1);
     let Some(found) = joint.like(&found, &few)? else { return Ok(None) };
     let trimmed = joint.trimmed(&found)?;
     let mut tried: Vec<Trial> = trimmed.into_iter().chain([found]).collect();
@@ -175,10 +186,14 @@ struct Joint {
 }
 
 impl Joint {
-    /// The surface that comes nearest of those from all parametrizations; `None` if none comes as
-    /// near as those do that end at the points.
-    fn best(&self, first: f64, observer: &mut dyn Observer) -> Result<Option<Trial>> {
-        let starts = self.parametrizations();
+    /// The surface that comes nearest of those from these parametrizations, when it has arrived at the
+    /// points or no more is to be expected.
+    fn best(
+        &self,
+        starts: &[Vec<DVec2>],
+        first: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Trial>> {
         let trials = starts.par_iter().map(|uv| self.trial(uv)).collect::<Result<Vec<_>>>()?;
         let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
         let total = ROUNDS[ROUNDS.len() - 1].0 as u64;
@@ -196,7 +211,7 @@ impl Joint {
             trials.truncate(left);
             let Some(best) = trials.first() else { return Ok(None) };
             if best.error > self.enough && best.error > (share * first).min(fall * before) {
-                return Ok(None);
+                break;
             }
             before = best.error;
             if step == TRIMMED_AFTER {
@@ -206,42 +221,6 @@ impl Joint {
             }
         }
         Ok(trials.into_iter().next())
-    }
-
-    /// The parametrizations that steps begin from, all from one.
-    fn parametrizations(&self) -> Vec<Vec<DVec2>> {
-        let uv = &self.uv[..];
-        let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
-        let choices = closed.map(|closed| if closed { &TURNS[..] } else { &EVENNESS[..] });
-        let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
-        // Sheets are as even along u as along v.
-        let alike = |[u, v]: &[f64; 2]| closed != [false; 2] || u == v;
-        let pairs: Vec<[f64; 2]> = pairs.filter(alike).collect();
-        // Points do not tell which way the larger side of the net goes.
-        let swapped: Vec<DVec2> = uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
-        let both = [uv, &swapped];
-        let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
-        let moved = |uv: &&[DVec2]| pairs.iter().map(|by| self.moved(uv, *by)).collect::<Vec<_>>();
-        ways.iter().flat_map(moved).collect()
-    }
-
-    /// Parameters on their way to evenness in open directions, turned in closed ones.
-    fn moved(&self, uv: &[DVec2], by: [f64; 2]) -> Vec<DVec2> {
-        let mut moved = uv.to_vec();
-        for (d, by) in by.into_iter().enumerate() {
-            let knots = &self.space.knots[d];
-            let (start, end) = knots.domain();
-            let turn = by * (end - start) / self.space.shape()[d] as f64;
-            let net = EvenNet::of(knots);
-            for uv in &mut moved {
-                uv[d] = if self.space.closed[d] {
-                    start + (uv[d] + turn - start).rem_euclid(end - start)
-                } else {
-                    uv[d] + by * (net.parameter(uv[d]) - uv[d])
-                };
-            }
-        }
-        moved
     }
 
     /// The surface that was found for others of the points.
@@ -446,31 +425,9 @@ fn added(mut net: Vec<DVec3>, change: &[DVec3]) -> Vec<DVec3> {
     net
 }
 
-/// The places on a line whose control points are evenly spaced, as shares of its length.
-struct EvenNet<'a> {
-    knots: &'a KnotVector,
-    places: Vec<f64>,
-}
-
-impl<'a> EvenNet<'a> {
-    fn of(knots: &'a KnotVector) -> Self {
-        let (start, end) = knots.domain();
-        let last = (knots.control_points() - 1) as f64;
-        let place = |i: usize| {
-            let basis = padded(knots, start + (end - start) * i as f64 / PLACES as f64);
-            let numbers = basis.values.iter().zip(basis.first..);
-            numbers.map(|(value, number)| value * number as f64).sum::<f64>() / last
-        };
-        Self { knots, places: (0..=PLACES).map(place).collect() }
-    }
-
-    /// The parameter that has the place which another parameter is in the domain.
-    fn parameter(&self, of: f64) -> f64 {
-        let (start, end) = self.knots.domain();
-        let place = (of - start) / (end - start);
-        let i = self.places.partition_point(|at| *at <= place).clamp(1, PLACES);
-        let (low, high) = (self.places[i - 1], self.places[i]);
-        let share = (i - 1) as f64 + (place - low) / (high - low);
-        start + (end - start) * share / PLACES as f64
-    }
+/// Whether distances are correlated between neighbours at least so much.
+fn are_smooth(feet: &[Foot], least: f64) -> bool {
+    let distances: Vec<f64> = feet.iter().map(|foot| foot.offset.dot(foot.normal)).collect();
+    let uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
+    correlation(&uv, &distances) >= least
 }

@@ -34,6 +34,7 @@ mod residuals;
 mod robust;
 mod sides;
 mod space;
+mod starts;
 mod trend;
 mod unfolding;
 

@@ -244,7 +244,8 @@ impl Job<'_> {
             return Ok(None);
         }
         let (closed, weights) = (self.shape.closed().closed(), self.weights.as_deref());
-        let found = recovered(self.points, weights, &fit.surface, &fit.uv, closed, observer)?;
+        let found =
+            recovered(self.points, weights, given, &fit.surface, &fit.uv, closed, observer)?;
         let Some(surface) = found else { return Ok(None) };
         let (uv, distances) = feet(&surface, self.points, observer)?;
         let size = Bounds::of(self.points).diagonal();

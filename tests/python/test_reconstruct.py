@@ -58,6 +58,19 @@ def test_points_of_a_surface_with_the_same_net_give_it_back(kind: str) -> None:
         assert (heights.report.ended_by, heights.report.topology) == ("grid", "height")
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_points_that_were_left_out_but_lie_on_a_net_that_came_back_are_inliers(seed: int) -> None:
+    u, v = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 4), indexing="ij")
+    radius = 0.3 + 0.25 * u
+    net = np.stack([radius * np.cos(5 * u), 1.5 * v, radius * np.sin(5 * u)], axis=-1)
+    points = neurbs.NurbsSurface(net).evaluate(np.random.default_rng(seed).random((2000, 2)))
+    off = np.array([0.2, 0.7, 0.8])
+    result = neurbs.reconstruct(np.vstack([points, off]), grid=(4, 4), aspect="fixed")
+    assert result.report.ended_by == "exact"
+    assert np.flatnonzero(~result.inliers) == [2000]
+    assert result.distances[:2000].max() < 1e-7 * result.report.diagonal
+
+
 def test_a_fit_tells_how_good_it_is(terrain_points: Points) -> None:
     result = neurbs.reconstruct(terrain_points, tolerance=2.0)
     report = result.report

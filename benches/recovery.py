@@ -1,0 +1,166 @@
+"""Which nets ``neurbs.reconstruct`` gives back from points of their surfaces.
+
+    python benches/recovery.py [--seeds 3]
+
+Prints a table of docs/benchmarks.md. The nets are random in the ways that the functions below say;
+of each, points are scattered evenly, by parameters and by area in turn. A net has come back where
+400 other points of its surface are within 1e-6 of the points' diagonal of what was found; the
+largest of the other distances is that of those that have not.
+"""
+
+import argparse
+import time
+import warnings
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+import neurbs
+
+Array = NDArray[np.float64]
+Net = tuple[int, int]
+
+SHEETS: tuple[Net, ...] = ((4, 4), (5, 6), (6, 6), (8, 7), (7, 10), (9, 9), (12, 8), (12, 12))
+CLOSED: tuple[Net, ...] = ((6, 4), (8, 5), (8, 8), (12, 6))
+COUNTS = (1000, 2000, 5000, 1500)
+RECOVERED = 1e-6
+
+
+def flat(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return control points at even places of a rectangle, with random heights."""
+    height = rng.uniform(0.3, 1) * step * rng.standard_normal(u.shape)
+    return np.stack([rng.uniform(1, 2) * u, v, height], -1)
+
+
+def bent(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return control points scattered about an arc of 1 to 3.5 radians."""
+    angle = rng.uniform(1, 3.5) * u
+    net = np.stack([np.cos(angle), rng.uniform(1, 2) * v, np.sin(angle)], -1)
+    return net + 0.3 * step * rng.standard_normal(net.shape)
+
+
+def rolled(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return control points scattered about a spiral of 4 to 6 radians."""
+    angle = rng.uniform(4, 6) * u
+    radius = 0.3 + 0.05 * angle
+    net = np.stack([radius * np.cos(angle), rng.uniform(1, 2) * v, radius * np.sin(angle)], -1)
+    return net + 0.05 * step * rng.standard_normal(net.shape)
+
+
+def waves(u: Array, v: Array, rng: np.random.Generator, step: float, height: float) -> Array:
+    """Return control points at places of a rectangle, about waves of this height."""
+    along, across = np.sin(rng.uniform(4, 7) * u), np.cos(rng.uniform(4, 7) * v + rng.uniform(0, 6))
+    net = np.stack([rng.uniform(1, 2) * u, v, height * along * across], -1)
+    return net + 0.02 * step * rng.standard_normal(net.shape)
+
+
+def wavy(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return low waves."""
+    return waves(u, v, rng, step, 0.15)
+
+
+def steep(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return high waves."""
+    return waves(u, v, rng, step, 0.35)
+
+
+def uneven(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return waves over a grid whose lines are shifted by up to a third of their spacing."""
+    spacing = 1 / (np.array(u.shape) - 1)
+    shifts = 0.35 * spacing[:, None, None] * rng.uniform(-1, 1, (2, *u.shape))
+    return waves(u + shifts[0], v + shifts[1], rng, step, 0.2)
+
+
+def graded(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return waves over a grid that gets finer from one end to the other, along u and along v."""
+    powers = rng.uniform(0.6, 1.8, 2)
+    return waves(u ** powers[0], v ** powers[1], rng, step, 0.2)
+
+
+def tube(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return control points scattered about a cylinder."""
+    angle = 2 * np.pi * u
+    net = np.stack([np.cos(angle), np.sin(angle), rng.uniform(2, 4) * v], -1)
+    return net + 0.5 * step * rng.standard_normal(net.shape)
+
+
+def torus(u: Array, v: Array, rng: np.random.Generator, step: float) -> Array:
+    """Return control points scattered about a torus."""
+    around, about = 2 * np.pi * u, 2 * np.pi * v
+    radius = 2 + 0.7 * np.cos(about)
+    net = np.stack([radius * np.cos(around), radius * np.sin(around), 0.7 * np.sin(about)], -1)
+    return net + 0.3 * step * rng.standard_normal(net.shape)
+
+
+Shape = Callable[[Array, Array, np.random.Generator, float], Array]
+SHAPES: dict[Shape, str] = {
+    shape: "sheet" for shape in (flat, bent, rolled, wavy, steep, uneven, graded)
+} | {tube: "tube", torus: "torus"}
+
+
+def surface(shape: Shape, net: Net, rng: np.random.Generator) -> neurbs.NurbsSurface:
+    """Return a cubic surface with a net of a shape."""
+    closed = (SHAPES[shape] != "sheet", SHAPES[shape] == "torus")
+    sides = [np.arange(n) / (n if closes else n - 1) for n, closes in zip(net, closed, strict=True)]
+    u, v = np.meshgrid(*sides, indexing="ij")
+    points = shape(u, v, rng, 1 / min(max(net) - 1, 8))
+    knots = []
+    for axis, (n, closes) in enumerate(zip(net, closed, strict=True)):
+        if closes:
+            points = np.concatenate([points, np.take(points, range(3), axis=axis)], axis=axis)
+            knots.append((np.arange(n + 7) - 3) / n)
+        else:
+            knots.append(np.concatenate([[0] * 3, np.linspace(0, 1, n - 2), [1] * 3]))
+    return neurbs.NurbsSurface(points, knots=(knots[0], knots[1]))
+
+
+def scattered(truth: neurbs.NurbsSurface, number: int, rng: np.random.Generator) -> Array:
+    """Return points of a surface, evenly by its area."""
+    uv = rng.random((20 * number, 2))
+    derivatives = truth.derivatives(uv, 1)
+    area = np.linalg.norm(np.cross(derivatives[:, 1, 0], derivatives[:, 0, 1]), axis=1)
+    chosen = rng.choice(len(uv), number, replace=False, p=area / area.sum())
+    return truth.evaluate(uv[chosen])
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=3)
+    seeds = parser.parse_args().seeds
+    warnings.simplefilter("ignore")
+    print("| nets | tried | came back | s each | others, s each | largest distance, 1e-4 D |")
+    print("|---|---|---|---|---|---|")
+    for shape, topology in SHAPES.items():
+        seconds: dict[bool, list[float]] = {True: [], False: []}
+        largest = 0.0
+        nets = SHEETS if topology == "sheet" else CLOSED
+        for number, (net, seed) in enumerate(product(nets, range(seeds))):
+            rng = np.random.default_rng([seed, *net])
+            truth, several = surface(shape, net, rng), COUNTS[number % len(COUNTS)]
+            by_area = (number // len(COUNTS) + seed) % 2
+            points = (
+                scattered(truth, several, rng)
+                if by_area
+                else truth.evaluate(rng.random((several, 2)))
+            )
+            start = time.perf_counter()
+            found = neurbs.reconstruct(points, grid=net, aspect="fixed", topology=topology)
+            elapsed = time.perf_counter() - start
+            others = truth.evaluate(rng.random((400, 2)))
+            far = found.surface.closest_points(others).distances.max() / found.report.diagonal
+            seconds[bool(far < RECOVERED)].append(elapsed)
+            largest = max(largest, far) if far >= RECOVERED else largest
+        mean = {way: f"{np.mean(times):.2f}" if times else "" for way, times in seconds.items()}
+        tried = sum(len(times) for times in seconds.values())
+        print(
+            f"| {shape.__name__} | {tried} | {len(seconds[True])} | {mean[True]} "
+            f"| {mean[False]} | {1e4 * largest:.0f} |",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

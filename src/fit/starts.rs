@@ -1,0 +1,148 @@
+//! Parametrizations that a search for a net begins at, all from one.
+//!
+//! The one that is known is about in proportion to lengths; that of the net that is looked for may be
+//! faster or slower at the ends of the domain, and at one end than at the other.
+
+use glam::DVec2;
+
+use super::space::SplineSpace;
+use crate::nurbs::{KnotVector, padded};
+
+/// Ways from the parameters that were found, about in proportion to lengths, towards those of a net
+/// whose control points are evenly spaced, which begin and end three times as fast.
+const EVENNESS: [f64; 6] = [0.5, -0.25, 0.75, 0.25, 0.0, 1.0];
+
+/// Turns in closed directions, in spans.
+const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
+
+/// Speeds at the beginning beside those in the middle, the inverse of those at the end: four times as
+/// fast at one end as at the other, where such starts are further apart than the first ones.
+const SKEWS: [f64; 3] = [1.0, 2.0, 0.5];
+
+/// Ways towards evenness of those that are skewed: the best of the first starts, and its neighbours.
+const EVENNESS_OF_SKEWED: [f64; 3] = [0.5, 0.0, 1.0];
+
+/// Places of a net's parameters that are known, for those between.
+const PLACES: usize = 256;
+
+/// How parameters are moved in a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Move {
+    /// By so many spans, in a closed direction.
+    Turn(f64),
+    /// So far towards evenness, and then skewed, in an open one.
+    Stretch { evenness: f64, skew: f64 },
+}
+
+/// Parameters of points on a surface of a space, from which others are made.
+pub(super) struct Starts<'a> {
+    pub(super) space: &'a SplineSpace,
+    pub(super) uv: &'a [DVec2],
+}
+
+impl Starts<'_> {
+    /// The first ones, as fast at either end.
+    pub(super) fn first(&self) -> Vec<Vec<DVec2>> {
+        self.moved_by(&EVENNESS.map(|evenness| Move::Stretch { evenness, skew: 1.0 }))
+    }
+
+    /// Those that are faster at one end, in open directions; there are none in closed ones.
+    pub(super) fn skewed(&self) -> Vec<Vec<DVec2>> {
+        let skewed = |evenness| SKEWS.map(|skew| Move::Stretch { evenness, skew });
+        self.moved_by(EVENNESS_OF_SKEWED.map(skewed).as_flattened())
+    }
+
+    /// All pairs of moves, in open directions those, as even along u as along v.
+    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
+        let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
+        let turns = TURNS.map(Move::Turn);
+        let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
+        let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
+        let alike = |pair: &[Move; 2]| match *pair {
+            [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
+            _ => true,
+        };
+        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
+        // Points do not tell which way the larger side of the net goes.
+        let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
+        let both = [self.uv, &swapped];
+        let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
+        let moved = |uv: &&[DVec2]| pairs.iter().map(|by| self.moved(uv, *by)).collect::<Vec<_>>();
+        ways.iter().flat_map(moved).collect()
+    }
+
+    fn moved(&self, uv: &[DVec2], by: [Move; 2]) -> Vec<DVec2> {
+        let mut moved = uv.to_vec();
+        for (d, by) in by.into_iter().enumerate() {
+            let knots = &self.space.knots[d];
+            let (start, end) = knots.domain();
+            let size = end - start;
+            let net = EvenNet::of(knots);
+            let place = |at: f64| match by {
+                Move::Turn(by) => {
+                    let turn = by * size / self.space.shape()[d] as f64;
+                    start + (at + turn - start).rem_euclid(size)
+                }
+                Move::Stretch { evenness, skew } => {
+                    let share = (at + evenness * (net.parameter(at) - at) - start) / size;
+                    start + size * skew * share / (1.0 + (skew - 1.0) * share)
+                }
+            };
+            for uv in &mut moved {
+                uv[d] = place(uv[d]);
+            }
+        }
+        moved
+    }
+}
+
+/// The places on a line whose control points are evenly spaced, as shares of its length.
+struct EvenNet<'a> {
+    knots: &'a KnotVector,
+    places: Vec<f64>,
+}
+
+impl<'a> EvenNet<'a> {
+    fn of(knots: &'a KnotVector) -> Self {
+        let (start, end) = knots.domain();
+        let last = (knots.control_points() - 1) as f64;
+        let place = |i: usize| {
+            let basis = padded(knots, start + (end - start) * i as f64 / PLACES as f64);
+            let numbers = basis.values.iter().zip(basis.first..);
+            numbers.map(|(value, number)| value * number as f64).sum::<f64>() / last
+        };
+        Self { knots, places: (0..=PLACES).map(place).collect() }
+    }
+
+    /// The parameter that has the place which another parameter is in the domain.
+    fn parameter(&self, of: f64) -> f64 {
+        let (start, end) = self.knots.domain();
+        let place = (of - start) / (end - start);
+        let i = self.places.partition_point(|at| *at <= place).clamp(1, PLACES);
+        let (low, high) = (self.places[i - 1], self.places[i]);
+        let share = (i - 1) as f64 + (place - low) / (high - low);
+        start + (end - start) * share / PLACES as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_starts_differ_keep_the_order_and_end_where_the_domain_does() {
+        let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
+        let space = SplineSpace::new(knots, [false; 2]).unwrap();
+        let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::splat(f64::from(i) / 20.0)).collect();
+        let starts = Starts { space: &space, uv: &uv };
+        let (first, skewed) = (starts.first(), starts.skewed());
+        assert_eq!((first.len(), skewed.len()), (2 * 6, 2 * 3 * 9));
+        for start in first.iter().chain(&skewed) {
+            assert!(start.windows(2).all(|pair| pair[0].cmplt(pair[1]).all()));
+            assert!(start[0].length() < 1e-12 && start[20].distance(DVec2::ONE) < 1e-12);
+        }
+        for pair in skewed.windows(2) {
+            assert!(pair[0].iter().zip(&pair[1]).any(|(a, b)| a.distance(*b) > 0.01));
+        }
+    }
+}
