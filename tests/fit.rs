@@ -192,6 +192,27 @@ fn bumps(at: DVec2, seed: f64) -> DVec3 {
     DVec3::new(wave(2.9), wave(4.3), wave(3.7))
 }
 
+/// What is found for points of the surface of a net, which comes back: others of its points lie on it.
+fn given_back(
+    name: &str,
+    net: (usize, usize),
+    topology: Option<Kind>,
+    points: &[DVec3],
+    others: &[DVec3],
+) -> Reconstruction {
+    let options = ReconstructOptions {
+        grid: Some(net),
+        aspect: Aspect::Fixed,
+        topology,
+        ..ReconstructOptions::default()
+    };
+    let found = reconstruct(points, &options, &mut Silent).unwrap();
+    assert_eq!(found.report.ended_by, EndedBy::Exact, "{name} {net:?}");
+    let far = farthest(others, &found.surface) / found.report.diagonal;
+    assert!(far < 1e-6, "{name} {net:?} {far}");
+    found
+}
+
 #[test]
 fn points_of_a_surface_of_the_same_net_are_recovered() {
     let arch = |at: DVec2, seed: f64| {
@@ -219,18 +240,10 @@ fn points_of_a_surface_of_the_same_net_are_recovered() {
         ] {
             let truth = surface_of(net, kind, |at| place(at, seed));
             let points: Vec<DVec3> = scattered(2000).map(|at| truth.point(at.x, at.y)).collect();
-            let options = ReconstructOptions {
-                grid: Some(net),
-                aspect: Aspect::Fixed,
-                topology: Some(kind),
-                ..ReconstructOptions::default()
-            };
-            let found = reconstruct(&points, &options, &mut Silent).unwrap();
             let others: Vec<DVec3> =
                 scattered(2500).skip(2000).map(|at| truth.point(at.x, at.y)).collect();
-            let far = farthest(&others, &found.surface) / found.report.diagonal;
-            assert!(far < 1e-6, "{name} {net:?} {far}");
-            assert_eq!((found.report.ended_by, found.report.topology), (EndedBy::Exact, kind));
+            let found = given_back(name, net, Some(kind), &points, &others);
+            assert_eq!(found.report.topology, kind);
         }
     }
 }
@@ -244,18 +257,9 @@ fn nets_that_are_finer_at_one_end_are_recovered() {
     for net in [(6, 6), (7, 10)] {
         let truth = surface_of(net, Kind::Sheet, skewed);
         let points: Vec<DVec3> = scattered(1500).map(|at| truth.point(at.x, at.y)).collect();
-        let options = ReconstructOptions {
-            grid: Some(net),
-            aspect: Aspect::Fixed,
-            topology: Some(Kind::Sheet),
-            ..ReconstructOptions::default()
-        };
-        let found = reconstruct(&points, &options, &mut Silent).unwrap();
-        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
         let others: Vec<DVec3> =
             scattered(2000).skip(1500).map(|at| truth.point(at.x, at.y)).collect();
-        let far = farthest(&others, &found.surface) / found.report.diagonal;
-        assert!(far < 1e-6, "{net:?} {far}");
+        given_back("skewed", net, Some(Kind::Sheet), &points, &others);
     }
 }
 
@@ -270,17 +274,9 @@ fn points_on_isocurves_to_the_very_border_give_a_net_back() {
         let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
         let point = |i: usize| truth.point(share(i / cols, rows), share(i % cols, cols));
         let points: Vec<DVec3> = (0..rows * cols).map(point).collect();
-        let options = ReconstructOptions {
-            grid: Some(net),
-            aspect: Aspect::Fixed,
-            ..ReconstructOptions::default()
-        };
-        let found = reconstruct(&points, &options, &mut Silent).unwrap();
-        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
-        assert!(found.report.warnings.is_empty(), "{:?}", found.report.warnings);
         let others: Vec<DVec3> = scattered(500).map(|at| truth.point(at.x, at.y)).collect();
-        let far = farthest(&others, &found.surface) / found.report.diagonal;
-        assert!(far < 1e-6, "{net:?} {far}");
+        let found = given_back("roll", net, None, &points, &others);
+        assert!(found.report.warnings.is_empty(), "{:?}", found.report.warnings);
     }
 }
 
@@ -293,16 +289,7 @@ fn a_small_net_that_is_recovered_ends_where_all_points_do() {
         let truth = surface_of(net, Kind::Sheet, place);
         // Many times as many as the steps look at.
         let points: Vec<DVec3> = scattered(9000).map(|at| truth.point(at.x, at.y)).collect();
-        let options = ReconstructOptions {
-            grid: Some(net),
-            aspect: Aspect::Fixed,
-            topology: Some(Kind::Sheet),
-            ..ReconstructOptions::default()
-        };
-        let found = reconstruct(&points, &options, &mut Silent).unwrap();
-        assert_eq!(found.report.ended_by, EndedBy::Exact, "{net:?}");
-        let far = farthest(&points, &found.surface) / found.report.diagonal;
-        assert!(far < 1e-6, "{net:?} {far}");
+        given_back("bumps", net, Some(Kind::Sheet), &points, &points);
     }
 }
 
