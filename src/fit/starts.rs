@@ -15,8 +15,8 @@ const EVENNESS: [f64; 6] = [0.5, -0.25, 0.75, 0.25, 0.0, 1.0];
 /// Turns in closed directions, in spans.
 const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
 
-/// Speeds at the beginning beside those in the middle, the inverse of those at the end: four times as
-/// fast at one end as at the other, where such starts are further apart than the first ones.
+/// Speeds at the beginning beside those in the middle, the inverse of those at the end: as fast at
+/// either end, or four times as fast at one.
 const SKEWS: [f64; 3] = [1.0, 2.0, 0.5];
 
 /// Ways towards evenness of those that are skewed: the best of the first starts, and its neighbours.
@@ -26,7 +26,7 @@ const EVENNESS_OF_SKEWED: [f64; 3] = [0.5, 0.0, 1.0];
 const PLACES: usize = 256;
 
 /// How parameters are moved in a direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy)]
 enum Move {
     /// By so many spans, in a closed direction.
     Turn(f64),
@@ -43,17 +43,19 @@ pub(super) struct Starts<'a> {
 impl Starts<'_> {
     /// The first ones, as fast at either end.
     pub(super) fn first(&self) -> Vec<Vec<DVec2>> {
-        self.moved_by(&EVENNESS.map(|evenness| Move::Stretch { evenness, skew: 1.0 }))
+        self.moved_by(&EVENNESS.map(|evenness| Move::Stretch { evenness, skew: 1.0 }), |_| true)
     }
 
-    /// Those that are faster at one end, in open directions; there are none in closed ones.
+    /// Those that are faster at one end in an open direction, or in both.
     pub(super) fn skewed(&self) -> Vec<Vec<DVec2>> {
         let skewed = |evenness| SKEWS.map(|skew| Move::Stretch { evenness, skew });
-        self.moved_by(EVENNESS_OF_SKEWED.map(skewed).as_flattened())
+        let is_skewed = |by: &Move| matches!(by, Move::Stretch { skew, .. } if *skew != 1.0);
+        let stretches = EVENNESS_OF_SKEWED.map(skewed);
+        self.moved_by(stretches.as_flattened(), |pair| pair.iter().any(is_skewed))
     }
 
-    /// All pairs of moves, in open directions those, as even along u as along v.
-    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
+    /// The wanted pairs of moves, in open directions those, as even along u as along v.
+    fn moved_by(&self, stretches: &[Move], wanted: impl Fn(&[Move; 2]) -> bool) -> Vec<Vec<DVec2>> {
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
         let turns = TURNS.map(Move::Turn);
         let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
@@ -62,7 +64,7 @@ impl Starts<'_> {
             [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
             _ => true,
         };
-        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
+        let pairs: Vec<[Move; 2]> = pairs.filter(alike).filter(wanted).collect();
         // Points do not tell which way the larger side of the net goes.
         let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
         let both = [self.uv, &swapped];
@@ -133,16 +135,18 @@ mod tests {
     fn all_starts_differ_keep_the_order_and_end_where_the_domain_does() {
         let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
         let space = SplineSpace::new(knots, [false; 2]).unwrap();
-        let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::splat(f64::from(i) / 20.0)).collect();
+        let at = |i: i32| f64::from(i) / 20.0;
+        let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::new(at(i), at(i) * at(i))).collect();
         let starts = Starts { space: &space, uv: &uv };
         let (first, skewed) = (starts.first(), starts.skewed());
-        assert_eq!((first.len(), skewed.len()), (2 * 6, 2 * 3 * 9));
-        for start in first.iter().chain(&skewed) {
+        assert_eq!((first.len(), skewed.len()), (2 * 6, 2 * 3 * 8));
+        let all = [first, skewed].concat();
+        for (i, start) in all.iter().enumerate() {
             assert!(start.windows(2).all(|pair| pair[0].cmplt(pair[1]).all()));
             assert!(start[0].length() < 1e-12 && start[20].distance(DVec2::ONE) < 1e-12);
-        }
-        for pair in skewed.windows(2) {
-            assert!(pair[0].iter().zip(&pair[1]).any(|(a, b)| a.distance(*b) > 0.01));
+            for other in &all[..i] {
+                assert!(start.iter().zip(other).any(|(a, b)| a.distance(*b) > 0.01));
+            }
         }
     }
 }
