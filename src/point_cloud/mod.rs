@@ -33,8 +33,8 @@ const LEAST_DISTINCT: usize = 4;
 const EXTENT_RANGE: (f64, f64) = (1e-70, 1e70);
 
 /// Points count as collinear when their distance from a line is under this share of their
-/// extent: rounding in their own digits, nothing that a device could have measured.
-const COLLINEAR_WIDTH: f64 = 1e-12;
+/// extent: rounding in single precision, which points often have been stored in.
+const COLLINEAR_WIDTH: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Points looked at between two reports: a few milliseconds, even on a busy machine.
 const POINTS_PER_REPORT: usize = 1 << 18;
@@ -270,6 +270,8 @@ impl Normalization {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
 
     #[test]
@@ -285,6 +287,18 @@ mod tests {
         let line: Vec<DVec3> =
             (0..100).map(|i| from + f64::from(i) * DVec3::new(0.1, 0.3, 0.7)).collect();
         assert!(matches!(check(&line), Err(Error::Collinear { .. })));
+    }
+
+    #[test]
+    fn single_precision_does_not_widen_a_line() {
+        let thirds = |i: u16| f32::from(i) / 3.0;
+        let line: Vec<DVec3> = (0..100)
+            .map(|i| Vec3::new(0.1, 0.3, 0.7) * thirds(i) + Vec3::splat(11.0))
+            .map(DVec3::from)
+            .collect();
+        assert!(matches!(check(&line), Err(Error::Collinear { .. })));
+        let bent: Vec<DVec3> = line.iter().map(|p| *p + DVec3::Z * (1e-4 * p.x * p.x)).collect();
+        assert!(check(&bent).is_ok());
     }
 
     #[test]
