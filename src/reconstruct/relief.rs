@@ -11,7 +11,7 @@ const NEIGHBORS: usize = 8;
 
 /// The power of the area of a surface with which the number of points on it grows from which on it is
 /// the surface that was sampled evenly, and not the plane below.
-const ON_SURFACE: f64 = 0.5;
+const ON_SURFACE: f64 = 0.4;
 
 /// Standard deviation of the logarithm of areas without which they tell nothing.
 const TELLING: f64 = 0.2;

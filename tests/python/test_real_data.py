@@ -78,3 +78,33 @@ def test_few_points_out_of_order_leave_a_face_its_map() -> None:
     # Four of its 468 points; a map from the principal plane has none, and is twice as far off.
     assert 0 < result.som.topographic_error(points) < 0.01
     assert result.report.rms < 2.5e-3 * result.report.diagonal
+
+
+# Root mean square distances in 1e-4 of the diagonal that are met by a tenth or more.
+DISTANCES = {
+    "am_wave_sheet": 15,
+    "bmx_hill_2010": 26,
+    "bmx_hill_2023": 14,
+    "claudius_h000": 0.7,
+    "claudius_h060": 0.9,
+    "claudius_h250": 1.5,
+    "claudius_h330": 5,
+    "mediapipe_face": 21,
+    "milk_carton": 15,
+    "soybean_leaf": 34,
+    "teapot_body": 0.25,
+    "teapot_patch05": 0.05,
+    "valve_leaflet1": 93,
+    "valve_leaflet2": 110,
+    "valve_leaflet3": 85,
+    "valve_tube": 70,
+    "yacht_hull": 0.06,
+}
+
+
+@pytest.mark.parametrize("name", DISTANCES)
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+def test_without_arguments_surfaces_come_near_the_points(name: str) -> None:
+    report = neurbs.reconstruct(neurbs.read_points(Path(FOLDER or "", "npy", f"{name}.npy"))).report
+    assert report.rms < 1e-4 * DISTANCES[name] * report.diagonal
+    assert not any("units" in warning for warning in report.warnings)
