@@ -20,44 +20,63 @@ const GAPS: f64 = 2.0;
 /// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
 const MOST: f64 = 0.02;
 
-/// What a surface of heights stands on.
+/// What a surface of heights stands on: a part of a plane.
 #[derive(Clone, Debug)]
 pub(crate) struct Base {
-    /// The direction of the heights, of length 1.
-    pub(crate) up: DVec3,
-    /// The strip of the plane across them that the points fill, if it is no rectangle.
-    pub(crate) strip: Option<Strip>,
-}
-
-/// A bent strip of a plane in space.
-#[derive(Clone, Debug)]
-pub(crate) struct Strip {
     /// The axes of the plane, of length 1.
     pub(crate) axes: [DVec3; 2],
-    pub(crate) arms: Arms,
+    /// The direction of the heights, of length 1.
+    pub(crate) up: DVec3,
+    /// The strip that the points fill, if it is no rectangle along the axes.
+    pub(crate) strip: Option<Arms>,
 }
 
-/// The places of points by the axes of a plane.
-pub(crate) fn across(points: &[DVec3], axes: [DVec3; 2]) -> Vec<DVec2> {
-    points.iter().map(|&point| place(point, axes)).collect()
-}
-
-fn place(point: DVec3, axes: [DVec3; 2]) -> DVec2 {
-    DVec2::from_array(axes.map(|axis| axis.dot(point)))
-}
-
-impl Strip {
-    /// The parameters of the place under a point, in the unit square.
-    pub(crate) fn parameters(&self, point: DVec3) -> DVec2 {
-        self.arms.parameters(place(point, self.axes)).clamp(DVec2::ZERO, DVec2::ONE)
+impl Base {
+    /// The rectangle around points along [`height_axes`].
+    pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
+        Self { axes: height_axes(points, up), up, strip: None }
     }
 
-    /// The strip like this one whose straight sides points end over at most likely, and a little
-    /// beyond, if they are blurred by noise of this size. `None` if they rather end at curves.
-    pub(crate) fn around(&self, points: &[DVec3], noise: f64) -> Option<Self> {
-        let arms = self.arms.around(&across(points, self.axes), noise)?;
-        Some(Self { axes: self.axes, arms })
+    /// The rectangle whose first side has this direction, by the axes.
+    pub(crate) fn turned(&self, along: DVec2) -> Self {
+        let [first, second] = self.axes;
+        let along = along.x * first + along.y * second;
+        Self { axes: [along, self.up.cross(along)], up: self.up, strip: None }
     }
+
+    /// The places of points by the axes.
+    pub(crate) fn places(&self, points: &[DVec3]) -> Vec<DVec2> {
+        points.iter().map(|&point| self.place(point)).collect()
+    }
+
+    fn place(&self, point: DVec3) -> DVec2 {
+        DVec2::from_array(self.axes.map(|axis| axis.dot(point)))
+    }
+
+    /// The parameters of the place under a point, in the unit square, by the strip.
+    pub(crate) fn along_strip(&self, strip: &Arms, point: DVec3) -> DVec2 {
+        strip.parameters(self.place(point)).clamp(DVec2::ZERO, DVec2::ONE)
+    }
+}
+
+/// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
+/// the points' places scatter most and least.
+#[must_use]
+pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
+    if up == DVec3::Z {
+        return [DVec3::X, DVec3::Y];
+    }
+    let (first, second) = up.any_orthonormal_pair();
+    let count = points.len().max(1) as f64;
+    let place = |p: &DVec3| DVec2::new(first.dot(*p), second.dot(*p));
+    let centre = points.iter().map(place).sum::<DVec2>() / count;
+    let moments = points
+        .iter()
+        .map(|p| place(p) - centre)
+        .fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p.x * p.x, p.x * p.y, p.y * p.y));
+    let along = DVec2::from_angle(0.5 * (2.0 * moments.y).atan2(moments.x - moments.z));
+    let u = along.x * first + along.y * second;
+    [u, up.cross(u)]
 }
 
 /// A part of the plane across the heights, by its axes.

@@ -67,27 +67,6 @@ pub struct HeightFit {
     pub expected: f64,
 }
 
-/// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
-/// the points' places scatter most and least.
-#[must_use]
-pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
-    let (first, second) =
-        if up == DVec3::Z { (DVec3::X, DVec3::Y) } else { up.any_orthonormal_pair() };
-    if up == DVec3::Z {
-        return [first, second];
-    }
-    let count = points.len().max(1) as f64;
-    let place = |p: &DVec3| DVec2::new(first.dot(*p), second.dot(*p));
-    let centre = points.iter().map(place).sum::<DVec2>() / count;
-    let moments = points
-        .iter()
-        .map(|p| place(p) - centre)
-        .fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p.x * p.x, p.x * p.y, p.y * p.y));
-    let along = DVec2::from_angle(0.5 * (2.0 * moments.y).atan2(moments.x - moments.z));
-    let u = along.x * first + along.y * second;
-    [u, up.cross(u)]
-}
-
 /// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
 /// another direction of length 1. Each squared height counts with its weight (1 without weights).
 ///
@@ -126,7 +105,7 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    fit_heights_over(points, weights, &Base { up, strip: None }, options, None, observer)
+    fit_heights_over(points, weights, &Base::over(points, up), options, None, observer)
 }
 
 /// As [`fit_heights`], but over what the base says; where it bends the surface has creases along v, if
@@ -182,19 +161,18 @@ impl<'a> Heights<'a> {
     pub(super) fn of(
         points: &[DVec3],
         weights: Option<&'a [f64]>,
-        Base { up, strip }: &Base,
+        base: &Base,
         options: &HeightOptions,
     ) -> Result<Self> {
-        if !up.is_normalized() {
-            return Err(Error::parameter("up", "a vector of length 1", up));
+        if !base.up.is_normalized() {
+            return Err(Error::parameter("up", "a vector of length 1", base.up));
         }
-        let [along, across] =
-            strip.as_ref().map_or_else(|| height_axes(points, *up), |strip| strip.axes);
+        let Base { axes: [along, across], up, strip } = base;
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
         let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
         let ground = match strip {
-            Some(strip) => Ground::Strip(strip.arms.clone()),
+            Some(arms) => Ground::Strip(arms.clone()),
             None => Ground::around(&local, counts)?,
         };
         let uv: Vec<DVec2> =
@@ -208,7 +186,7 @@ impl<'a> Heights<'a> {
         local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
         let order = if points.len() < FEW { ORDER_OF_FEW } else { ORDER };
         let order = order.min(options.degree.0.max(options.degree.1));
-        let axes = [along, across, *up];
+        let axes = [*along, *across, *up];
         Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
     }
 

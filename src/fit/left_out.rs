@@ -221,7 +221,7 @@ mod tests {
             })
             .collect();
         let options = HeightOptions { net: (20, 20), degree: (3, 3), fairness: None };
-        let base = Base { up: DVec3::Z, strip: None };
+        let base = Base::over(&points, DVec3::Z);
         let heights = Heights::of(&points, None, &base, &options).unwrap();
         let all: Vec<usize> = (0..points.len()).collect();
         let part = heights.parts(&all, 4);

@@ -120,7 +120,7 @@ impl Side {
 impl Arms {
     /// The strip like this one whose straight sides places end at most likely, and a little beyond, if
     /// they are blurred by noise of this size. `None` if they rather end at curves.
-    pub(super) fn around(&self, places: &[DVec2], noise: f64) -> Option<Self> {
+    pub(crate) fn around(&self, places: &[DVec2], noise: f64) -> Option<Self> {
         // Whether sides are straight is seen once it is known where they end.
         self.drawn(places, noise, f64::INFINITY)?.drawn(places, noise, CLEARLY)
     }

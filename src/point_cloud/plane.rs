@@ -53,6 +53,12 @@ impl Plane {
         self.axes[2]
     }
 
+    /// The normal that does not point down, along z.
+    pub(crate) fn upward(&self) -> DVec3 {
+        let normal = self.normal();
+        if normal.z < 0.0 { -normal } else { normal }
+    }
+
     /// Distance of a point from the plane, with the sign of its side.
     #[must_use]
     pub fn height(&self, point: DVec3) -> f64 {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::fit::across;
+use crate::fit::Base;
 use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
 use crate::progress::Observer;
 
@@ -27,17 +27,18 @@ pub(super) fn feet(
     Ok((uv, distances))
 }
 
-/// Where a surface of heights over a rectangle along these axes lies straight above or below points: places
-/// beside it have the next on its border.
-pub(super) fn below(surface: &NurbsSurface, points: &[DVec3], axes: [DVec3; 2]) -> Vec<DVec2> {
-    let ends = across(&[(0.0, 0.0), (1.0, 1.0)].map(|(u, v)| surface.point(u, v)), axes);
+/// Where a surface of heights over a rectangle lies straight above or below points: places beside it have the
+/// next on its border.
+pub(super) fn below(surface: &NurbsSurface, points: &[DVec3], base: &Base) -> Vec<DVec2> {
+    let ends = base.places(&[(0.0, 0.0), (1.0, 1.0)].map(|(u, v)| surface.point(u, v)));
     let inside = |place: DVec2| (place - ends[0]) / (ends[1] - ends[0]);
-    across(points, axes).into_iter().map(|at| inside(at).clamp(DVec2::ZERO, DVec2::ONE)).collect()
+    let places = base.places(points).into_iter();
+    places.map(|at| inside(at).clamp(DVec2::ZERO, DVec2::ONE)).collect()
 }
 
 /// Where one of heights over x and y does, and how far away that is.
 pub(super) fn heights(surface: &NurbsSurface, points: &[DVec3]) -> (Vec<DVec2>, Vec<f64>) {
-    let uv = below(surface, points, [DVec3::X, DVec3::Y]);
+    let uv = below(surface, points, &Base::over(points, DVec3::Z));
     let apart = |(at, point): (&DVec2, &DVec3)| surface.point(at.x, at.y).distance(*point);
     let distances = uv.par_iter().zip(points).map(apart).collect();
     (uv, distances)

@@ -125,7 +125,7 @@ fn attempt(
     let mut counted = Counted::of(cloud, no_data, &units, options, observer)?;
     clock.lap("cleaning");
     let known = units.heights().filter(|_| options.topology.is_none());
-    let found = match known {
+    let mut found = match known {
         Some(heights) => heights,
         None => kind(&counted.telling, options, observer)?,
     };
@@ -136,7 +136,7 @@ fn attempt(
     let local: Vec<DVec3> =
         counted.points.iter().map(|&point| frame.counted.apply(point)).collect();
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
-    let shape = Shape::of(&found, &local, &units, budget, options);
+    let shape = Shape::of(&mut found, &local, &units, budget, options, observer)?;
     clock.lap("topology");
 
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();

@@ -12,12 +12,13 @@ use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
 use crate::error::Result;
 use crate::fit::{
-    Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, Strip, across, cosines,
-    fit_heights_over, fit_heights_with, height_axes, project,
+    Arms, Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, cosines, fit_heights_over,
+    fit_heights_with, project,
 };
-use crate::point_cloud::Bounds;
+use crate::point_cloud::{Bounds, Plane};
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::som;
+use crate::topology::{self, HeightField};
 
 /// How much longer the sides of the net become at a time.
 const LONGER: f64 = 1.5;
@@ -38,6 +39,17 @@ const LEAST_GAIN: f64 = 0.95;
 /// over the rectangle hardly goes on beyond the points then.
 const FILLED: f64 = 0.93;
 
+/// In how many n-ths n points scattered over a rectangle hardly ever leave more of it than the rectangle of
+/// least area around them does.
+const BY_CHANCE: f64 = 4.0;
+
+/// Slope in degrees up to which heights were found out over whatever rectangle points fill: of steeper ground, whose
+/// map along the surface has more room for what is steep, only along the plane's own axes.
+const GENTLE: f64 = 45.0;
+
+/// Cosine of the angle that a plane leans by at least for its rectangles to be no longer those of x and y.
+const UPRIGHT: f64 = 0.98;
+
 /// Fewer points than that do not tell what they fill, nor hold a surface that bends across where they end.
 const FEW: usize = 100;
 
@@ -56,21 +68,38 @@ const TELLING: usize = 16;
 const LEAST_TELLING: usize = 20_000;
 
 /// Parameters of points in the unit square, and how many times longer what they fill is than wide.
-pub(super) fn places(points: &[DVec3], Base { up, strip }: &Base) -> (Vec<DVec2>, f64) {
-    if let Some(strip) = strip {
-        let uv = points.iter().map(|&point| strip.parameters(point)).collect();
-        return (uv, strip.arms.aspect());
+pub(super) fn places(points: &[DVec3], base: &Base) -> (Vec<DVec2>, f64) {
+    if let Some(strip) = &base.strip {
+        let uv = points.iter().map(|&point| base.along_strip(strip, point)).collect();
+        return (uv, strip.aspect());
     }
-    let places = across(points, height_axes(points, *up));
+    let places = base.places(points);
     let (low, high) = bounds(&places);
     let size = high - low;
     (places.into_iter().map(|place| (place - low) / size).collect(), size.x / size.y)
 }
 
+/// The rectangle around the points' places in the plane across heights that were found out: the one of
+/// least area, or along x and y where those are the plane's axes and chance may have made it larger.
+pub(super) fn rectangle(points: &[DVec3], up: DVec3) -> Base {
+    let straight = Base::over(points, up);
+    let places = straight.places(points);
+    let (along, size) = som::least_rectangle(&places);
+    let (low, high) = bounds(&places);
+    let by_chance = 1.0 - BY_CHANCE / points.len() as f64;
+    let turned = size.element_product() < by_chance * (high - low).element_product();
+    if turned || up != DVec3::Z { straight.turned(along) } else { straight }
+}
+
 /// What heights stand on that were found out: the rectangle around the points' places in the plane across
 /// them, if they fill it, or a bent strip that they fill, if it is one of those that are `wanted`.
-pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool) -> Option<Base> {
-    let rectangle = Base { up, strip: None };
+pub(super) fn base(
+    points: &[DVec3],
+    HeightField { up, slope }: HeightField,
+    wanted: impl Fn(&Arms) -> bool,
+) -> Option<Base> {
+    let steep = slope > GENTLE && points.len() >= FEW;
+    let rectangle = if steep { Base::over(points, up) } else { rectangle(points, up) };
     if points.len() < FEW {
         return Some(rectangle);
     }
@@ -80,11 +109,46 @@ pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Strip) -> bool)
         return Some(rectangle);
     }
     let fits = |base: &Base| !filled || empty(&self::places(points, base).0) < EMPTY;
-    let strip = strip(points, up).filter(wanted).map(|strip| Base { up, strip: Some(strip) });
+    let strip = strip(points, &rectangle).filter(wanted);
+    let strip = strip.map(|strip| Base { strip: Some(strip), ..rectangle.clone() });
     match strip.filter(fits) {
         Some(strip) => Some(strip),
         None => filled.then_some(rectangle),
     }
+}
+
+/// Heights over the plane nearest to points, and what they stand on, if they fill it clearly better than
+/// heights along z fill theirs: a sheet that leans stands on no rectangle of x and y.
+pub(super) fn leaning(
+    points: &[DVec3],
+    along_z: Option<&Base>,
+    wanted: impl Fn(&Arms) -> bool,
+    observer: &mut dyn Observer,
+) -> Result<Option<(HeightField, Base)>> {
+    let up = Plane::of(points.iter().copied()).upward();
+    if up.z > UPRIGHT {
+        return Ok(None);
+    }
+    let gentle = HeightField { up, slope: 0.0 };
+    let base = match along_z {
+        None => base(points, gentle, wanted),
+        Some(along_z) if points.len() < FEW => {
+            let over_plane = rectangle(points, up);
+            let by_chance = 1.0 - BY_CHANCE / points.len() as f64;
+            let better = filled(points, along_z) < by_chance * filled(points, &over_plane);
+            better.then_some(over_plane)
+        }
+        Some(_) => None,
+    };
+    let Some(base) = base else { return Ok(None) };
+    let found = topology::heights_along(points, up, observer)?;
+    let found = found.filter(|height| height.slope <= GENTLE || points.len() < FEW);
+    Ok(found.map(|height| (height, base)))
+}
+
+/// Share of the rectangle around the places of points that their convex hull fills.
+fn filled(points: &[DVec3], rectangle: &Base) -> f64 {
+    area(&som::hull(&places(points, rectangle).0))
 }
 
 /// Share of the rectangle around so many points that their convex hull fills on average if they are
@@ -109,29 +173,28 @@ fn empty(places: &[DVec2]) -> f64 {
 
 /// The bent strip with straight sides that the points' places in the plane across the heights fill, if
 /// they fill one.
-fn strip(points: &[DVec3], up: DVec3) -> Option<Strip> {
+fn strip(points: &[DVec3], base: &Base) -> Option<Arms> {
     if points.len() < TELLING_OUTLINE {
         return None;
     }
-    let axes = height_axes(points, up);
     let few: Vec<DVec3> = every(points, OUTLINED).copied().collect();
-    let few = across(&few, axes);
+    let few = base.places(&few);
     let region = Region::of(&few)?;
     let flat: Vec<DVec3> = few.iter().map(|place| place.extend(0.0)).collect();
     let arms = region.strip(&few, &flat, Sides::Straight)?;
     let bounding: Vec<DVec3> = every(points, BOUNDING).copied().collect();
-    Strip { axes, arms }.around(&bounding, 0.0)
+    arms.around(&base.places(&bounding), 0.0)
 }
 
 /// The base of points with noise of this size: a strip ends where they end without it.
 fn under(job: &Job<'_>, base: &Base, noise: f64) -> Base {
-    let around = |strip: &Strip| {
+    let around = |strip: &Arms| {
         let counted: Vec<DVec3> =
             (0..job.points.len()).filter(|&i| job.weight(i) > 0.0).map(|i| job.points[i]).collect();
         let bounding: Vec<DVec3> = every(&counted, BOUNDING).copied().collect();
-        strip.around(&bounding, noise).unwrap_or_else(|| strip.clone())
+        strip.around(&base.places(&bounding), noise).unwrap_or_else(|| strip.clone())
     };
-    Base { up: base.up, strip: base.strip.as_ref().map(around) }
+    Base { strip: base.strip.as_ref().map(around), ..base.clone() }
 }
 
 /// The surface of heights, growing until nothing is gained. A fit that is `known` already says how
@@ -267,9 +330,9 @@ fn steepness(
         return Ok((None, near, noise));
     }
     let uv: Vec<DVec2> = if let Some(strip) = &base.strip {
-        job.points.iter().map(|&point| strip.parameters(point)).collect()
+        job.points.iter().map(|&point| base.along_strip(strip, point)).collect()
     } else {
-        below(&first.surface, job.points, height_axes(&points, base.up))
+        below(&first.surface, job.points, base)
     };
     Ok((Some(cosines(&first.surface, &uv, base.up)), near, noise))
 }

@@ -11,7 +11,7 @@ use super::units::Units;
 use super::{Aspect, ReconstructOptions, heights};
 use crate::error::Result;
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, SURE, Strip, THROUGH,
+    self, ApproximateOptions, Approximation, Arms, Base, EndedBy, Growth, SURE, THROUGH,
     approximate, continued, recovered,
 };
 use crate::nurbs::NurbsSurface;
@@ -46,33 +46,45 @@ pub(super) struct Shape {
 
 impl Shape {
     /// Of points, for which there is this budget of control points; in other units than their own they
-    /// are heights wherever they end, which distances along x and y would not make a sheet of.
+    /// are heights wherever they end, which distances along x and y would not make a sheet of. Corrects what was
+    /// found where they are heights along another direction than z.
     pub(super) fn of(
-        found: &Topology,
+        found: &mut Topology,
         points: &[DVec3],
         units: &Units,
         budget: (usize, usize),
         options: &ReconstructOptions<'_>,
-    ) -> Self {
-        let known = found.height.map(|height| height.up);
-        match options.topology {
-            Some(Kind::Height) => Self::over(known.unwrap_or(DVec3::Z), units),
-            None if units.differ() && known == Some(DVec3::Z) && !options.rational => {
-                Self::over(DVec3::Z, units)
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let known = found.height;
+        let along_z = known.is_some_and(|height| height.up == DVec3::Z);
+        Ok(match options.topology {
+            Some(Kind::Height) => {
+                Self::over(points, known.map_or(DVec3::Z, |height| height.up), units)
+            }
+            None if units.differ() && along_z && !options.rational => {
+                Self::over(points, DVec3::Z, units)
             }
             Some(Kind::Sheet) | None if found.kind == Kind::Height => {
                 // Free weights are for what is round, and heights cannot go round.
-                let up = known.filter(|_| !options.rational);
-                let has_rows = |strip: &Strip| {
-                    let (rows, _) = net(budget, strip.arms.aspect(), options);
-                    rows > strip.arms.arms().len() * options.degree
+                let height = known.filter(|_| !options.rational);
+                let has_rows = |strip: &Arms| {
+                    let (rows, _) = net(budget, strip.aspect(), options);
+                    rows > strip.arms().len() * options.degree
                 };
-                let base = up.and_then(|up| heights::base(points, up, has_rows));
+                let mut base = height.and_then(|height| heights::base(points, height, has_rows));
+                if along_z
+                    && height.is_some()
+                    && let Some((height, leaning)) =
+                        heights::leaning(points, base.as_ref(), has_rows, observer)?
+                {
+                    (*found, base) = (Topology::of_heights(height), Some(leaning));
+                }
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
                 Self::new(kind, base)
             }
             wanted => Self::new(wanted.unwrap_or(found.kind), None),
-        }
+        })
     }
 
     fn new(kind: Kind, base: Option<Base>) -> Self {
@@ -80,9 +92,9 @@ impl Shape {
     }
 
     /// Heights over the rectangle around points.
-    fn over(up: DVec3, units: &Units) -> Self {
+    fn over(points: &[DVec3], up: DVec3, units: &Units) -> Self {
         let straight = units.differ() && up == DVec3::Z;
-        Self { straight, ..Self::new(Kind::Height, Some(Base { up, strip: None })) }
+        Self { straight, ..Self::new(Kind::Height, Some(Base::over(points, up))) }
     }
 
     pub(super) fn closed(&self) -> som::Topology {
@@ -289,7 +301,7 @@ impl Job<'_> {
     ) -> Result<Option<(Fit, Flaws)>> {
         let free = self.shape.kind == Kind::Sheet && self.options.fairness.is_none();
         let Some(layers) = self.layers.filter(|_| free) else { return Ok(None) };
-        let base = Some(Base { up: layers.normal, strip: None });
+        let base = Some(heights::rectangle(self.points, layers.normal));
         let heights = Shape::new(Kind::Height, base);
         let (shape, weights) = (
             std::mem::replace(&mut self.shape, heights),

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::eigen;
+use super::hull::{least_rectangle, turned};
 use crate::error::Result;
 use crate::point_cloud::{Edge, NeighborGraph, Roads};
 use crate::progress::{self, Listen, Observer, Stage};
@@ -152,44 +153,8 @@ fn embed(
 
 /// Turns places so that the rectangle of least area around them has its long side along x.
 fn straighten(places: &[DVec2]) -> Vec<DVec2> {
-    let hull = hull(places);
-    let turned = |edge: DVec2, place: DVec2| DVec2::new(edge.dot(place), edge.perp_dot(place));
-    let size = |edge: DVec2| {
-        let turned = hull.iter().map(|&place| turned(edge, place));
-        let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        let (low, high) = turned.fold(empty, |(low, high), p| (low.min(p), high.max(p)));
-        high - low
-    };
-    let edges = (0..hull.len()).map(|i| (hull[(i + 1) % hull.len()] - hull[i]).normalize_or_zero());
-    let area = |edge: &DVec2| size(*edge).element_product();
-    let best = edges.filter(|edge| *edge != DVec2::ZERO).min_by(|a, b| area(a).total_cmp(&area(b)));
-    let edge = best.unwrap_or(DVec2::X);
-    let extent = size(edge);
-    let edge = if extent.x < extent.y { edge.perp() } else { edge };
-    places.iter().map(|&place| turned(edge, place)).collect()
-}
-
-/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
-pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = places.to_vec();
-    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    let half = |places: &mut dyn Iterator<Item = DVec2>| {
-        let mut chain: Vec<DVec2> = Vec::new();
-        for place in places {
-            while let [.., a, b] = chain[..] {
-                if (b - a).perp_dot(place - b) > 0.0 {
-                    break;
-                }
-                chain.pop();
-            }
-            chain.push(place);
-        }
-        chain.pop();
-        chain
-    };
-    let mut corners = half(&mut sorted.iter().copied());
-    corners.extend(half(&mut sorted.iter().rev().copied()));
-    corners
+    let along = least_rectangle(places).0;
+    places.iter().map(|&place| turned(place, along)).collect()
 }
 
 #[cfg(test)]

@@ -42,6 +42,7 @@ mod frame;
 mod geodesic;
 mod graph;
 mod grid;
+mod hull;
 mod initialize;
 mod lattice;
 mod online;
@@ -70,7 +71,8 @@ use self::random::Random;
 
 pub use self::distribution::Sampler;
 pub use self::geodesic::unroll;
-pub(crate) use self::geodesic::{Unrolled, hull, unroll_along};
+pub(crate) use self::geodesic::{Unrolled, unroll_along};
+pub(crate) use self::hull::{hull, least_rectangle};
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
 pub use self::ordered_start::spread_out;

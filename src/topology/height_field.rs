@@ -55,13 +55,19 @@ struct Tangent {
 /// The direction over whose plane the points are heights, if there is one.
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
     let tangents = tangents(points, graph);
-    let principal = Plane::of(points.iter().copied()).normal();
-    let upward = if principal.z < 0.0 { -principal } else { principal };
-    [DVec3::Z, upward].into_iter().find_map(|up| {
-        let slope = slope(&tangents, up);
-        let fits = slope <= WALL_DEGREES && overlap(points, &tangents, up) <= OVERLAP;
-        fits.then_some(HeightField { up, slope })
-    })
+    let up = Plane::of(points.iter().copied()).upward();
+    [DVec3::Z, up].into_iter().find_map(|up| heights(points, &tangents, up))
+}
+
+/// The heights along this direction, if the points are.
+pub(super) fn along(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> Option<HeightField> {
+    heights(points, &tangents(points, graph), up)
+}
+
+fn heights(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
+    let slope = slope(tangents, up);
+    let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
+    fits.then_some(HeightField { up, slope })
 }
 
 /// Whether points lie above one another along this direction, as far as noise lets that be seen.

@@ -185,6 +185,18 @@ pub(crate) fn heights(
     Ok(height_field::find(&cloud.points, &cloud.graph))
 }
 
+/// As [`detect`], of points that are only asked whether they are heights along this direction.
+pub(crate) fn heights_along(
+    points: &[DVec3],
+    up: DVec3,
+    observer: &mut dyn Observer,
+) -> Result<Option<HeightField>> {
+    let cloud = Cloud::of(points, MOST, Some(Kind::Height), observer)?;
+    let found = height_field::along(&cloud.points, &cloud.graph, up);
+    let folded = found.is_some() && is_folded(points, cloud.points.len(), up, observer)?;
+    Ok(found.filter(|_| !folded))
+}
+
 fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> Result<Topology> {
     let sheet = wanted == Some(Kind::Sheet);
     let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));

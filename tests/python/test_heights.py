@@ -97,6 +97,46 @@ def test_any_direction_will_do(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(feet[:, 1:], points[:, 1:], atol=1e-13)
 
 
+@pytest.mark.parametrize("count", [60, 300, 2000])
+@pytest.mark.parametrize("leaning", [False, True])
+def test_heights_over_a_rectangle_are_found_however_it_lies(count: int, leaning: bool) -> None:
+    rng = np.random.default_rng(count)
+    x, y = rng.random((2, count)) * [[1.5], [1.0]]
+    truth = np.column_stack([x, y, 0.08 * np.sin(4 * x) * np.cos(3 * y)])
+    # By 35 degrees about z, and then by 50 about x.
+    turn = rotation(2, 35)
+    if leaning:
+        turn = rotation(0, 50) @ turn
+    result = neurbs.reconstruct(truth @ turn.T)
+    assert result.report.topology == "height"
+    assert ("(0.00, 0.00, 1.00)" in str(result.report.topology_reason)) == (not leaning)
+    back = result.surface.evaluate_grid(np.linspace(0, 1, 41), np.linspace(0, 1, 41)) @ turn
+    low, high = back.min(axis=(0, 1)), back.max(axis=(0, 1))
+    # Over the rectangle along x and y it would cover half as much again.
+    assert (low[:2] > -0.08).all()
+    assert (high[:2] < [1.58, 1.08]).all()
+    inner = back[4:-4, 4:-4].reshape(-1, 3)
+    off = inner[:, 2] - 0.08 * np.sin(4 * inner[:, 0]) * np.cos(3 * inner[:, 1])
+    assert np.abs(off).max() < 0.01
+
+
+def rotation(axis: int, degrees: float) -> Points:
+    """Return the matrix that turns about an axis."""
+    turn = np.eye(3)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turn[[first, second], [first, second]] = cos
+    turn[first, second], turn[second, first] = -sin, sin
+    return turn
+
+
+def test_heights_told_so_keep_x_and_y(rng: np.random.Generator) -> None:
+    points = heights(rng, 400) @ rotation(2, 35).T
+    low, high = domain(neurbs.reconstruct(points, topology="height").surface)
+    assert (low < points[:, :2].min(axis=0)).all()
+    assert (high > points[:, :2].max(axis=0)).all()
+
+
 def test_bad_arguments_are_refused(rng: np.random.Generator) -> None:
     points = heights(rng, 50)
     for keywords, message in [

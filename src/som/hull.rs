@@ -1,0 +1,66 @@
+//! The convex hull of places in the plane, and the rectangle of least area around them.
+
+use glam::DVec2;
+
+/// A place by the axes of which the first has this direction.
+pub(super) fn turned(place: DVec2, along: DVec2) -> DVec2 {
+    DVec2::new(along.dot(place), along.perp_dot(place))
+}
+
+/// The direction of the long side of the rectangle of least area around places, and its sides.
+pub(crate) fn least_rectangle(places: &[DVec2]) -> (DVec2, DVec2) {
+    let hull = hull(places);
+    let size = |edge: DVec2| {
+        let turned = hull.iter().map(|&place| turned(place, edge));
+        let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (low, high) = turned.fold(empty, |(low, high), p| (low.min(p), high.max(p)));
+        high - low
+    };
+    let edges = (0..hull.len()).map(|i| (hull[(i + 1) % hull.len()] - hull[i]).normalize_or_zero());
+    let area = |edge: &DVec2| size(*edge).element_product();
+    let best = edges.filter(|edge| *edge != DVec2::ZERO).min_by(|a, b| area(a).total_cmp(&area(b)));
+    let edge = best.unwrap_or(DVec2::X);
+    let extent = size(edge);
+    if extent.x < extent.y { (edge.perp(), DVec2::new(extent.y, extent.x)) } else { (edge, extent) }
+}
+
+/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
+    let mut sorted = places.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let half = |places: &mut dyn Iterator<Item = DVec2>| {
+        let mut chain: Vec<DVec2> = Vec::new();
+        for place in places {
+            while let [.., a, b] = chain[..] {
+                if (b - a).perp_dot(place - b) > 0.0 {
+                    break;
+                }
+                chain.pop();
+            }
+            chain.push(place);
+        }
+        chain.pop();
+        chain
+    };
+    let mut corners = half(&mut sorted.iter().copied());
+    corners.extend(half(&mut sorted.iter().rev().copied()));
+    corners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_rectangle_is_the_one_that_places_fill() {
+        let along = DVec2::from_angle(0.7);
+        let place = |i: u32| (f64::from(i % 7), f64::from(i / 7));
+        let grid: Vec<DVec2> = (0..28)
+            .map(place)
+            .map(|(x, y)| x * along.perp() + y * along + DVec2::new(20.0, -3.0))
+            .collect();
+        let (side, size) = least_rectangle(&grid);
+        assert!(side.perp_dot(along.perp()).abs() < 1e-14);
+        assert!(size.distance(DVec2::new(6.0, 3.0)) < 1e-13, "{size}");
+    }
+}
