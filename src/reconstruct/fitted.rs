@@ -4,37 +4,25 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::candidate::{Candidate, Wanted};
 use super::counted::{Apart, Counted, Layers, every, of};
 use super::feet::{self, feet};
-use super::job::{Job, Shape};
+use super::job::Shape;
 use super::measured::{Feet, Measured};
 use super::own_frame::{Frame, OwnFrame};
 use super::report::{Clock, Distances, Report, TrainingReport};
-use super::start::{LEAST_SIDE, OrderedStart, in_own_frame, learn, net, whole};
+use super::start::{LEAST_SIDE, in_own_frame, whole};
 use super::units::Units;
-use super::unwound::Unwound;
-use super::{ReconstructOptions, Reconstruction, Start, heights};
+use super::{ReconstructOptions, Reconstruction, Start};
 use crate::error::{Error, Result};
-use crate::fit::{EndedBy, Growth, bounded};
+use crate::fit::{EndedBy, Growth};
 use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, NoData, Normalization, no_data};
 use crate::progress::Observer;
-use crate::som::SelfOrganizingMap;
 use crate::topology::{Kind, Topology, detect, detect_wanted};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
-
-/// How far beyond the lattice's border points may lie, in cells.
-const EXTRAPOLATION: f64 = 0.75;
-
-/// Topographic error of a map from an ordered start that shows a short circuit between layers, or a surface
-/// that has no flat map: of two dozen maps in order, of noisy sheets too, none has any, nor half of it of two
-/// that are stretched over more than half a sphere.
-const TORN: f64 = 0.005;
-
-/// So many points may be out of order by chance, and the map still be the better one, up to this error.
-const BY_CHANCE: (f64, f64) = (5.0, 0.02);
 
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 2.0;
@@ -141,33 +129,22 @@ fn attempt(
 
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
-    let mut start = if let Some(base) = &shape.base {
-        let (uv, aspect) = heights::places(&sample, base);
-        OrderedStart::over(sample.len(), &sample, &uv, net(budget, aspect, options), told)?
-    } else {
-        let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
-        OrderedStart::of(&sample, budget, shape.closed(), chart, &frame, options, told)?
-    };
-    clock.lap("ordering");
-    let map = learned(&sample, &mut start, &shape, budget, &frame, options, told)?;
-    start.split_as(&map, budget, options);
-    let uv = if shape.base.is_some() {
-        Vec::new()
-    } else {
-        let places = map.parametrize(&local, EXTRAPOLATION, told)?;
-        bounded(&places, shape.closed().closed())
-    };
-    clock.lap("training");
-
-    let growth = growth(options, &frame);
-    let creases = start.creases;
-    let weights = counted.weights.clone();
     let layers = counted.apart.as_ref().map(|apart| apart.layers);
-    let layers = layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers });
-    let mut job = Job { points: &local, weights, uv, creases, shape, layers, options };
-    let (fit, flaws) = job.done(start.net, growth, told)?;
+    let wanted = Wanted {
+        points: &local,
+        sample: &sample,
+        weights: counted.weights.as_deref(),
+        layers: layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers }),
+        budget,
+        growth: growth(options, &frame),
+        frame: &frame,
+        options,
+    };
+    let first = shape.kind;
+    let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
+    let candidate = wanted.candidate(shape, chart, &mut clock, told)?;
+    let Candidate { map, job, fit, flaws } = wanted.or_sheet(candidate, &mut clock, told)?;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
-    clock.lap("fitting");
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
     let straight = job.shape.straight;
@@ -191,6 +168,7 @@ fn attempt(
     let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
     let missed = options.tolerance.map_or(0, far);
     let (count, off) = (near.len(), Distances::of(near));
+    let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
     let mut warnings = counted.warnings;
     if !(counted.double || counted.apart.is_some() || units.differ()) {
         warnings.extend(not_followed(&counted.telling, off.rms, observer)?);
@@ -213,7 +191,7 @@ fn attempt(
         fairness: Some(fit.fairness),
         iterations: fit.iterations,
         topology: job.shape.kind,
-        topology_reason: Some(found.reason).filter(|_| job.shape.kind == found.kind),
+        topology_reason,
         duplicates: counted.duplicates,
         outliers: counted.outliers + shown,
         training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
@@ -223,50 +201,6 @@ fn attempt(
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
     Ok(Attempt { found, apart: counted.apart, spoilt })
-}
-
-/// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from the
-/// principal plane, from more points or from end to end, as it may be wound up, or from a disc, as it may
-/// go around a body.
-fn learned(
-    sample: &[DVec3],
-    start: &mut OrderedStart,
-    shape: &Shape,
-    budget: (usize, usize),
-    frame: &Frame,
-    options: &ReconstructOptions<'_>,
-    observer: &mut dyn Observer,
-) -> Result<SelfOrganizingMap> {
-    let mut map = learn(sample, start, observer)?;
-    if options.init != Start::Auto || shape.kind != Kind::Sheet {
-        return Ok(map);
-    }
-    let mut torn = map.topographic_error(sample, observer)?;
-    let (stray, most) = BY_CHANCE;
-    if torn <= (stray / sample.len() as f64).clamp(TORN, most) {
-        return Ok(map);
-    }
-    let flat = ReconstructOptions { init: Start::Pca, ..*options };
-    let mut others =
-        vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
-    let count = sample.len();
-    let sheet = if let Some(sheet) = start.unwound.take() {
-        sheet
-    } else {
-        let sheet = Unwound::closely(sample, observer)?;
-        others.extend(sheet.unrolled(count, budget, options, observer)?);
-        sheet
-    };
-    others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
-    others.extend(sheet.lengthwise(count, budget, options, observer)?);
-    for other in others {
-        let learned = learn(sample, &other, observer)?;
-        let error = learned.topographic_error(sample, observer)?;
-        if error < torn {
-            (*start, map, torn) = (other, learned, error);
-        }
-    }
-    Ok(map)
 }
 
 /// What kind of surface the points lie on, as far as that is not known.
@@ -279,6 +213,21 @@ fn kind(
         Some(wanted) => detect_wanted(points, wanted, observer),
         None => detect(points, observer),
     }
+}
+
+/// Why a surface has become of this kind, and not of the first that was fitted.
+fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Option<String> {
+    let instead = match (found.kind, became) {
+        (found, became) if found == became => "",
+        (Kind::Height, Kind::Sheet) if ended_by == EndedBy::Exact && first == Kind::Height => {
+            ", but a sheet passes through all points"
+        }
+        (Kind::Height, Kind::Sheet) if first == Kind::Height => {
+            ", but a sheet comes nearer to the points"
+        }
+        _ => return None,
+    };
+    Some(format!("{}{instead}", found.reason))
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.

@@ -43,15 +43,11 @@ const FILLED: f64 = 0.93;
 /// least area around them does.
 const BY_CHANCE: f64 = 4.0;
 
-/// Slope in degrees up to which heights were found out over whatever rectangle points fill: of steeper ground, whose
-/// map along the surface has more room for what is steep, only along the plane's own axes.
-const GENTLE: f64 = 45.0;
-
 /// Cosine of the angle that a plane leans by at least for its rectangles to be no longer those of x and y.
 const UPRIGHT: f64 = 0.98;
 
 /// Fewer points than that do not tell what they fill, nor hold a surface that bends across where they end.
-const FEW: usize = 100;
+pub(super) const FEW: usize = 100;
 
 /// Points to a cell of that rectangle on average, and cells along a side at most; and the share of them
 /// without points from which on a bent strip is looked for: a U, whose hull is a rectangle, leaves more.
@@ -93,13 +89,8 @@ pub(super) fn rectangle(points: &[DVec3], up: DVec3) -> Base {
 
 /// What heights stand on that were found out: the rectangle around the points' places in the plane across
 /// them, if they fill it, or a bent strip that they fill, if it is one of those that are `wanted`.
-pub(super) fn base(
-    points: &[DVec3],
-    HeightField { up, slope }: HeightField,
-    wanted: impl Fn(&Arms) -> bool,
-) -> Option<Base> {
-    let steep = slope > GENTLE && points.len() >= FEW;
-    let rectangle = if steep { Base::over(points, up) } else { rectangle(points, up) };
+pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Arms) -> bool) -> Option<Base> {
+    let rectangle = rectangle(points, up);
     if points.len() < FEW {
         return Some(rectangle);
     }
@@ -129,9 +120,8 @@ pub(super) fn leaning(
     if up.z > UPRIGHT {
         return Ok(None);
     }
-    let gentle = HeightField { up, slope: 0.0 };
     let base = match along_z {
-        None => base(points, gentle, wanted),
+        None => base(points, up, wanted),
         Some(along_z) if points.len() < FEW => {
             let over_plane = rectangle(points, up);
             let by_chance = 1.0 - BY_CHANCE / points.len() as f64;
@@ -142,7 +132,6 @@ pub(super) fn leaning(
     };
     let Some(base) = base else { return Ok(None) };
     let found = topology::heights_along(points, up, observer)?;
-    let found = found.filter(|height| height.slope <= GENTLE || points.len() < FEW);
     Ok(found.map(|height| (height, base)))
 }
 

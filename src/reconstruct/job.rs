@@ -23,6 +23,9 @@ use crate::topology::{Kind, Topology};
 /// How far the surface goes on beyond the points by default, in their mean spacings.
 const BORDER: f64 = 0.5;
 
+/// Slope in degrees from which on a sheet may come nearer to points than heights, if there are not few.
+const GENTLE: f64 = 45.0;
+
 /// Fits without the outliers that the last one showed, at most.
 const ROBUST_FITS: usize = 2;
 
@@ -40,6 +43,8 @@ pub(super) struct Shape {
     pub(super) kind: Kind,
     /// What heights stand on, of [`Kind::Height`].
     pub(super) base: Option<Base>,
+    /// Whether heights were found out that are so steep that a sheet may come nearer to the points.
+    pub(super) steep: bool,
     /// Whether distances are heights: in another unit than x and y, they have no ways beside them.
     pub(super) straight: bool,
 }
@@ -72,7 +77,7 @@ impl Shape {
                     let (rows, _) = net(budget, strip.aspect(), options);
                     rows > strip.arms().len() * options.degree
                 };
-                let mut base = height.and_then(|height| heights::base(points, height, has_rows));
+                let mut base = height.and_then(|height| heights::base(points, height.up, has_rows));
                 if along_z
                     && height.is_some()
                     && let Some((height, leaning)) =
@@ -80,15 +85,21 @@ impl Shape {
                 {
                     (*found, base) = (Topology::of_heights(height), Some(leaning));
                 }
+                let slope = found.height.map_or(0.0, |height| height.slope);
+                let steep = base.is_some() && slope > GENTLE && points.len() >= heights::FEW;
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
-                Self::new(kind, base)
+                Self { steep, ..Self::new(kind, base) }
             }
             wanted => Self::new(wanted.unwrap_or(found.kind), None),
         })
     }
 
     fn new(kind: Kind, base: Option<Base>) -> Self {
-        Self { kind, base, straight: false }
+        Self { kind, base, steep: false, straight: false }
+    }
+
+    pub(super) fn sheet() -> Self {
+        Self::new(Kind::Sheet, None)
     }
 
     /// Heights over the rectangle around points.
@@ -285,7 +296,7 @@ impl Job<'_> {
         }
         // Its control points are not even in the plane, as those of heights are.
         if self.shape.kind == Kind::Height {
-            self.shape = Shape::new(Kind::Sheet, None);
+            self.shape = Shape::sheet();
         }
         Ok(Some((found, flaws)))
     }

@@ -122,10 +122,14 @@ impl Clock {
         Self { last: std::time::Instant::now(), times: Vec::new() }
     }
 
-    /// Ends a stage.
+    /// Ends a stage, perhaps once more.
     pub(super) fn lap(&mut self, stage: &'static str) {
         let now = std::time::Instant::now();
-        self.times.push((stage, now - self.last));
+        let spent = now - self.last;
+        match self.times.iter_mut().find(|(other, _)| *other == stage) {
+            Some((_, before)) => *before += spent,
+            None => self.times.push((stage, spent)),
+        }
         self.last = now;
     }
 

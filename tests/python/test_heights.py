@@ -130,6 +130,26 @@ def rotation(axis: int, degrees: float) -> Points:
     return turn
 
 
+@pytest.mark.parametrize("ground", ["cliff", "waves"])
+def test_a_sheet_has_more_room_for_what_is_steep(ground: str) -> None:
+    rng = np.random.default_rng(1)
+    x, y = rng.random((2, 1000))
+    if ground == "cliff":
+        z = 0.2 * np.tanh(10 * (x + 0.2 * np.sin(3 * y) - 0.5))
+    else:
+        z = 0.25 * np.sin(6 * x) * np.cos(5 * y)
+    points = np.column_stack([x, y, z + 0.001 * rng.standard_normal(1000)])
+    told = neurbs.reconstruct(points, grid=(10, 10), topology="height").report
+    found = neurbs.reconstruct(points, grid=(10, 10)).report
+    if ground == "cliff":
+        assert found.topology == "sheet"
+        assert found.rms < 0.4 * told.rms
+        assert "but a sheet comes nearer" in str(found.topology_reason)
+    else:
+        assert found.topology == "height"
+        assert found.rms == told.rms
+
+
 def test_heights_told_so_keep_x_and_y(rng: np.random.Generator) -> None:
     points = heights(rng, 400) @ rotation(2, 35).T
     low, high = domain(neurbs.reconstruct(points, topology="height").surface)

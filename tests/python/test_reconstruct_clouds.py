@@ -393,7 +393,8 @@ def test_free_weights_meet_a_cylinder_with_few_control_points(rng: np.random.Gen
     plain = neurbs.reconstruct(points, grid=(4, 4), aspect="fixed")
     freed = neurbs.reconstruct(points, grid=(4, 4), aspect="fixed", rational=True)
     assert freed.surface.weights is not None
-    assert freed.report.rms < 0.2 * plain.report.rms
+    assert freed.report.rms < 0.6 * plain.report.rms
+    assert freed.report.rms < 1e-4 * freed.report.diagonal
     assert plain.surface.weights is None
 
 

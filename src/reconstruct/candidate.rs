@@ -1,0 +1,164 @@
+//! Surfaces of different shapes near the same points, of which one is the result.
+
+use glam::DVec3;
+
+use super::counted::Layers;
+use super::flaws::Flaws;
+use super::job::{Fit, Job, Shape};
+use super::own_frame::Frame;
+use super::report::Clock;
+use super::start::{OrderedStart, learn, net};
+use super::unwound::Unwound;
+use super::{ReconstructOptions, Start, heights};
+use crate::error::{Error, Result};
+use crate::fit::{Growth, bounded};
+use crate::point_cloud::Bounds;
+use crate::progress::Observer;
+use crate::som::SelfOrganizingMap;
+use crate::topology::{Chart, Kind};
+
+/// How far beyond the lattice's border points may lie, in cells.
+const EXTRAPOLATION: f64 = 0.75;
+
+/// Topographic error of a map from an ordered start that shows a short circuit between layers, or a surface
+/// that has no flat map: of two dozen maps in order, of noisy sheets too, none has any, nor half of it of two
+/// that are stretched over more than half a sphere.
+const TORN: f64 = 0.005;
+
+/// So many points may be out of order by chance, and the map still be the better one, up to this error.
+const BY_CHANCE: (f64, f64) = (5.0, 0.02);
+
+/// More points are not fitted twice: a net for so many has room for what is steep.
+const MOST: usize = 20_000;
+
+/// How near to its points a surface is that no other need be looked for, as a share of the diagonal; and how
+/// near a sheet is, as a share of the distances of steep heights, that is taken instead of them.
+const NEAR: f64 = 2e-5;
+const NEARER: f64 = 0.8;
+
+/// What a surface is wanted for: points in a frame.
+pub(super) struct Wanted<'a> {
+    pub(super) points: &'a [DVec3],
+    /// Some of them, which the map learns from.
+    pub(super) sample: &'a [DVec3],
+    pub(super) weights: Option<&'a [f64]>,
+    pub(super) layers: Option<Layers>,
+    pub(super) budget: (usize, usize),
+    pub(super) growth: Option<Growth>,
+    pub(super) frame: &'a Frame,
+    pub(super) options: &'a ReconstructOptions<'a>,
+}
+
+/// A surface, and the map that it began with.
+pub(super) struct Candidate<'a> {
+    pub(super) map: SelfOrganizingMap,
+    pub(super) job: Job<'a>,
+    pub(super) fit: Fit,
+    pub(super) flaws: Flaws,
+}
+
+impl<'a> Wanted<'a> {
+    /// The surface of this shape.
+    pub(super) fn candidate(
+        &self,
+        shape: Shape,
+        chart: Option<&Chart>,
+        clock: &mut Clock,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<'a>> {
+        let &Self { points, sample, budget, frame, options, .. } = self;
+        let mut start = if let Some(base) = &shape.base {
+            let (uv, aspect) = heights::places(sample, base);
+            OrderedStart::over(sample.len(), sample, &uv, net(budget, aspect, options), observer)?
+        } else {
+            OrderedStart::of(sample, budget, shape.closed(), chart, frame, options, observer)?
+        };
+        clock.lap("ordering");
+        let map = self.learned(&mut start, &shape, observer)?;
+        start.split_as(&map, budget, options);
+        let uv = if shape.base.is_some() {
+            Vec::new()
+        } else {
+            let places = map.parametrize(points, EXTRAPOLATION, observer)?;
+            bounded(&places, shape.closed().closed())
+        };
+        clock.lap("training");
+        let weights = self.weights.map(<[f64]>::to_vec);
+        let (creases, layers) = (start.creases, self.layers);
+        let mut job = Job { points, weights, uv, creases, shape, layers, options };
+        let (fit, flaws) = job.done(start.net, self.growth, observer)?;
+        clock.lap("fitting");
+        Ok(Candidate { map, job, fit, flaws })
+    }
+
+    /// The sheet instead of steep heights that were found out, if it is clearly nearer to the points: its map
+    /// has more room for what is steep.
+    pub(super) fn or_sheet(
+        &self,
+        heights: Candidate<'a>,
+        clock: &mut Clock,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<'a>> {
+        let size = Bounds::of(self.points).diagonal();
+        let once = !heights.job.shape.steep || self.points.len() > MOST;
+        if once || heights.error() <= NEAR * size {
+            return Ok(heights);
+        }
+        match self.candidate(Shape::sheet(), None, clock, observer) {
+            Ok(sheet) if sheet.flaws.count() == 0 && sheet.error() < NEARER * heights.error() => {
+                Ok(sheet)
+            }
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            _ => Ok(heights),
+        }
+    }
+
+    /// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from the
+    /// principal plane, from more points or from end to end, as it may be wound up, or from a disc, as it may
+    /// go around a body.
+    fn learned(
+        &self,
+        start: &mut OrderedStart,
+        shape: &Shape,
+        observer: &mut dyn Observer,
+    ) -> Result<SelfOrganizingMap> {
+        let &Self { sample, budget, frame, options, .. } = self;
+        let mut map = learn(sample, start, observer)?;
+        if options.init != Start::Auto || shape.kind != Kind::Sheet {
+            return Ok(map);
+        }
+        let mut torn = map.topographic_error(sample, observer)?;
+        let (stray, most) = BY_CHANCE;
+        if torn <= (stray / sample.len() as f64).clamp(TORN, most) {
+            return Ok(map);
+        }
+        let flat = ReconstructOptions { init: Start::Pca, ..*options };
+        let mut others =
+            vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
+        let count = sample.len();
+        let sheet = if let Some(sheet) = start.unwound.take() {
+            sheet
+        } else {
+            let sheet = Unwound::closely(sample, observer)?;
+            others.extend(sheet.unrolled(count, budget, options, observer)?);
+            sheet
+        };
+        others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
+        others.extend(sheet.lengthwise(count, budget, options, observer)?);
+        for other in others {
+            let learned = learn(sample, &other, observer)?;
+            let error = learned.topographic_error(sample, observer)?;
+            if error < torn {
+                (*start, map, torn) = (other, learned, error);
+            }
+        }
+        Ok(map)
+    }
+}
+
+impl Candidate<'_> {
+    /// How far it is from the points that count.
+    fn error(&self) -> f64 {
+        self.job.rms(&self.fit.distances)
+    }
+}
