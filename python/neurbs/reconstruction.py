@@ -235,7 +235,7 @@ def reconstruct(
         What kind of surface the points lie on: open (sheet, or height for heights over a plane),
         closed in u (tube) or in both directions (torus). Closed directions are smooth across the
         seam. By default it is found out, and the report says why; sheets that turn out to be
-        heights over a rectangle are fitted as such.
+        heights over a rectangle, or a ground that trees stand on, are fitted as such.
     init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
         Where the nodes of the map lie before it learns: in order along the surface, in the
         principal plane, or as given. By default along the surface, or in the plane if that turns

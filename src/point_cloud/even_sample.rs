@@ -82,6 +82,14 @@ pub(crate) fn hash(point: DVec3) -> u64 {
     bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits))
 }
 
+/// About so many points, any of the cloud: unlike those of an even sample, they lie as densely in some places
+/// as compared with others as all do.
+pub(crate) fn any_of(points: &[DVec3], count: usize) -> Vec<DVec3> {
+    let share = count as f64 / points.len() as f64;
+    let chosen = |point: &&DVec3| hash(**point) as f64 <= share * u64::MAX as f64;
+    points.iter().filter(chosen).copied().collect()
+}
+
 /// The bits of a point, by which equal ones are known.
 fn bits(point: DVec3) -> [u64; 3] {
     // Both zeros are one number.

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::even_sample::EvenSample;
-pub(crate) use self::even_sample::{close_sample, hash};
+pub(crate) use self::even_sample::{any_of, close_sample};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub use self::no_data::{NoData, no_data};

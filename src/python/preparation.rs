@@ -266,10 +266,12 @@ impl Topology {
 ///
 /// Notes
 /// -----
-/// A height field has no steep slopes, and nothing lies above anything else. Tubes and tori have
-/// loops that cannot be shrunk, found by persistent cohomology of landmarks; loops around holes are
-/// told by their lengths, which grow from the rim outwards. Looks at 5,000 points at most for
-/// slopes, at 10,000 for loops and at 20,000 for layers above one another.
+/// A height field has no steep slopes, and nothing lies above anything else; or it is a ground over
+/// x and y, and what lies above or below others is high and rough, as trees are in a scan from the
+/// air, of which ``warning`` tells. Tubes and tori have loops that cannot be shrunk, found by
+/// persistent cohomology of landmarks; loops around holes are told by their lengths, which grow from
+/// the rim outwards. Looks at 5,000 points at most for slopes, at 10,000 for loops, at 20,000 for
+/// layers above one another and at 200,000 for a ground.
 ///
 /// References
 /// ----------

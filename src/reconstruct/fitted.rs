@@ -19,7 +19,7 @@ use crate::fit::{EndedBy, Growth};
 use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, NoData, Normalization, no_data};
 use crate::progress::Observer;
-use crate::topology::{Kind, Topology, detect, detect_wanted};
+use crate::topology::{Kind, Topology, detect_among, detect_wanted};
 
 /// Points that the map learns from: more would not move it visibly.
 const MAP_POINTS: usize = 20_000;
@@ -115,10 +115,13 @@ fn attempt(
     let known = units.heights().filter(|_| options.topology.is_none());
     let mut found = match known {
         Some(heights) => heights,
-        None => kind(&counted.telling, options, observer)?,
+        None => kind(&counted, options, observer)?,
     };
     if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
+    } else if found.height.is_some_and(|height| height.ground) {
+        // Roofs and crowns are apart from the ground, but no other pieces to choose.
+        counted.apart = None;
     }
     let frame = Frame { units, counted: Normalization::of(&counted.points) };
     let local: Vec<DVec3> =
@@ -205,13 +208,13 @@ fn attempt(
 
 /// What kind of surface the points lie on, as far as that is not known.
 fn kind(
-    points: &[DVec3],
+    counted: &Counted,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
     match options.topology {
-        Some(wanted) => detect_wanted(points, wanted, observer),
-        None => detect(points, observer),
+        Some(wanted) => detect_wanted(&counted.telling, wanted, observer),
+        None => detect_among(&counted.telling, &counted.points, observer),
     }
 }
 

@@ -85,8 +85,14 @@ impl Shape {
                 {
                     (*found, base) = (Topology::of_heights(height), Some(leaning));
                 }
+                let ground = height.is_some_and(|height| height.ground);
+                if ground {
+                    // Over a plane there is an order in what stands on a ground, along a sheet there is none.
+                    base = base.or_else(|| Some(Base::over(points, DVec3::Z)));
+                }
                 let slope = found.height.map_or(0.0, |height| height.slope);
-                let steep = base.is_some() && slope > GENTLE && points.len() >= heights::FEW;
+                let many = points.len() >= heights::FEW;
+                let steep = base.is_some() && !ground && slope > GENTLE && many;
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
                 Self { steep, ..Self::new(kind, base) }
             }

@@ -9,7 +9,7 @@ use super::relief::Relief;
 use super::start::whole;
 use crate::error::Result;
 use crate::inspection::UNEVEN;
-use crate::point_cloud::{EvenSample, KdTree, Plane, hash};
+use crate::point_cloud::{EvenSample, KdTree, Plane, any_of};
 use crate::progress::Observer;
 use crate::topology::{HeightField, Kind, Topology, heights};
 
@@ -133,9 +133,7 @@ struct Telling<'a> {
 
 impl<'a> Telling<'a> {
     fn of(cloud: &'a [DVec3]) -> Self {
-        let share = TELLING as f64 / cloud.len() as f64;
-        let chosen = |point: &&DVec3| hash(**point) as f64 <= share * u64::MAX as f64;
-        let points: Vec<DVec3> = cloud.iter().filter(chosen).copied().collect();
+        let points = any_of(cloud, TELLING);
         let extent = |axis: usize| {
             let mut along: Vec<f64> = points.iter().map(|point| point[axis]).collect();
             along.sort_by(f64::total_cmp);

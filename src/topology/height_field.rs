@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::point_cloud::{KdTree, NeighborGraph, Plane};
 
 /// One of so many places may be steeper than the slope that counts.
-const STEEPER: usize = 50;
+pub(super) const STEEPER: usize = 50;
 
 /// Steeper slopes (from the plane) are walls, over which heights would be no function or an
 /// unevenly sampled one.
@@ -31,6 +31,8 @@ pub struct HeightField {
     pub up: DVec3,
     /// Angle between the plane and the steepest places, two in a hundred points aside, in degrees.
     pub slope: f64,
+    /// Whether they are those of a ground that other things stand on, as trees do: these are no heights.
+    pub ground: bool,
 }
 
 /// Deviation of neighbours from their plane, in spacings, of most points below which layers a few spacings apart
@@ -44,12 +46,23 @@ const FARTHEST: f64 = 6.0;
 
 /// What the surface is like around a point.
 #[derive(Clone, Copy)]
-struct Tangent {
+pub(super) struct Tangent {
     normal: DVec3,
     /// How far its points scatter about the plane.
     deviation: f64,
     /// Mean distance to the neighbours.
-    spacing: f64,
+    pub(super) spacing: f64,
+}
+
+impl Tangent {
+    pub(super) fn is_smooth(&self) -> bool {
+        self.deviation < SMOOTH * self.spacing
+    }
+
+    /// The angle between the tangent plane and the plane across a direction, in degrees.
+    pub(super) fn slope(&self, up: DVec3) -> f64 {
+        self.normal.dot(up).abs().min(1.0).acos().to_degrees()
+    }
 }
 
 /// The direction over whose plane the points are heights, if there is one.
@@ -65,21 +78,23 @@ pub(super) fn along(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> Optio
 }
 
 fn heights(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
-    let slope = slope(tangents, up);
+    let slope = slope(tangents.iter(), up);
     let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
-    fits.then_some(HeightField { up, slope })
+    fits.then_some(HeightField { up, slope, ground: false })
 }
 
 /// Whether points lie above one another along this direction, as far as noise lets that be seen.
 pub(super) fn is_folded(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
     let tangents = tangents(points, graph);
-    let mut roughness: Vec<f64> = tangents.iter().map(|t| t.deviation / t.spacing).collect();
-    roughness.sort_by(f64::total_cmp);
-    let smooth = roughness.get(roughness.len() / 2).is_some_and(|median| *median < SMOOTH);
-    smooth && overlap(points, &tangents, up) > OVERLAP
+    mostly_smooth(&tangents) && overlap(points, &tangents, up) > OVERLAP
 }
 
-fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
+/// Whether more than half of the points scatter so little that layers show.
+pub(super) fn mostly_smooth(tangents: &[Tangent]) -> bool {
+    2 * tangents.iter().filter(|tangent| tangent.is_smooth()).count() > tangents.len()
+}
+
+pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
     let tangent = |index: usize| {
         let (own, edges) = (points[index], graph.edges(index));
         let around = || edges.iter().map(|edge| points[edge.to as usize]);
@@ -99,29 +114,35 @@ fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {
 }
 
 /// The angle that all but the steepest places stay below, in degrees.
-fn slope(tangents: &[Tangent], up: DVec3) -> f64 {
-    let angle = |tangent: &Tangent| tangent.normal.dot(up).abs().min(1.0).acos();
-    let mut angles: Vec<f64> = tangents.iter().map(angle).collect();
+pub(super) fn slope<'a>(tangents: impl Iterator<Item = &'a Tangent>, up: DVec3) -> f64 {
+    let mut angles: Vec<f64> = tangents.map(|tangent| tangent.slope(up)).collect();
     angles.sort_by(f64::total_cmp);
     let steepest = angles.len().saturating_sub(1 + angles.len() / STEEPER);
-    angles.get(steepest).map_or(90.0, |angle| angle.to_degrees())
+    angles.get(steepest).copied().unwrap_or(90.0)
 }
 
 /// Share of the points that have something above or below them that is not their own surface.
 fn overlap(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> f64 {
+    let covered = covers(points, tangents, up).iter().filter(|covers| !covers.is_empty()).count();
+    covered as f64 / points.len() as f64
+}
+
+/// What each point has above or below it that is not its own surface.
+pub(super) fn covers(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Vec<Vec<usize>> {
     let flat: Vec<DVec3> = points.iter().map(|&p| p - p.dot(up) * up).collect();
     let tree = KdTree::new(&flat);
-    let covered = |index: &u32| {
+    let covers = |index: u32| {
         let mut found = Vec::new();
-        tree.nearest_to(*index, BELOW, &mut found);
-        let tangent = &tangents[*index as usize];
+        tree.nearest_to(index, BELOW, &mut found);
+        let own = index as usize;
+        let tangent = &tangents[own];
         let near = NEAR.0 * tangent.spacing + NEAR.1 * tangent.deviation;
-        found.iter().any(|n| {
-            let apart = points[n.index as usize] - points[*index as usize];
+        found.retain(|n| {
+            let apart = points[n.index as usize] - points[own];
             tangent.normal.dot(apart).abs() > near + n.distance()
-        })
+        });
+        found.into_iter().map(|n| n.index as usize).collect()
     };
-    let count = (0..).zip(points).map(|(index, _)| index).collect::<Vec<u32>>();
-    let covered = count.par_iter().filter(|index| covered(index)).count();
-    covered as f64 / points.len() as f64
+    let indices: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
+    indices.into_par_iter().map(covers).collect()
 }

@@ -1,5 +1,8 @@
 //! What kind of surface points lie on: sheet, tube, torus, or heights over a plane.
 //!
+//! Heights have nothing above one another, or are a ground on which things stand that are rough and high,
+//! as trees are in a scan from the air.
+//!
 //! Loops of the surface that cannot be shrunk tell tubes and tori from sheets, wherever these are
 //! bent; they come with angles around them ([`Chart`]), which are an ordered start for a closed
 //! lattice. Loops around holes do not count: a hole's rim is short as compared with the outline.
@@ -9,6 +12,7 @@ mod circle;
 mod cohomology;
 mod disc;
 mod form;
+mod ground;
 mod height_field;
 mod laplacian;
 mod lengthwise;
@@ -63,6 +67,10 @@ const SPREAD: [f64; 2] = [4.0, 2.0];
 /// a circle has 3.5. With less than this the body is closed but for small holes.
 const OUTLINE: f64 = 0.7;
 
+/// What a user should know of a ground that things stand on.
+const STANDING: &str = "things stand on the ground, as trees do, and the surface rises to the middle of them; for \
+    the ground alone, give only points that lie on it";
+
 /// Share of a tube's rims that must be seen.
 const RIMS: f64 = 0.3;
 
@@ -116,19 +124,27 @@ impl Topology {
     pub(crate) fn of_heights(height: HeightField) -> Self {
         let DVec3 { x, y, z } = height.up;
         let slope = height.slope.ceil();
-        let reason = format!(
-            "no part of it lies above another along ({x:.2}, {y:.2}, {z:.2}), and slopes stay under \
-             {slope:.0} degrees"
-        );
-        Self { height: Some(height), ..Self::new(Kind::Height, reason) }
+        let reason = if height.ground {
+            format!(
+                "most of it is a ground over x and y whose slopes stay under {slope:.0} degrees, and things \
+                 stand on it that are rough and high, as trees are"
+            )
+        } else {
+            format!(
+                "no part of it lies above another along ({x:.2}, {y:.2}, {z:.2}), and slopes stay under \
+                 {slope:.0} degrees"
+            )
+        };
+        let warning = height.ground.then(|| STANDING.to_string());
+        Self { height: Some(height), warning, ..Self::new(Kind::Height, reason) }
     }
 }
 
 /// Finds out what kind of surface the points lie on. They should be
 /// [clean](crate::point_cloud::clean).
 ///
-/// Looks at 5,000 points at most for slopes, chosen evenly over space, at 10,000 for loops and at 20,000 for
-/// layers above one another.
+/// Looks at 5,000 points at most for slopes, chosen evenly over space, at 10,000 for loops, at 20,000 for
+/// layers above one another, and at 200,000 for a ground on which things stand, unless it has walls.
 ///
 /// ```
 /// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect}};
@@ -146,7 +162,16 @@ impl Topology {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
-    look(points, None, observer)
+    look(points, points, None, observer)
+}
+
+/// As [`detect`], of points that are evenly over space some of `all`.
+pub(crate) fn detect_among(
+    points: &[DVec3],
+    all: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Topology> {
+    look(points, all, None, observer)
 }
 
 /// As [`detect`], of points that a surface of this kind is wanted for, whatever they lie on: looks no
@@ -173,7 +198,7 @@ pub fn detect_wanted(
     wanted: Kind,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    look(points, Some(wanted), observer)
+    look(points, points, Some(wanted), observer)
 }
 
 /// As [`detect`], of points that are only asked whether they are heights.
@@ -197,13 +222,23 @@ pub(crate) fn heights_along(
     Ok(found.filter(|_| !folded))
 }
 
-fn look(points: &[DVec3], wanted: Option<Kind>, observer: &mut dyn Observer) -> Result<Topology> {
+fn look(
+    points: &[DVec3],
+    all: &[DVec3],
+    wanted: Option<Kind>,
+    observer: &mut dyn Observer,
+) -> Result<Topology> {
     let sheet = wanted == Some(Kind::Sheet);
     let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));
     let mut cloud = Cloud::of(points, MOST, wanted, observer)?;
     if !closed
         && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
         && !is_folded(points, cloud.points.len(), height.up, observer)?
+    {
+        return Ok(Topology::of_heights(height));
+    }
+    if wanted.is_none()
+        && let Some(height) = ground::find(&cloud.points, &cloud.graph, all, observer)?
     {
         return Ok(Topology::of_heights(height));
     }

@@ -256,3 +256,50 @@ def test_given_fairness_counts_as_much_whatever_tells_slopes(rng: np.random.Gene
     points = heights(rng, 30_000, 0.01)
     result = neurbs.reconstruct(points, grid=(8, 8), topology="height", fairness=0.1)
     assert result.report.fairness == pytest.approx(0.1, rel=1e-12)
+
+
+def scan(rng: np.random.Generator) -> tuple[Points, NDArray[np.bool_]]:
+    """Scan a ground with houses and trees from the air; say which points lie on it."""
+    x, y = 100 * rng.random((2, 12_000))
+    z = relief(x, y) + 0.03 * rng.standard_normal(x.size)
+    bare = np.ones(x.size, dtype=bool)
+    for place in 100 * rng.random((40, 2)):
+        crown = (np.hypot(*(np.column_stack([x, y]) - place).T) < 5) & (rng.random(x.size) < 0.7)
+        z[crown & bare] += rng.uniform(3, 15, np.count_nonzero(crown & bare))
+        bare &= ~crown
+    for place in [(20, 30), (60, 70), (75, 15)]:
+        roof = (np.abs(np.column_stack([x, y]) - place) < (6, 4)).all(axis=1)
+        z[roof] = relief(*np.array(place, dtype=float)) + 6
+        bare &= ~roof
+    return np.column_stack([x, y, z]), bare
+
+
+def relief(x: Points, y: Points) -> Points:
+    """Return how high the ground of the scan is."""
+    high: Points = 3 * np.sin(x / 30) + 2 * np.cos(y / 25)
+    return high
+
+
+@pytest.mark.parametrize("strays", [0, 12])
+def test_trees_and_houses_stand_on_a_ground(rng: np.random.Generator, strays: int) -> None:
+    points, bare = scan(rng)
+    birds = rng.choice(len(points), strays, replace=False)
+    points[birds, 2] += rng.uniform(20, 60, strays)
+    result = neurbs.reconstruct(points)
+    assert result.report.topology == "height"
+    assert "a ground over x and y" in str(result.report.topology_reason)
+    assert any("things stand on the ground" in warning for warning in result.report.warnings)
+    # The surface is on the ground where there is no more than that.
+    alone = np.setdiff1d(np.flatnonzero(bare), birds)
+    assert np.median(result.distances[alone]) < 0.3
+    assert result.inliers[alone].mean() > 0.99
+
+
+def test_a_cloth_that_folds_over_is_no_ground(rng: np.random.Generator) -> None:
+    s, y = rng.random((2, 6000)) * [[1.4], [1.0]]
+    x = np.where(s < 0.6, s, np.where(s < 0.8, 1.2 - s, s - 0.4))
+    layer = np.digitize(s, [0.6, 0.8])
+    for gap, noise in [(0.02, 0.0), (0.03, 0.002), (0.1, 0.002)]:
+        z = gap * layer + noise * rng.standard_normal(s.size)
+        found = neurbs.detect_topology(np.column_stack([x, y, z]))
+        assert "ground" not in found.reason
