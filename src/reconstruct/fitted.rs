@@ -117,9 +117,10 @@ fn attempt(
         Some(heights) => heights,
         None => kind(&counted, options, observer)?,
     };
+    let ground = found.height.is_some_and(|height| height.ground);
     if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
-    } else if found.height.is_some_and(|height| height.ground) {
+    } else if ground {
         // Roofs and crowns are apart from the ground, but no other pieces to choose.
         counted.apart = None;
     }
@@ -173,7 +174,7 @@ fn attempt(
     let (count, off) = (near.len(), Distances::of(near));
     let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
     let mut warnings = counted.warnings;
-    if !(counted.double || counted.apart.is_some() || units.differ()) {
+    if !(counted.double || counted.apart.is_some() || units.differ() || ground) {
         warnings.extend(not_followed(&counted.telling, off.rms, observer)?);
     }
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));

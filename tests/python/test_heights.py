@@ -289,6 +289,8 @@ def test_trees_and_houses_stand_on_a_ground(rng: np.random.Generator, strays: in
     assert result.report.topology == "height"
     assert "a ground over x and y" in str(result.report.topology_reason)
     assert any("things stand on the ground" in warning for warning in result.report.warnings)
+    # Nothing that there is to choose among.
+    assert not any("layers" in warning or "pieces" in warning for warning in result.report.warnings)
     # The surface is on the ground where there is no more than that.
     alone = np.setdiff1d(np.flatnonzero(bare), birds)
     assert np.median(result.distances[alone]) < 0.3
