@@ -82,8 +82,7 @@ pub(super) fn rectangle(points: &[DVec3], up: DVec3) -> Base {
     let places = straight.places(points);
     let (along, size) = som::least_rectangle(&places);
     let (low, high) = bounds(&places);
-    let by_chance = 1.0 - BY_CHANCE / points.len() as f64;
-    let turned = size.element_product() < by_chance * (high - low).element_product();
+    let turned = size.element_product() < by_chance(points.len()) * (high - low).element_product();
     if turned || up != DVec3::Z { straight.turned(along) } else { straight }
 }
 
@@ -95,7 +94,7 @@ pub(super) fn base(points: &[DVec3], up: DVec3, wanted: impl Fn(&Arms) -> bool) 
         return Some(rectangle);
     }
     let places = places(points, &rectangle).0;
-    let filled = area(&som::hull(&places)) >= FILLED * evenly_filled(places.len());
+    let filled = filled(&places) >= FILLED * evenly_filled(places.len());
     if filled && empty(&places) < EMPTY {
         return Some(rectangle);
     }
@@ -124,8 +123,9 @@ pub(super) fn leaning(
         None => base(points, up, wanted),
         Some(along_z) if points.len() < FEW => {
             let over_plane = rectangle(points, up);
-            let by_chance = 1.0 - BY_CHANCE / points.len() as f64;
-            let better = filled(points, along_z) < by_chance * filled(points, &over_plane);
+            let [filled_along_z, filled_over_plane] =
+                [along_z, &over_plane].map(|base| filled(&places(points, base).0));
+            let better = filled_along_z < by_chance(points.len()) * filled_over_plane;
             better.then_some(over_plane)
         }
         Some(_) => None,
@@ -135,9 +135,14 @@ pub(super) fn leaning(
     Ok(found.map(|height| (height, base)))
 }
 
-/// Share of the rectangle around the places of points that their convex hull fills.
-fn filled(points: &[DVec3], rectangle: &Base) -> f64 {
-    area(&som::hull(&places(points, rectangle).0))
+/// Share of the unit square that the convex hull of places fills.
+fn filled(places: &[DVec2]) -> f64 {
+    area(&som::hull(places))
+}
+
+/// The share of a rectangle under which so many points scattered over it hardly ever leave that of least area.
+fn by_chance(count: usize) -> f64 {
+    1.0 - BY_CHANCE / count as f64
 }
 
 /// Share of the rectangle around so many points that their convex hull fills on average if they are
