@@ -3,6 +3,7 @@
 
 mod clean;
 mod even_sample;
+mod hull;
 mod kd_tree;
 mod neighbor_graph;
 mod no_data;
@@ -16,6 +17,7 @@ use rayon::prelude::*;
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::even_sample::EvenSample;
 pub(crate) use self::even_sample::{any_of, close_sample};
+pub(crate) use self::hull::{area, hull, least_rectangle, turned};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub use self::no_data::{NoData, no_data};

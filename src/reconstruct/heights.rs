@@ -6,7 +6,7 @@ use super::counted::every;
 use super::feet::below;
 use super::job::{Fit, Job};
 use super::measured::PORTION;
-use super::outline::{area, bounds};
+use super::outline::bounds;
 use super::region::Region;
 use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
@@ -15,9 +15,8 @@ use crate::fit::{
     Arms, Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, cosines, fit_heights_over,
     fit_heights_with, project,
 };
-use crate::point_cloud::{Bounds, Plane};
+use crate::point_cloud::{Bounds, Plane, area, hull, least_rectangle};
 use crate::progress::{self, Observer, Progress, Stage};
-use crate::som;
 use crate::topology::{self, HeightField};
 
 /// How much longer the sides of the net become at a time.
@@ -80,7 +79,7 @@ pub(super) fn places(points: &[DVec3], base: &Base) -> (Vec<DVec2>, f64) {
 pub(super) fn rectangle(points: &[DVec3], up: DVec3) -> Base {
     let straight = Base::over(points, up);
     let places = straight.places(points);
-    let (along, size) = som::least_rectangle(&places);
+    let (along, size) = least_rectangle(&places);
     let (low, high) = bounds(&places);
     let turned = size.element_product() < by_chance(points.len()) * (high - low).element_product();
     if turned || up != DVec3::Z { straight.turned(along) } else { straight }
@@ -120,7 +119,12 @@ pub(super) fn leaning(
         return Ok(None);
     }
     let base = match along_z {
-        None => base(points, up, wanted),
+        None => {
+            let Some(height) = topology::heights_along(points, up, observer)? else {
+                return Ok(None);
+            };
+            return Ok(base(points, height.up, wanted).map(|base| (height, base)));
+        }
         Some(along_z) if points.len() < FEW => {
             let over_plane = rectangle(points, up);
             let [filled_along_z, filled_over_plane] =
@@ -137,7 +141,7 @@ pub(super) fn leaning(
 
 /// Share of the unit square that the convex hull of places fills.
 fn filled(places: &[DVec2]) -> f64 {
-    area(&som::hull(places))
+    area(&hull(places))
 }
 
 /// The share of a rectangle under which so many points scattered over it hardly ever leave that of least area.

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::region::Region;
 use super::strip::{self, Sides};
 use crate::fit::Quadrilateral;
-use crate::som;
+use crate::point_cloud::{area, hull};
 
 /// Share of the convex hull that a quadrilateral of its corners must fill for the outline to count
 /// as four-sided: a rectangle fills all of it, an ellipse's largest 0.64 of it.
@@ -44,7 +44,7 @@ impl Squared {
 /// fill becomes the square; and the rectangle around it, whose sides lie along x and y, where they
 /// fill none.
 pub(super) fn unit_square(places: &[DVec2], points: Option<&[DVec3]>) -> Squared {
-    let hull = som::hull(places);
+    let hull = hull(places);
     let (low, high) = bounds(places);
     let rectangle = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
     let corners = largest(&hull);
@@ -95,11 +95,6 @@ fn largest(hull: &[DVec2]) -> Option<[DVec2; 4]> {
         }
     }
     (best.0 >= FOUR_SIDED * 2.0 * area(hull)).then_some(best.1)
-}
-
-pub(super) fn area(polygon: &[DVec2]) -> f64 {
-    let count = polygon.len();
-    0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }
 
 #[cfg(test)]

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::outline::{Squared, area, bounds};
+use super::outline::{Squared, bounds};
 use super::start::whole;
 use super::strip::{self, Sides};
 use crate::fit::Arms;
-use crate::som;
+use crate::point_cloud::{area, hull};
 
 /// Cells of the raster that would cover the convex hull.
 const CELLS: f64 = 900.0;
@@ -72,7 +72,7 @@ type Crack = (usize, usize);
 impl Region {
     /// The region that places fill; `None` if they have no area or lie in pieces.
     pub(super) fn of(places: &[DVec2]) -> Option<Self> {
-        let hull = area(&som::hull(places));
+        let hull = area(&hull(places));
         let cell = (hull / CELLS).sqrt();
         let radius = BLUR * (hull / places.len() as f64).sqrt();
         if cell.is_nan() || cell <= 0.0 {

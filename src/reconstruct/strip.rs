@@ -2,9 +2,10 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::outline::{Squared, area};
+use super::outline::Squared;
 use super::start::whole;
 use crate::fit::{Arms, Line};
+use crate::point_cloud::area;
 
 /// Places along an outline at which corners are looked for.
 pub(super) const CANDIDATES: usize = 128;

@@ -8,9 +8,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::eigen;
-use super::hull::{least_rectangle, turned};
 use crate::error::Result;
-use crate::point_cloud::{Edge, NeighborGraph, Roads};
+use crate::point_cloud::{Edge, NeighborGraph, Roads, least_rectangle, turned};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// How many times farther apart on the map than in space the ends of a way are that leads to another fold

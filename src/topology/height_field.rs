@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::direction::{FEWEST, across_rectangle, least, upward};
 use crate::point_cloud::{KdTree, NeighborGraph, Plane};
 
 /// One of so many places may be steeper than the slope that counts.
@@ -26,8 +27,8 @@ const OVERLAP: f64 = 0.02;
 /// A direction along which the surface is a function of the plane across it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightField {
-    /// The unit vector along which heights are measured: z if that will do, else the direction in
-    /// which the points scatter least.
+    /// The unit vector along which heights are measured: z if that will do, else, near the direction in which
+    /// the points scatter least or that in which they face, the one across which they fill a rectangle.
     pub up: DVec3,
     /// Angle between the plane and the steepest places, two in a hundred points aside, in degrees.
     pub slope: f64,
@@ -43,6 +44,11 @@ const SMOOTH: f64 = 0.15;
 /// nearest to them to tell how steep it is there: of tracks, those beside lie much farther than those
 /// along.
 const FARTHEST: f64 = 6.0;
+
+/// Normals by which the direction is found that a surface faces in, and how much steeper, in degrees, heights
+/// may be along it than along their own.
+const TELLING: usize = 500;
+const ASIDE: f64 = 6.0;
 
 /// What the surface is like around a point.
 #[derive(Clone, Copy)]
@@ -68,19 +74,43 @@ impl Tangent {
 /// The direction over whose plane the points are heights, if there is one.
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
     let tangents = tangents(points, graph);
-    let up = Plane::of(points.iter().copied()).upward();
-    [DVec3::Z, up].into_iter().find_map(|up| heights(points, &tangents, up))
+    let over_plane = || near(points, &tangents, Plane::of(points.iter().copied()).upward());
+    let facing = || {
+        let up = facing(&tangents)?;
+        let may_be = slope(tangents.iter(), up) <= WALL_DEGREES + ASIDE;
+        may_be.then(|| near(points, &tangents, up)).flatten()
+    };
+    heights(points, &tangents, DVec3::Z).or_else(over_plane).or_else(facing)
 }
 
-/// The heights along this direction, if the points are.
+/// The heights along this direction, if the points are, or near it along that across which they fill a
+/// rectangle.
 pub(super) fn along(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> Option<HeightField> {
-    heights(points, &tangents(points, graph), up)
+    near(points, &tangents(points, graph), up)
+}
+
+fn near(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
+    let better = across_rectangle(points, up);
+    let found = (better != up).then(|| heights(points, tangents, better)).flatten();
+    found.or_else(|| heights(points, tangents, up))
 }
 
 fn heights(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
     let slope = slope(tangents.iter(), up);
     let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
     fits.then_some(HeightField { up, slope, ground: false })
+}
+
+/// The direction in which the surface faces: along which the steepest places are as gentle as may be.
+fn facing(tangents: &[Tangent]) -> Option<DVec3> {
+    if tangents.len() < FEWEST {
+        return None;
+    }
+    let telling = || tangents.iter().step_by(tangents.len().div_ceil(TELLING).max(1));
+    let normals: Vec<DVec3> =
+        telling().flat_map(|tangent| [tangent.normal, -tangent.normal]).collect();
+    let cost = |up: DVec3| (slope(telling(), up), up.any_orthonormal_pair().into());
+    Some(upward(least(Plane::of(normals).axes[0], cost)))
 }
 
 /// Whether points lie above one another along this direction, as far as noise lets that be seen.

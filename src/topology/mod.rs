@@ -10,6 +10,7 @@
 mod border;
 mod circle;
 mod cohomology;
+mod direction;
 mod disc;
 mod form;
 mod ground;

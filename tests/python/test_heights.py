@@ -120,6 +120,27 @@ def test_heights_over_a_rectangle_are_found_however_it_lies(count: int, leaning:
     assert np.abs(off).max() < 0.01
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_steep_heights_are_found_in_any_position(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = rng.random((2, 2000))
+    truth = np.column_stack([x, y, steep(x, y)])
+    turn = rotation(1 + seed % 2, 100) @ rotation(1, 50) @ rotation(0, 40)
+    normal = np.linalg.svd(truth - truth.mean(axis=0))[2][2]
+    assert abs(normal[2]) < np.cos(np.radians(15)), "they scatter least along z"
+    result = neurbs.reconstruct(truth @ turn.T)
+    assert result.report.topology == "height"
+    places = np.linspace(0.02, 0.98, 41)
+    back = (result.surface.evaluate_grid(places, places) @ turn).reshape(-1, 3)
+    assert np.abs(back[:, 2] - steep(back[:, 0], back[:, 1])).max() < 0.01
+    corners = result.surface.evaluate_grid([0.0, 1.0], [0.0, 1.0]).reshape(-1, 3) @ turn
+    assert (np.abs(np.sort(corners[:, 0]) - [0, 0, 1, 1]) < 0.05).all()
+
+
+def steep(x: Points, y: Points) -> Points:
+    return 0.9 * y + 0.15 * np.sin(6 * x) * np.cos(5 * y)
+
+
 def rotation(axis: int, degrees: float) -> Points:
     """Return the matrix that turns about an axis."""
     turn = np.eye(3)

@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// A place by the axes of which the first has this direction.
-pub(super) fn turned(place: DVec2, along: DVec2) -> DVec2 {
+pub(crate) fn turned(place: DVec2, along: DVec2) -> DVec2 {
     DVec2::new(along.dot(place), along.perp_dot(place))
 }
 
@@ -22,6 +22,12 @@ pub(crate) fn least_rectangle(places: &[DVec2]) -> (DVec2, DVec2) {
     let edge = best.unwrap_or(DVec2::X);
     let extent = size(edge);
     if extent.x < extent.y { (edge.perp(), DVec2::new(extent.y, extent.x)) } else { (edge, extent) }
+}
+
+/// The area of a polygon, counter-clockwise.
+pub(crate) fn area(polygon: &[DVec2]) -> f64 {
+    let count = polygon.len();
+    0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }
 
 /// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
