@@ -45,10 +45,15 @@ const SMOOTH: f64 = 0.15;
 /// along.
 const FARTHEST: f64 = 6.0;
 
-/// Normals by which the direction is found that a surface faces in, and how much steeper, in degrees, heights
-/// may be along it than along their own.
-const TELLING: usize = 500;
+/// How much steeper than walls, in degrees, a surface may be along a direction near that of its heights, and
+/// along the one across which it fills a rectangle, which is known to a degree or two.
 const ASIDE: f64 = 6.0;
+const OVER_RECTANGLE: f64 = 2.0;
+
+/// Normals by which the direction is found that a surface faces in, and the power by which the steepest of
+/// them count.
+const TELLING: usize = 500;
+const POWER: i32 = 8;
 
 /// What the surface is like around a point.
 #[derive(Clone, Copy)]
@@ -67,7 +72,11 @@ impl Tangent {
 
     /// The angle between the tangent plane and the plane across a direction, in degrees.
     pub(super) fn slope(&self, up: DVec3) -> f64 {
-        self.normal.dot(up).abs().min(1.0).acos().to_degrees()
+        self.cosine(up).acos().to_degrees()
+    }
+
+    fn cosine(&self, up: DVec3) -> f64 {
+        self.normal.dot(up).abs().min(1.0)
     }
 }
 
@@ -75,12 +84,8 @@ impl Tangent {
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
     let tangents = tangents(points, graph);
     let over_plane = || near(points, &tangents, Plane::of(points.iter().copied()).upward());
-    let facing = || {
-        let up = facing(&tangents)?;
-        let may_be = slope(tangents.iter(), up) <= WALL_DEGREES + ASIDE;
-        may_be.then(|| near(points, &tangents, up)).flatten()
-    };
-    heights(points, &tangents, DVec3::Z).or_else(over_plane).or_else(facing)
+    let facing = || near(points, &tangents, facing(&tangents)?);
+    heights(points, &tangents, DVec3::Z, WALL_DEGREES).or_else(over_plane).or_else(facing)
 }
 
 /// The heights along this direction, if the points are, or near it along that across which they fill a
@@ -90,14 +95,23 @@ pub(super) fn along(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> Optio
 }
 
 fn near(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
+    let aside = heights(points, tangents, up, WALL_DEGREES + ASIDE)?;
     let better = across_rectangle(points, up);
-    let found = (better != up).then(|| heights(points, tangents, better)).flatten();
-    found.or_else(|| heights(points, tangents, up))
+    let found = (better != up)
+        .then(|| heights(points, tangents, better, WALL_DEGREES + OVER_RECTANGLE))
+        .flatten();
+    found.or_else(|| Some(aside).filter(|aside| aside.slope <= WALL_DEGREES))
 }
 
-fn heights(points: &[DVec3], tangents: &[Tangent], up: DVec3) -> Option<HeightField> {
+/// The heights along this direction, if the points are, with no walls steeper than so many degrees.
+fn heights(
+    points: &[DVec3],
+    tangents: &[Tangent],
+    up: DVec3,
+    steepest: f64,
+) -> Option<HeightField> {
     let slope = slope(tangents.iter(), up);
-    let fits = slope <= WALL_DEGREES && overlap(points, tangents, up) <= OVERLAP;
+    let fits = slope <= steepest && overlap(points, tangents, up) <= OVERLAP;
     fits.then_some(HeightField { up, slope, ground: false })
 }
 
@@ -109,7 +123,11 @@ fn facing(tangents: &[Tangent]) -> Option<DVec3> {
     let telling = || tangents.iter().step_by(tangents.len().div_ceil(TELLING).max(1));
     let normals: Vec<DVec3> =
         telling().flat_map(|tangent| [tangent.normal, -tangent.normal]).collect();
-    let cost = |up: DVec3| (slope(telling(), up), up.any_orthonormal_pair().into());
+    let steep = |tangent: &Tangent, up| (1.0 - tangent.cosine(up)).powi(POWER);
+    let cost = |up: DVec3| {
+        let all = telling().map(|tangent| steep(tangent, up)).sum::<f64>();
+        (all, up.any_orthonormal_pair().into())
+    };
     Some(upward(least(Plane::of(normals).axes[0], cost)))
 }
 
@@ -145,10 +163,13 @@ pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> 
 
 /// The angle that all but the steepest places stay below, in degrees.
 pub(super) fn slope<'a>(tangents: impl Iterator<Item = &'a Tangent>, up: DVec3) -> f64 {
-    let mut angles: Vec<f64> = tangents.map(|tangent| tangent.slope(up)).collect();
-    angles.sort_by(f64::total_cmp);
-    let steepest = angles.len().saturating_sub(1 + angles.len() / STEEPER);
-    angles.get(steepest).copied().unwrap_or(90.0)
+    let mut cosines: Vec<f64> = tangents.map(|tangent| tangent.cosine(up)).collect();
+    if cosines.is_empty() {
+        return 90.0;
+    }
+    let steepest = (cosines.len() / STEEPER).min(cosines.len() - 1);
+    let (_, cosine, _) = cosines.select_nth_unstable_by(steepest, f64::total_cmp);
+    cosine.acos().to_degrees()
 }
 
 /// Share of the points that have something above or below them that is not their own surface.
