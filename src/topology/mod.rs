@@ -243,6 +243,15 @@ fn look(
     {
         return Ok(Topology::of_heights(height));
     }
+    if sheet && cloud.points.len() >= FEWEST {
+        match cloud.border() {
+            None => return Ok(Topology::new(Kind::Sheet, "noise hides whether it has a border")),
+            Some(_) if !cloud.is_closed() => {
+                return Ok(Topology::new(Kind::Sheet, "it has a border"));
+            }
+            Some(_) => {}
+        }
+    }
     if cloud.points.len() < points.len() {
         // Slopes and borders show best through noise with fewer points, narrow gaps and short loops with more.
         let more = close_sample(points, MOST_FOR_LOOPS);
@@ -255,18 +264,8 @@ fn look(
         let reason = format!("{count} points are too few to show that it closes");
         return Ok(Topology::new(Kind::Sheet, reason));
     }
-    if sheet {
-        match cloud.border() {
-            None => return Ok(Topology::new(Kind::Sheet, "noise hides whether it has a border")),
-            Some(border) if border >= outline(cloud.outlined().len()) => {
-                return Ok(Topology::new(Kind::Sheet, "it has a border"));
-            }
-            Some(_) if count > MOST_OF_SHEET => {
-                let cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
-                return cloud.by_loops(observer);
-            }
-            Some(_) => {}
-        }
+    if sheet && count > MOST_OF_SHEET {
+        cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
     }
     cloud.by_loops(observer)
 }
