@@ -27,15 +27,35 @@ pub(super) fn across_rectangle(points: &[DVec3], from: DVec3) -> DVec3 {
     if points.len() < FEWEST {
         return from;
     }
-    let some: Vec<DVec3> = points.iter().step_by(points.len().div_ceil(MOST)).copied().collect();
+    let some = outlining(points);
     // Turned about one side of it, the rectangle of the heights stays four-sided.
     let cost = |up| {
         let (filled, sides) = filled(&some, up);
         (-filled, sides)
     };
     let best = least(from, cost);
-    let chance = BY_CHANCE / some.len() as f64;
-    if filled(&some, best).0 > filled(&some, from).0 + chance { upward(best) } else { from }
+    if filled(&some, best).0 > filled(&some, from).0 + by_chance(&some) {
+        upward(best)
+    } else {
+        from
+    }
+}
+
+/// Whether points fill the rectangle across a direction no worse than those across others.
+pub(super) fn fills_as_well(points: &[DVec3], up: DVec3, others: [DVec3; 2]) -> bool {
+    let some = outlining(points);
+    let own = filled(&some, up).0 + by_chance(&some);
+    others.iter().all(|&other| filled(&some, other).0 <= own)
+}
+
+/// The points by which outlines are compared.
+fn outlining(points: &[DVec3]) -> Vec<DVec3> {
+    points.iter().step_by(points.len().div_ceil(MOST).max(1)).copied().collect()
+}
+
+/// By how much one rectangle is filled better than another by chance.
+fn by_chance(points: &[DVec3]) -> f64 {
+    BY_CHANCE / points.len() as f64
 }
 
 /// How well the points' places across a direction fill the rectangle around them: the share that is in

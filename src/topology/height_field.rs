@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::direction::{FEWEST, across_rectangle, least, upward};
+use super::direction::{FEWEST, across_rectangle, fills_as_well, least, upward};
 use crate::point_cloud::{KdTree, NeighborGraph, Plane};
 
 /// One of so many places may be steeper than the slope that counts.
@@ -80,11 +80,24 @@ impl Tangent {
     }
 }
 
-/// The direction over whose plane the points are heights, if there is one.
+/// The heights along z, or over the plane nearest to the points, if they are any.
+pub(super) fn over_plane(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
+    let tangents = tangents(points, graph);
+    let up = Plane::of(points.iter().copied()).upward();
+    let mut directions = [DVec3::Z, up].into_iter();
+    directions.find_map(|up| heights(points, &tangents, up, WALL_DEGREES))
+}
+
+/// The heights that the points are along whatever direction, if they are any.
 pub(super) fn find(points: &[DVec3], graph: &NeighborGraph) -> Option<HeightField> {
     let tangents = tangents(points, graph);
-    let over_plane = || near(points, &tangents, Plane::of(points.iter().copied()).upward());
-    let facing = || near(points, &tangents, facing(&tangents)?);
+    let plane = Plane::of(points.iter().copied()).upward();
+    let over_plane = || near(points, &tangents, plane);
+    let facing = || {
+        // Slopes of scan lines are not those of the surface, but outlines are.
+        let found = near(points, &tangents, facing(&tangents)?);
+        found.filter(|found| fills_as_well(points, found.up, [DVec3::Z, plane]))
+    };
     heights(points, &tangents, DVec3::Z, WALL_DEGREES).or_else(over_plane).or_else(facing)
 }
 
@@ -115,9 +128,10 @@ fn heights(
     fits.then_some(HeightField { up, slope, ground: false })
 }
 
-/// The direction in which the surface faces: along which the steepest places are as gentle as may be.
+/// The direction in which the surface faces: along which the steepest places are as gentle as may be. None of
+/// few points, or of such as scatter, whose slopes are those of noise.
 fn facing(tangents: &[Tangent]) -> Option<DVec3> {
-    if tangents.len() < FEWEST {
+    if tangents.len() < FEWEST || !mostly_smooth(tangents) {
         return None;
     }
     let telling = || tangents.iter().step_by(tangents.len().div_ceil(TELLING).max(1));

@@ -202,13 +202,14 @@ pub fn detect_wanted(
     look(points, points, Some(wanted), observer)
 }
 
-/// As [`detect`], of points that are only asked whether they are heights.
+/// As [`detect`], of points that are only asked whether they are heights along z or over the plane nearest to
+/// them: in another unit than theirs, other directions mean nothing.
 pub(crate) fn heights(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<Option<HeightField>> {
     let cloud = Cloud::of(points, MOST, Some(Kind::Height), observer)?;
-    Ok(height_field::find(&cloud.points, &cloud.graph))
+    Ok(height_field::over_plane(&cloud.points, &cloud.graph))
 }
 
 /// As [`detect`], of points that are only asked whether they are heights along this direction.
