@@ -41,6 +41,8 @@ pub(super) struct Wanted<'a> {
     pub(super) points: &'a [DVec3],
     /// Some of them, which the map learns from.
     pub(super) sample: &'a [DVec3],
+    /// Some of them, by which its start is ordered.
+    pub(super) ordering: &'a [DVec3],
     pub(super) weights: Option<&'a [f64]>,
     pub(super) layers: Option<Layers>,
     pub(super) budget: (usize, usize),
@@ -66,12 +68,22 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { points, sample, budget, frame, options, .. } = self;
+        let &Self { points, sample, ordering, budget, frame, options, .. } = self;
+        let count = sample.len();
         let mut start = if let Some(base) = &shape.base {
             let (uv, aspect) = heights::places(sample, base);
-            OrderedStart::over(sample.len(), sample, &uv, net(budget, aspect, options), observer)?
+            OrderedStart::over(count, sample, &uv, net(budget, aspect, options), observer)?
         } else {
-            OrderedStart::of(sample, budget, shape.closed(), chart, frame, options, observer)?
+            OrderedStart::of(
+                count,
+                ordering,
+                budget,
+                shape.closed(),
+                chart,
+                frame,
+                options,
+                observer,
+            )?
         };
         clock.lap("ordering");
         let map = self.learned(&mut start, &shape, observer)?;
@@ -122,7 +134,7 @@ impl<'a> Wanted<'a> {
         shape: &Shape,
         observer: &mut dyn Observer,
     ) -> Result<SelfOrganizingMap> {
-        let &Self { sample, budget, frame, options, .. } = self;
+        let &Self { sample, ordering, budget, frame, options, .. } = self;
         let mut map = learn(sample, start, observer)?;
         if options.init != Start::Auto || shape.kind != Kind::Sheet {
             return Ok(map);
@@ -133,17 +145,17 @@ impl<'a> Wanted<'a> {
             return Ok(map);
         }
         let flat = ReconstructOptions { init: Start::Pca, ..*options };
+        let (count, closed) = (sample.len(), shape.closed());
         let mut others =
-            vec![OrderedStart::of(sample, budget, shape.closed(), None, frame, &flat, observer)?];
-        let count = sample.len();
+            vec![OrderedStart::of(count, ordering, budget, closed, None, frame, &flat, observer)?];
         let sheet = if let Some(sheet) = start.unwound.take() {
             sheet
         } else {
-            let sheet = Unwound::closely(sample, observer)?;
+            let sheet = Unwound::closely(ordering, observer)?;
             others.extend(sheet.unrolled(count, budget, options, observer)?);
             sheet
         };
-        others.extend(OrderedStart::over_disc(sample, budget, options, observer)?);
+        others.extend(OrderedStart::over_disc(count, ordering, budget, options, observer)?);
         others.extend(sheet.lengthwise(count, budget, options, observer)?);
         for other in others {
             let learned = learn(sample, &other, observer)?;

@@ -118,7 +118,10 @@ fn attempt(
         None => kind(&counted, options, observer)?,
     };
     let ground = found.height.is_some_and(|height| height.ground);
-    if found.kind != Kind::Height {
+    let in_lines = found.kind != Kind::Height && counted.look_across_lines(observer)?;
+    if in_lines {
+        found = kind(&counted, options, observer)?;
+    } else if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
     } else if ground {
         // Roofs and crowns are apart from the ground, but no other pieces to choose.
@@ -132,11 +135,14 @@ fn attempt(
     clock.lap("topology");
 
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
+    let across_lines: Option<Vec<DVec3>> =
+        in_lines.then(|| counted.telling.iter().map(|&point| frame.counted.apply(point)).collect());
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
     let layers = counted.apart.as_ref().map(|apart| apart.layers);
     let wanted = Wanted {
         points: &local,
         sample: &sample,
+        ordering: across_lines.as_deref().unwrap_or(&sample),
         weights: counted.weights.as_deref(),
         layers: layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers }),
         budget,

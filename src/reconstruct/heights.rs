@@ -10,7 +10,7 @@ use super::outline::bounds;
 use super::region::Region;
 use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fit::{
     Arms, Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, cosines, fit_heights_over,
     fit_heights_with, project,
@@ -263,7 +263,12 @@ pub(super) fn fit(
         if next.0 * next.1 > growth.most.min(held) {
             break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
         }
-        let (finer, finer_base) = solve(next)?;
+        let (finer, finer_base) = match solve(next) {
+            Ok(finer) => finer,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // Between lines that lie far apart no point holds a control point.
+            Err(_) => break EndedBy::Points,
+        };
         if finer.expected > LEAST_GAIN * LEAST_GAIN * fit.expected {
             break EndedBy::Noise;
         }

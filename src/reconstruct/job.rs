@@ -9,7 +9,7 @@ use super::robust::{self, Robust};
 use super::start::net;
 use super::units::Units;
 use super::{Aspect, ReconstructOptions, heights};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fit::{
     self, ApproximateOptions, Approximation, Arms, Base, EndedBy, Growth, SURE, THROUGH,
     approximate, continued, recovered,
@@ -196,17 +196,28 @@ impl Job<'_> {
             let few = outliers as f64 <= FEW_OUTLIERS * weights.len() as f64;
             self.weights = Some(product(given.as_deref(), weights));
             let kept = few && (slight || self.shape.base.is_some());
-            fit = if kept && tolerance.is_none() {
+            let again = if kept && tolerance.is_none() {
                 // So few have not led it astray, but perhaps ended its growth, unless that was to end where the
                 // farthest of them was near enough. The parameters of heights cannot be led astray, but those of
                 // others by few that are far from the surface.
                 let net = self.different(&fit.surface);
                 let growth = growth.filter(|_| turn == 0);
-                let again = self.fit(net, growth, self.options.fairness, Some(&fit), observer)?;
-                let ended_by = if growth.is_some() { again.ended_by } else { fit.ended_by };
-                Fit { ended_by, iterations: fit.iterations + again.iterations, ..again }
+                match self.fit(net, growth, self.options.fairness, Some(&fit), observer) {
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    // What is left may not hold so large a net.
+                    Err(_) => None,
+                    Ok(again) => {
+                        let ended_by = if growth.is_some() { again.ended_by } else { fit.ended_by };
+                        let iterations = fit.iterations + again.iterations;
+                        Some(Fit { iterations, ended_by, ..again })
+                    }
+                }
             } else {
-                self.fit(net, growth, self.options.fairness, None, observer)?
+                None
+            };
+            fit = match again {
+                Some(again) => again,
+                None => self.fit(net, growth, self.options.fairness, None, observer)?,
             };
         }
         if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {

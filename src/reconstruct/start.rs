@@ -60,8 +60,13 @@ impl OrderedStart {
         Self { lattice, nodes, net, creases: Vec::new(), aspect: None, unwound: None }
     }
 
-    /// For points in a frame, and what is known of how the surface closes.
+    /// For so many points in a frame, by some of them, and what is known of how the surface closes.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "what is known of the points, and what is wanted"
+    )]
     pub(super) fn of(
+        count: usize,
         sample: &[DVec3],
         budget: (usize, usize),
         topology: Topology,
@@ -82,7 +87,7 @@ impl OrderedStart {
             // What goes all the way round bends as often whatever its length, and the error of cubic
             // splines falls with the fourth power of their number.
             let net = split(if chart.closed_v { ratio.powf(0.25) } else { ratio });
-            let lattice = lattice(net, sample.len(), topology)?;
+            let lattice = lattice(net, count, topology)?;
             let nodes = chart.lattice(lattice.shape());
             let nodes = nodes.into_iter().map(|node| frame.counted.apply(node)).collect();
             return Ok(Self::new(lattice, nodes, net));
@@ -91,23 +96,16 @@ impl OrderedStart {
             let sheet = Unwound::of(sample, UNROLLED, observer)?;
             if let Some(flat) = sheet.flat {
                 if flat.crossing <= MOST_CROSSING {
-                    return Self::over_flat(
-                        sample.len(),
-                        &sheet.few,
-                        flat,
-                        budget,
-                        options,
-                        observer,
-                    );
+                    return Self::over_flat(count, &sheet.few, flat, budget, options, observer);
                 }
                 let wound = Unwound::closely(sample, observer)?;
-                if let Some(start) = wound.unrolled(sample.len(), budget, options, observer)? {
+                if let Some(start) = wound.unrolled(count, budget, options, observer)? {
                     return Ok(Self { unwound: Some(wound), ..start });
                 }
             }
         }
         let net = split(1.0);
-        let lattice = lattice(net, sample.len(), topology)?;
+        let lattice = lattice(net, count, topology)?;
         let start = SomOptions { init: Init::Pca, seed: options.seed, ..SomOptions::default() };
         let nodes = SelfOrganizingMap::new(sample, lattice.clone(), &start, observer)?.codebook();
         Ok(Self::new(lattice, nodes, net))
@@ -130,6 +128,7 @@ impl OrderedStart {
 
     /// Over the disc that a body is which is closed but for an opening; `None` if it is none.
     pub(super) fn over_disc(
+        count: usize,
         sample: &[DVec3],
         budget: (usize, usize),
         options: &ReconstructOptions<'_>,
@@ -141,7 +140,7 @@ impl OrderedStart {
         let Some(places) = disc(&few, observer)? else { return Ok(None) };
         let Squared { uv, aspect, .. } = outline::unit_square(&places, None);
         let net = net(budget, aspect, options);
-        Ok(Some(Self::over(sample.len(), &few, &uv, net, observer)?))
+        Ok(Some(Self::over(count, &few, &uv, net, observer)?))
     }
 
     /// In order over a rectangle where some of so many points have these parameters.

@@ -531,3 +531,33 @@ def test_values_for_no_data_are_left_out(rng: np.random.Generator, share: float)
     assert result.report.outliers == gone.sum()
     assert result.distances[~gone].max() < 1e-3
     assert len(result.report.warnings) == 1
+
+
+def scan_lines(count: int, each: int, rng: np.random.Generator) -> tuple[Points, Points]:
+    """Return where points of so many lines lie: across them, and along them."""
+    across = np.repeat((np.arange(count) + 0.5) / count, each)
+    return across, rng.random(count * each)
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.003])
+@pytest.mark.parametrize("shape", ["tube", "arch"])
+def test_scan_lines_with_noise_are_one_surface(shape: str, noise: float) -> None:
+    rng = np.random.default_rng(1)
+    across, along = scan_lines(20, 200, rng)
+    angle = (2 * np.pi if shape == "tube" else 2.5) * across
+    points = np.column_stack([np.cos(angle), np.sin(angle), 3 * along])
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    points += noise * diagonal * rng.standard_normal(points.shape)
+    result = neurbs.reconstruct(points)
+    assert (result.report.topology == "tube") == (shape == "tube")
+    turn = np.linspace(0.05, 0.95, 50) * (2 * np.pi if shape == "tube" else 2.5)
+    angle, height = (x.ravel() for x in np.meshgrid(turn, np.linspace(0.1, 2.9, 30)))
+    truth = np.column_stack([np.cos(angle), np.sin(angle), height])
+    assert result.surface.closest_points(truth).distances.max() < 0.01 * diagonal
+
+
+def test_lines_far_apart_hold_a_smaller_net(rng: np.random.Generator) -> None:
+    across, along = scan_lines(20, 1000, rng)
+    points = np.column_stack([along, across, 0.15 * np.tanh(6 * along - 3 + np.sin(4 * across))])
+    result = neurbs.reconstruct(points)
+    assert result.report.rms < 1e-3 * result.report.diagonal
