@@ -17,25 +17,24 @@ const LINE: f64 = 0.25;
 const MOSTLY: f64 = 0.5;
 const HARDLY: f64 = 0.1;
 
-/// Points that are looked at, most and fewest.
-const MOST: usize = 20_000;
+/// Fewer points show no surface, and whether points lie in lines so many of them tell.
 const FEWEST: usize = 100;
+const TELLING: usize = 500;
 
 /// Some of the points, evenly over space, that lie about as far apart along lines as the lines do, if they lie
 /// in lines. These show at a scale between that of the noise and their own distance; seen closer they are
 /// ropes, and seen from farther away a surface.
 pub(crate) fn across_lines(points: &[DVec3]) -> Option<Vec<DVec3>> {
-    let (mut most, mut in_lines) = (points.len().min(MOST), false);
-    while most >= FEWEST {
-        let mut sample = EvenSample::new(most);
-        sample.extend(points);
-        let sample = sample.points();
-        let share = share_in_lines(&sample);
+    let (mut few, mut in_lines) = (points.to_vec(), false);
+    while few.len() >= FEWEST {
+        let share = share_in_lines(&few);
         if in_lines && share < HARDLY {
-            return (sample.len() >= FEWEST).then_some(sample);
+            return Some(few);
         }
         in_lines |= share > MOSTLY;
-        most = sample.len() / 2;
+        let mut sample = EvenSample::new(few.len() / 2);
+        sample.extend(&few);
+        few = sample.points();
     }
     None
 }
@@ -50,9 +49,10 @@ fn share_in_lines(points: &[DVec3]) -> f64 {
         let [first, second, _] = Plane::of(all.map(|at| points[at as usize])).deviations;
         second < LINE * first
     };
-    let indices: Vec<u32> = (0..).zip(points).map(|(index, _)| index).collect();
-    let count = indices.into_par_iter().filter(|index| is_in_line(*index)).count();
-    count as f64 / points.len() as f64
+    let step = points.len().div_ceil(TELLING);
+    let telling: Vec<u32> = (0..).zip(points).step_by(step).map(|(index, _)| index).collect();
+    let count = telling.par_iter().filter(|index| is_in_line(**index)).count();
+    count as f64 / telling.len() as f64
 }
 
 #[cfg(test)]

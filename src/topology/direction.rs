@@ -91,7 +91,8 @@ fn cell(at: f64, cells: usize) -> usize {
 }
 
 /// The direction near this one with the least of a cost, which comes with two directions across it: by steps
-/// both ways along these that become shorter where none of them helps (R. Hooke, T. A. Jeeves, *"Direct search" solution of numerical and statistical
+/// both ways along these that become shorter where none of them helps (R. Hooke, T. A. Jeeves, *"Direct
+/// search" solution of numerical and statistical
 /// problems*, 1961).
 pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2])) -> DVec3 {
     let (mut best, mut step) = (from, WIDEST);
