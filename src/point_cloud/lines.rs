@@ -10,9 +10,6 @@ use super::plane::Plane;
 /// Neighbours by which a point is seen to lie in a line.
 const NEIGHBORS: usize = 8;
 
-/// Share of their second principal deviation in the first below which they do.
-const LINE: f64 = 0.25;
-
 /// Share of the points in lines from which on the cloud is one of lines, and below which it is none.
 const MOSTLY: f64 = 0.5;
 const HARDLY: f64 = 0.1;
@@ -46,8 +43,7 @@ fn share_in_lines(points: &[DVec3]) -> f64 {
         let mut near = Vec::new();
         tree.nearest_to(index, NEIGHBORS, &mut near);
         let all = near.iter().map(|near| near.index).chain([index]);
-        let [first, second, _] = Plane::of(all.map(|at| points[at as usize])).deviations;
-        second < LINE * first
+        Plane::of(all.map(|at| points[at as usize])).is_line()
     };
     let step = points.len().div_ceil(TELLING);
     let telling: Vec<u32> = (0..).zip(points).step_by(step).map(|(index, _)| index).collect();

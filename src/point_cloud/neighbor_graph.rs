@@ -10,9 +10,6 @@ use super::plane::Plane;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Points lie in a line when their second principal deviation is under this share of the first.
-const LINE: f64 = 0.25;
-
 /// What lies beside a line is seen from it at more than this cosine's angle, 45 degrees.
 const BESIDE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
@@ -65,11 +62,11 @@ impl NeighborGraph {
             tree.nearest_to(index, count, found);
             let mut edges: Vec<Edge> = found.iter().map(Edge::from).collect();
             let around = found.iter().map(|near| points[near.index as usize]);
-            let Plane { axes, deviations, .. } = Plane::of(std::iter::once(own).chain(around));
-            if deviations[1] < LINE * deviations[0] {
+            let plane = Plane::of(std::iter::once(own).chain(around));
+            if plane.is_line() {
                 tree.nearest_where(own, BESIDE_COUNT, f64::INFINITY, found, |other| {
                     let apart = points[other as usize] - own;
-                    apart.dot(axes[0]).abs() < BESIDE * apart.length()
+                    apart.dot(plane.axes[0]).abs() < BESIDE * apart.length()
                 });
                 found.retain(|near| edges.iter().all(|edge| edge.to != near.index));
                 edges.extend(found.iter().map(Edge::from));

@@ -20,9 +20,6 @@ const NEIGHBORS: usize = 8;
 /// eighth neighbour of a random scatter is 1.5 spacings away, seldom 2.5.
 const REACH: [f64; 2] = [2.5, 2.0];
 
-/// Share of a second principal deviation in the first below which neighbours lie on a line.
-const LINE: f64 = 0.25;
-
 /// Share of the second principal deviation of neighbours in the third below which they lie in a plane.
 const FLAT: f64 = 0.3;
 
@@ -167,8 +164,8 @@ enum Around {
 
 impl Around {
     fn of(plane: &Plane) -> Self {
-        let [first, second, third] = plane.deviations;
-        if second < LINE * first {
+        let [_, second, third] = plane.deviations;
+        if plane.is_line() {
             Self::InLine
         } else if third < FLAT * second {
             Self::Flat(plane.normal())

@@ -5,6 +5,9 @@ use glam::{DMat3, DVec3};
 /// Sweeps of Jacobi's method; three axes need five or six.
 const SWEEPS: usize = 12;
 
+/// Share of a second principal deviation in the first below which points lie in a line.
+const LINE: f64 = 0.25;
+
 /// The principal directions of points: the plane nearest to them, and how they lie about it.
 ///
 /// ```
@@ -55,8 +58,12 @@ impl Plane {
 
     /// The normal that does not point down, along z.
     pub(crate) fn upward(&self) -> DVec3 {
-        let normal = self.normal();
-        if normal.z < 0.0 { -normal } else { normal }
+        upward(self.normal())
+    }
+
+    /// Whether the points lie in a line, as neighbours on scan lines do.
+    pub(crate) fn is_line(&self) -> bool {
+        self.deviations[1] < LINE * self.deviations[0]
     }
 
     /// Distance of a point from the plane, with the sign of its side.
@@ -71,6 +78,11 @@ impl Plane {
         let local = point - self.centre;
         DVec3::from_array(self.axes.map(|axis| axis.dot(local)))
     }
+}
+
+/// The same line, not pointing down.
+pub(crate) fn upward(direction: DVec3) -> DVec3 {
+    if direction.z < 0.0 { -direction } else { direction }
 }
 
 /// Eigenvalues of a symmetric matrix, largest first, and their vectors, by Jacobi's rotations

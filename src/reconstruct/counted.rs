@@ -180,9 +180,15 @@ impl Counted {
 
     /// Looks at points in lines as far apart along these as across, if they are in lines: pieces and slopes
     /// are those of the surface then, not of a line.
-    pub(super) fn look_across_lines(&mut self, observer: &mut dyn Observer) -> Result<bool> {
+    pub(super) fn look_across_lines(
+        &mut self,
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
         let Some(few) = point_cloud::across_lines(&self.telling) else { return Ok(false) };
-        self.apart = Apart::of(&pieces(&few, observer)?, &few);
+        if options.piece.is_none() {
+            self.apart = Apart::of(&pieces(&few, observer)?, &few);
+        }
         self.telling = of(&few, &outwards(&few));
         Ok(true)
     }

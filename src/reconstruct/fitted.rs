@@ -118,7 +118,7 @@ fn attempt(
         None => kind(&counted, options, observer)?,
     };
     let ground = found.height.is_some_and(|height| height.ground);
-    let in_lines = found.kind != Kind::Height && counted.look_across_lines(observer)?;
+    let in_lines = found.kind != Kind::Height && counted.look_across_lines(options, observer)?;
     if in_lines {
         found = kind(&counted, options, observer)?;
     } else if found.kind != Kind::Height {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::point_cloud::{area, hull, least_rectangle, turned};
+use crate::point_cloud::{area, hull, least_rectangle, turned, upward};
 
 /// Fewer points fill any rectangle by chance, and have hardly a slope.
 pub(super) const FEWEST: usize = 300;
@@ -109,11 +109,6 @@ pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2])) -> D
         }
     }
     best
-}
-
-/// The same line, not pointing down.
-pub(super) fn upward(direction: DVec3) -> DVec3 {
-    if direction.z < 0.0 { -direction } else { direction }
 }
 
 #[cfg(test)]
