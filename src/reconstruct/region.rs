@@ -194,8 +194,8 @@ impl Region {
         for (i, &(cell, at)) in cracks.iter().enumerate() {
             ends[cell][at] = Some(side(i));
         }
-        let (u, energy) = self.harmonic(&ends, 3, 1);
-        let (v, _) = self.harmonic(&ends, 0, 2);
+        let ((u, energy), (v, _)) =
+            rayon::join(|| self.harmonic(&ends, 3, 1), || self.harmonic(&ends, 0, 2));
         let place = |&place: &DVec2| {
             let shares = self.around(place);
             let mean = |values: &[f64]| shares.iter().map(|&(at, s)| s * values[at]).sum::<f64>();
