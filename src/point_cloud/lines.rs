@@ -1,10 +1,10 @@
 //! Points in lines: scan lines, which lie farther apart than the points along them.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::even_sample::EvenSample;
-use super::kd_tree::KdTree;
+use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
 
 /// Neighbours by which a point is seen to lie in a line.
@@ -18,17 +18,27 @@ const HARDLY: f64 = 0.1;
 const FEWEST: usize = 100;
 const TELLING: usize = 500;
 
+/// Mean distance of points to their neighbours, in that between ropes, from which on they lie as far apart along
+/// these.
+const AS_FAR: f64 = 0.8;
+
+/// Points by which a rope is seen to be one, if it bends or if it is thick, and as how many ropes a surface is
+/// known at least.
+const OF_ROPE: [usize; 2] = [64, 32];
+const ROPES: usize = 5;
+
 /// Some of the points, evenly over space, that lie about as far apart along lines as the lines do, if they lie
 /// in lines. These show at a scale between that of the noise and their own distance; seen closer they are
-/// ropes, and seen from farther away a surface.
-pub(crate) fn across_lines(points: &[DVec3]) -> Option<Vec<DVec3>> {
-    let (mut few, mut in_lines) = (points.to_vec(), false);
+/// ropes, and seen from farther away a surface. How far ropes are `apart` is for others to say.
+pub(crate) fn across_lines(points: &[DVec3], apart: Option<f64>) -> Option<Vec<DVec3>> {
+    let (mut few, mut in_lines) = (points.to_vec(), apart.is_some());
     while few.len() >= FEWEST {
-        let share = share_in_lines(&few);
-        if in_lines && share < HARDLY {
+        let seen = Seen::of(&few);
+        let far = apart.is_none_or(|apart| seen.spacing >= AS_FAR * apart);
+        if in_lines && far && seen.in_lines < HARDLY {
             return Some(few);
         }
-        in_lines |= share > MOSTLY;
+        in_lines |= seen.in_lines > MOSTLY;
         let mut sample = EvenSample::new(few.len() / 2);
         sample.extend(&few);
         few = sample.points();
@@ -36,24 +46,55 @@ pub(crate) fn across_lines(points: &[DVec3]) -> Option<Vec<DVec3>> {
     None
 }
 
-/// How many of the points have their neighbours in a line with them.
-fn share_in_lines(points: &[DVec3]) -> f64 {
-    let tree = KdTree::new(points);
-    let is_in_line = |index: u32| {
-        let mut near = Vec::new();
-        tree.nearest_to(index, NEIGHBORS, &mut near);
-        let all = near.iter().map(|near| near.index).chain([index]);
-        Plane::of(all.map(|at| points[at as usize])).is_line()
+/// Whether points are those of a surface in ropes, as most of these groups are: lines, if seen alone and from
+/// some way off. Numbers of groups are below that of the points.
+pub(super) fn are_ropes(points: &[DVec3], groups: &[u32]) -> bool {
+    let mut members: Vec<Vec<DVec3>> = vec![Vec::new(); points.len()];
+    groups.iter().zip(points).for_each(|(group, point)| members[*group as usize].push(*point));
+    let is_line = |members: &[DVec3], seen: usize| {
+        let mut sample = EvenSample::new(seen);
+        sample.extend(members);
+        Seen::of(&sample.points()).in_lines > MOSTLY
     };
-    let step = points.len().div_ceil(TELLING);
-    let telling: Vec<u32> = (0..).zip(points).step_by(step).map(|(index, _)| index).collect();
-    let count = telling.par_iter().filter(|index| is_in_line(**index)).count();
-    count as f64 / telling.len() as f64
+    let is_rope = |members: &Vec<DVec3>| {
+        members.len() > NEIGHBORS && OF_ROPE.iter().any(|&seen| is_line(members, seen))
+    };
+    members.retain(is_rope);
+    let count: usize = members.iter().map(Vec::len).sum();
+    members.len() >= ROPES && count as f64 > MOSTLY * points.len() as f64
+}
+
+/// How points lie beside one another.
+struct Seen {
+    /// How many have their neighbours in a line with them.
+    in_lines: f64,
+    /// Mean distance to these.
+    spacing: f64,
+}
+
+impl Seen {
+    fn of(points: &[DVec3]) -> Self {
+        let tree = KdTree::new(points);
+        let look = |near: &mut Vec<Neighbor>, index: u32| {
+            tree.nearest_to(index, NEIGHBORS, near);
+            let all = near.iter().map(|near| near.index).chain([index]);
+            let plane = Plane::of(all.map(|at| points[at as usize]));
+            let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
+            DVec2::new(f64::from(plane.is_line()), spacing)
+        };
+        let step = points.len().div_ceil(TELLING);
+        let telling: Vec<u32> = (0..).zip(points).step_by(step).map(|(index, _)| index).collect();
+        let seen: Vec<DVec2> = telling.into_par_iter().map_init(Vec::new, look).collect();
+        let DVec2 { x: in_lines, y: spacing } = seen.iter().sum::<DVec2>() / seen.len() as f64;
+        Self { in_lines, spacing }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::pieces_across;
     use super::*;
+    use crate::progress::Silent;
 
     /// A bent sheet of 20 by 200 places, with rows that lie ten times farther apart than the points in them, or
     /// of as many that are scattered.
@@ -74,15 +115,47 @@ mod tests {
 
     #[test]
     fn of_scan_lines_points_are_left_that_show_a_surface() {
-        let few = across_lines(&sheet(true)).unwrap();
+        let few = across_lines(&sheet(true), None).unwrap();
         assert!((FEWEST..1500).contains(&few.len()), "{}", few.len());
-        assert!(share_in_lines(&sheet(true)) > MOSTLY && share_in_lines(&few) < HARDLY);
+        assert!(Seen::of(&sheet(true)).in_lines > MOSTLY && Seen::of(&few).in_lines < HARDLY);
+    }
+
+    /// Rows of points, so noisy that no neighbours lie in a line.
+    fn ropes() -> Vec<DVec3> {
+        let point = |i: u32| {
+            let noise = |k: u32| 0.01 * (f64::from((3 * i + k) * 7919 % 10_007)).sin();
+            let (row, along) = (f64::from(i / 1000) / 12.0, f64::from(i % 1000) / 1000.0);
+            DVec3::new(row + noise(0), along, 0.3 * (3.0 * row).sin() + noise(1))
+        };
+        (0..12_000).map(point).collect()
+    }
+
+    #[test]
+    fn ropes_are_pieces_of_a_surface_only_if_it_is_apart() {
+        let one = ropes();
+        assert!(Seen::of(&one).in_lines < HARDLY);
+        let (found, few) = pieces_across(&one, &mut Silent).unwrap();
+        assert_eq!(found.sizes, [12_000]);
+        assert!((FEWEST..1500).contains(&few.unwrap().len()));
+        let two: Vec<DVec3> = one.iter().flat_map(|&p| [p, p + 2.0 * DVec3::X]).collect();
+        let (found, few) = pieces_across(&two, &mut Silent).unwrap();
+        assert_eq!(found.sizes, [12_000; 2]);
+        assert!(few.is_some());
+        // From the last row to the first of the other.
+        assert!((found.gap - (2.0 - 11.0 / 12.0)).abs() < 0.02, "{}", found.gap);
+    }
+
+    #[test]
+    fn a_few_ropes_are_pieces() {
+        let few: Vec<DVec3> = ropes().into_iter().filter(|point| point.x < 0.3).collect();
+        let (found, _) = pieces_across(&few, &mut Silent).unwrap();
+        assert_eq!(found.sizes, [1000; 4]);
     }
 
     #[test]
     fn scattered_points_and_one_line_are_no_lines_beside_one_another() {
-        assert!(across_lines(&sheet(false)).is_none());
+        assert!(across_lines(&sheet(false), None).is_none());
         let line: Vec<DVec3> = (0..1000).map(|i| DVec3::X * f64::from(i)).collect();
-        assert!(across_lines(&line).is_none());
+        assert!(across_lines(&line, None).is_none());
     }
 }

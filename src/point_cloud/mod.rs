@@ -23,6 +23,7 @@ pub use self::kd_tree::{KdTree, Neighbor};
 pub(crate) use self::lines::across_lines;
 pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub use self::no_data::{NoData, no_data};
+pub(crate) use self::pieces::pieces_across;
 pub use self::pieces::{Pieces, pieces};
 pub use self::plane::Plane;
 pub(crate) use self::plane::{principal_axes, upward};

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::even_sample::EvenSample;
 use super::kd_tree::{KdTree, Neighbor};
+use super::lines::{across_lines, are_ropes};
 use super::plane::Plane;
 use crate::error::Result;
 use crate::progress::Observer;
@@ -29,6 +30,9 @@ const SMOOTHINGS: usize = 2;
 /// A way leaves the planes at its ends at more than this product of sines, 24 degrees at both: one from
 /// layer to layer that is not that steep is two and a half times as long as the layers are apart.
 const STEEP: f64 = 0.16;
+
+/// Points by which it is told how far groups are apart.
+const TELLING: usize = 1000;
 
 /// Lines of points belong together when they are at most this many times as far apart as lines
 /// usually are in the cloud.
@@ -87,7 +91,7 @@ impl Pieces {
 /// Finds the pieces of a cloud whose density may vary: points belong together when they are near
 /// one another as compared with the spacing there, and one does not lie above the other, as layers do,
 /// seen from either. Points in lines (scan lines, contour lines, ship tracks) belong to one piece
-/// although the lines are far apart.
+/// although the lines are far apart, also where noise makes ropes of them.
 ///
 /// O(n log n) for n points.
 ///
@@ -105,14 +109,28 @@ impl Pieces {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn pieces(points: &[DVec3], observer: &mut dyn Observer) -> Result<Pieces> {
+    Ok(pieces_across(points, observer)?.0)
+}
+
+/// The pieces, and of points in ropes, which are pieces at first sight, those that show that they are not.
+pub(crate) fn pieces_across(
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<(Pieces, Option<Vec<DVec3>>)> {
     let mut sample = EvenSample::new(MOST);
     sample.extend(points);
     let looked_at = sample.points();
-    let mut groups = Groups::of(&looked_at, observer)?;
-    groups.join(REACH[1]);
+    let mut groups = Groups::joined(&looked_at, observer)?;
+    let mut across = None;
+    if are_ropes(&looked_at, &groups.roots()) {
+        across = across_lines(&looked_at, Some(groups.usual_distance()));
+        if let Some(few) = &across {
+            groups.join_as(&mut Groups::joined(few, observer)?);
+        }
+    }
     let gap =
         groups.gaps(|_, _, _| true).iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
-    let roots: Vec<u32> = (0..looked_at.len()).map(|i| groups.root(i)).collect();
+    let roots = groups.roots();
     let labels = if looked_at.len() == points.len() {
         roots
     } else {
@@ -122,7 +140,7 @@ pub fn pieces(points: &[DVec3], observer: &mut dyn Observer) -> Result<Pieces> {
             found.first().map_or(0, |near| roots[near.index as usize])
         })?
     };
-    Ok(numbered(&labels, looked_at.len(), gap))
+    Ok((numbered(&labels, looked_at.len(), gap), across))
 }
 
 /// Pieces numbered by size, the earlier one first among equals.
@@ -143,7 +161,7 @@ fn numbered(labels: &[u32], most: usize, gap: f64) -> Pieces {
 }
 
 /// Points in groups that grow together (union by the lower index).
-struct Groups<'a> {
+pub(super) struct Groups<'a> {
     points: &'a [DVec3],
     tree: KdTree<'a>,
     parents: Vec<u32>,
@@ -191,6 +209,13 @@ struct Gap {
 }
 
 impl<'a> Groups<'a> {
+    /// Groups of points that hang together.
+    pub(super) fn joined(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
+        let mut groups = Self::of(points, observer)?;
+        groups.join(REACH[1]);
+        Ok(groups)
+    }
+
     /// Groups of points that are near one another even by the denser one's spacing.
     fn of(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
         let tree = KdTree::new(points);
@@ -247,6 +272,11 @@ impl<'a> Groups<'a> {
         (at_a.dot(way) * at_b.dot(way)).abs() <= STEEP * way.length_squared()
     }
 
+    /// For each point the first of its group.
+    pub(super) fn roots(&mut self) -> Vec<u32> {
+        (0..self.points.len()).map(|point| self.root(point)).collect()
+    }
+
     fn root(&mut self, point: usize) -> u32 {
         let (mut point, mut parent) = (point, self.parents[point]);
         while self.parents[parent as usize] != parent {
@@ -261,6 +291,17 @@ impl<'a> Groups<'a> {
     fn unite(&mut self, a: usize, b: usize) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Joins what is nearest to points of one group of others.
+    fn join_as(&mut self, others: &mut Groups<'_>) {
+        let roots = others.roots();
+        let (mut firsts, mut found) = (vec![None; roots.len()], Vec::new());
+        for (index, &point) in self.points.iter().enumerate() {
+            others.tree.nearest_where(point, 1, f64::INFINITY, &mut found, |_| true);
+            let first = firsts[roots[found[0].index as usize] as usize].get_or_insert(index);
+            self.unite(*first, index);
+        }
     }
 
     /// Joins groups that are near by the sparser one's spacing, or lie like lines beside lines.
@@ -304,29 +345,53 @@ impl<'a> Groups<'a> {
         lengths.get(lengths.len() / 2).copied().unwrap_or(0.0)
     }
 
+    /// The median distance of points from the nearest of another group.
+    fn usual_distance(&mut self) -> f64 {
+        let roots = self.roots();
+        let distance = |found: &mut Vec<Neighbor>, index: usize| {
+            let foreign = |to: u32| roots[to as usize] != roots[index];
+            self.tree.nearest_where(self.points[index], 1, f64::INFINITY, found, foreign);
+            found.first().map_or(f64::INFINITY, Neighbor::distance)
+        };
+        let telling = (0..roots.len()).into_par_iter().step_by(roots.len().div_ceil(TELLING));
+        let mut distances: Vec<f64> = telling.map_init(Vec::new, distance).collect();
+        distances.sort_by(f64::total_cmp);
+        distances[distances.len() / 2]
+    }
+
     /// From each group the shortest way to another of those that `count`, if there is one.
     fn gaps(&mut self, count: impl Fn(&Self, usize, usize) -> bool + Sync) -> Vec<Gap> {
-        let roots: Vec<u32> = (0..self.points.len()).map(|point| self.root(point)).collect();
+        let roots = self.roots();
         let mut groups: Vec<Vec<u32>> = vec![Vec::new(); self.points.len()];
         (0..).zip(&roots).for_each(|(point, &root)| groups[root as usize].push(point));
         groups.retain(|group| !group.is_empty());
         if groups.len() < 2 {
             return Vec::new();
         }
-        let groups_of = &*self;
+        let seen = &*self;
+        let is_most = |group: &[u32]| 2 * group.len() > seen.points.len();
         let shortest = |group: &Vec<u32>| {
-            let mut best = Gap { length: f64::INFINITY, from: group[0], to: group[0] };
+            let own = roots[group[0] as usize];
+            let mut best = Gap { length: f64::INFINITY, from: own, to: own };
             let mut found = Vec::new();
-            for &from in group {
-                let place = groups_of.points[from as usize];
-                let foreign = |to: u32| {
-                    roots[to as usize] != roots[from as usize]
-                        && count(groups_of, from as usize, to as usize)
-                };
-                groups_of.tree.nearest_where(place, 1, best.length, &mut found, foreign);
+            let mut look = |from: u32, is_end: &dyn Fn(u32) -> bool| {
+                let counts = |to: u32| is_end(to) && count(seen, from as usize, to as usize);
+                let place = seen.points[from as usize];
+                seen.tree.nearest_where(place, 1, best.length, &mut found, counts);
                 // Ways of equal length do not replace one another.
                 if let Some(near) = found.first().filter(|near| near.distance() < best.length) {
                     best = Gap { length: near.distance(), from, to: near.index };
+                }
+            };
+            let is_own = |point: u32| roots[point as usize] == own;
+            if is_most(group) {
+                // The way is as long from its other end, and there are fewer to begin with.
+                let others = (0..).take(roots.len()).filter(|&point| !is_own(point));
+                others.for_each(|from| look(from, &is_own));
+                (best.from, best.to) = (best.to, best.from);
+            } else {
+                for &from in group {
+                    look(from, &|to| !is_own(to));
                 }
             }
             best.length.is_finite().then_some(best)

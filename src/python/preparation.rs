@@ -132,7 +132,8 @@ impl Pieces {
 /// Find the pieces that points fall into.
 ///
 /// Points belong together when they are near one another as compared with the spacing there. Points
-/// in lines (scan lines, contour lines, ship tracks) are one piece although the lines are far apart.
+/// in lines (scan lines, contour lines, ship tracks) are one piece although the lines are far apart, also
+/// where noise makes ropes of them.
 ///
 /// Parameters
 /// ----------

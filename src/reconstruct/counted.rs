@@ -9,7 +9,7 @@ use super::ReconstructOptions;
 use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
-use crate::point_cloud::{self, EvenSample, Fate, NoData, Pieces, pieces};
+use crate::point_cloud::{self, EvenSample, Fate, NoData, Pieces, across_lines, pieces_across};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// A surface is fitted to this many points at most, chosen evenly over space: enough for as many
@@ -50,6 +50,8 @@ pub(super) struct Counted {
     pub(super) apart: Option<Apart>,
     /// Whether only few points have shown that they do.
     glimpsed: bool,
+    /// Those that show a surface where all are in ropes.
+    across: Option<Vec<DVec3>>,
     /// Whether points lie in two layers closer together than their spacing.
     pub(super) double: bool,
     /// Whether there are more points than were looked at.
@@ -133,9 +135,15 @@ impl Counted {
         }
         let mut points = of_cloud(&indices);
         let mut telling = evenly(&points, TELLING.0);
-        let found = match options.piece {
-            None if pieces(&evenly(&telling, TELLING.1), observer)?.sizes.len() == 1 => None,
-            _ => Some(pieces(&points, observer)?),
+        let mut across = None;
+        let found = if options.piece.is_none()
+            && are_one(&pieces_across(&evenly(&telling, TELLING.1), observer)?)
+        {
+            None
+        } else {
+            let found;
+            (found, across) = pieces_across(&points, observer)?;
+            Some(found)
         };
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
         let mut apart = None;
@@ -148,6 +156,9 @@ impl Counted {
                 keep(&mut indices, &chosen);
                 keep(&mut points, &chosen);
                 telling = evenly(&points, TELLING.0);
+                if across.is_some() {
+                    across = pieces_across(&telling, observer)?.1;
+                }
                 if let Some(weights) = &mut weights {
                     keep(weights, &chosen);
                 }
@@ -172,34 +183,32 @@ impl Counted {
             outliers,
             apart,
             glimpsed,
+            across,
             double: double.is_some(),
             thinned: cloud.len() > MOST,
             warnings,
         })
     }
 
-    /// Looks at points in lines as far apart along these as across, if they are in lines: pieces and slopes
-    /// are those of the surface then, not of a line.
-    pub(super) fn look_across_lines(
-        &mut self,
-        options: &ReconstructOptions<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<bool> {
-        let Some(few) = point_cloud::across_lines(&self.telling) else { return Ok(false) };
-        if options.piece.is_none() {
-            self.apart = Apart::of(&pieces(&few, observer)?, &few);
-        }
-        self.telling = of(&few, &outwards(&few));
-        Ok(true)
-    }
-
     /// Looks for pieces that few points do not show: layers farther apart than the spacing of all
     /// points, but not than that of few.
     pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
-        if self.glimpsed && pieces(&self.telling, observer)?.sizes.len() > 1 {
-            self.apart = Apart::of(&pieces(&self.points, observer)?, &self.points);
+        if self.glimpsed && !are_one(&pieces_across(&self.telling, observer)?) {
+            let found;
+            (found, self.across) = pieces_across(&self.points, observer)?;
+            self.apart = Apart::of(&found, &self.points);
         }
         Ok(())
+    }
+
+    /// Looks at points in lines as far apart along these as across, if they are in lines: slopes are those
+    /// of the surface then, not of a line.
+    pub(super) fn look_across_lines(&mut self) -> bool {
+        let few = self.across.take().or_else(|| across_lines(&self.telling, None));
+        if let Some(few) = &few {
+            self.telling = of(few, &outwards(few));
+        }
+        few.is_some()
     }
 
     /// The places in the cloud of points that do not count, ascending.
@@ -225,6 +234,11 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     }
     #[expect(clippy::cast_possible_truncation, reason = "no more points fit into memory")]
     Ok(sample.indices().into_iter().map(|index| index as u32).collect())
+}
+
+/// Whether points hang together at first sight.
+fn are_one((found, across): &(Pieces, Option<Vec<DVec3>>)) -> bool {
+    found.sizes.len() == 1 && across.is_none()
 }
 
 /// At most so many points, evenly over space.

@@ -118,11 +118,13 @@ fn attempt(
         None => kind(&counted, options, observer)?,
     };
     let ground = found.height.is_some_and(|height| height.ground);
-    let in_lines = found.kind != Kind::Height && counted.look_across_lines(options, observer)?;
-    if in_lines {
-        found = kind(&counted, options, observer)?;
-    } else if found.kind != Kind::Height {
+    let mut in_lines = false;
+    if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
+        in_lines = counted.look_across_lines();
+        if in_lines {
+            found = kind(&counted, options, observer)?;
+        }
     } else if ground {
         // Roofs and crowns are apart from the ground, but no other pieces to choose.
         counted.apart = None;

@@ -9,7 +9,7 @@ use super::relief::Relief;
 use super::start::whole;
 use crate::error::Result;
 use crate::inspection::UNEVEN;
-use crate::point_cloud::{EvenSample, KdTree, Plane, any_of};
+use crate::point_cloud::{EvenSample, KdTree, Plane, across_lines, any_of};
 use crate::progress::Observer;
 use crate::topology::{HeightField, Kind, Topology, heights};
 
@@ -91,7 +91,12 @@ impl Units {
         let telling = Telling::of(cloud);
         let by = telling.evened(observer)?;
         let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
-        let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
+        let mut laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
+        if let Some((flat, _)) = laid_flat
+            && !telling.are_flat_across_lines(by, flat.by, observer)?
+        {
+            laid_flat = None;
+        }
         let units = Self { by, heights: None };
         Ok(match laid_flat {
             Some((flat, true)) => (flat, Some(units).filter(|_| by != flat.by)),
@@ -223,6 +228,20 @@ impl<'a> Telling<'a> {
             return Ok(Some((Units { by, heights }, sure)));
         }
         Ok(None)
+    }
+
+    /// Whether the points are still heights if there are as many along lines as across, where they lie in
+    /// lines: those on the far side of a body may lie between those on the near one.
+    fn are_flat_across_lines(
+        &self,
+        by: DVec3,
+        flat: DVec3,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        let points = self.evenly(|point| flat * point, flat, CLOSE);
+        let Some(few) = across_lines(&points, None) else { return Ok(true) };
+        let few: Vec<DVec3> = few.into_iter().map(|point| point / flat).collect();
+        Ok(Telling::of(&few).laid_flat(by, observer)?.is_some())
     }
 
     /// What heights over x and y they are, if they are any when coordinates count so much, seen from afar

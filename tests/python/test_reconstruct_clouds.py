@@ -556,6 +556,29 @@ def test_scan_lines_with_noise_are_one_surface(shape: str, noise: float) -> None
     assert result.surface.closest_points(truth).distances.max() < 0.01 * diagonal
 
 
+@pytest.mark.parametrize("shape", ["ground", "tube"])
+def test_scan_lines_in_ropes_are_one_surface(shape: str) -> None:
+    """Lines are ten times as far apart as their noise is wide, fifty times as points along them."""
+    rng = np.random.default_rng(0)
+    across, along = scan_lines(20, 1000, rng)
+
+    def surface(across: Points, along: Points) -> Points:
+        if shape == "ground":
+            return np.column_stack([across, along, 0.1 * np.sin(5 * across) * np.cos(4 * along)])
+        angle = 2 * np.pi * along
+        return np.column_stack([np.cos(angle), np.sin(angle), 4 * across])
+
+    points = surface(across, along)
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    points += 0.003 * diagonal * rng.standard_normal(points.shape)
+    assert neurbs.pieces(points).sizes[0] > 0.99 * len(points)
+    result = neurbs.reconstruct(points)
+    assert not any("pieces" in warning for warning in result.report.warnings)
+    across, along = (x.ravel() for x in np.meshgrid(*[np.linspace(0.05, 0.95, 40)] * 2))
+    off = result.surface.closest_points(surface(across, along)).distances
+    assert np.sqrt(np.mean(off**2)) < 0.003 * diagonal
+
+
 def test_lines_far_apart_hold_a_smaller_net(rng: np.random.Generator) -> None:
     across, along = scan_lines(20, 1000, rng)
     points = np.column_stack([along, across, 0.15 * np.tanh(6 * along - 3 + np.sin(4 * across))])

@@ -115,6 +115,17 @@ def test_closed_bodies_are_found_in_other_units(rng: np.random.Generator) -> Non
     assert np.abs(np.hypot(ends[:, 0], ends[:, 1]) - 1).max() < 0.01
 
 
+def test_lines_along_a_tube_keep_its_units(rng: np.random.Generator) -> None:
+    """Seen from the side, those behind lie between those before."""
+    angle = np.repeat(2 * np.pi * (np.arange(20) + 0.5) / 20, 200)
+    pipe = np.column_stack([np.cos(angle), np.sin(angle), 4 * rng.random(len(angle))])
+    axis = np.array([-0.89, 0.05, -0.45])
+    turn = 2 * np.outer(axis, axis) / (axis @ axis) - np.eye(3)
+    result = reconstructed(pipe @ turn)
+    assert not told(result)
+    assert result.report.topology == "tube"
+
+
 @pytest.mark.parametrize("cloud", [wall, swath])
 def test_steep_and_narrow_surfaces_keep_their_units(
     cloud: Callable[[np.random.Generator], Points], rng: np.random.Generator
