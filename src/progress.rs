@@ -87,9 +87,9 @@ impl Stage {
 
 /// Watches a long job, and may stop it.
 ///
-/// The job calls it every few milliseconds, always from the thread that started the job. To
-/// answer [`ControlFlow::Break`] ends the job with [`Error::Interrupted`]. Any
-/// `FnMut(&Progress) -> ControlFlow<()>` is an observer.
+/// The job calls it every few milliseconds, always from the thread that started the job; a
+/// reconstruction goes on meanwhile. To answer [`ControlFlow::Break`] ends the job with
+/// [`Error::Interrupted`]. Any `FnMut(&Progress) -> ControlFlow<()>` is an observer.
 pub trait Observer {
     /// Takes notice of the progress and says whether to go on.
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()>;
