@@ -15,8 +15,8 @@ const BLURRED: usize = 500;
 /// √3 / π.
 const LOGISTIC: f64 = 0.551_328_895_421_792;
 
-/// Scales behind a curve at which a place no longer touches it: it is as likely there, but for a millionth.
-const UNTOUCHED: f64 = 14.0;
+/// Scales behind a curve at which a place no longer touches it.
+const UNTOUCHED: f64 = 30.0;
 
 /// Newton's steps for each scale at most, the share of a scale that the last of them moves, and the
 /// times that a step which leads down is shortened.
