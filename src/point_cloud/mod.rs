@@ -26,7 +26,7 @@ pub use self::no_data::{NoData, no_data};
 pub(crate) use self::pieces::pieces_across;
 pub use self::pieces::{Pieces, pieces};
 pub use self::plane::Plane;
-pub(crate) use self::plane::{principal_axes, upward};
+pub(crate) use self::plane::upward;
 pub(crate) use self::roads::Roads;
 use crate::error::{Error, Result};
 use crate::progress::{self, Listen, Observer, Stage};

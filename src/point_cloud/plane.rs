@@ -46,7 +46,7 @@ impl Plane {
             let local = point - centre;
             scatter += DMat3::from_cols(local * local.x, local * local.y, local * local.z);
         }
-        let (values, axes) = principal_axes(scatter * (1.0 / count));
+        let (values, axes) = symmetric(scatter * (1.0 / count));
         Self { centre, axes, deviations: values.map(|value| value.max(0.0).sqrt()) }
     }
 
@@ -85,9 +85,9 @@ pub(crate) fn upward(direction: DVec3) -> DVec3 {
     if direction.z < 0.0 { -direction } else { direction }
 }
 
-/// Eigenvalues of a symmetric matrix, largest first, and their vectors, right-handed, by Jacobi's rotations
+/// Eigenvalues of a symmetric matrix, largest first, and their vectors, by Jacobi's rotations
 /// (Golub and Van Loan, Matrix Computations, section 8.5).
-pub(crate) fn principal_axes(matrix: DMat3) -> ([f64; 3], [DVec3; 3]) {
+fn symmetric(matrix: DMat3) -> ([f64; 3], [DVec3; 3]) {
     let (mut matrix, mut axes) = (matrix.to_cols_array_2d(), DMat3::IDENTITY.to_cols_array_2d());
     let negligible = f64::EPSILON * (matrix[0][0] + matrix[1][1] + matrix[2][2]).abs();
     for _ in 0..SWEEPS {

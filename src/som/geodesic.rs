@@ -133,8 +133,7 @@ fn embed(
         -0.5 * (between(a, b) - means[a] - means[b] + whole)
     };
     listen()?;
-    let centred: Vec<f64> = (0..count * count).map(centred).collect();
-    let Some(axes) = eigen::symmetric(&centred, count) else { return Ok(None) };
+    let axes = eigen::symmetric((0..count * count).map(centred).collect(), count);
     let Some([(first, along), (second, across)]) = axes.get(..2) else { return Ok(None) };
     if *second <= f64::EPSILON * first {
         return Ok(None);

@@ -3,10 +3,11 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 use super::boxes::Boxes;
 use super::candidates::Candidates;
+use super::eigen;
 use super::geodesic;
 use super::initialize::{evenly, place};
 use super::lattice::Lattice;
@@ -299,21 +300,24 @@ struct PrincipalFrame {
 impl PrincipalFrame {
     fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
         let centre = point_cloud::listened_centroid(points, listen)?;
-        let mut scatter = DMat3::ZERO;
+        let mut covariance = [0.0; 9];
         for piece in point_cloud::portions(points, listen) {
             for &point in piece? {
-                let p = point - centre;
-                scatter += DMat3::from_cols(p * p.x, p * p.y, p * p.z);
+                let p = (point - centre).to_array();
+                for (place, sum) in covariance.iter_mut().enumerate() {
+                    *sum += p[place / 3] * p[place % 3];
+                }
             }
         }
-        let (_, axes) = point_cloud::principal_axes(scatter);
+        let pairs = eigen::symmetric(covariance.to_vec(), 3);
+        let axis = |number: usize| DVec3::from_slice(&pairs[number].1);
         // Each axis points to where its largest coordinate is positive, so that the frame does not
         // depend on the sense that the rotations happen to end with.
         let point_up = |axis: DVec3| {
             let largest = axis.abs().max_position();
             if axis[largest] < 0.0 { -axis } else { axis }
         };
-        let (first, second) = (point_up(axes[0]), point_up(axes[1]));
+        let (first, second) = (point_up(axis(0)), point_up(axis(1)));
         Ok(Self { centre, axes: [first, second, first.cross(second)] })
     }
 
