@@ -56,10 +56,12 @@ pub(super) fn are_ropes(points: &[DVec3], groups: &[u32]) -> bool {
         sample.extend(members);
         Seen::of(&sample.points()).in_lines > MOSTLY
     };
-    let is_rope = |members: &Vec<DVec3>| {
-        members.len() > NEIGHBORS && OF_ROPE.iter().any(|&seen| is_line(members, seen))
-    };
-    members.retain(is_rope);
+    members.retain(|members| members.len() > NEIGHBORS);
+    // Of most clouds there is one group, which need not be looked at.
+    if members.len() < ROPES {
+        return false;
+    }
+    members.retain(|members| OF_ROPE.iter().any(|&seen| is_line(members, seen)));
     let count: usize = members.iter().map(Vec::len).sum();
     members.len() >= ROPES && count as f64 > MOSTLY * points.len() as f64
 }
