@@ -18,6 +18,9 @@ const LOGISTIC: f64 = 0.551_328_895_421_792;
 /// Scales behind a curve at which a place no longer touches it.
 const UNTOUCHED: f64 = 30.0;
 
+/// Share of the distance at which places touch a curve that is the scale of the blur, at least.
+const APART: f64 = 0.5;
+
 /// Newton's steps for each scale at most, the share of a scale that the last of them moves, and the
 /// times that a step which leads down is shortened.
 const STEPS: usize = 12;
@@ -32,6 +35,16 @@ const RIDGE: f64 = 1e-6;
 pub(super) struct Place {
     pub(super) basis: Basis<4>,
     pub(super) y: f64,
+    /// Least scale of its blur.
+    pub(super) least: f64,
+}
+
+impl Place {
+    /// How far it lies behind a curve, in scales of the blur, and the scale.
+    fn behind(&self, heights: &[f64], scale: f64) -> (f64, f64) {
+        let scale = scale.max(self.least);
+        ((self.y - height(heights, &self.basis)) / scale, scale)
+    }
 }
 
 /// The likelihood of smooth curves, y over x in [0, 1], at which places (x, y) end below.
@@ -44,6 +57,8 @@ pub(super) struct Likelihood {
     pub(super) knots: KnotVector,
     /// Those that may touch a curve, lowest first.
     pub(super) places: Vec<Place>,
+    /// The coarsest scale that the blur of one of them has at least.
+    coarsest: f64,
     /// Only each so manieth of them is looked at, and counts for as many.
     stride: usize,
     /// What raising each control point gains by area: the density of places times the area under a
@@ -71,11 +86,11 @@ impl Likelihood {
         let closed = knots.is_periodic();
         let control_points = knots.control_points() - if closed { DEGREE } else { 0 };
         let mut places: Vec<Place> =
-            places.map(|(x, y)| Place { basis: Basis::at(&knots, x), y }).collect();
+            places.map(|(x, y)| Place { basis: Basis::at(&knots, x), y, least: 0.0 }).collect();
         places.sort_by(|a, b| a.y.total_cmp(&b.y));
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
-        Self { knots, places, stride: 1, slopes, count, closed, stiffness, bounds }
+        Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, stiffness, bounds }
     }
 
     /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from this
@@ -90,7 +105,7 @@ impl Likelihood {
     ) -> f64 {
         // Places touch a curve with so many degrees of freedom at this distance on average.
         let apart = self.slopes.len() as f64 / self.count;
-        let last = (noise * LOGISTIC).max(0.5 * apart);
+        let last = (noise * LOGISTIC).max(APART * apart);
         let mut scale = first_scale.max(last);
         loop {
             let most = if scale > last { BLURRED } else { self.places.len() };
@@ -102,6 +117,14 @@ impl Likelihood {
             scale = (LEFT_OF_SCALE * scale).max(last);
             look(self, heights);
         }
+    }
+
+    /// Blurs each place by no less than the distance at which those around it touch a curve.
+    pub(super) fn blur_as_sparse(&mut self) {
+        for place in &mut self.places {
+            place.least = APART / height(&self.slopes, &place.basis);
+        }
+        self.coarsest = self.places.iter().map(|place| place.least).fold(0.0, f64::max);
     }
 
     /// The control points whose second differences bending is measured by, in threes; a curve turns
@@ -116,6 +139,7 @@ impl Likelihood {
 
     /// The places that may touch a curve, which lies below its highest control point.
     fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
+        let scale = scale.max(self.coarsest);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let behind = |place: &Place| place.y <= highest + UNTOUCHED * scale;
         self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
@@ -125,7 +149,7 @@ impl Likelihood {
     fn worth(&self, heights: &[f64], scale: f64) -> f64 {
         let area: f64 = self.slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let likely = |place: &Place| {
-            let z = (place.y - height(heights, &place.basis)) / scale;
+            let (z, _) = place.behind(heights, scale);
             if z > UNTOUCHED {
                 0.0
             } else if z > 0.0 {
@@ -218,8 +242,8 @@ impl Likelihood {
         let size = self.slopes.len();
         let mut matrix = Dense::new(size);
         let mut slopes = self.slopes.clone();
-        for Place { basis, y } in self.touching(heights, scale) {
-            let z = (y - height(heights, basis)) / scale;
+        for place in self.touching(heights, scale) {
+            let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
             if z > UNTOUCHED {
                 continue;
             }

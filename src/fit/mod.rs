@@ -37,6 +37,7 @@ mod space;
 mod starts;
 mod trend;
 mod unfolding;
+mod view;
 
 use glam::{DVec2, DVec3};
 

@@ -1,15 +1,16 @@
 //! The closed smooth line at which the points of a sheet without corners end.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::edge::{NOTCHED, empty_ground, lowest};
+use super::edge::{NOTCHED, empty_ground};
 use super::likelihood::{DEGREE, Likelihood, height, sums};
 use super::patches::Patches;
+use super::view::{MIDDLE, View, direction, outermost, share_of_way};
 use crate::error::Result;
-use crate::nurbs::{Basis, KnotVector, NurbsSurface, gauss};
+use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
 /// Width and height of the square's corners, the share of the mean density of places that an empty
 /// one has less than, and how many places it would have at that density for this to be said: of four
@@ -41,31 +42,24 @@ const SPARSEST: f64 = 0.1;
 
 /// How far a surface goes on beyond an outline for each spacing of border that is asked for: so many
 /// standard deviations of where it lies.
-const BEYOND: f64 = 2.0;
+const BEYOND: f64 = 3.0;
 
 /// Spacings of the points, and sizes of the noise in them, that a place may lie outside of a smooth
 /// outline.
 const OUTSIDE: (f64, f64) = (0.25, 4.0);
 
-/// Sectors around the middle whose outermost places tell how far places reach.
-const SECTORS: usize = 24;
-
 /// Control points of an outline in the square.
 const RADII: usize = 64;
 
-/// Places along a ray at which its length is measured.
-const RAY_PLACES: usize = 8;
-
-/// Steps towards the place on a ray at a given length, and of Newton's method towards the circle in the
-/// unit disc that a place is on.
-const RAY_STEPS: usize = 8;
+/// Newton's steps towards the circle in the unit disc that a place is on.
 const STEPS: usize = 8;
 
 /// Radius near the middle that stands for the unit disc's, at most, as a multiple of the outline's
 /// least: half of the speed along a ray is left there at the rim.
 const NEAR_MIDDLE: f64 = 1.2;
 
-const MIDDLE: DVec2 = DVec2::splat(0.5);
+/// By how much farther from the middle a parameter may lie than an outline in the square.
+const MOST_OUTSIDE: f64 = 0.05;
 
 /// A smooth line in the unit square around its middle.
 pub(super) struct Outline {
@@ -89,31 +83,28 @@ impl Outline {
         if !has_empty_corners(uv) {
             return Ok(None);
         }
-        let rays = Rays { patches: Patches::of(surface), rule: gauss::rule(RAY_PLACES) };
-        let flat_noise = 0.5 * (noise / size).element_sum();
-        // Outlines are simpler in the square or on the surface: what counts is where they are surer.
-        let (flat, long) = rayon::join(
-            || Line::around(uv, DVec2::length, flat_noise),
-            || Line::around(uv, |from| rays.length(from), noise),
-        );
-        let (flat, long) = (flat?, long?);
-        if flat.follows && (flat.doubt() <= long.doubt() || !long.follows) {
-            return Self::through(|way| flat.distance(way, border)).map(Some);
-        }
-        if !long.follows {
-            return Ok(None);
-        }
-        let reach = |way| rays.reach(direction(way), long.distance(way, border));
-        Self::through(reach).map(Some)
+        // Outlines are simpler in the square, along the surface or from above: what counts is where
+        // they are surer.
+        let patches = Patches::of(surface);
+        let views = [View::Square, View::along(&patches), View::above(&patches, uv)];
+        let seen = |view: &View<'_>| {
+            let line = Line::around(uv, view, view.noise(noise, size))?;
+            let Some((doubt, radii)) = line.in_square(view, border) else { return Ok(None) };
+            let outline = Self::through(&radii)?;
+            Ok(uv.iter().all(|uv| outline.is_around(*uv)).then_some((doubt, outline)))
+        };
+        let found = views.par_iter().map(seen).collect::<Result<Vec<_>>>()?;
+        let surest = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(surest.map(|(_, outline)| outline))
     }
 
-    fn through(radius: impl Fn(f64) -> f64 + Sync) -> Result<Self> {
+    /// Through places at these distances from the middle, evenly over the way round.
+    fn through(values: &[f64]) -> Result<Self> {
         let knots = KnotVector::periodic_uniform(DEGREE, RADII)?;
-        let at = |i: usize| radius((i as f64 - 1.0).rem_euclid(RADII as f64) / RADII as f64);
-        let values: Vec<f64> = (0..RADII).into_par_iter().map(at).collect();
         // A quasi-interpolant, as near as cubics are.
-        let around = |i: usize| values[(i + RADII - 1) % RADII] + values[(i + 1) % RADII];
-        let radii = (0..RADII).map(|i| (8.0 * values[i] - around(i)) / 6.0).collect();
+        let value = |i: usize| values[i % RADII];
+        let radius = |i: usize| (8.0 * value(i) - value(i + RADII - 1) - value(i + 1)) / 6.0;
+        let radii = (0..RADII).map(|i| radius(i + RADII - 1)).collect();
         let mean = values.iter().sum::<f64>() / RADII as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         Ok(Self { knots, radii, near_middle: mean.min(NEAR_MIDDLE * least) })
@@ -122,6 +113,11 @@ impl Outline {
     /// Its distance from the middle in a direction.
     fn radius(&self, from: DVec2) -> f64 {
         height(&self.radii, &Basis::<4>::at(&self.knots, share_of_way(from)))
+    }
+
+    fn is_around(&self, uv: DVec2) -> bool {
+        let from = uv - MIDDLE;
+        from.length() <= (1.0 + MOST_OUTSIDE) * self.radius(from)
     }
 
     /// Parameters in the square that the outline bounds: first in the unit disc, on the same ray from
@@ -148,11 +144,6 @@ impl Outline {
         }
         share / distance * from
     }
-}
-
-/// The share of the way round in a direction from the middle.
-fn share_of_way(from: DVec2) -> f64 {
-    (from.to_angle() + PI) / TAU
 }
 
 /// The (x, y) of the square with sides of 2 that (u, v) of the unit disc stands for: u² is
@@ -183,10 +174,6 @@ fn has_empty_corners(uv: &[DVec2]) -> bool {
     expected >= TELLING && empty >= EMPTY_CORNERS
 }
 
-fn direction(way: f64) -> DVec2 {
-    DVec2::from_angle(TAU * way - PI)
-}
-
 /// A closed line around the middle of the square, by distances that mean what they will.
 struct Line {
     knots: KnotVector,
@@ -200,15 +187,14 @@ struct Line {
 }
 
 impl Line {
-    fn around(uv: &[DVec2], distance: impl Fn(DVec2) -> f64 + Sync, noise: f64) -> Result<Self> {
+    fn around(uv: &[DVec2], view: &View<'_>, noise: f64) -> Result<Self> {
         let place = |uv: &DVec2| {
-            let from = *uv - MIDDLE;
-            (share_of_way(from), distance(from).powi(2))
+            let seen = view.of(*uv - MIDDLE);
+            (share_of_way(seen), seen.length_squared())
         };
         let polar: Vec<(f64, f64)> = uv.par_iter().map(place).collect();
-        let outer = lowest(polar.iter().map(|&(way, square)| (way, -square)), SECTORS);
-        let count = outer.iter().flatten().count().max(1) as f64;
-        let mean = outer.iter().flatten().map(|place| -place.1).sum::<f64>() / count;
+        let outer = outermost(polar.iter().copied());
+        let mean = outer.iter().map(|place| place.1).sum::<f64>() / outer.len().max(1) as f64;
         let places: Vec<(f64, f64)> =
             polar.into_iter().map(|(way, square)| (way, 1.0 - square / mean)).collect();
 
@@ -224,6 +210,7 @@ impl Line {
             let dense = found.iter().zip(&even);
             likelihood.slopes =
                 dense.map(|(sum, even)| (sum / GROUND).max(SPARSEST * even)).collect();
+            likelihood.blur_as_sparse();
         };
         let mut heights = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
@@ -238,67 +225,33 @@ impl Line {
         Ok(Self { knots: likelihood.knots, heights, deviations, mean, follows })
     }
 
-    /// The mean standard deviation.
-    fn doubt(&self) -> f64 {
-        self.deviations.iter().sum::<f64>() / CONTROL_POINTS as f64
-    }
-
-    /// The distance of the line from the middle, moved out by this border.
-    fn distance(&self, way: f64, border: f64) -> f64 {
-        let basis = Basis::at(&self.knots, way);
-        let margin = border * BEYOND * height(&self.deviations, &basis);
-        (self.mean * (1.0 - height(&self.heights, &basis) + margin)).sqrt()
-    }
-}
-
-/// The straight lines in the square from its middle.
-struct Rays<'a> {
-    patches: Patches<'a>,
-    /// Shares of a ray and weights for its length.
-    rule: Vec<(f64, f64)>,
-}
-
-impl Rays<'_> {
-    /// Length on the surface from the middle as far as this.
-    fn length(&self, from: DVec2) -> f64 {
-        let speed = |share: f64| {
-            let tangents = self.patches.at(MIDDLE + share * from);
-            (from.x * tangents.u + from.y * tangents.v).length()
+    /// In the square that it is a view of: how much larger a standard deviation makes it, and its distances
+    /// from the middle, moved out by this border. `None` if it follows no places, or its view does not
+    /// reach so far.
+    fn in_square(&self, view: &View<'_>, border: f64) -> Option<(f64, Vec<f64>)> {
+        let moved_out = |deviations: f64| {
+            let beyond =
+                |seen: DVec2| seen.length() - self.distance(share_of_way(seen), deviations);
+            let reach = |i: usize| view.reach(direction(i as f64 / RADII as f64), beyond);
+            (0..RADII).into_par_iter().map(reach).collect::<Option<Vec<f64>>>()
         };
-        self.rule.iter().map(|&(share, weight)| weight * speed(share)).sum()
+        let (line, wider) = (moved_out(0.0).filter(|_| self.follows)?, moved_out(1.0)?);
+        let larger: f64 = wider.iter().zip(&line).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
+        Some((larger / RADII as f64, moved_out(BEYOND * border)?))
     }
 
-    /// How far in a direction one has to go for this length, by false position with halved ends (the
-    /// Illinois method); beyond the square, in proportion.
-    fn reach(&self, direction: DVec2, length: f64) -> f64 {
-        let side = 0.5 / direction.abs().max_element();
-        let whole = self.length(side * direction);
-        if length >= whole {
-            return side * length / whole;
-        }
-        let (mut low, mut high) = ((0.0, length), (side, length - whole));
-        let (mut radius, mut last) = (side, 0.0);
-        for _ in 0..RAY_STEPS {
-            radius = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-            let short = length - self.length(radius * direction);
-            let again = short * last > 0.0;
-            let half = if again { 0.5 } else { 1.0 };
-            if short > 0.0 {
-                (low, high.1) = ((radius, short), half * high.1);
-            } else {
-                (high, low.1) = ((radius, short), half * low.1);
-            }
-            if short == 0.0 {
-                break;
-            }
-            last = short;
-        }
-        radius
+    /// The distance of the line from the middle, moved out by so many standard deviations.
+    fn distance(&self, way: f64, out: f64) -> f64 {
+        let basis = Basis::at(&self.knots, way);
+        let margin = out * height(&self.deviations, &basis);
+        (self.mean * (1.0 - height(&self.heights, &basis) + margin)).sqrt()
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use glam::DVec3;
 
     use super::super::likelihood::tests::even;
@@ -352,7 +305,8 @@ mod tests {
         for depth in [0.0, 0.15, 0.3] {
             for lobes in 2..6 {
                 let wave = |way: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * way).cos());
-                let outline = Outline::through(wave).unwrap();
+                let radii: Vec<f64> = (0..RADII).map(|i| wave(i as f64 / RADII as f64)).collect();
+                let outline = Outline::through(&radii).unwrap();
                 let at = |i: i32, j: i32| {
                     let from = wave(f64::from(j) / 360.0) * direction(f64::from(j) / 360.0);
                     MIDDLE + f64::from(i) / 20.0 * from
@@ -369,19 +323,6 @@ mod tests {
                     let depth = st.min(DVec2::ONE - st).min_element();
                     assert!(depth < 1e-7, "{st} {depth}");
                 }
-            }
-        }
-    }
-
-    #[test]
-    fn lengths_are_reached_on_curved_surfaces() {
-        let cone = surface(|uv| (uv - MIDDLE).extend(2.0 * uv.distance(MIDDLE)));
-        let rays = Rays { patches: Patches::of(&cone), rule: gauss::rule(RAY_PLACES) };
-        for way in 0..24 {
-            let towards = direction(f64::from(way) / 24.0);
-            for length in [0.1, 0.5, 0.9] {
-                let found = rays.length(rays.reach(towards, length) * towards);
-                assert!((found / length - 1.0).abs() < 1e-6, "{way} {length} {found}");
             }
         }
     }

@@ -1,0 +1,257 @@
+//! How places of a surface are seen from its middle.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat2, DVec2, DVec3};
+
+use super::edge::lowest;
+use super::patches::Patches;
+use crate::nurbs::gauss;
+
+/// Places along a ray at which its length is measured.
+const RAY_PLACES: usize = 8;
+
+/// Steps towards the end of a ray.
+const RAY_STEPS: usize = 8;
+
+/// Last share of a ray in the square along which it is seen how it goes on, and the share of it beyond
+/// the square that is far.
+const NEAR_SIDE: f64 = 0.1;
+const FAR: f64 = 0.25;
+
+/// Sectors around the middle whose outermost places tell how far places reach.
+const SECTORS: usize = 24;
+
+pub(super) const MIDDLE: DVec2 = DVec2::splat(0.5);
+
+/// From where in the unit square, counted from its middle, to where it is seen in a plane.
+pub(super) enum View<'a> {
+    /// As it lies in the square.
+    Square,
+    /// In the same direction, but as far as it is along the surface.
+    Along(&'a Patches<'a>, Vec<(f64, f64)>),
+    /// From above, with what places reach made as long as wide.
+    Above(&'a Patches<'a>, Rounded),
+}
+
+impl<'a> View<'a> {
+    pub(super) fn along(patches: &'a Patches<'a>) -> Self {
+        Self::Along(patches, gauss::rule(RAY_PLACES))
+    }
+
+    pub(super) fn above(patches: &'a Patches<'a>, uv: &[DVec2]) -> Self {
+        Self::Above(patches, Rounded::of(patches, uv))
+    }
+
+    pub(super) fn of(&self, from: DVec2) -> DVec2 {
+        match self {
+            Self::Square => from,
+            Self::Along(patches, rule) => {
+                let speed = |share: f64| {
+                    let tangents = patches.at(MIDDLE + share * from);
+                    (from.x * tangents.u + from.y * tangents.v).length()
+                };
+                let length: f64 = rule.iter().map(|&(share, weight)| weight * speed(share)).sum();
+                length * from.normalize_or_zero()
+            }
+            Self::Above(patches, rounded) => rounded.place(patches.at(MIDDLE + from).point),
+        }
+    }
+
+    /// The size of noise as it is seen, by that on a surface whose isocurves are so long.
+    pub(super) fn noise(&self, noise: f64, size: DVec2) -> f64 {
+        match self {
+            Self::Square => 0.5 * (noise / size).element_sum(),
+            Self::Along(..) => noise,
+            Self::Above(_, rounded) => {
+                let [first, _, second] = rounded.factor;
+                0.5 * (noise / first + noise / second)
+            }
+        }
+    }
+
+    /// How far one has to go in a direction from the middle to where this rises to zero of what is seen,
+    /// by false position with halved ends (the Illinois method), and beyond the square as it rises there;
+    /// `None` if that is far, or the middle beyond it.
+    pub(super) fn reach(&self, direction: DVec2, beyond: impl Fn(DVec2) -> f64) -> Option<f64> {
+        let side = 0.5 / direction.abs().max_element();
+        let beyond = |radius: f64| beyond(self.of(radius * direction));
+        let (start, end) = (beyond(0.0), beyond(side));
+        if start >= 0.0 {
+            return None;
+        }
+        if end <= 0.0 {
+            let rise = (end - beyond((1.0 - NEAR_SIDE) * side)).max(0.0);
+            let farther = -NEAR_SIDE * end / rise;
+            return (farther < FAR).then_some((1.0 + farther) * side);
+        }
+        let (mut low, mut high) = ((0.0, start), (side, end));
+        let (mut radius, mut last) = (side, 0.0);
+        for _ in 0..RAY_STEPS {
+            radius = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+            let there = beyond(radius);
+            let again = there * last > 0.0;
+            let half = if again { 0.5 } else { 1.0 };
+            if there < 0.0 {
+                (low, high.1) = ((radius, there), half * high.1);
+            } else {
+                (high, low.1) = ((radius, there), half * low.1);
+            }
+            if there == 0.0 {
+                break;
+            }
+            last = there;
+        }
+        Some(radius)
+    }
+}
+
+/// The share of the way round in a direction from the middle.
+pub(super) fn share_of_way(from: DVec2) -> f64 {
+    (from.to_angle() + PI) / TAU
+}
+
+pub(super) fn direction(way: f64) -> DVec2 {
+    DVec2::from_angle(TAU * way - PI)
+}
+
+/// The outermost of places around the middle, each by the share of the way round and the square of its
+/// distance, in sectors.
+pub(super) fn outermost(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
+    let outer = lowest(polar.map(|(way, square)| (way, -square)), SECTORS);
+    outer.into_iter().flatten().map(|(way, square)| (way, -square)).collect()
+}
+
+/// A plane across the mean normal of a surface, with an origin and axes by which what places reach has the
+/// second moments of a disc, as it has if their outline is an ellipse, however dense they are where.
+pub(super) struct Rounded {
+    origin: DVec3,
+    axes: [DVec3; 2],
+    middle: DVec2,
+    /// Of the moments, by Cholesky's method.
+    factor: [f64; 3],
+}
+
+impl Rounded {
+    fn of(patches: &Patches<'_>, uv: &[DVec2]) -> Self {
+        let (mut along, mut normal) = (DVec3::ZERO, DVec3::ZERO);
+        for uv in uv {
+            let tangents = patches.at(*uv);
+            along += tangents.u;
+            normal += tangents.u.cross(tangents.v);
+        }
+        let up = normal.normalize_or(DVec3::Z);
+        let first = along.reject_from_normalized(up);
+        let first = first.try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
+        let mut found = Self {
+            origin: patches.at(MIDDLE).point,
+            axes: [first, up.cross(first)],
+            middle: DVec2::ZERO,
+            factor: [1.0, 0.0, 1.0],
+        };
+        let places: Vec<DVec2> = uv.iter().map(|uv| found.place(patches.at(*uv).point)).collect();
+        let outer = outermost(places.iter().map(|p| (share_of_way(*p), p.length_squared())));
+        let corners: Vec<DVec2> =
+            outer.into_iter().map(|(way, square)| square.sqrt() * direction(way)).collect();
+        let (middle, moments) = moments(&corners);
+        let first = moments.x_axis.x.max(f64::MIN_POSITIVE).sqrt();
+        let mixed = moments.x_axis.y / first;
+        let second = (moments.y_axis.y - mixed * mixed).max(f64::MIN_POSITIVE).sqrt();
+        (found.middle, found.factor) = (middle, [first, mixed, second]);
+        found
+    }
+
+    fn place(&self, point: DVec3) -> DVec2 {
+        let from = self.axes.map(|axis| axis.dot(point - self.origin));
+        let from = DVec2::from_array(from) - self.middle;
+        let [first, mixed, second] = self.factor;
+        let x = from.x / first;
+        DVec2::new(x, (from.y - mixed * x) / second)
+    }
+}
+
+/// The middle of the area of a polygon around zero, counter-clockwise, and the second moments around it.
+fn moments(polygon: &[DVec2]) -> (DVec2, DMat2) {
+    let squared = |p: DVec2| DMat2::from_cols(p * p.x, p * p.y);
+    let (mut area, mut first, mut second) = (f64::MIN_POSITIVE, DVec2::ZERO, DMat2::ZERO);
+    for (i, &a) in polygon.iter().enumerate() {
+        // Those of a triangle with a corner at zero.
+        let b = polygon[(i + 1) % polygon.len()];
+        let twice = a.perp_dot(b);
+        area += 0.5 * twice;
+        first += twice / 6.0 * (a + b);
+        second += (squared(a) + squared(b) + squared(a + b)) * (twice / 24.0);
+    }
+    let middle = first / area;
+    (middle, second * (1.0 / area) - squared(middle))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::{KnotVector, NurbsSurface};
+
+    /// A surface over the unit square.
+    fn surface(point: impl Fn(DVec2) -> DVec3) -> NurbsSurface {
+        let knots = KnotVector::clamped_uniform(3, 12).unwrap();
+        let at = knots.greville();
+        let net = at.iter().flat_map(|&u| at.iter().map(move |&v| DVec2::new(u, v))).map(point);
+        NurbsSurface::clamped(net.collect(), (12, 12), 3).unwrap()
+    }
+
+    #[test]
+    fn lengths_are_reached_on_curved_surfaces() {
+        let cone = surface(|uv| (uv - MIDDLE).extend(2.0 * uv.distance(MIDDLE)));
+        let patches = Patches::of(&cone);
+        let view = View::along(&patches);
+        for way in 0..24 {
+            let towards = DVec2::from_angle(0.26 * f64::from(way));
+            for length in [0.1, 0.5, 0.9] {
+                let radius = view.reach(towards, |seen| seen.length() - length).unwrap();
+                let found = view.of(radius * towards);
+                assert!((found.length() / length - 1.0).abs() < 1e-6, "{way} {length} {found}");
+                assert!(found.normalize().distance(towards) < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn ellipses_are_discs_from_above_wherever_their_points_are_dense() {
+        let leaning = surface(|uv| DVec3::new(3.0 * uv.x + uv.y, uv.y, 0.4 * uv.x));
+        let patches = Patches::of(&leaning);
+        let spiral = |i: i32| {
+            let radius = 0.45 * (f64::from(i) / 4000.0).sqrt();
+            MIDDLE + radius * DVec2::from_angle(2.4 * f64::from(i))
+        };
+        let dense = |uv: &DVec2| uv.x < 0.4 || uv.y > 0.7 || (uv.x * 1e4) % 3.0 < 1.0;
+        let uv: Vec<DVec2> = (0..4000).map(spiral).filter(dense).collect();
+        let view = View::above(&patches, &uv);
+        for way in 0..24 {
+            // The second moments of a disc are a quarter of its squared radius.
+            let seen = view.of(0.45 * DVec2::from_angle(0.26 * f64::from(way)));
+            assert!((seen.length() - 2.0).abs() < 0.06, "{way} {seen}");
+        }
+        let noise = view.noise(0.01, DVec2::ONE);
+        assert!((0.01..0.1).contains(&noise), "{noise}");
+    }
+
+    #[test]
+    fn rays_end_where_nothing_more_is_seen_of_them() {
+        let towards = DVec2::from_angle(0.3);
+        let radius = |wanted: f64| View::Square.reach(towards, |seen| seen.length() - wanted);
+        assert!((radius(0.55).unwrap() - 0.55).abs() < 1e-12);
+        assert!(radius(0.9).is_none() && radius(0.0).is_none());
+        // From above a hemisphere's rim is the last of it.
+        let ball = surface(|uv| {
+            let from = 3.4 * (uv - MIDDLE);
+            let (sine, cosine) = from.length().sin_cos();
+            (sine * from.normalize_or_zero()).extend(cosine)
+        });
+        let patches = Patches::of(&ball);
+        let uv: Vec<DVec2> =
+            (0..900).map(|i| DVec2::new(f64::from(i % 30), f64::from(i / 30)) / 30.0).collect();
+        let above = View::above(&patches, &uv);
+        let outermost = above.of(DVec2::new(0.5, 0.0)).length();
+        assert!(above.reach(DVec2::X, |seen| seen.length() - 1.001 * outermost).is_none());
+    }
+}
