@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Bounds;
+use super::plane::Plane;
 use crate::error::Result;
 use crate::progress::Listen;
 
@@ -18,9 +19,13 @@ const PLACES: usize = 21;
 /// A close sample is chosen from as many times as many points: those of each of its voxels differ enough.
 const SPARE: usize = 4;
 
-/// Sizes of voxels between two doublings that a close sample tries: it has seven tenths of the points that it
-/// may have, at least.
+/// Sizes of voxels between two doublings that are tried for a close sample: it has seven tenths of the points
+/// that it may have, at least.
 const STEPS: usize = 4;
+
+/// How far the axes of a cloud run from the sides of voxels: rounding must not say in which points on an axis
+/// lie.
+const ASIDE: DVec3 = DVec3::new(0.381_966, 0.276_393, 0.175_571);
 
 /// Points that are put into voxels between two looks at the observer.
 const POINTS_PER_LOOK: usize = 1 << 15;
@@ -142,20 +147,24 @@ impl EvenSample {
     /// The same, which may be stopped; it is of no use then.
     pub(crate) fn look_at(&mut self, points: &[DVec3], listen: &mut Listen<'_>) -> Result<()> {
         for &point in points {
-            let chosen = Chosen::new(point, self.seen);
-            self.seen += 1;
-            if self.side > 0.0 {
-                prefer(&mut self.voxels, self.side, chosen);
-                while self.voxels.len() > self.most {
-                    self.side *= 2.0;
-                    let chosen = std::mem::take(&mut self.voxels).into_values();
-                    self.fill(chosen, listen)?;
-                }
-            } else {
-                self.first.push(chosen);
-                if self.first.len() > self.most {
-                    self.divide(listen)?;
-                }
+            self.look_at_one(Chosen::new(point, self.seen), listen)?;
+        }
+        Ok(())
+    }
+
+    fn look_at_one(&mut self, chosen: Chosen, listen: &mut Listen<'_>) -> Result<()> {
+        self.seen += 1;
+        if self.side > 0.0 {
+            prefer(&mut self.voxels, self.side, chosen);
+            while self.voxels.len() > self.most {
+                self.side *= 2.0;
+                let chosen = std::mem::take(&mut self.voxels).into_values();
+                self.fill(chosen, listen)?;
+            }
+        } else {
+            self.first.push(chosen);
+            if self.first.len() > self.most {
+                self.divide(listen)?;
             }
         }
         Ok(())
@@ -252,8 +261,7 @@ impl EvenSample {
     }
 }
 
-/// At most so many points, evenly over space, and hardly fewer if there are as many: voxels that double leave a
-/// quarter of those on a surface in the worst case, so sizes between two doublings are tried, too.
+/// At most so many points, evenly over space, and hardly fewer if there are as many.
 pub(crate) fn close_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
     if points.len() <= most {
         return points.to_vec();
@@ -262,17 +270,49 @@ pub(crate) fn close_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
     sample.extend(points);
     let points = sample.points();
     let size = Bounds::of(&points).diagonal();
+    let chosen =
+        fullest(&points, most, |index, point, scale| Chosen::new(scale / size * point, index));
+    chosen.into_iter().map(|index| points[index]).collect()
+}
+
+/// As [`close_sample`], of a cloud in an order of its own: the same points however it is turned, moved and
+/// scaled.
+pub(crate) fn own_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let plane = Plane::of(points.iter().copied());
+    let size = plane.deviations[0].max(f64::MIN_POSITIVE);
+    let places: Vec<DVec3> = points.iter().map(|&point| plane.local(point) / size).collect();
+    // Axes have no sense but the one in which the cloud reaches farther.
+    let sense = places.iter().map(|&place| place * place * place).sum::<DVec3>().signum();
+    let chosen = fullest(&places, most, |index, place, scale| Chosen {
+        point: scale * sense * place + ASIDE,
+        index,
+        hash: mix(index),
+    });
+    chosen.into_iter().map(|index| points[index]).collect()
+}
+
+/// The places of points in the fullest of some even samples, of what becomes of them at different scales: voxels
+/// that double leave a quarter of those on a surface in the worst case.
+fn fullest(
+    points: &[DVec3],
+    most: usize,
+    chosen: impl Fn(u64, DVec3, f64) -> Chosen + Sync,
+) -> Vec<usize> {
     let of_step = |step: usize| {
-        let scale = (step as f64 / STEPS as f64).exp2() / size;
-        let scaled: Vec<DVec3> = points.iter().map(|&point| scale * point).collect();
+        let scale = (step as f64 / STEPS as f64).exp2();
         let mut sample = EvenSample::new(most);
-        sample.extend(&scaled);
+        for (index, &point) in (0..).zip(points) {
+            // Nobody listens who could stop it.
+            let _never = sample.look_at_one(chosen(index, point, scale), &mut || Ok(()));
+        }
         sample.indices()
     };
     let found: Vec<Vec<u64>> = (0..STEPS).into_par_iter().map(of_step).collect();
     let fullest = found.into_iter().max_by_key(Vec::len).unwrap_or_default();
-    let chosen = fullest.into_iter().filter_map(|index| usize::try_from(index).ok());
-    chosen.map(|index| points[index]).collect()
+    fullest.into_iter().filter_map(|index| usize::try_from(index).ok()).collect()
 }
 
 /// The bits of a voxel's place, taken in turns from its three numbers (G. M. Morton, 1966).
@@ -302,6 +342,8 @@ fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
 #[cfg(test)]
 mod tests {
     use std::collections::HashSet;
+
+    use glam::DMat3;
 
     use super::*;
 
@@ -356,6 +398,20 @@ mod tests {
         let inner = sample.points().iter().filter(|p| (p.x - 5e6).hypot(p.y) < 0.5).count();
         // A quarter of the disc's area, five sixths of the points.
         assert!(inner * 3 < sample.points().len(), "{inner} of {}", sample.points().len());
+    }
+
+    #[test]
+    fn samples_of_their_own_frame_go_with_their_points() {
+        let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, -1.1, 2.0);
+        let moved = |point: DVec3| 1e-3 * (turn * (point - DVec3::X * 5e6)) + DVec3::Y;
+        let points: Vec<DVec3> = cloud().into_iter().step_by(7).collect();
+        let elsewhere: Vec<DVec3> = points.iter().map(|&point| moved(point)).collect();
+        for most in [100, 1000, 4000] {
+            let (sample, there) = (own_sample(&points, most), own_sample(&elsewhere, most));
+            assert!((7 * most / 10..=most).contains(&sample.len()), "{most}: {}", sample.len());
+            assert!(sample.iter().map(|&point| moved(point)).eq(there), "{most}");
+        }
+        assert_eq!(own_sample(&points, points.len()), points);
     }
 
     #[test]

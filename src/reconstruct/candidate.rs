@@ -25,7 +25,8 @@ const EXTRAPOLATION: f64 = 0.75;
 /// that are stretched over more than half a sphere.
 const TORN: f64 = 0.005;
 
-/// So many points may be out of order by chance, and the map still be the better one, up to this error.
+/// So many points may be out of order by chance, and the map still be the better one, up to this error; and if
+/// so many more are than in another, that one is better.
 const BY_CHANCE: (f64, f64) = (5.0, 0.02);
 
 /// More points are not fitted twice: a net for so many has room for what is steep.
@@ -125,9 +126,9 @@ impl<'a> Wanted<'a> {
         }
     }
 
-    /// The map from an ordered start, or, where that is torn, from another that is less so: of a sheet from the
-    /// principal plane, from more points or from end to end, as it may be wound up, or from a disc, as it may
-    /// go around a body.
+    /// The map from an ordered start, or, where that is torn, from another that is clearly less so: of a sheet
+    /// from the principal plane, from more points or from end to end, as it may be wound up, or from a disc, as
+    /// it may go around a body.
     fn learned(
         &self,
         start: &mut OrderedStart,
@@ -139,9 +140,10 @@ impl<'a> Wanted<'a> {
         if options.init != Start::Auto || shape.kind != Kind::Sheet {
             return Ok(map);
         }
-        let mut torn = map.topographic_error(sample, observer)?;
+        let torn = map.topographic_error(sample, observer)?;
         let (stray, most) = BY_CHANCE;
-        if torn <= (stray / sample.len() as f64).clamp(TORN, most) {
+        let by_chance = stray / sample.len() as f64;
+        if torn <= by_chance.clamp(TORN, most) {
             return Ok(map);
         }
         let flat = ReconstructOptions { init: Start::Pca, ..*options };
@@ -157,11 +159,12 @@ impl<'a> Wanted<'a> {
         };
         others.extend(OrderedStart::over_disc(count, ordering, budget, options, observer)?);
         others.extend(sheet.lengthwise(count, budget, options, observer)?);
+        let mut least = torn - by_chance;
         for other in others {
             let learned = learn(sample, &other, observer)?;
             let error = learned.topographic_error(sample, observer)?;
-            if error < torn {
-                (*start, map, torn) = (other, learned, error);
+            if error < least {
+                (*start, map, least) = (other, learned, error);
             }
         }
         Ok(map)

@@ -181,10 +181,10 @@ fn attempt(
     let missed = options.tolerance.map_or(0, far);
     let (count, off) = (near.len(), Distances::of(near));
     let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
+    let between = between_layers(&counted, ground || units.differ(), off.rms, observer)?;
+    let spoilt = spoilt || between.is_some();
     let mut warnings = counted.warnings;
-    if !(counted.double || counted.apart.is_some() || units.differ() || ground) {
-        warnings.extend(not_followed(&counted.telling, off.rms, observer)?);
-    }
+    warnings.extend(between);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
@@ -213,6 +213,20 @@ fn attempt(
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
     Ok(Attempt { found, apart: counted.apart, spoilt })
+}
+
+/// In words, that a surface so far off the points passes between two layers of them, where no others are told
+/// of, and it is not known that it should.
+fn between_layers(
+    counted: &Counted,
+    known: bool,
+    off: f64,
+    observer: &mut dyn Observer,
+) -> Result<Option<String>> {
+    if known || counted.double || counted.apart.is_some() {
+        return Ok(None);
+    }
+    not_followed(&counted.telling, off, observer)
 }
 
 /// What kind of surface the points lie on, as far as that is not known.

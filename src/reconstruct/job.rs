@@ -26,8 +26,10 @@ const BORDER: f64 = 0.5;
 /// Slope in degrees from which on a sheet may come nearer to points than heights, if there are not few.
 const GENTLE: f64 = 45.0;
 
-/// Fits without the outliers that the last one showed, at most.
+/// Fits without the outliers that the last one showed, and at most, where it shows another one: what draws at a
+/// surface makes its distance usual around it, until it is let go.
 const ROBUST_FITS: usize = 2;
+const MOST_ROBUST_FITS: usize = 4;
 
 /// How far points in pieces may lie from a surface through all of these: as a share of the diagonal, and
 /// by root mean square, of the pieces' distance, which a surface in the middle is half of away.
@@ -189,9 +191,14 @@ impl Job<'_> {
         let mut fit = self.fit(net, growth, self.options.fairness, None, observer)?;
         let mut tree = None;
         let tolerance = growth.and_then(|growth| growth.tolerance);
-        for turn in 0..if self.options.robust { ROBUST_FITS } else { 0 } {
+        for turn in 0..if self.options.robust { MOST_ROBUST_FITS } else { 0 } {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
-            let Some(Robust { weights, slight }) = found else { break };
+            let Some(found) = found else { break };
+            let counts = |index: usize| self.weight(index) > 0.0;
+            if turn >= ROBUST_FITS && !found.has_another(&fit.distances, counts) {
+                break;
+            }
+            let Robust { weights, slight } = found;
             let outliers = weights.iter().filter(|weight| **weight == 0.0).count();
             let few = outliers as f64 <= FEW_OUTLIERS * weights.len() as f64;
             self.weights = Some(product(given.as_deref(), weights));

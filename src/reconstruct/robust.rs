@@ -19,11 +19,29 @@ const NEAR: f64 = 2.0;
 /// having changed its shape.
 const SLIGHT: f64 = 0.1;
 
+/// How many times farther off than all others an outlier is that is none by chance.
+const FARTHER: f64 = 1.5;
+
 /// What a surface says of the points that it was fitted to.
 pub(super) struct Robust {
     pub(super) weights: Vec<f64>,
     /// Whether all outliers are so near that they have not changed its shape.
     pub(super) slight: bool,
+}
+
+impl Robust {
+    /// Whether one of the points that count is an outlier, and no other comes near to being so far off.
+    pub(super) fn has_another(&self, distances: &[f64], counts: impl Fn(usize) -> bool) -> bool {
+        let (mut outlier, mut other) = (0.0_f64, 0.0_f64);
+        for (i, (weight, distance)) in self.weights.iter().zip(distances).enumerate() {
+            if *weight > 0.0 {
+                other = other.max(distance.abs());
+            } else if counts(i) {
+                outlier = outlier.max(distance.abs());
+            }
+        }
+        outlier > FARTHER * other
+    }
 }
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is

@@ -7,7 +7,7 @@ use super::own_frame::Frame;
 use super::unwound::Unwound;
 use super::{Aspect, ReconstructOptions, Start};
 use crate::error::Result;
-use crate::point_cloud::EvenSample;
+use crate::point_cloud::own_sample;
 use crate::progress::Observer;
 use crate::som::{
     self, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology, Unrolled,
@@ -134,9 +134,7 @@ impl OrderedStart {
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Self>> {
-        let mut few = EvenSample::new(ON_DISC);
-        few.extend(sample);
-        let few = few.points();
+        let few = own_sample(sample, ON_DISC);
         let Some(places) = disc(&few, observer)? else { return Ok(None) };
         let Squared { uv, aspect, .. } = outline::unit_square(&places, None);
         let net = net(budget, aspect, options);
@@ -175,13 +173,6 @@ impl OrderedStart {
 /// What a flat map of some of so many points makes of the unit square.
 pub(super) fn unit_square(count: usize, some: &[DVec3], places: &[DVec2]) -> Squared {
     outline::unit_square(places, (count >= TELLING).then_some(some))
-}
-
-/// At most so many points of a sample, evenly over space.
-pub(super) fn some(sample: &[DVec3], most: usize) -> Vec<DVec3> {
-    let mut some = EvenSample::new(most);
-    some.extend(sample);
-    some.points()
 }
 
 /// How many times longer than wide a map's lattice is along itself, its outer cells included: nodes lie

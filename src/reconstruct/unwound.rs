@@ -4,12 +4,11 @@ use glam::{DVec2, DVec3};
 
 use super::outline::Squared;
 use super::start::{
-    LEAST_SIDE, MOST_CROSSING, OrderedStart, POINTS_PER_NODE, lattice, net, some, split,
-    unit_square,
+    LEAST_SIDE, MOST_CROSSING, OrderedStart, POINTS_PER_NODE, lattice, net, split, unit_square,
 };
 use super::{Aspect, ReconstructOptions};
 use crate::error::Result;
-use crate::point_cloud::Roads;
+use crate::point_cloud::{Roads, own_sample};
 use crate::progress::{self, Observer, Stage};
 use crate::som::{self, Topology, Unrolled};
 use crate::topology::{Lengthwise, lengthwise};
@@ -38,7 +37,7 @@ pub(super) struct Unwound {
 impl Unwound {
     /// By so many points of a sample.
     pub(super) fn of(sample: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
-        let (few, more) = (some(sample, count), some(sample, BETWEEN * count));
+        let (few, more) = (own_sample(sample, count), own_sample(sample, BETWEEN * count));
         let mut listen = progress::listener(observer, Stage::Training, few.len());
         let roads = Roads::of(&few, &more, &mut listen)?;
         let flat = som::unroll_along(&few, &roads, &mut listen)?;

@@ -198,7 +198,8 @@ fn quarter_turned(
     slopes
 }
 
-/// The coordinate that has these slopes, as nearly as one can.
+/// The coordinate that has these slopes, as nearly as one can, or their opposites: slopes that were turned by a
+/// quarter have no sense, and it has the one in which it reaches farther from its mean.
 fn potential(points: &[DVec3], slopes: &[DVec3], graph: &NeighborGraph) -> Vec<f64> {
     let rise =
         |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
@@ -208,7 +209,10 @@ fn potential(points: &[DVec3], slopes: &[DVec3], graph: &NeighborGraph) -> Vec<f
     let links = (0_u32..).zip(points).flat_map(|(from, _)| {
         graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
     });
-    Laplacian::of(points.len(), links).solve(&right)
+    let found = Laplacian::of(points.len(), links).solve(&right);
+    let mean = found.iter().sum::<f64>() / found.len() as f64;
+    let skewness: f64 = found.iter().map(|along| (along - mean).powi(3)).sum();
+    found.into_iter().map(|along| skewness.signum() * along).collect()
 }
 
 /// The shorter one of the two ways around between places on a circle, from one way in turns.
