@@ -10,8 +10,11 @@ use crate::topology::WALL_DEGREES;
 const NEIGHBORS: usize = 8;
 
 /// The power of the area of a surface with which the number of points on it grows from which on it is
-/// the surface that was sampled evenly, and not the plane below.
-const ON_SURFACE: f64 = 0.4;
+/// the surface that was sampled evenly, and not the plane below, and what chance adds to it, times the root of
+/// the number of points. Of planes some tenth is found, and of surfaces a third at least: how steep they are is
+/// known but roughly.
+const ON_SURFACE: f64 = 0.25;
+const BY_CHANCE: f64 = 1.2;
 
 /// Standard deviation of the logarithm of areas without which they tell nothing.
 const TELLING: f64 = 0.2;
@@ -60,10 +63,10 @@ impl<'a> Relief<'a> {
         self.areas(by).filter(|area| *area > wall).count() as f64 / self.planes.len() as f64
     }
 
-    /// Whether it is the plane that these points sample evenly, and not the surface by coordinates before
-    /// they counted so much: no more of them lie where that is steep. (Where they lie close, noise is
-    /// steep; so the points of the relief should lie evenly over the plane.)
-    pub(super) fn sampled_on_plane(&self, by: DVec3, points: &[DVec3]) -> bool {
+    /// How much more of these points lie where the surface is steep by coordinates before they counted so much:
+    /// 1 and more if it was sampled evenly, and not the plane below; `None` if it is equally steep all over.
+    /// (Where points lie close, noise is steep; so those of the relief should lie evenly over the plane.)
+    pub(super) fn sampled(&self, by: DVec3, points: &[DVec3]) -> Option<f64> {
         let flat: Vec<DVec3> = points.iter().map(|point| point.with_z(0.0)).collect();
         let tree = KdTree::new(&flat);
         let density = |found: &mut Vec<Neighbor>, point: &DVec3| {
@@ -80,7 +83,8 @@ impl<'a> Relief<'a> {
             square += away.x * away.x;
             product += away.x * away.y;
         }
-        square > TELLING * TELLING * count && product < ON_SURFACE * square
+        let on_surface = ON_SURFACE + BY_CHANCE / count.sqrt();
+        (square > TELLING * TELLING * count).then_some(product / (on_surface * square))
     }
 
     /// Share of the heights that planes leave unexplained.

@@ -43,10 +43,11 @@ const HEIGHT: f64 = 0.25;
 const GROUND: f64 = 1.0 / 16.0;
 const FAR_HIGHER: f64 = 1.0 / 64.0;
 
-/// Share of a surface that must be wall for its units to be doubted, and for them to be wrong wherever its
-/// points lie: no ground is wall all over.
+/// Share of a surface that must be wall for its units to be doubted, and for them to be wrong unless it is the
+/// surface for sure that its points sample evenly: no ground is wall all over.
 const MOSTLY: f64 = 0.3;
 const ALL_OVER: f64 = 0.9;
+const SURELY_ON_SURFACE: f64 = 2.0;
 
 /// Share of what planes leave of heights in the points' own units that they may leave of others, and of the
 /// heights of a ground: both sides of a body leave more than twice as much.
@@ -223,8 +224,11 @@ impl<'a> Telling<'a> {
                 return Ok(None);
             }
             let even = self.over_ground(by, TELLING);
-            let on_plane = || Relief::of(&even, DVec3::Z).sampled_on_plane(by, &telling);
-            let sure = walls >= ALL_OVER || self.on_levels() || on_plane();
+            let all_over = walls >= ALL_OVER;
+            let on_surface = if all_over { SURELY_ON_SURFACE } else { 1.0 };
+            let sampled = Relief::of(&even, DVec3::Z).sampled(by, &telling);
+            let on_plane = sampled.map_or(all_over, |sampled| sampled < on_surface);
+            let sure = on_plane || self.on_levels();
             return Ok(Some((Units { by, heights }, sure)));
         }
         Ok(None)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 import neurbs
 from neurbs import ConvergenceWarning
@@ -144,3 +145,17 @@ def test_points_in_order_keep_their_units(rng: np.random.Generator) -> None:
     points = ground(rng, 400) * (1, 1000, 1)
     given = reconstructed(points, method="paper", grid=(6, 6), seed=1)
     assert not told(given)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_fold_that_leans_keeps_its_units(seed: int, noise: float) -> None:
+    """Nearly along its rims, the layers of a fold lie beside one another, as steep heights do."""
+    rng = np.random.default_rng(seed)
+    t, y = 3 * np.pi * (rng.random(700) - 0.5), 2 * rng.random(700)
+    points = np.column_stack([np.sin(t), y, np.sign(t) * (np.cos(t) - 1)])
+    points += noise * rng.standard_normal(points.shape)
+    for turn in (1, 3):
+        result = reconstructed(points @ Rotation.random(random_state=turn).as_matrix().T)
+        assert result.report.topology == "sheet"
+        assert not told(result)
