@@ -255,19 +255,12 @@ mod tests {
     use glam::DVec3;
 
     use super::super::likelihood::tests::even;
+    use super::super::view::tests::surface;
     use super::*;
 
     /// Parameters evenly over a part of the unit square.
     fn scattered(part: impl Fn(DVec2) -> bool) -> Vec<DVec2> {
         even().map(DVec2::from).filter(|&place| part(place)).collect()
-    }
-
-    /// A surface over the unit square.
-    fn surface(point: impl Fn(DVec2) -> DVec3) -> NurbsSurface {
-        let knots = KnotVector::clamped_uniform(3, 12).unwrap();
-        let at = knots.greville();
-        let net = at.iter().flat_map(|&u| at.iter().map(move |&v| DVec2::new(u, v))).map(point);
-        NurbsSurface::clamped(net.collect(), (12, 12), 3).unwrap()
     }
 
     fn flat(uv: DVec2) -> DVec3 {

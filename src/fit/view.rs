@@ -187,12 +187,12 @@ fn moments(polygon: &[DVec2]) -> (DVec2, DMat2) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::nurbs::{KnotVector, NurbsSurface};
 
     /// A surface over the unit square.
-    fn surface(point: impl Fn(DVec2) -> DVec3) -> NurbsSurface {
+    pub(in super::super) fn surface(point: impl Fn(DVec2) -> DVec3) -> NurbsSurface {
         let knots = KnotVector::clamped_uniform(3, 12).unwrap();
         let at = knots.greville();
         let net = at.iter().flat_map(|&u| at.iter().map(move |&v| DVec2::new(u, v))).map(point);
