@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use super::fitting::{Fitting, Pace};
 use super::growth::{EndedBy, Growth};
 use super::relaxation::Flat;
+use super::rim::Rim;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -153,6 +154,7 @@ pub(crate) fn continued(
 ) -> Result<Approximation> {
     let mut fitting = from.fitting(points, weights, fairness, observer);
     fitting.bent = from.closed != (true, true);
+    fitting.rim = (from.closed == (false, false)).then(|| Rim::of(from.surface));
     let knots = [from.surface.knots_u().clone(), from.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, from.closed.into())?;
     let surface = fitting.descend(&space, from.surface.clone(), LAST)?;

@@ -166,7 +166,7 @@ impl Edge {
 }
 
 /// Mean height between a curve and the lowest place in each strip but so many at either end, beyond
-/// what chance leaves.
+/// what so many places leave by chance.
 pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
     let count = places.len();
     let places = lowest(places.iter().copied(), STRIPS);

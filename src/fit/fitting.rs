@@ -12,6 +12,7 @@ use super::growth::{EndedBy, Growth};
 use super::normal_equations::{NormalEquations, Sample};
 use super::outline::Outline;
 use super::patches::Patches;
+use super::rim::Rim;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -138,6 +139,7 @@ pub(super) struct Fitting<'a> {
     /// Root of the mean square of the distances, when they were found last.
     error: Option<f64>,
     pub(super) observer: &'a mut dyn Observer,
+    pub(super) rim: Option<Rim>,
 }
 
 impl<'a> Fitting<'a> {
@@ -162,6 +164,7 @@ impl<'a> Fitting<'a> {
             total: 2 * options.iterations,
             error: None,
             observer,
+            rim: None,
         }
     }
 
@@ -270,6 +273,13 @@ impl<'a> Fitting<'a> {
         self.seen().enumerate().map(sample).collect()
     }
 
+    /// Samples, and those of the rim.
+    fn held_at_rim(&self, samples: &[Sample]) -> Vec<Sample> {
+        let fairness = self.falling.max(self.aim());
+        let rim = self.rim.iter().flat_map(|rim| rim.beside(samples.len(), fairness));
+        samples.iter().copied().chain(rim).collect()
+    }
+
     /// Solves with a net of its own, in turns with the feet, until the error stops falling.
     pub(super) fn descend(
         &mut self,
@@ -292,11 +302,12 @@ impl<'a> Fitting<'a> {
             }
             error = found;
             let samples = self.samples(Some(&feet));
+            let held = self.held_at_rim(&samples);
             let asked = self.asked(iteration);
             let (known, wanted) = (self.score, self.energy(space, lengths));
             let (score, equations) = rayon::join(
                 || asked.map(|step| cross_validation::best(space, &samples, wanted, (known, step))),
-                || NormalEquations::of_tangent_distances(space, &samples, &mut || Ok(())),
+                || NormalEquations::of_tangent_distances(space, &held, &mut || Ok(())),
             );
             if let Some(score) = score {
                 self.believe(score?);
@@ -342,6 +353,8 @@ impl<'a> Fitting<'a> {
         } else {
             None
         };
+        self.rim =
+            outline.as_ref().map(|outline| Rim::through(&Patches::of(&surface), outline.rim()));
         let notched;
         (self.uv, notched) = match outline {
             Some(outline) => (outline.squared(&self.uv), false),

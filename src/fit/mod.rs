@@ -31,6 +31,7 @@ mod rational;
 mod refine;
 mod relaxation;
 mod residuals;
+mod rim;
 mod robust;
 mod sides;
 mod space;

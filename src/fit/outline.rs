@@ -12,12 +12,15 @@ use super::view::{MIDDLE, View, direction, outermost, share_of_way};
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
-/// Width and height of the square's corners, the share of the mean density of places that an empty
-/// one has less than, and how many places it would have at that density for this to be said: of four
-/// that are full chance then empties three once in three hundred times.
+/// Width and height of the square's corners, which are larger where points are few; how many places one
+/// would have at the mean density, at least, for it to be empty if it has none, and how many if it has
+/// less than a share of them. Of four that are full chance then empties three once in three hundred
+/// times.
 const CORNER: f64 = 0.2;
+const LARGEST_CORNER: f64 = 0.3;
+const ENOUGH_FOR_NONE: f64 = 2.35;
+const ENOUGH_FOR_FEW: f64 = 4.0;
 const EMPTY: f64 = 0.5;
-const TELLING: f64 = 4.0;
 
 /// Corners that are empty, at least, where an outline is round: another one may be full where places
 /// are dense.
@@ -35,10 +38,13 @@ const BOUNDS: (f64, f64) = (-2.0, 0.9);
 /// Scale of the blur that the search begins with.
 const FIRST_SCALE: f64 = 0.2;
 
-/// Depth of the ground behind a line whose places say how dense they are there, and their least
-/// density, as a share of the mean.
+/// Depth of the ground behind a line whose places say how dense they are there, beside so many for each
+/// control point that are taken to be as dense as on average.
 const GROUND: f64 = 0.3;
-const SPARSEST: f64 = 0.1;
+const BELIEVED: f64 = 1.0;
+
+/// Mean height of empty ground that places may leave inside of an outline, for each of them.
+const BY_CHANCE: f64 = 10.0;
 
 /// How far a surface goes on beyond an outline for each spacing of border that is asked for: so many
 /// standard deviations of where it lies.
@@ -46,7 +52,7 @@ const BEYOND: f64 = 3.0;
 
 /// Spacings of the points, and sizes of the noise in them, that a place may lie outside of a smooth
 /// outline.
-const OUTSIDE: (f64, f64) = (0.25, 4.0);
+const OUTSIDE: (f64, f64) = (0.6, 4.0);
 
 /// Control points of an outline in the square.
 const RADII: usize = 64;
@@ -115,6 +121,12 @@ impl Outline {
         height(&self.radii, &Basis::<4>::at(&self.knots, share_of_way(from)))
     }
 
+    /// Places on it, and where in the square that it bounds they come to lie.
+    pub(super) fn rim(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+        let places = ways().map(|from| MIDDLE + self.radius(from) * from);
+        places.zip(rim_of_square())
+    }
+
     fn is_around(&self, uv: DVec2) -> bool {
         let from = uv - MIDDLE;
         from.length() <= (1.0 + MOST_OUTSIDE) * self.radius(from)
@@ -146,6 +158,16 @@ impl Outline {
     }
 }
 
+/// Directions evenly around.
+fn ways() -> impl Iterator<Item = DVec2> {
+    (0..RADII).map(|i| direction(i as f64 / RADII as f64))
+}
+
+/// The places on the border of the unit square that directions evenly around become.
+pub(super) fn rim_of_square() -> impl Iterator<Item = DVec2> {
+    ways().map(|from| MIDDLE + 0.5 * disc_to_square(from))
+}
+
 /// The (x, y) of the square with sides of 2 that (u, v) of the unit disc stands for: u² is
 /// x² (1 - y² / 2), and v² is y² (1 - x² / 2), which is smooth but at the corners.
 fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
@@ -160,18 +182,17 @@ fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
 /// Whether so many corners of the unit square are emptier than chance would leave them that an outline
 /// is round.
 fn has_empty_corners(uv: &[DVec2]) -> bool {
-    let expected = uv.len() as f64 * 0.5 * CORNER * CORNER;
-    let mut counts = [0.0; 4];
-    for uv in uv {
-        let far = DVec2::ONE - *uv;
-        for (count, depths) in
-            counts.iter_mut().zip([*uv, DVec2::new(far.x, uv.y), far, DVec2::new(uv.x, far.y)])
-        {
-            *count += f64::from(u8::from(depths.element_sum() < CORNER));
-        }
-    }
-    let empty = counts.into_iter().filter(|count| *count < EMPTY * expected).count();
-    expected >= TELLING && empty >= EMPTY_CORNERS
+    let count = uv.len() as f64;
+    let size = (2.0 * ENOUGH_FOR_NONE / count).sqrt().max(CORNER);
+    let expected = count * 0.5 * size * size;
+    let is_empty = |corner: &DVec2| {
+        let inside = |uv: &&DVec2| (**uv - *corner).abs().element_sum() < size;
+        let found = uv.iter().filter(inside).count() as f64;
+        found == 0.0 || expected >= ENOUGH_FOR_FEW && found < EMPTY * expected
+    };
+    let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
+    let empty = corners.iter().filter(|corner| is_empty(corner)).count();
+    size <= LARGEST_CORNER && empty >= EMPTY_CORNERS
 }
 
 /// A closed line around the middle of the square, by distances that mean what they will.
@@ -209,7 +230,7 @@ impl Line {
             let found = sums(behind.map(|place| &place.basis), CONTROL_POINTS);
             let dense = found.iter().zip(&even);
             likelihood.slopes =
-                dense.map(|(sum, even)| (sum / GROUND).max(SPARSEST * even)).collect();
+                dense.map(|(sum, even)| (sum + BELIEVED) / (GROUND + BELIEVED / even)).collect();
             likelihood.blur_as_sparse();
         };
         let mut heights = vec![0.0; CONTROL_POINTS];
@@ -221,7 +242,7 @@ impl Line {
         let outside = places.iter().map(|&(way, y)| curve(way) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();
         let follows = outside <= OUTSIDE.0 * spacing + OUTSIDE.1 * noise
-            && empty_ground(&places, curve, 0) < NOTCHED;
+            && empty_ground(&places, curve, 0) < NOTCHED + BY_CHANCE / places.len() as f64;
         Ok(Self { knots: likelihood.knots, heights, deviations, mean, follows })
     }
 
@@ -345,7 +366,7 @@ mod tests {
         let notch = |at: DVec2| at.distance(MIDDLE) < 0.48 && at.distance(DVec2::Y * 0.5) > 0.35;
         assert!(around(&scattered(notch), &surface(flat)).is_none());
         let few: Vec<DVec2> = scattered(|at| at.distance(MIDDLE) < 0.48);
-        assert!(around(&few[..100], &surface(flat)).is_none());
+        assert!(around(&few[..50], &surface(flat)).is_none());
         assert!(around(&[MIDDLE; 1000], &surface(flat)).is_none());
     }
 }

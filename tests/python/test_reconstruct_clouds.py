@@ -562,6 +562,21 @@ def test_sheets_of_few_points_end_near_them() -> None:
         assert farthest(surface, sheet[200:]) < 0.14
 
 
+@pytest.mark.parametrize(("count", "limit"), [(100, 0.1), (200, 0.05), (400, 0.04)])
+def test_round_sheets_of_few_noisy_points_have_no_peaks(count: int, limit: float) -> None:
+    def dome(share: Points, way: Points) -> Points:
+        steep, angle = 1.2 * np.sqrt(share), 2 * np.pi * way
+        radius = np.sin(steep)
+        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.cos(steep)])
+
+    truth = dome(*np.random.default_rng(9).random((2, 20_000)))
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        points = dome(*rng.random((2, count))) + 0.01 * rng.standard_normal((count, 3))
+        # Corners of the surface were up to 0.26 of the diagonal away.
+        assert farthest(neurbs.reconstruct(points).surface, truth) < limit, seed
+
+
 def test_tubes_of_few_points_stay_near_them() -> None:
     for seed in range(8):
         u, v = np.random.default_rng(seed).random((2, 40))

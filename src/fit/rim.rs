@@ -1,0 +1,72 @@
+//! Where the border of a surface is held.
+
+use glam::DVec2;
+
+use super::normal_equations::Sample;
+use super::outline::rim_of_square;
+use super::patches::Patches;
+use crate::nurbs::NurbsSurface;
+
+/// How much distances along the border, and off the surface, count beside those across it.
+const ALONG: f64 = 0.01;
+
+/// How much the rim counts beside the points where the fairness does as much as they do.
+const SAY: f64 = 0.05;
+
+/// Places around a surface that is open in both directions, which its border may slide along, but not leave:
+/// fairness draws the border of few or noisy points to where it bends least, and at the corners of a
+/// square that was a disc this is far from them.
+pub(super) struct Rim(Vec<Sample>);
+
+impl Rim {
+    /// The border of a surface.
+    pub(super) fn of(surface: &NurbsSurface) -> Self {
+        let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
+        let (low, high) = (DVec2::new(u.0, v.0), DVec2::new(u.1, v.1));
+        let places = rim_of_square().map(|place| low + place * (high - low));
+        Self::through(&Patches::of(surface), places.map(|place| (place, place)))
+    }
+
+    /// Through places of a surface, each with where on the border of the next it comes to lie.
+    pub(super) fn through(
+        patches: &Patches<'_>,
+        places: impl Iterator<Item = (DVec2, DVec2)>,
+    ) -> Self {
+        let places: Vec<_> = places.map(|(from, to)| (patches.at(from), to)).collect();
+        let count = places.len();
+        let sample = |i: usize| {
+            let (at, uv) = places[i];
+            let along = places[(i + 1) % count].0.point - places[(i + count - 1) % count].0.point;
+            let normal = at.normal().cross(along).normalize_or_zero();
+            Sample { point: at.point, uv, weight: 1.0, normal, tangential: ALONG }
+        };
+        Self((0..count).map(sample).collect())
+    }
+
+    /// Samples that hold it beside so many points, and as much fairness.
+    pub(super) fn beside(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
+        let weight = SAY * fairness * points as f64 / self.0.len() as f64;
+        self.0.iter().map(move |sample| Sample { weight, ..*sample })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::view::tests::surface;
+    use super::*;
+
+    #[test]
+    fn samples_hold_a_flat_border_across_it() {
+        let flat = surface(|uv| uv.extend(0.0));
+        let samples: Vec<Sample> = Rim::of(&flat).beside(1000, 0.5).collect();
+        assert!((samples.iter().map(|sample| sample.weight).sum::<f64>() - 25.0).abs() < 1e-9);
+        for Sample { point, uv, normal, .. } in samples {
+            assert!(point.truncate().distance(uv) < 1e-12);
+            let away = (uv - 0.5) / 0.5;
+            assert!((away.abs().max_element() - 1.0).abs() < 1e-7, "{uv}");
+            // Where two sides meet it lies between them.
+            assert!(normal.truncate().dot(away).abs() > 0.9, "{uv} {normal}");
+            assert!((normal.length() - 1.0).abs() < 1e-12 && normal.z.abs() < 1e-12);
+        }
+    }
+}
