@@ -16,6 +16,9 @@ const NEIGHBORS: usize = 8;
 const ON_SURFACE: f64 = 0.25;
 const BY_CHANCE: f64 = 1.2;
 
+/// Share of its length below which what is around a point is a line.
+const LINE: f64 = 0.3;
+
 /// Standard deviation of the logarithm of areas without which they tell nothing.
 const TELLING: f64 = 0.2;
 
@@ -94,4 +97,21 @@ impl<'a> Relief<'a> {
         left.sort_by(f64::total_cmp);
         left[left.len() / 2] / self.deviation
     }
+}
+
+/// How thick what lies around points is beside how wide, smallest first; only of places whose neighbours do
+/// not lie in a line, and none if those are not most.
+pub(super) fn thicknesses(points: &[DVec3]) -> Vec<f64> {
+    let tree = KdTree::new(points);
+    let around = |found: &mut Vec<Neighbor>, (index, &point): (u32, &DVec3)| {
+        tree.nearest_to(index, NEIGHBORS, found);
+        let neighbors = found.iter().map(|near| points[near.index as usize]);
+        let [long, wide, thick] = Plane::of(std::iter::once(point).chain(neighbors)).deviations;
+        (wide > LINE * long).then(|| thick / wide)
+    };
+    let numbered: Vec<(u32, &DVec3)> = (0..).zip(points).collect();
+    let found = numbered.into_par_iter().map_init(Vec::new, around);
+    let mut found: Vec<f64> = found.flatten().collect();
+    found.sort_by(f64::total_cmp);
+    if 2 * found.len() > points.len() { found } else { Vec::new() }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::ReconstructOptions;
 use super::measured::PORTION;
-use super::relief::Relief;
+use super::relief::{Relief, thicknesses};
 use super::start::whole;
 use crate::error::Result;
 use crate::inspection::UNEVEN;
@@ -54,6 +54,13 @@ const SURELY_ON_SURFACE: f64 = 2.0;
 const UNEXPLAINED: f64 = 0.5;
 const MOSTLY_EXPLAINED: f64 = 0.3;
 
+/// How many times flatter a surface must be around most points for their own units to be right; and the thickness
+/// of what is around points, as a share of its width, that three quarters of those on a smooth one stay below,
+/// and how many times thicker its thickest tenth may be than in other units.
+const FLATTER: f64 = 1.2;
+const SMOOTH: f64 = 0.33;
+const AS_FLAT: f64 = 1.3;
+
 /// What a fit counts each coordinate times: a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Units {
@@ -94,7 +101,8 @@ impl Units {
         let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
         let mut laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         if let Some((flat, _)) = laid_flat
-            && !telling.are_flat_across_lines(by, flat.by, observer)?
+            && (telling.is_smoother(flat.by.with_z(by.z), flat.by)
+                || !telling.are_flat_across_lines(by, flat.by, observer)?)
         {
             laid_flat = None;
         }
@@ -232,6 +240,22 @@ impl<'a> Telling<'a> {
             return Ok(Some((Units { by, heights }, sure)));
         }
         Ok(None)
+    }
+
+    /// Whether the points lie on a surface in their own units that is flatter around most of them than in
+    /// others, as layers seen from the side are, or so flat as chance lets few heights in another unit never be;
+    /// and hardly flatter in others where it is thickest.
+    fn is_smoother(&self, own: DVec3, flat: DVec3) -> bool {
+        let [own, other] = [own, flat].map(|by| {
+            let sorted = thicknesses(&self.counted(by));
+            [0.5, 0.75, 0.9].map(|share| sorted.get(whole(share * sorted.len() as f64)).copied())
+        });
+        let ([Some(half), Some(most), Some(nearly_all)], [Some(other_half), _, Some(other_all)]) =
+            (own, other)
+        else {
+            return false;
+        };
+        (FLATTER * half < other_half || most < SMOOTH) && nearly_all < AS_FLAT * other_all
     }
 
     /// Whether the points are still heights if there are as many along lines as across, where they lie in

@@ -159,3 +159,26 @@ def test_a_fold_that_leans_keeps_its_units(seed: int, noise: float) -> None:
         result = reconstructed(points @ Rotation.random(random_state=turn).as_matrix().T)
         assert result.report.topology == "sheet"
         assert not told(result)
+
+
+@pytest.mark.parametrize("count", [200, 400])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_cylinders_of_few_points_keep_their_units(count: int, noise: float) -> None:
+    """Seen from the side, points of two layers are few enough to lie between one another."""
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        angle = 1.5 * np.pi * rng.random(count)
+        points = np.column_stack([np.cos(angle), np.sin(angle), 1.5 * rng.random(count)])
+        points += noise * rng.standard_normal(points.shape)
+        turned = points @ Rotation.random(random_state=seed).as_matrix().T
+        assert not told(reconstructed(turned)), seed
+
+
+@pytest.mark.parametrize("by", [20, 1000])
+def test_few_heights_are_found_in_another_unit(by: float) -> None:
+    for seed in range(6):
+        x, y = np.random.default_rng(seed).random((2, 60))
+        z = 0.1 * np.sin(5 * x + 2 * y) + 0.08 * np.cos(7 * y - 3 * x)
+        result = reconstructed(np.column_stack([x, y, by * z]))
+        assert told(result), seed
+        assert result.report.topology == "height", seed
