@@ -20,6 +20,9 @@ const POINTS_PER_LANDMARK: usize = 5;
 /// Fewer landmarks show no loop.
 const LEAST_LANDMARKS: usize = 60;
 
+/// Landmarks for who looks closest.
+const CLOSE_LANDMARKS: usize = 400;
+
 /// Longest edge of the complex, as a multiple of the landmarks' covering radius. Loops around
 /// accidental holes between landmarks are filled by 4.8 at the latest (thirty clouds of 200 to 20,000
 /// points with and without noise); a loop of the surface is seen if it is longer than three edges.
@@ -62,8 +65,17 @@ pub(super) struct Landmarks<'a> {
 
 impl<'a> Landmarks<'a> {
     pub(super) fn of(points: &[DVec3], graph: &'a NeighborGraph) -> Self {
-        let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS).min(points.len());
-        let (chosen, radius) = spread_out(points, count);
+        let count = (points.len() / POINTS_PER_LANDMARK).max(LEAST_LANDMARKS);
+        Self::so_many(count, points, graph)
+    }
+
+    /// More of them, all of few points: among these holes between points look like loops, too.
+    pub(super) fn close(points: &[DVec3], graph: &'a NeighborGraph) -> Self {
+        Self::so_many(CLOSE_LANDMARKS, points, graph)
+    }
+
+    fn so_many(count: usize, points: &[DVec3], graph: &'a NeighborGraph) -> Self {
+        let (chosen, radius) = spread_out(points, count.min(points.len()));
         let apart = radius.max(usual_spacing(graph));
         let around = surroundings(graph, &chosen, REACH * apart);
         Self { graph, chosen, apart, around }

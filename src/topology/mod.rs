@@ -59,10 +59,13 @@ const CERTAIN: usize = 1000;
 /// Reaches at which a second look is taken, as multiples of the landmarks' distance.
 const CLOSER: [f64; 3] = [4.5, 4.0, 3.5];
 
+/// And a third, among more landmarks.
+const CLOSEST: [f64; 4] = [4.0, 3.5, 3.0, 2.6];
+
 /// Loops of a tube have much the same length wherever they are: those of a cone whose rims are as 1
-/// to 4 differ by 3.5. Around a hole in a sheet they grow from its rim to the outline. The second
-/// bound is for loops that only a second look finds, which may be accidental.
-const SPREAD: [f64; 2] = [4.0, 2.0];
+/// to 4 differ by 3.5. Around a hole in a sheet they grow from its rim to the outline. The second and third
+/// bounds are for loops that only a second look finds, or a third, which may be accidental.
+const SPREAD: [f64; 3] = [4.0, 2.0, 2.5];
 
 /// Points on the border of a sheet of n points, for each √n of them: four sides of a square have 4,
 /// a circle has 3.5. With less than this the body is closed but for small holes.
@@ -331,7 +334,7 @@ impl Cloud {
         let found = landmarks.loops(circle::REACH);
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
-        let spread = if asked { [f64::INFINITY; 2] } else { SPREAD };
+        let spread = if asked { [f64::INFINITY; 3] } else { SPREAD };
         let mut judged = self.torus(&found).or_else(|| self.tube(&found, spread[0]));
         let doubtful = match &judged {
             Some(found) if self.wanted == Some(found.kind) => false,
@@ -349,6 +352,14 @@ impl Cloud {
                 CLOSER.par_iter().map(|&reach| landmarks.loops(reach)).collect();
             let torus = closer.iter().find_map(|loops| self.torus(loops));
             judged = torus.or(judged).or_else(|| self.tube(&closer[0], spread[1]));
+        }
+        if judged.is_none() && self.points.len() < CERTAIN {
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
+            let landmarks = Landmarks::close(&self.points, &self.graph);
+            let closest: Vec<Loops> =
+                CLOSEST.par_iter().map(|&reach| landmarks.loops(reach)).collect();
+            let torus = closest.iter().find_map(|loops| self.torus(loops));
+            judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
         Ok(judged.unwrap_or_else(|| self.open(&found)))
     }

@@ -281,6 +281,18 @@ def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
         assert result.report.rms < 2e-3 * result.report.diagonal
 
 
+@pytest.mark.parametrize("count", [100, 200, 500])
+def test_loops_of_few_points_are_found(count: int) -> None:
+    for seed in range(6):
+        u, v = np.random.default_rng(seed).random((2, count))
+        x, y = np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)
+        turn = Rotation.random(random_state=seed).as_matrix()
+        assert neurbs.detect_topology(np.column_stack([x, y, 3 * v]) @ turn).kind == "tube", seed
+        # Half of it is a sheet, also where it has few points.
+        half = np.column_stack([np.cos(np.pi * u), np.sin(np.pi * u), 1.5 * v])
+        assert neurbs.detect_topology(half @ turn).kind in ("sheet", "height"), seed
+
+
 @pytest.mark.parametrize(("inner", "count"), [(0.2, 300), (0.5, 2000)])
 def test_a_flat_ring_is_fitted_as_the_tube_that_it_was_called(
     inner: float, count: int, rng: np.random.Generator
