@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::samples::{Flaw, Samples};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::{Bounds, KdTree, Neighbor};
+use crate::point_cloud::{Bounds, KdTree};
 use crate::progress::Observer;
 
 /// Over a gap, a place may be as far from the nearest point as so many times the way, along the
@@ -17,6 +17,9 @@ const STEEPEST: f64 = 2.0;
 
 /// What is no overshoot anyway, as a share of the points' diagonal.
 const SLACK: f64 = 0.05;
+
+/// Share of the diagonal that a place may lie outside of the points' convex hull, however long the way there is.
+const OUTSIDE: f64 = 0.25;
 
 /// Places of a surface that are farther from its points than the gaps between them explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,9 +46,10 @@ impl fmt::Display for Overshoot {
 
 /// Looks for places, four to a span, that are farther from every point than 0.05 of the diagonal of
 /// the points' box and twice the way along the surface to the foot of the nearest one: its
-/// parameters by those of the feet, `uv`, times the mean lengths of the surface's isocurves. Over a
-/// hole, and beyond the border, a surface without any stays within the width of the hole, and twice
-/// the width of what lies beyond, and these 0.05.
+/// parameters by those of the feet, `uv`, times the mean lengths of the surface's isocurves; or farther
+/// outside of the points' convex hull than 0.25 of the diagonal. Over a hole, and beyond the border, a
+/// surface without any stays within the width of the hole, and twice the width of what lies beyond, and
+/// these 0.05.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, NurbsSurface, inspection::overshoot, progress::Silent};
@@ -76,7 +80,7 @@ pub fn overshoot(
     closed: (bool, bool),
     observer: &mut dyn Observer,
 ) -> Result<Option<Overshoot>> {
-    Ok(Overshoot::of(&runaways(surface, points, uv, closed, observer)?))
+    Ok(Overshoot::of(&runaways(surface, points, uv, closed, 0.0, observer)?))
 }
 
 impl Overshoot {
@@ -91,12 +95,14 @@ impl Overshoot {
     }
 }
 
-/// The samples that [`overshoot`] counts, and their distances from the nearest points.
+/// The samples that [`overshoot`] counts, and their distances from the nearest points, if the surface may lie
+/// so many mean spacings farther outside of the points' hull.
 pub(crate) fn runaways(
     surface: &NurbsSurface,
     points: &[DVec3],
     uv: &[DVec2],
     closed: (bool, bool),
+    wanted: f64,
     observer: &mut dyn Observer,
 ) -> Result<Vec<(f64, Flaw)>> {
     let samples = Samples::of(surface, observer)?;
@@ -112,14 +118,25 @@ pub(crate) fn runaways(
     }
     let places = feet.repeated();
     let (tree, ways) = (KdTree::new(points), KdTree::new(&places));
-    let distance = |tree: &KdTree, place| tree.nearest(place, 1).first().map(Neighbor::distance);
+    let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
+    let most = OUTSIDE / SLACK * slack + wanted * spacing;
     let beyond = |&place: &usize| {
         let (at, foot) = (samples.places[place], feet.of_sample(place));
-        let found = distance(&tree, at)?;
-        let too_far = found > slack + STEEPEST * distance(&ways, foot)?;
+        let nearest = tree.nearest(at, 1).first().copied()?;
+        let (found, way) = (nearest.distance(), ways.nearest(foot, 1).first()?.distance());
+        let is_outside =
+            || found > most && outside(points, at, points[nearest.index as usize]) > most;
+        let too_far = found > slack + STEEPEST * way || is_outside();
         too_far.then(|| (found, samples.flaw(place)))
     };
     Ok(far.par_iter().filter_map(beyond).collect())
+}
+
+/// How far outside of the convex hull of points a place lies at least, seen from the nearest of them.
+fn outside(points: &[DVec3], place: DVec3, nearest: DVec3) -> f64 {
+    let away = (place - nearest).normalize_or_zero();
+    let farthest = points.iter().map(|point| (*point - nearest).dot(away)).fold(0.0, f64::max);
+    place.distance(nearest) - farthest
 }
 
 /// The feet of points among the samples of a surface.
@@ -187,5 +204,29 @@ impl Feet {
                 .any(|point| near(sample, point))
         };
         (0..rows * cols).filter(|sample| !supported(sample)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    #[test]
+    fn long_ways_excuse_no_place_far_outside() {
+        let square: Vec<DVec3> =
+            (0..100).map(|i| DVec3::new(f64::from(i / 10), f64::from(i % 10), 0.0) / 9.0).collect();
+        let seen = |beyond: f64, wanted: f64| {
+            let size = 1.0 + 2.0 * beyond;
+            let place = |i: i32| f64::from(i) / 5.0 * size - beyond;
+            let net = (0..36).map(|i| DVec3::new(place(i / 6), place(i % 6), 0.0));
+            let surface = NurbsSurface::clamped(net.collect(), (6, 6), 1).unwrap();
+            let uv: Vec<DVec2> = square.iter().map(|p| (p.truncate() + beyond) / size).collect();
+            runaways(&surface, &square, &uv, (false, false), wanted, &mut Silent).unwrap().len()
+        };
+        // A quarter of the diagonal is 0.35.
+        assert_eq!(seen(0.2, 0.0), 0);
+        assert!(seen(0.5, 0.0) > 0);
+        assert_eq!(seen(0.5, 4.0), 0);
     }
 }

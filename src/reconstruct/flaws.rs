@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::job::{Fit, Job};
+use super::job::{BORDER, Fit, Job};
 use super::own_frame::Frame;
 use crate::error::Result;
 use crate::fit::EndedBy;
@@ -40,7 +40,10 @@ impl Flaws {
         let runaways = if job.shape.straight {
             Vec::new()
         } else {
-            runaways(surface, &points, &uv, closed, observer)?
+            // Heights end with the rectangle that they stand on.
+            let heights = job.shape.base.is_some();
+            let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
+            runaways(surface, &points, &uv, closed, wanted, observer)?
         };
         let runaway_places = runaways.iter().map(|(_, flaw)| flaw.uv);
         Ok(Self {

@@ -21,7 +21,7 @@ use crate::som;
 use crate::topology::{Kind, Topology};
 
 /// How far the surface goes on beyond the points by default, in their mean spacings.
-const BORDER: f64 = 0.5;
+pub(super) const BORDER: f64 = 0.5;
 
 /// Slope in degrees from which on a sheet may come nearer to points than heights, if there are not few.
 const GENTLE: f64 = 45.0;

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 import neurbs
@@ -381,6 +382,24 @@ def test_no_surface_runs_away_over_holes_or_beyond_the_border(seed: int) -> None
     result = neurbs.reconstruct(points, topology="sheet")
     assert overshoot(points, result) < 0.05
     assert not any("runs" in words for words in result.report.warnings)
+
+
+@pytest.mark.parametrize("count", [52, 80])
+def test_no_surface_of_few_points_goes_far_outside_of_them_untold(count: int) -> None:
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        along, angle = rng.random(count), 2 * np.pi * rng.random(count)
+        radius = np.sqrt(1 - (1 - 1.6 * along) ** 2)
+        cap = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 1.6 * along])
+        tube = np.column_stack([np.cos(angle), np.sin(angle), 3 * along])
+        for points in (cap, tube):
+            with warnings.catch_warnings(record=True) as told:
+                result = neurbs.reconstruct(points, topology="sheet")
+            hull = ConvexHull(points).equations
+            found = result.surface.tessellate(shape=(60, 60)).vertices
+            outside = (found @ hull[:, :3].T + hull[:, 3]).max() / result.report.diagonal
+            # A quarter, as seen from the nearest point; it was up to 0.7.
+            assert told or outside < 0.32, (seed, outside)
 
 
 def test_a_surface_that_runs_away_is_told(rng: np.random.Generator) -> None:
