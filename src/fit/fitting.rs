@@ -273,11 +273,10 @@ impl<'a> Fitting<'a> {
         self.seen().enumerate().map(sample).collect()
     }
 
-    /// Samples, and those of the rim.
-    fn held_at_rim(&self, samples: &[Sample]) -> Vec<Sample> {
+    /// Samples of the rim, beside those of so many points.
+    fn rim(&self, points: usize) -> impl Iterator<Item = Sample> {
         let fairness = self.falling.max(self.aim());
-        let rim = self.rim.iter().flat_map(|rim| rim.beside(samples.len(), fairness));
-        samples.iter().copied().chain(rim).collect()
+        self.rim.iter().flat_map(move |rim| rim.beside(points, fairness))
     }
 
     /// Solves with a net of its own, in turns with the feet, until the error stops falling.
@@ -301,12 +300,14 @@ impl<'a> Fitting<'a> {
                 break;
             }
             error = found;
-            let samples = self.samples(Some(&feet));
-            let held = self.held_at_rim(&samples);
+            let mut held = self.samples(Some(&feet));
+            let points = held.len();
+            held.extend(self.rim(points));
+            let samples = &held[..points];
             let asked = self.asked(iteration);
             let (known, wanted) = (self.score, self.energy(space, lengths));
             let (score, equations) = rayon::join(
-                || asked.map(|step| cross_validation::best(space, &samples, wanted, (known, step))),
+                || asked.map(|step| cross_validation::best(space, samples, wanted, (known, step))),
                 || NormalEquations::of_tangent_distances(space, &held, &mut || Ok(())),
             );
             if let Some(score) = score {
