@@ -9,13 +9,14 @@ use super::correct::{Foot, feet};
 use super::cross_validation;
 use super::fairness::Energy;
 use super::growth::{EndedBy, Growth};
+use super::lengths::lengths;
 use super::normal_equations::{NormalEquations, Sample};
 use super::outline::Outline;
 use super::patches::Patches;
 use super::rim::Rim;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
-use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Order of the derivatives whose energy is kept small. Third derivatives leave quadratics free,
@@ -85,9 +86,6 @@ const ASKED_OF_NOISE: usize = 2;
 
 /// A share of the mean diagonal entry that is added to all: what rounding could make negative.
 const RIDGE: f64 = 1e-14;
-
-/// Samples of each isocurve that lengths are measured on.
-const LENGTH_SAMPLES: usize = 24;
 
 /// How solutions with a net follow one another.
 #[derive(Clone, Copy)]
@@ -478,28 +476,4 @@ impl<'a> Fitting<'a> {
         let got = format!("{rows} × {cols} for {} points", self.points.len());
         Err(Error::parameter("grid", "small enough for the points to hold it", got))
     }
-}
-
-/// Mean lengths of the isocurves along u and along v, in the unit of the net.
-pub(super) fn lengths(surface: &NurbsSurface) -> (f64, f64) {
-    let count = LENGTH_SAMPLES;
-    let place = |knots: &KnotVector, i: usize| {
-        let (start, end) = knots.domain();
-        start + (end - start) * i as f64 / (count - 1) as f64
-    };
-    let patches = Patches::of(surface);
-    let at = |i: usize, j: usize| {
-        let uv = DVec2::new(place(surface.knots_u(), i), place(surface.knots_v(), j));
-        patches.at(uv).point
-    };
-    let points: Vec<DVec3> = (0..count * count).map(|k| at(k / count, k % count)).collect();
-    let length = |from: usize, to: usize| points[from].distance(points[to]);
-    let (mut along_u, mut along_v) = (0.0, 0.0);
-    for i in 1..count {
-        for j in 0..count {
-            along_u += length((i - 1) * count + j, i * count + j);
-            along_v += length(j * count + i - 1, j * count + i);
-        }
-    }
-    (along_u / count as f64, along_v / count as f64)
 }

@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::correct::Foot;
-use super::fitting::{Fitting, Pace, STEPS, lengths};
+use super::fitting::{Fitting, Pace, STEPS};
+use super::lengths::lengths;
 use super::refine;
 use super::space::SplineSpace;
 use crate::error::Result;

@@ -21,6 +21,7 @@ mod growth;
 mod height;
 mod joint;
 mod left_out;
+mod lengths;
 mod likelihood;
 mod line;
 mod normal_equations;

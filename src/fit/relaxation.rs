@@ -9,8 +9,9 @@ use glam::{DVec2, DVec3};
 
 use super::approximate::{ApproximateOptions, Approximation};
 use super::correct::Foot;
-use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS, lengths};
+use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS};
 use super::growth::EndedBy;
+use super::lengths::lengths;
 use super::normal_equations::NormalEquations;
 use super::space::SplineSpace;
 use crate::error::Result;

@@ -106,7 +106,8 @@ pub(crate) fn runaways(
     observer: &mut dyn Observer,
 ) -> Result<Vec<(f64, Flaw)>> {
     let samples = Samples::of(surface, observer)?;
-    let slack = SLACK * Bounds::of(points).diagonal();
+    let diagonal = Bounds::of(points).diagonal();
+    let slack = SLACK * diagonal;
     let feet = Feet::of(surface, &samples, uv, closed);
     // Hardly any place is so far from a point whose foot is near, and only those are looked at.
     let near = |place: usize, point: u32| {
@@ -119,7 +120,7 @@ pub(crate) fn runaways(
     let places = feet.repeated();
     let (tree, ways) = (KdTree::new(points), KdTree::new(&places));
     let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
-    let most = OUTSIDE / SLACK * slack + wanted * spacing;
+    let most = OUTSIDE * diagonal + wanted * spacing;
     let beyond = |&place: &usize| {
         let (at, foot) = (samples.places[place], feet.of_sample(place));
         let nearest = tree.nearest(at, 1).first().copied()?;

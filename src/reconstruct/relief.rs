@@ -37,14 +37,7 @@ impl<'a> Relief<'a> {
     pub(super) fn of(points: &'a [DVec3], up: DVec3) -> Self {
         let flat: Vec<DVec3> =
             points.iter().map(|&point| point.reject_from_normalized(up)).collect();
-        let tree = KdTree::new(&flat);
-        let around = |found: &mut Vec<Neighbor>, (index, &point): (u32, &DVec3)| {
-            tree.nearest_to(index, NEIGHBORS, found);
-            let neighbors = found.iter().map(|near| points[near.index as usize]);
-            Plane::of(std::iter::once(point).chain(neighbors))
-        };
-        let numbered: Vec<(u32, &DVec3)> = (0..).zip(points).collect();
-        let planes = numbered.into_par_iter().map_init(Vec::new, around).collect();
+        let planes = planes(points, &KdTree::new(&flat));
         let mean = point_cloud::centroid(points).dot(up);
         let squares: f64 = points.iter().map(|point| (point.dot(up) - mean).powi(2)).sum();
         let deviation = (squares / points.len() as f64).sqrt();
@@ -102,16 +95,23 @@ impl<'a> Relief<'a> {
 /// How thick what lies around points is beside how wide, smallest first; only of places whose neighbours do
 /// not lie in a line, and none if those are not most.
 pub(super) fn thicknesses(points: &[DVec3]) -> Vec<f64> {
-    let tree = KdTree::new(points);
+    let thickness = |plane: Plane| {
+        let [long, wide, thick] = plane.deviations;
+        (wide > LINE * long).then(|| thick / wide)
+    };
+    let planes = planes(points, &KdTree::new(points));
+    let mut found: Vec<f64> = planes.into_iter().filter_map(thickness).collect();
+    found.sort_by(f64::total_cmp);
+    if 2 * found.len() > points.len() { found } else { Vec::new() }
+}
+
+/// For each point the plane nearest to it and its neighbours in a tree of their places.
+fn planes(points: &[DVec3], tree: &KdTree<'_>) -> Vec<Plane> {
     let around = |found: &mut Vec<Neighbor>, (index, &point): (u32, &DVec3)| {
         tree.nearest_to(index, NEIGHBORS, found);
         let neighbors = found.iter().map(|near| points[near.index as usize]);
-        let [long, wide, thick] = Plane::of(std::iter::once(point).chain(neighbors)).deviations;
-        (wide > LINE * long).then(|| thick / wide)
+        Plane::of(std::iter::once(point).chain(neighbors))
     };
     let numbered: Vec<(u32, &DVec3)> = (0..).zip(points).collect();
-    let found = numbered.into_par_iter().map_init(Vec::new, around);
-    let mut found: Vec<f64> = found.flatten().collect();
-    found.sort_by(f64::total_cmp);
-    if 2 * found.len() > points.len() { found } else { Vec::new() }
+    numbered.into_par_iter().map_init(Vec::new, around).collect()
 }
