@@ -9,9 +9,9 @@ use super::relief::{Relief, thicknesses};
 use super::start::whole;
 use crate::error::Result;
 use crate::inspection::UNEVEN;
-use crate::point_cloud::{EvenSample, KdTree, Plane, across_lines, any_of};
+use crate::point_cloud::{EvenSample, KdTree, Plane, across_lines, any_of, pieces};
 use crate::progress::Observer;
-use crate::topology::{HeightField, Kind, Topology, heights};
+use crate::topology::{HeightField, Kind, Topology, heights, heights_along};
 
 /// Points that tell, about so many: any of the cloud, as the more there are in a place the more it
 /// counts.
@@ -56,10 +56,11 @@ const MOSTLY_EXPLAINED: f64 = 0.3;
 
 /// How many times flatter a surface must be around most points for their own units to be right; and the thickness
 /// of what is around points, as a share of its width, that three quarters of those on a smooth one stay below,
-/// and how many times thicker its thickest tenth may be than in other units.
+/// and how many times thicker its thickest tenth may be than in other units; and what that stays below on a body.
 const FLATTER: f64 = 1.2;
 const SMOOTH: f64 = 0.33;
 const AS_FLAT: f64 = 1.3;
+const SMOOTH_BODY: f64 = 0.5;
 
 /// What a fit counts each coordinate times: a power of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +102,7 @@ impl Units {
         let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
         let mut laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         if let Some((flat, _)) = laid_flat
-            && (telling.is_smoother(flat.by.with_z(by.z), flat.by)
+            && (telling.is_body(by, flat.by)
                 || !telling.are_flat_across_lines(by, flat.by, observer)?)
         {
             laid_flat = None;
@@ -160,22 +161,88 @@ impl<'a> Telling<'a> {
         Self { cloud, points, extents }
     }
 
-    /// Where one axis is longer than both others by so much that it has another unit: what makes it
-    /// about as long as the second, or as high as a surface is if it is z.
+    /// What makes an axis about as long as others, where it is longer than both by so much that it has another
+    /// unit, or shorter, and the points lie on a body then.
     fn evened(&self, observer: &mut dyn Observer) -> Result<DVec3> {
         let mut axes = [0, 1, 2];
         axes.sort_by(|&a, &b| self.extents[b].total_cmp(&self.extents[a]));
-        let [longest, second, _] = axes;
-        let (long, short) = (self.extents[longest], self.extents[second]);
-        if !(long > UNEVEN * short && short > 0.0) {
-            return Ok(DVec3::ONE);
-        }
+        let [longest, second, shortest] = axes;
+        let [long, middle, short] = axes.map(|axis| self.extents[axis]);
         let mut by = DVec3::ONE;
-        by[longest] = power(if longest == 2 { HEIGHT * short } else { short } / long);
-        let unlike = |by| self.unlikeness(by, (longest, second));
-        let strip = STRIP * unlike(DVec3::ONE) < unlike(by);
-        let kept = strip || !self.explained(by, observer)?;
-        Ok(if kept { DVec3::ONE } else { by })
+        if long > UNEVEN * middle && middle > 0.0 {
+            let mut evened = by;
+            evened[longest] = power(middle / long);
+            let unlike = |by| self.unlikeness(by, (longest, second));
+            let strip = STRIP * unlike(by) < unlike(evened);
+            if !strip && (self.explained(evened, observer)? || self.are_smooth(evened, by)) {
+                by = evened;
+            }
+        }
+        if middle > UNEVEN * short && short > 0.0 {
+            let long = by[longest] * long;
+            let evened = self.flattest(by, shortest, [middle, long]);
+            if self.are_on_body(evened, shortest, observer)? {
+                by = evened;
+            }
+        }
+        Ok(by)
+    }
+
+    /// What makes an axis as long as the longest, or less, so that the surface is flattest where it is thickest:
+    /// it is squeezed nowhere then. If it is the flatter the less the axis counts, as what is straight along it,
+    /// what makes that as long as the middle one.
+    fn flattest(&self, by: DVec3, axis: usize, [middle, long]: [f64; 2]) -> DVec3 {
+        let counted = |count: f64| {
+            let mut counted = by;
+            counted[axis] = count;
+            counted
+        };
+        let thickness = |count: f64| self.thickness(counted(count), [0.9])[0];
+        let [mut count, evened] = [long, middle].map(|length| power(length / self.extents[axis]));
+        let (mut flattest, mut found) = (f64::INFINITY, count);
+        while count >= HEIGHT * evened {
+            let thickness = thickness(count);
+            if thickness < flattest {
+                (flattest, found) = (thickness, count);
+            }
+            count *= 0.5;
+        }
+        counted(if thickness(count) < flattest { evened } else { found })
+    }
+
+    /// How thick what lies around these shares of the points is at most, beside how wide, if coordinates count so
+    /// much; infinitely, if most lie in lines.
+    fn thickness<const N: usize>(&self, by: DVec3, shares: [f64; N]) -> [f64; N] {
+        let sorted = thicknesses(&self.counted(by));
+        let at = |share: f64| sorted.get(whole(share * sorted.len() as f64)).copied();
+        shares.map(|share| at(share).unwrap_or(f64::INFINITY))
+    }
+
+    /// Whether the points lie on a smooth surface if coordinates count so much, and less so if they count as
+    /// much as that.
+    fn are_smooth(&self, by: DVec3, than: DVec3) -> bool {
+        let [[half], [other_half]] = [by, than].map(|by| self.thickness(by, [0.5]));
+        half < SMOOTH && FLATTER * half < other_half
+    }
+
+    /// Whether the points lie on one smooth surface if coordinates count so much, that is no heights along an axis.
+    fn are_on_body(&self, by: DVec3, axis: usize, observer: &mut dyn Observer) -> Result<bool> {
+        let [nearly_all] = self.thickness(by, [0.9]);
+        if nearly_all > SMOOTH_BODY {
+            return Ok(false);
+        }
+        for height in [HEIGHT, GROUND] {
+            let mut flat = by;
+            flat[axis] *= height;
+            let (up, points) = (DVec3::AXES[axis], self.evenly(|point| flat * point, flat, CLOSE));
+            if Relief::of(&self.counted(flat), up).unexplained() < MOSTLY_EXPLAINED
+                && heights_along(&points, up, observer)?.is_some()
+            {
+                return Ok(false);
+            }
+        }
+        let pieces = pieces(&self.evenly(|point| by * point, by, CLOSE), observer)?;
+        Ok(pieces.sizes.len() == 1)
     }
 
     /// How many times farther neighbours lie along one of two axes than along the other.
@@ -242,20 +309,23 @@ impl<'a> Telling<'a> {
         Ok(None)
     }
 
+    /// Whether the points lie on a smoother surface in their own units, or as these were evened, than as heights;
+    /// but levels that were evened are flat themselves, however far apart.
+    fn is_body(&self, by: DVec3, flat: DVec3) -> bool {
+        let flat_levels = by.z != 1.0 && self.on_levels();
+        !flat_levels && self.is_smoother(flat.with_z(by.z), flat)
+    }
+
     /// Whether the points lie on a surface in their own units that is flatter around most of them than in
     /// others, as layers seen from the side are, or so flat as chance lets few heights in another unit never be;
     /// and hardly flatter in others where it is thickest.
     fn is_smoother(&self, own: DVec3, flat: DVec3) -> bool {
-        let [own, other] = [own, flat].map(|by| {
-            let sorted = thicknesses(&self.counted(by));
-            [0.5, 0.75, 0.9].map(|share| sorted.get(whole(share * sorted.len() as f64)).copied())
-        });
-        let ([Some(half), Some(most), Some(nearly_all)], [Some(other_half), _, Some(other_all)]) =
-            (own, other)
-        else {
-            return false;
-        };
-        (FLATTER * half < other_half || most < SMOOTH) && nearly_all < AS_FLAT * other_all
+        let [[half, most, nearly_all], [other_half, _, other_all]] =
+            [own, flat].map(|by| self.thickness(by, [0.5, 0.75, 0.9]));
+        let in_lines = other_half == f64::INFINITY;
+        !in_lines
+            && (FLATTER * half < other_half || most < SMOOTH)
+            && nearly_all < AS_FLAT * other_all
     }
 
     /// Whether the points are still heights if there are as many along lines as across, where they lie in

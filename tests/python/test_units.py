@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import neurbs
@@ -106,14 +107,84 @@ def test_what_is_returned_is_in_the_points_own_units(rng: np.random.Generator) -
     assert np.ptp(nodes[:, 0]) > 1500
 
 
-def test_closed_bodies_are_found_in_other_units(rng: np.random.Generator) -> None:
-    angle, along = rng.random((2, 2000)) * [[2 * np.pi], [3.0]]
-    pipe = np.column_stack([np.cos(angle), np.sin(angle), along])
-    result = reconstructed(pipe * (1, 1, 1000))
-    assert result.report.topology == "tube"
+def pipe(u: Points, v: Points) -> Points:
+    return np.column_stack([np.cos(2 * np.pi * u), np.sin(2 * np.pi * u), 3 * v])
+
+
+def torus(u: Points, v: Points) -> Points:
+    r = 1 + 0.4 * np.cos(2 * np.pi * v)
+    a = 2 * np.pi * u
+    return np.column_stack([r * np.cos(a), r * np.sin(a), 0.4 * np.sin(2 * np.pi * v)])
+
+
+def fold(u: Points, v: Points) -> Points:
+    t = 3 * np.pi * (u - 0.5)
+    return np.column_stack([np.sin(t), 2 * v, np.sign(t) * (np.cos(t) - 1)])
+
+
+BODIES: list[tuple[Callable[[Points, Points], Points], str]] = [
+    (pipe, "tube"),
+    (torus, "torus"),
+    (fold, "sheet"),
+]
+
+
+@pytest.mark.parametrize("factor", [1000.0, 0.001])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize(("body", "kind"), BODIES)
+def test_bodies_are_found_in_other_units(
+    rng: np.random.Generator,
+    body: Callable[[Points, Points], Points],
+    kind: str,
+    axis: int,
+    factor: float,
+) -> None:
+    factors = np.ones(3)
+    factors[axis] = factor
+    points = body(*rng.random((2, 2000)))
+    truth = cKDTree(body(*np.random.default_rng(1).random((2, 100_000))))
+
+    def farthest(result: neurbs.Reconstruction, factors: Points) -> float:
+        places = result.surface.tessellate(shape=(80, 80)).vertices / factors
+        return float(truth.query(places)[0].max())
+
+    result = reconstructed(points * factors)
+    assert result.report.topology == kind
     assert len(told(result)) == 1
-    ends = result.surface.evaluate(result.uv)
-    assert np.abs(np.hypot(ends[:, 0], ends[:, 1]) - 1).max() < 0.01
+    assert farthest(result, factors) < 2 * farthest(reconstructed(points), np.ones(3))
+    feet, _ = truth.query(result.surface.evaluate(result.uv) / factors)
+    assert feet.max() < 0.04
+
+
+def plain(rng: np.random.Generator) -> Points:
+    """Return points of a ground much wider than high, in one unit."""
+    x, y = rng.random((2, 3000))
+    return np.column_stack([x, y, 0.002 * np.sin(7 * x) * np.cos(5 * y)])
+
+
+def noisy_plate(rng: np.random.Generator) -> Points:
+    return np.column_stack([rng.random((3000, 2)), 0.003 * rng.standard_normal(3000)])
+
+
+def close_layers(rng: np.random.Generator) -> Points:
+    points = plain(rng)
+    points[::2, 2] += 0.003
+    return points
+
+
+def levelled(rng: np.random.Generator) -> Points:
+    points = noisy_plate(rng)
+    points[:, 2] = 0.003 * np.round(points[:, 2] / 0.003)
+    return points
+
+
+@pytest.mark.parametrize("cloud", [plain, noisy_plate, close_layers, levelled])
+def test_plates_keep_their_units(
+    rng: np.random.Generator, cloud: Callable[[np.random.Generator], Points]
+) -> None:
+    result = reconstructed(cloud(rng))
+    assert not told(result)
+    assert result.report.topology == "height"
 
 
 def test_lines_along_a_tube_keep_its_units(rng: np.random.Generator) -> None:
