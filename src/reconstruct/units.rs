@@ -50,9 +50,10 @@ const ALL_OVER: f64 = 0.9;
 const SURELY_ON_SURFACE: f64 = 2.0;
 
 /// Share of what planes leave of heights in the points' own units that they may leave of others, and of the
-/// heights of a ground: both sides of a body leave more than twice as much.
+/// heights of a ground, or of one that has another unit for sure: both sides of a body leave more than twice as much.
 const UNEXPLAINED: f64 = 0.5;
 const MOSTLY_EXPLAINED: f64 = 0.3;
+const PARTLY_EXPLAINED: f64 = 0.5;
 
 /// How many times flatter a surface must be around most points for their own units to be right; and the thickness
 /// of what is around points, as a share of its width, that three quarters of those on a smooth one stay below,
@@ -286,7 +287,8 @@ impl<'a> Telling<'a> {
             by.z = across.z * power(height * shorter / extents.z);
             let telling = self.counted(by);
             let relief = Relief::of(&telling, DVec3::Z);
-            let explained = height == HEIGHT || relief.unexplained() < MOSTLY_EXPLAINED;
+            let left = if farther { PARTLY_EXPLAINED } else { MOSTLY_EXPLAINED };
+            let explained = height == HEIGHT || relief.unexplained() < left;
             let walls = relief.walls(by);
             if !(explained && walls >= MOSTLY) {
                 continue;
@@ -427,8 +429,8 @@ mod tests {
         assert_eq!(counted([1.0, 1.0, 1024.0]), [1.0, 1.0, 1.0 / 1024.0]);
         assert_eq!(counted([1.0, 1.0, 32.0]), [1.0, 1.0, 1.0 / 32.0]);
         let (units, _) = found(&ground, [1024.0, 1.0, 1024.0]);
-        assert_eq!(units.by, DVec3::new(1.0 / 1024.0, 1.0, 1.0 / 1024.0));
-        assert!(units.warning().unwrap().contains("counts 1/1024 of x and 1/1024 of z"));
+        assert_eq!(units.by, DVec3::new(1.0, 1024.0, 1.0));
+        assert!(units.warning().unwrap().contains("the fit counts 1024 times y, as do"));
     }
 
     #[test]

@@ -92,6 +92,27 @@ def test_contour_lines_are_found_in_other_units(rng: np.random.Generator) -> Non
     assert error(result, np.array((1, 1, 1000))) < 3e-3
 
 
+def sea(rng: np.random.Generator, tracks: int) -> Points:
+    """Return depths in metres of a rough ground along tracks, over degrees."""
+    wave = np.exp(rng.uniform(np.log(4), np.log(1000), 200))
+    way, phase = 2 * np.pi * rng.random((2, 200))
+    start, end, swing = rng.random((3, tracks, 2))
+    along = np.sort(rng.random((tracks, 10_000 // tracks, 1)), axis=1)
+    places = start[:, None] + (end - start)[:, None] * along
+    places += 0.02 * (swing[:, None] - 0.5) * np.sin(np.pi * along)
+    x, y = places.reshape(-1, 2).T
+    waves = np.sin(wave * (np.outer(x, np.cos(way)) + np.outer(y, np.sin(way))) + phase)
+    depths = 1000 * waves @ wave**-0.4 + 10 * rng.standard_normal(len(x))
+    return np.column_stack([245 + 10 * x, 20 + 10 * y, depths - 4000])
+
+
+@pytest.mark.parametrize("tracks", [30, 60])
+def test_a_rough_sea_along_tracks_is_heights(rng: np.random.Generator, tracks: int) -> None:
+    result = reconstructed(sea(rng, tracks))
+    assert result.report.topology == "height"
+    assert told(result)
+
+
 def test_what_is_returned_is_in_the_points_own_units(rng: np.random.Generator) -> None:
     points = ground(rng, 1000) * (1000, 1, 1)
     with pytest.warns(ConvergenceWarning, match="the fit counts 1/1024 of x, as do lengths"):
