@@ -148,7 +148,7 @@ fn attempt(
         weights: counted.weights.as_deref(),
         layers: layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers }),
         budget,
-        growth: growth(options, &frame),
+        growth: growth(options, &frame, shape.kind),
         frame: &frame,
         options,
     };
@@ -263,8 +263,8 @@ fn default_grid(count: usize) -> (usize, usize) {
 }
 
 /// How far the net grows, in the frame; not at all where its size was given without a tolerance.
-fn growth(options: &ReconstructOptions<'_>, frame: &Frame) -> Option<Growth> {
-    let counted = |tolerance| frame.units.distance(tolerance) * frame.counted.scale;
+fn growth(options: &ReconstructOptions<'_>, frame: &Frame, kind: Kind) -> Option<Growth> {
+    let counted = |tolerance| frame.units.distance(tolerance, kind) * frame.counted.scale;
     let tolerance = options.tolerance.map(counted);
     let free = options.grid.is_none() || tolerance.is_some();
     free.then_some(Growth { tolerance, most: options.max_control_points })

@@ -85,10 +85,10 @@ impl Units {
         point / self.by
     }
 
-    /// What a distance counts: where a surface does not lie along x and y, distances from it are heights
-    /// rather than ways along them.
-    pub(super) fn distance(&self, distance: f64) -> f64 {
-        self.by.z * distance
+    /// What a distance from a surface counts at least: of heights all of it is along z.
+    pub(super) fn distance(&self, distance: f64, kind: Kind) -> f64 {
+        let by = if kind == Kind::Height { self.by.z } else { self.by.min_element() };
+        by * distance
     }
 
     /// The units that the points seem to have, their own unless these are no use, and others that they

@@ -177,6 +177,19 @@ def test_bodies_are_found_in_other_units(
     assert feet.max() < 0.04
 
 
+@pytest.mark.parametrize("factors", [(1, 1, 0.001), (0.001, 1, 1), (1000, 1, 1)])
+def test_a_tolerance_holds_of_bodies_in_other_units(
+    rng: np.random.Generator, factors: tuple[float, float, float]
+) -> None:
+    angle, along = rng.random((2, 6000)) * [[2 * np.pi], [3.0]]
+    radius = 1 + 0.1 * np.sin(6 * angle) * np.sin(5 * along)
+    bumpy = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), along])
+    result = reconstructed(bumpy * factors, tolerance=0.005 * max(factors))
+    assert result.report.ended_by == "tolerance"
+    assert result.report.within == 1.0
+    assert result.distances.max() <= 0.005 * max(factors)
+
+
 def plain(rng: np.random.Generator) -> Points:
     """Return points of a ground much wider than high, in one unit."""
     x, y = rng.random((2, 3000))
