@@ -171,8 +171,7 @@ impl<'a> Telling<'a> {
         let [long, middle, short] = axes.map(|axis| self.extents[axis]);
         let mut by = DVec3::ONE;
         if long > UNEVEN * middle && middle > 0.0 {
-            let mut evened = by;
-            evened[longest] = power(middle / long);
+            let evened = with(by, longest, power(middle / long));
             let unlike = |by| self.unlikeness(by, (longest, second));
             let strip = STRIP * unlike(by) < unlike(evened);
             if !strip && (self.explained(evened, observer)? || self.are_smooth(evened, by)) {
@@ -193,12 +192,7 @@ impl<'a> Telling<'a> {
     /// it is squeezed nowhere then. If it is the flatter the less the axis counts, as what is straight along it,
     /// what makes that as long as the middle one.
     fn flattest(&self, by: DVec3, axis: usize, [middle, long]: [f64; 2]) -> DVec3 {
-        let counted = |count: f64| {
-            let mut counted = by;
-            counted[axis] = count;
-            counted
-        };
-        let thickness = |count: f64| self.thickness(counted(count), [0.9])[0];
+        let thickness = |count: f64| self.thickness(with(by, axis, count), [0.9])[0];
         let [mut count, evened] = [long, middle].map(|length| power(length / self.extents[axis]));
         let (mut flattest, mut found) = (f64::INFINITY, count);
         while count >= HEIGHT * evened {
@@ -208,7 +202,7 @@ impl<'a> Telling<'a> {
             }
             count *= 0.5;
         }
-        counted(if thickness(count) < flattest { evened } else { found })
+        with(by, axis, if thickness(count) < flattest { evened } else { found })
     }
 
     /// How thick what lies around these shares of the points is at most, beside how wide, if coordinates count so
@@ -233,8 +227,7 @@ impl<'a> Telling<'a> {
             return Ok(false);
         }
         for height in [HEIGHT, GROUND] {
-            let mut flat = by;
-            flat[axis] *= height;
+            let flat = with(by, axis, height * by[axis]);
             let (up, points) = (DVec3::AXES[axis], self.evenly(|point| flat * point, flat, CLOSE));
             if Relief::of(&self.counted(flat), up).unexplained() < MOSTLY_EXPLAINED
                 && heights_along(&points, up, observer)?.is_some()
@@ -394,6 +387,12 @@ impl<'a> Telling<'a> {
         let own = Relief::of(&self.points, own.up).unexplained();
         Ok(Relief::of(&self.counted(by), DVec3::Z).unexplained() < UNEXPLAINED * own)
     }
+}
+
+/// What coordinates count, with what one counts replaced.
+fn with(mut by: DVec3, axis: usize, count: f64) -> DVec3 {
+    by[axis] = count;
+    by
 }
 
 /// The power of two nearest to a ratio.

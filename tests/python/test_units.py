@@ -177,6 +177,14 @@ def test_bodies_are_found_in_other_units(
     assert feet.max() < 0.04
 
 
+def test_a_tube_in_another_unit_keeps_its_radius(rng: np.random.Generator) -> None:
+    result = reconstructed(pipe(*rng.random((2, 2000))) * (1, 1, 1000))
+    assert result.report.topology == "tube"
+    assert len(told(result)) == 1
+    ends = result.surface.evaluate(result.uv)
+    assert np.abs(np.hypot(ends[:, 0], ends[:, 1]) - 1).max() < 0.01
+
+
 @pytest.mark.parametrize("factors", [(1, 1, 0.001), (0.001, 1, 1), (1000, 1, 1)])
 def test_a_tolerance_holds_of_bodies_in_other_units(
     rng: np.random.Generator, factors: tuple[float, float, float]
