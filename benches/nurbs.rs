@@ -83,5 +83,26 @@ fn inverse_problems(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, evaluation, inverse_problems);
+/// Of a wavy sheet and of a net of random points, which folds over in every patch.
+fn areas(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("area");
+    group.sample_size(10);
+    let side = NETS[2];
+    let wavy = surface(side);
+    let random = |k: usize| (k as f64 * 0.618_033_989 + (k as f64).sin() * 1e4).rem_euclid(1.0);
+    let net =
+        (0..side * side).map(|k| DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2)));
+    let knots = || wavy.knots_u().clone();
+    let folded =
+        NurbsSurface::new(net.collect(), wavy.weights().map(Into::into), knots(), knots()).unwrap();
+    for (name, surface) in [("wavy", &wavy), ("folded", &folded)] {
+        for accuracy in [1e-6, 1e-9] {
+            group.bench_function(BenchmarkId::new(name, accuracy), |bencher| {
+                bencher.iter(|| surface.area(accuracy, &mut Silent));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, evaluation, inverse_problems, areas);
 criterion_main!(benches);
