@@ -136,9 +136,9 @@ impl OrderedStart {
     ) -> Result<Option<Self>> {
         let few = own_sample(sample, ON_DISC);
         let Some(places) = disc(&few, observer)? else { return Ok(None) };
-        let Squared { uv, aspect, .. } = outline::unit_square(&places, None);
-        let net = net(budget, aspect, options);
-        Ok(Some(Self::over(count, &few, &uv, net, observer)?))
+        // In the middle of the square: that its corners are empty shows that it ends in a round outline.
+        let uv: Vec<DVec2> = places.iter().map(|place| 0.5 + 0.5 * place).collect();
+        Ok(Some(Self::over(count, &few, &uv, net(budget, 1.0, options), observer)?))
     }
 
     /// In order over a rectangle where some of so many points have these parameters.

@@ -7,19 +7,32 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{FEWEST, Kind, NEIGHBORS, border, detect_wanted};
+use super::{Chart, FEWEST, Kind, NEIGHBORS, border, detect_wanted};
 use crate::error::Result;
 use crate::point_cloud::NeighborGraph;
 use crate::progress::Observer;
 
-/// Radius of the caps around the pole and around the point of the opening farthest from it, beyond
-/// which angles are those of a tube, as a share of the way between both. On a sphere loops around a cap
-/// are then half as long as the equator.
-const CAP: f64 = 0.16;
+/// Radii of the cap around the pole beyond which angles are those of a tube, as shares of the way to the
+/// opening: on a sphere loops around the first are half as long as the equator, where the body is pointed the
+/// others are wanted for that. The first is that of the cap around the point of the opening farthest from the
+/// pole, too.
+const CAPS: [f64; 3] = [0.16, 0.3, 0.45];
+
+/// How far points of an opening lie from one another, as a share of that way, that is so wide that there need
+/// be no cap around any of them.
+const WIDE: f64 = 0.4;
+
+/// Resultant of the angles of all points, as a share of their number, from which on they are those around a
+/// hole on one side.
+const ONE_SIDED: f64 = 0.5;
 
 /// Sweeps in which each point of a cap takes the mean of its neighbours: some hundred points hardly
 /// move any more.
 const SWEEPS: usize = 400;
+
+/// Rounds in which places become those amid their neighbours: angles between landmarks gather along
+/// lines.
+const SMOOTHING: usize = 10;
 
 /// Places on the unit disc of points on a body that is closed but for one opening at most, so that
 /// equal areas there have about equally many points; the pole opposite to the opening, or any if there
@@ -31,58 +44,90 @@ const SWEEPS: usize = 400;
 pub(crate) fn disc(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
     let graph = NeighborGraph::of(points, NEIGHBORS, observer)?;
     let opening = opening(points, &graph);
-    let Some((pole, _)) = farthest(&graph.distances_from(&opening)) else { return Ok(None) };
+    let from_opening = graph.distances_from(&opening);
+    let Some((pole, _)) = farthest(&from_opening) else { return Ok(None) };
     let from_pole = graph.distances_from(&[pole]);
     let Some((end, length)) = farthest(&of(&from_pole, &opening)) else { return Ok(None) };
     let from_end = graph.distances_from(&[opening[end as usize]]);
-    let between = |i: &usize| from_pole[*i].min(from_end[*i]) > CAP * length;
-    let belt: Vec<usize> = (0..points.len()).filter(between).collect();
-    let tube: Vec<DVec3> = belt.iter().map(|&i| points[i]).collect();
-    if tube.len() < FEWEST {
-        return Ok(None);
+    let wide = of(&from_end, &opening).iter().any(|apart| *apart > WIDE * length);
+    let below = |i: usize| wide || from_end[i] > CAPS[0] * length;
+    for cap in CAPS {
+        let between = |i: &usize| from_pole[*i] > cap * length && below(*i);
+        let belt: Vec<usize> = (0..points.len()).filter(between).collect();
+        if belt.len() < FEWEST {
+            break;
+        }
+        let tube: Vec<DVec3> = belt.iter().map(|&i| points[i]).collect();
+        let chart = detect_wanted(&tube, Kind::Tube, observer)?.chart;
+        if let Some(chart) = chart.filter(|chart| chart.points == tube && goes_round(chart)) {
+            let mut turns = vec![DVec2::ZERO; points.len()];
+            for (&i, uv) in belt.iter().zip(&chart.uv) {
+                turns[i] = DVec2::from_angle(TAU * uv.x);
+            }
+            extend(&mut turns, |i| !between(&i), &graph);
+            let height = |i: usize| from_pole[i] / (from_pole[i] + from_opening[i]);
+            let heights: Vec<f64> = (0..points.len()).map(height).collect();
+            return Ok(Some(smoothed(filled(&turns, &heights), &graph)));
+        }
     }
-    let Some(chart) = detect_wanted(&tube, Kind::Tube, observer)?.chart else { return Ok(None) };
-    if chart.closed_v || chart.points != tube {
-        return Ok(None);
-    }
-    let from_middle = |i: usize| from_pole[i] - from_end[i];
-    let rises = belt.iter().zip(&chart.uv).map(|(&i, uv)| (uv.y - 0.5) * from_middle(i));
-    let upside_down = rises.sum::<f64>() < 0.0;
-    let (mut turns, mut heights) = (vec![DVec2::ZERO; points.len()], vec![None; points.len()]);
-    for (&i, uv) in belt.iter().zip(&chart.uv) {
-        turns[i] = DVec2::from_angle(TAU * uv.x);
-        heights[i] = Some(if upside_down { 1.0 - uv.y } else { uv.y });
-    }
-    let caps: Vec<usize> = (0..points.len()).filter(|&i| heights[i].is_none()).collect();
-    extend(&mut turns, &caps, &graph);
-    // The farther inside a cap, the shorter the mean of all directions around it.
-    let inside = |i: usize| 1.0 - turns[i].length();
-    let cap = |i: usize| if from_middle(i) < 0.0 { -inside(i) } else { 1.0 + inside(i) };
-    let height = |i: &usize| heights[*i].unwrap_or_else(|| cap(*i));
-    let mut ranked: Vec<usize> = (0..points.len()).collect();
-    ranked.sort_by(|a, b| height(a).total_cmp(&height(b)));
-    let mut places = vec![DVec2::ZERO; points.len()];
+    Ok(None)
+}
+
+/// Whether the angles of a tube are those around all of it, and not around a hole on one side.
+fn goes_round(chart: &Chart) -> bool {
+    let sum: DVec2 = chart.uv.iter().map(|uv| DVec2::from_angle(TAU * uv.x)).sum();
+    !chart.closed_v && sum.length() < ONE_SIDED * chart.uv.len() as f64
+}
+
+/// Places on the unit disc in these directions from its middle, in the order of these radii, which become
+/// such that they fill it evenly.
+fn filled(ways: &[DVec2], radii: &[f64]) -> Vec<DVec2> {
+    let mut ranked: Vec<usize> = (0..radii.len()).collect();
+    ranked.sort_by(|a, b| radii[*a].total_cmp(&radii[*b]));
+    let mut places = vec![DVec2::ZERO; radii.len()];
     for (rank, at) in ranked.into_iter().enumerate() {
-        let radius = ((rank as f64 + 0.5) / points.len() as f64).sqrt();
-        places[at] = radius * turns[at].normalize_or_zero();
+        let radius = ((rank as f64 + 0.5) / radii.len() as f64).sqrt();
+        places[at] = radius * ways[at].normalize_or_zero();
     }
-    Ok(Some(places))
+    places
+}
+
+/// Places on the unit disc amid those of their neighbours.
+fn smoothed(mut places: Vec<DVec2>, graph: &NeighborGraph) -> Vec<DVec2> {
+    for _ in 0..SMOOTHING {
+        let mean = |i: usize| {
+            let edges = graph.edges(i);
+            let around: DVec2 = edges.iter().map(|edge| places[edge.to as usize]).sum();
+            (places[i] + around) / (edges.len() + 1) as f64
+        };
+        let means: Vec<DVec2> = (0..places.len()).map(mean).collect();
+        let radii: Vec<f64> = means.iter().map(|mean| mean.length()).collect();
+        places = filled(&means, &radii);
+    }
+    places
 }
 
 /// The points on the longest border; of a body without any, one of its points.
 fn opening(points: &[DVec3], graph: &NeighborGraph) -> Vec<u32> {
-    let mut open = border::open(points);
+    let open = border::open(points);
+    // Points beside one another on a border need not be neighbours, but theirs are.
+    let mut beside = open.clone();
+    for point in (0..points.len()).filter(|&point| open[point]) {
+        graph.edges(point).iter().for_each(|edge| beside[edge.to as usize] = true);
+    }
     let mut longest = vec![0];
     for first in 0..points.len() {
         let mut found = Vec::new();
         let mut stack = Vec::new();
-        if std::mem::take(&mut open[first]) {
+        if std::mem::take(&mut beside[first]) {
             stack.push(first);
         }
         while let Some(point) = stack.pop() {
-            found.push(u32::try_from(point).unwrap_or(u32::MAX));
+            if open[point] {
+                found.push(u32::try_from(point).unwrap_or(u32::MAX));
+            }
             for edge in graph.edges(point) {
-                if std::mem::take(&mut open[edge.to as usize]) {
+                if std::mem::take(&mut beside[edge.to as usize]) {
                     stack.push(edge.to as usize);
                 }
             }
@@ -104,10 +149,11 @@ fn of(distances: &[f64], points: &[u32]) -> Vec<f64> {
     points.iter().map(|&point| distances[point as usize]).collect()
 }
 
-/// Gives each of the values at `unknown` the mean of its neighbours'.
-fn extend(values: &mut [DVec2], unknown: &[usize], graph: &NeighborGraph) {
+/// Gives each of the unknown values the mean of its neighbours'.
+fn extend(values: &mut [DVec2], is_unknown: impl Fn(usize) -> bool, graph: &NeighborGraph) {
+    let unknown: Vec<usize> = (0..values.len()).filter(|&i| is_unknown(i)).collect();
     for _ in 0..SWEEPS {
-        for &i in unknown {
+        for &i in &unknown {
             let edges = graph.edges(i);
             let sum: DVec2 = edges.iter().map(|edge| values[edge.to as usize]).sum();
             values[i] = sum / edges.len() as f64;
@@ -130,26 +176,26 @@ mod tests {
         (0..count).map(point).collect()
     }
 
+    /// How far angles of places are from those of their points around z, up to a turn and perhaps the other
+    /// way around, where heights are such: one less the resultant of the differences, 0.02 for ten degrees.
+    fn spread(points: &[DVec3], places: &[DVec2], belt: impl Fn(f64) -> bool) -> f64 {
+        let of = |sense: f64| {
+            let belt = points.iter().zip(places).filter(|(point, _)| belt(point.z));
+            let turns = belt.map(|(point, place)| {
+                let along = point.truncate().normalize();
+                DVec2::new(along.x, sense * along.y).rotate(place.normalize())
+            });
+            let turns: Vec<DVec2> = turns.collect();
+            1.0 - turns.iter().sum::<DVec2>().length() / turns.len() as f64
+        };
+        of(1.0).min(of(-1.0))
+    }
+
     #[test]
     fn a_sphere_with_a_hole_is_a_disc_around_the_opposite_pole() {
         let points: Vec<DVec3> = sphere(2500).into_iter().filter(|p| p.z < 0.9).collect();
         let places = disc(&points, &mut Silent).unwrap().unwrap();
-        let turned = |i: usize| {
-            let (place, along) = (places[i], points[i].truncate().normalize());
-            (place.normalize(), DVec2::new(along.x, along.y))
-        };
-        // Angles are those around z within some ten degrees, up to a turn and perhaps the other way
-        // around.
-        let spread = |sense: f64| {
-            let turn = |i: usize| {
-                let (place, along) = turned(i);
-                DVec2::new(along.x, sense * along.y).rotate(place)
-            };
-            let belt: Vec<usize> = (0..points.len()).filter(|&i| points[i].z.abs() < 0.7).collect();
-            let mean = belt.iter().map(|&i| turn(i)).sum::<DVec2>() / belt.len() as f64;
-            1.0 - mean.length()
-        };
-        let found = spread(1.0).min(spread(-1.0));
+        let found = spread(&points, &places, |z| z.abs() < 0.7);
         assert!(found < 0.02, "{found}");
         let by_radius = |a: &usize, b: &usize| places[*a].length().total_cmp(&places[*b].length());
         let mut outwards: Vec<usize> = (0..points.len()).collect();
@@ -159,6 +205,28 @@ mod tests {
         // Heights grow from the pole to the hole, ring by ring.
         let rings: Vec<f64> = outwards.chunks(points.len().div_ceil(10)).map(height).collect();
         assert!(rings.is_sorted(), "{rings:?}");
+    }
+
+    #[test]
+    fn a_pointed_cone_is_a_disc_around_its_apex() {
+        // Places by golden angles stand evenly on it.
+        let count = 2000;
+        let points: Vec<DVec3> = (0..count)
+            .map(|i| {
+                let radius = ((f64::from(i) + 0.5) / f64::from(count)).sqrt();
+                (radius * DVec2::from_angle(f64::from(i) * 2.4)).extend(4.0 * radius)
+            })
+            .collect();
+        let places = disc(&points, &mut Silent).unwrap().unwrap();
+        // The apex is the middle, up to what the few points near it weigh, and the rim the circle.
+        let off =
+            |(point, place): (&DVec3, &DVec2)| (place.length() - point.truncate().length()).abs();
+        let off: Vec<f64> = points.iter().zip(&places).map(off).collect();
+        let (mean, most) =
+            (off.iter().sum::<f64>() / 2000.0, off.iter().copied().fold(0.0, f64::max));
+        assert!(mean < 0.02 && most < 0.2, "{mean} {most}");
+        let found = spread(&points, &places, |z| z > 2.0);
+        assert!(found < 0.02, "{found}");
     }
 
     #[test]

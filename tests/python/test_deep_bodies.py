@@ -1,0 +1,89 @@
+"""Bodies that are deeper than wide, with one opening or two."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import neurbs
+
+Array = NDArray[np.float64]
+Profile = Callable[[Array], tuple[Any, Any]]
+
+
+def thimble(share: Array) -> tuple[Array, Array]:
+    way = (np.pi / 2 + 2) * share
+    angle = np.minimum(way, np.pi / 2)
+    return np.sin(angle), np.maximum(way - np.pi / 2, 0) - np.cos(angle)
+
+
+def funnel(narrow: float, height: float) -> Profile:
+    return lambda share: (narrow + (1.2 - narrow) * share, height * share)
+
+
+BODIES: dict[str, Profile] = {
+    "cone": lambda share: (share, 4 * share),
+    "paraboloid": lambda share: (share, 3 * share**2),
+    "thimble": thimble,
+}
+
+
+def scattered(profile: Profile, count: int, rng: np.random.Generator) -> Array:
+    """Return points evenly on the surface that a profile (radius, height) goes round."""
+    share = rng.random(20 * count)
+    radius, height = profile(share)
+    ahead = profile(share + 1e-6)
+    area = radius * np.hypot(ahead[0] - radius, ahead[1] - height)
+    share = rng.choice(share, count, replace=False, p=area / area.sum())
+    radius, height = profile(share)
+    angle = 2 * np.pi * rng.random(count)
+    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), height])
+
+
+def apart(a: Array, b: Array) -> float:
+    """Return how far the farthest of some points is from others, as a share of their diagonal."""
+    return float(cKDTree(b).query(a)[0].max() / np.linalg.norm(np.ptp(b, axis=0)))
+
+
+@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("noise", [0, 0.004])
+def test_bodies_with_an_opening_end_at_its_rim(name: str, noise: float) -> None:
+    truth = scattered(BODIES[name], 20_000, np.random.default_rng(9))
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        points = scattered(BODIES[name], 2000, rng) + noise * rng.standard_normal((2000, 3))
+        turn = Rotation.random(random_state=seed).as_matrix()
+        result = neurbs.reconstruct(points @ turn)
+        surface = result.surface.tessellate(shape=(80, 80)).vertices @ turn.T
+        # Points of the truth are 0.01 apart; corners of the surface were up to 0.3 away.
+        assert apart(surface, truth) < 0.03, seed
+        assert apart(points, surface) < 0.03, seed
+        assert result.report.rms < (0.001 + noise) * result.report.diagonal
+        assert not any("folds over" in warning for warning in result.report.warnings), seed
+
+
+@pytest.mark.parametrize(("narrow", "height"), [(0.8, 0.8), (0.6, 1.6), (0.4, 1.6)])
+def test_funnels_are_tubes(narrow: float, height: float) -> None:
+    truth = scattered(funnel(narrow, height), 20_000, np.random.default_rng(9))
+    for noise in (0, 0.003):
+        rng = np.random.default_rng(3)
+        points = scattered(funnel(narrow, height), 2000, rng)
+        points += noise * rng.standard_normal(points.shape)
+        result = neurbs.reconstruct(points @ Rotation.random(random_state=3).as_matrix())
+        assert result.report.topology == "tube"
+        turn = Rotation.random(random_state=3).as_matrix()
+        surface = result.surface.tessellate(shape=(80, 80)).vertices @ turn.T
+        # Heights over a ring filled what it leaves open, up to 0.34 away.
+        assert apart(surface, truth) < 0.03
+
+
+def test_a_steep_ground_around_a_lake_is_no_tube() -> None:
+    rng = np.random.default_rng(5)
+    x, y = rng.uniform(-1, 1, (2, 4000))
+    z = 0.35 * np.sin(5 * x) * np.cos(4 * y)
+    ground = np.column_stack([x, y, z])[np.hypot(x, y) > 0.35]
+    assert neurbs.detect_topology(ground).kind == "height"
