@@ -56,6 +56,9 @@ const FEWEST: usize = 60;
 /// More points show all loops of a surface at first sight, but perhaps the second of a torus.
 const CERTAIN: usize = 1000;
 
+/// So many show those of long tubes, too; fewer are looked at once more.
+const LONG: usize = 3000;
+
 /// Reaches at which a second look is taken, as multiples of the landmarks' distance.
 const CLOSER: [f64; 3] = [4.5, 4.0, 3.5];
 
@@ -363,6 +366,10 @@ impl Cloud {
                 CLOSER.par_iter().map(|&reach| landmarks.loops(reach)).collect();
             let torus = closer.iter().find_map(|loops| self.torus(loops));
             judged = torus.or(judged).or_else(|| self.tube(&closer[0], spread[1]));
+        }
+        if judged.is_none() && (CERTAIN..LONG).contains(&self.points.len()) {
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
+            judged = self.tube(&landmarks.loops(CLOSER[0]), spread[1]);
         }
         if judged.is_none() && self.points.len() < CERTAIN {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;

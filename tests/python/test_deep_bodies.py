@@ -1,4 +1,4 @@
-"""Bodies that are deeper than wide, with one opening or two."""
+"""Bodies that are longer than wide, with one opening or two."""
 
 from collections.abc import Callable
 from typing import Any
@@ -79,6 +79,18 @@ def test_funnels_are_tubes(narrow: float, height: float) -> None:
         surface = result.surface.tessellate(shape=(80, 80)).vertices @ turn.T
         # Heights over a ring filled what it leaves open, up to 0.34 away.
         assert apart(surface, truth) < 0.03
+
+
+@pytest.mark.parametrize("noise", [0, 0.004])
+def test_long_bent_pipes_are_tubes(noise: float) -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(100 * seed + 1000)
+        around, along = 2 * np.pi * rng.random(1000), 3 * rng.random(1000)
+        radius = 5 + np.cos(around)
+        pipe = np.column_stack([radius * np.cos(along), radius * np.sin(along), np.sin(around)])
+        pipe += noise * np.linalg.norm(np.ptp(pipe, axis=0)) * rng.standard_normal(pipe.shape)
+        turn = Rotation.random(random_state=seed).as_matrix()
+        assert neurbs.detect_topology(pipe @ turn).kind == "tube", seed
 
 
 def test_a_steep_ground_around_a_lake_is_no_tube() -> None:
