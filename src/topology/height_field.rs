@@ -13,9 +13,11 @@ pub(super) const STEEPER: usize = 50;
 /// unevenly sampled one.
 pub(crate) const WALL_DEGREES: f64 = 72.0;
 
-/// Slopes from which on heights are steep, and share of the points where those of a funnel may not be.
+/// Slopes from which on heights are steep, share of the points where those of a funnel may not be, and
+/// resultant of the directions that slopes face in, as a share of their sum, from which on they face one side.
 const STEEP_DEGREES: f64 = 40.0;
 const GENTLE: f64 = 0.1;
+const ONE_SIDED: f64 = 0.5;
 
 /// Neighbours in the plane that must be neighbours on the surface.
 const BELOW: usize = 5;
@@ -160,11 +162,18 @@ pub(super) fn mostly_smooth(tangents: &[Tangent]) -> bool {
     2 * tangents.iter().filter(|tangent| tangent.is_smooth()).count() > tangents.len()
 }
 
-/// Whether heights along this direction are steep, but for a tenth of the points at most: no ground is.
-pub(super) fn is_steep(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
+/// Whether heights along this direction are those of a funnel: steep, but for a tenth of the points at most, as
+/// no ground is, and facing all around, as no slope does.
+pub(super) fn is_funnel(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
     let tangents = tangents(points, graph);
     let gentle = tangents.iter().filter(|tangent| tangent.slope(up) < STEEP_DEGREES).count();
-    gentle as f64 <= GENTLE * points.len() as f64
+    let facing = |tangent: &Tangent| {
+        let upward = tangent.normal * tangent.normal.dot(up).signum();
+        upward - upward.dot(up) * up
+    };
+    let sum: DVec3 = tangents.iter().map(facing).sum();
+    let lengths: f64 = tangents.iter().map(|tangent| facing(tangent).length()).sum();
+    gentle as f64 <= GENTLE * points.len() as f64 && sum.length() < ONE_SIDED * lengths
 }
 
 pub(super) fn tangents(points: &[DVec3], graph: &NeighborGraph) -> Vec<Tangent> {

@@ -244,7 +244,8 @@ fn look(
         && !is_folded(points, cloud.points.len(), height.up, observer)?
     {
         let heights = Topology::of_heights(height);
-        if wanted.is_some() || !height_field::is_steep(&cloud.points, &cloud.graph, height.up) {
+        let settled = wanted.is_some() || cloud.points.len() < FEWEST;
+        if settled || !height_field::is_funnel(&cloud.points, &cloud.graph, height.up) {
             return Ok(heights);
         }
         // A funnel is heights over a ring; what it leaves open is no hole to be filled.

@@ -93,9 +93,14 @@ def test_long_bent_pipes_are_tubes(noise: float) -> None:
         assert neurbs.detect_topology(pipe @ turn).kind == "tube", seed
 
 
-def test_a_steep_ground_around_a_lake_is_no_tube() -> None:
+def test_steep_grounds_and_slopes_with_holes_are_no_tubes() -> None:
     rng = np.random.default_rng(5)
     x, y = rng.uniform(-1, 1, (2, 4000))
-    z = 0.35 * np.sin(5 * x) * np.cos(4 * y)
-    ground = np.column_stack([x, y, z])[np.hypot(x, y) > 0.35]
-    assert neurbs.detect_topology(ground).kind == "height"
+    around_a_hole = np.hypot(x, y) > 0.35
+    for z in (
+        0.35 * np.sin(5 * x) * np.cos(4 * y),
+        1.8 * x,
+        1.2 * x + 1.3 * y + 0.1 * np.sin(9 * x),
+    ):
+        ground = np.column_stack([x, y, z])[around_a_hole]
+        assert neurbs.detect_topology(ground).kind == "height"
