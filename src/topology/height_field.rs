@@ -162,9 +162,13 @@ pub(super) fn mostly_smooth(tangents: &[Tangent]) -> bool {
     2 * tangents.iter().filter(|tangent| tangent.is_smooth()).count() > tangents.len()
 }
 
-/// Whether heights along this direction are those of a funnel: steep, but for a tenth of the points at most, as
-/// no ground is, and facing all around, as no slope does.
-pub(super) fn is_funnel(points: &[DVec3], graph: &NeighborGraph, up: DVec3) -> bool {
+/// Whether heights are those of a funnel: steep, but for a tenth of the points at most, as no ground is, and
+/// facing all around, as no slope does.
+pub(super) fn is_funnel(points: &[DVec3], graph: &NeighborGraph, heights: &HeightField) -> bool {
+    let up = heights.up;
+    if heights.slope < STEEP_DEGREES {
+        return false;
+    }
     let tangents = tangents(points, graph);
     let gentle = tangents.iter().filter(|tangent| tangent.slope(up) < STEEP_DEGREES).count();
     let facing = |tangent: &Tangent| {

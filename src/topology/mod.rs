@@ -245,7 +245,7 @@ fn look(
     {
         let heights = Topology::of_heights(height);
         let settled = wanted.is_some() || cloud.points.len() < FEWEST;
-        if settled || !height_field::is_funnel(&cloud.points, &cloud.graph, height.up) {
+        if settled || !height_field::is_funnel(&cloud.points, &cloud.graph, &height) {
             return Ok(heights);
         }
         // A funnel is heights over a ring; what it leaves open is no hole to be filled.

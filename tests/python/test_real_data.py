@@ -63,15 +63,16 @@ def test_rough_terrain_is_found_in_any_unit() -> None:
 
 def test_outliers_around_a_body_leave_its_surface_near_the_points() -> None:
     points = neurbs.read_points(Path(FOLDER or "", "npy", "owl_photogrammetry.npy"))
-    size = np.ptp(points, axis=0).max()
-    strays = np.random.default_rng(1).uniform(-2, 2, (len(points) // 50, 3)) * size
-    with pytest.warns(neurbs.ConvergenceWarning, match="closed, or nearly so"):
-        result = neurbs.reconstruct(np.concatenate([points, points.mean(axis=0) + strays]))
-    assert not any("folds over" in warning for warning in result.report.warnings)
-    assert not result.inliers[len(points) :].any()
-    # Some are left out without strays, too: where the surface is coarser than what it shows.
-    assert result.inliers[: len(points)].mean() > 0.998
-    assert result.report.rms < 1e-3 * np.linalg.norm(np.ptp(points, axis=0))
+    size, kept = np.ptp(points, axis=0).max(), []
+    for seed in (1, 2, 3):
+        strays = np.random.default_rng(seed).uniform(-2, 2, (len(points) // 50, 3)) * size
+        with pytest.warns(neurbs.ConvergenceWarning, match="closed, or nearly so"):
+            result = neurbs.reconstruct(np.concatenate([points, points.mean(axis=0) + strays]))
+        assert not any("folds over" in warning for warning in result.report.warnings), seed
+        assert not result.inliers[len(points) :].any()
+        assert result.report.rms < 1e-3 * np.linalg.norm(np.ptp(points, axis=0))
+        kept.append(result.inliers[: len(points)].mean())
+    assert np.mean(kept) > 0.999, kept
 
 
 def test_few_points_out_of_order_leave_a_face_its_map() -> None:
