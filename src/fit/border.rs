@@ -15,6 +15,11 @@ const LEAST_WIDTH: f64 = 0.6;
 /// could be seen.
 const STRIPS: usize = 1 << 12;
 
+/// Share of the way between control points that a surface goes on beyond points at most, for each spacing of
+/// border that is asked for: at corners few points leave their border in more doubt, but a surface that goes
+/// on without them soon goes astray.
+const MOST_BEYOND: f64 = 0.5;
+
 /// Turns in which both directions are bounded: the sides of one lean on those of the other.
 const TURNS: usize = 2;
 
@@ -71,7 +76,8 @@ pub(super) fn conformed(
     }
     let margins = [0, 1].map(|d: usize| {
         let (low, high) = sides[d].as_ref()?;
-        Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d])))
+        let most = MOST_BEYOND / (space.shape()[d] - 1) as f64;
+        Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d], most)))
     });
     for uv in &mut uv {
         let inside = *uv;

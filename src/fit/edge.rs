@@ -44,12 +44,6 @@ const CORNER: usize = 2;
 /// average, unless there are few points.
 const BEYOND: (f64, f64) = (0.5, 5.0);
 
-/// Spacings beyond the edge of few points at most, for each spacing of border that is asked for, and how
-/// many are not few: they leave it in more doubt than that, but a surface that goes on without points
-/// soon goes astray.
-const MOST_BEYOND_FEW: f64 = 1.0;
-const MANY: usize = 300;
-
 /// Share of the mean density below which places are those of a rounded corner.
 const SPARSE: f64 = 0.3;
 
@@ -74,8 +68,6 @@ pub(super) struct Edge {
     deepest: f64,
     /// Standard deviations of the heights there, and spacings of the places as multiples of the mean.
     doubts: Vec<(f64, f64)>,
-    /// Spacings that a surface goes on beyond it at most, for each of border.
-    farthest: f64,
 }
 
 impl Edge {
@@ -84,12 +76,13 @@ impl Edge {
         height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.deepest)
     }
 
-    /// How far beyond the edge a surface should go on at each x, for a border of this many spacings.
-    pub(super) fn margin(&self, border: f64, spacing: f64) -> impl Fn(f64) -> f64 {
+    /// How far beyond the edge a surface should go on at each x, for a border of this many spacings: as
+    /// far as it is in doubt, but not farther than `most` for each spacing of border.
+    pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
         let (plain, doubtful) = BEYOND;
         let beyond = |&(deviation, spread): &(f64, f64)| {
             let doubted = plain * spacing + doubtful * deviation;
-            border * spread * doubted.min(self.farthest * spacing)
+            border * spread * doubted.min(most)
         };
         let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
         move |x| height(&margins, &Basis::at(&self.knots, x))
@@ -160,8 +153,7 @@ impl Edge {
         let repeated = likelihood.knots.control_points() - control_points;
         heights.extend_from_within(..repeated);
         doubts.extend_from_within(..repeated);
-        let farthest = if places.len() < MANY { MOST_BEYOND_FEW } else { f64::INFINITY };
-        Ok(Self { knots: likelihood.knots, heights, deepest, doubts, farthest })
+        Ok(Self { knots: likelihood.knots, heights, deepest, doubts })
     }
 }
 
@@ -263,10 +255,10 @@ mod tests {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
         let sure = Edge::under(&level, 0.0, false, &[]).unwrap();
-        let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing)(x) / spacing;
+        let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing, 1.0)(x) / spacing;
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
-        assert_eq!(sure.margin(0.0, spacing)(0.5), 0.0);
+        assert_eq!(sure.margin(0.0, spacing, 1.0)(0.5), 0.0);
         // One place of four on the right half, so that spacings there are longer.
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();

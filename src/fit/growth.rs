@@ -55,6 +55,11 @@ impl EndedBy {
 /// Of solutions with a net that has grown.
 const PACE: Pace = Pace { limit: 6, left_of_fairness: 1.0 };
 
+/// Share of the squared error that the spans hold which are divided; where the net may not become so large,
+/// those are which hold half as much, and so on down to this.
+const DIVIDED: f64 = 0.7;
+const LEAST_DIVIDED: f64 = 0.01;
+
 /// Share of its error that cross-validation must expect after growing at most, for the growth to
 /// go on.
 const LEAST_GAIN: f64 = 0.95;
@@ -94,21 +99,27 @@ impl Fitting<'_> {
             let error = |foot: &Foot| if far(foot) { foot.offset.length_squared() } else { 0.0 };
             let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
             let space = SplineSpace::new(knots, self.closed)?;
-            let Some(finer) = refine::refined(&space, &feet, error, lengths(&surface))? else {
-                return Ok((surface, EndedBy::Points));
-            };
-            if finer.unknowns() > growth.most.min(held) {
+            let lengths = lengths(&surface);
+            let refined = |share| refine::refined(&space, &feet, error, lengths, share);
+            let (mut finer, mut share, mut ended_by) = (refined(DIVIDED)?, DIVIDED, EndedBy::Noise);
+            let limit = growth.most.min(held);
+            while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
                 let few = held < growth.most;
-                let by = if few { EndedBy::Points } else { EndedBy::MaxControlPoints };
-                return Ok((surface, by));
+                ended_by = if few { EndedBy::Points } else { EndedBy::MaxControlPoints };
+                share *= 0.5;
+                finer = if share < LEAST_DIVIDED { None } else { refined(share)? };
             }
+            let Some(finer) = finer else {
+                let smallest = ended_by == EndedBy::Noise;
+                return Ok((surface, if smallest { EndedBy::Points } else { ended_by }));
+            };
             let before = (self.score, self.uv.clone());
             let next = self.descend(&finer, surface.clone(), PACE)?;
             if let (Some(old), Some(new)) = (before.0, self.score)
                 && new.error > LEAST_GAIN * old.error
             {
                 (self.score, self.uv) = before;
-                return Ok((surface, EndedBy::Noise));
+                return Ok((surface, ended_by));
             }
             surface = next;
         }

@@ -5,13 +5,10 @@ use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::KnotVector;
 
-/// Share of the squared error that the spans hold which are divided.
-const DIVIDED_SHARE: f64 = 0.7;
-
 /// How much shorter in space than those of the other direction spans may become by division.
 const MOST_ASPECT: f64 = 4.0;
 
-/// The space with the spans divided in which most of the error lies; `None` if no span can be.
+/// The space with the spans divided in which this share of the error lies; `None` if no span can be.
 ///
 /// `error` is the squared error of a foot that counts; `lengths` are those of the surface along u
 /// and v. Directions whose spans are much shorter than those of the other are left as they are.
@@ -20,6 +17,7 @@ pub(super) fn refined(
     feet: &[Foot],
     error: impl Fn(&Foot) -> f64,
     lengths: (f64, f64),
+    share: f64,
 ) -> Result<Option<SplineSpace>> {
     let lengths = [lengths.0, lengths.1];
     let mean = [0, 1].map(|d| lengths[d] / space.knots[d].spans() as f64);
@@ -34,20 +32,20 @@ pub(super) fn refined(
             let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= foot.uv[d]);
             errors[at] += error(foot);
         }
-        knots[d] = with_breaks(&knots[d], space.closed[d], &divided(&breaks, &errors))?;
+        knots[d] = with_breaks(&knots[d], space.closed[d], &divided(&breaks, &errors, share))?;
     }
     if knots == space.knots { Ok(None) } else { SplineSpace::new(knots, space.closed).map(Some) }
 }
 
-/// The breaks with the middles of the spans that hold most of the error.
-fn divided(breaks: &[f64], errors: &[f64]) -> Vec<f64> {
+/// The breaks with the middles of the spans that hold this share of the error.
+fn divided(breaks: &[f64], errors: &[f64], share: f64) -> Vec<f64> {
     let total: f64 = errors.iter().sum();
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();
     order.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
     let mut held = 0.0;
     let mut breaks = breaks.to_vec();
     for i in order {
-        if held >= DIVIDED_SHARE * total {
+        if held >= share * total {
             break;
         }
         held += errors[i];
@@ -81,7 +79,10 @@ mod tests {
     #[test]
     fn the_worst_spans_are_divided() {
         let breaks = [0.0, 0.25, 0.5, 0.75, 1.0];
-        assert_eq!(divided(&breaks, &[1.0, 0.0, 8.0, 1.0]), [0.0, 0.25, 0.5, 0.625, 0.75, 1.0]);
-        assert_eq!(divided(&breaks, &[0.0; 4]), breaks);
+        assert_eq!(
+            divided(&breaks, &[1.0, 0.0, 8.0, 1.0], 0.7),
+            [0.0, 0.25, 0.5, 0.625, 0.75, 1.0]
+        );
+        assert_eq!(divided(&breaks, &[0.0; 4], 0.7), breaks);
     }
 }

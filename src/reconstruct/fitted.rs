@@ -32,9 +32,9 @@ const FIRST_SIDE: usize = 12;
 const OTHER_UNITS: &str = "other units";
 const SPANNING: &str = "spanning pieces";
 
-/// The surface near all points, in other units if it folds over or runs away in those that they seem to
-/// have, or, where they are in pieces and it does so whatever is done, or lies between them, near those of
-/// the largest of which that is not so.
+/// The surface near all points, in other units if it folds over, runs away or is far from them in those that
+/// they seem to have, or, where they are in pieces and it does so whatever is done, or lies between them, near
+/// those of the largest of which that is not so.
 pub(super) fn reconstruct(
     cloud: &[DVec3],
     bounds: &Bounds,
@@ -54,8 +54,8 @@ pub(super) fn reconstruct(
     let mut attempt = |units: Units, options: &ReconstructOptions<'_>| {
         attempt(cloud, bounds, no_data, units, options, observer)
     };
-    let Attempt { found, apart, spoilt } = attempt(units, options)?;
-    if let Some(units) = others.filter(|_| spoilt) {
+    let Attempt { found, apart, spoilt, unlike } = attempt(units, options)?;
+    if let Some(units) = others.filter(|_| spoilt || unlike) {
         let spent = started.elapsed();
         if let Some(mut other) = unspoilt(attempt(units, options))? {
             other.report.times.insert(0, (OTHER_UNITS, spent));
@@ -89,13 +89,15 @@ struct Attempt {
     apart: Option<Apart>,
     /// Whether the surface has flaws that no tolerance excuses.
     spoilt: bool,
+    /// Whether the points are hardly the heights that they seemed to be in other units.
+    unlike: bool,
 }
 
 /// What another attempt has found, if that is better than a surface with flaws; a piece, say, may be too
 /// small for one.
 fn unspoilt(attempt: Result<Attempt>) -> Result<Option<Reconstruction>> {
     match attempt {
-        Ok(Attempt { found, spoilt, .. }) => Ok(Some(found).filter(|_| !spoilt)),
+        Ok(Attempt { found, spoilt, unlike, .. }) => Ok(Some(found).filter(|_| !spoilt && !unlike)),
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(_) => Ok(None),
     }
@@ -130,15 +132,13 @@ fn attempt(
         counted.apart = None;
     }
     let frame = Frame { units, counted: Normalization::of(&counted.points) };
-    let local: Vec<DVec3> =
-        counted.points.iter().map(|&point| frame.counted.apply(point)).collect();
+    let local = frame.counted(&counted.points);
     let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
     let shape = Shape::of(&mut found, &local, &units, budget, options, observer)?;
     clock.lap("topology");
 
     let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
-    let across_lines: Option<Vec<DVec3>> =
-        in_lines.then(|| counted.telling.iter().map(|&point| frame.counted.apply(point)).collect());
+    let across_lines = in_lines.then(|| frame.counted(&counted.telling));
     let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
     let layers = counted.apart.as_ref().map(|apart| apart.layers);
     let wanted = Wanted {
@@ -157,6 +157,7 @@ fn attempt(
     let candidate = wanted.candidate(shape, chart, &mut clock, told)?;
     let Candidate { map, job, fit, flaws } = wanted.or_sheet(candidate, &mut clock, told)?;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
+    let unlike = job.misses_heights(&fit);
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
     let straight = job.shape.straight;
@@ -212,7 +213,7 @@ fn attempt(
     };
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
-    Ok(Attempt { found, apart: counted.apart, spoilt })
+    Ok(Attempt { found, apart: counted.apart, spoilt, unlike })
 }
 
 /// In words, that a surface so far off the points passes between two layers of them, where no others are told

@@ -15,7 +15,7 @@ use crate::fit::{
     approximate, continued, recovered,
 };
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::Bounds;
+use crate::point_cloud::{Bounds, centroid};
 use crate::progress::Observer;
 use crate::som;
 use crate::topology::{Kind, Topology};
@@ -39,6 +39,10 @@ const NO_MIDDLE: f64 = 0.15;
 /// Share of the points that may be outliers for the fairness of heights to be the one found with
 /// them: more may have led it astray.
 const FEW_OUTLIERS: f64 = 0.01;
+
+/// Share of the heights' standard deviation by which a surface misses them that are none: it passes through the
+/// middle of what lies above one another.
+const UNLIKE: f64 = 0.2;
 
 /// The kind of surface that is fitted.
 pub(super) struct Shape {
@@ -222,10 +226,21 @@ impl Job<'_> {
             } else {
                 None
             };
-            fit = match again {
-                Some(again) => again,
-                None => self.fit(net, growth, self.options.fairness, None, observer)?,
-            };
+            if let Some(again) = again {
+                fit = again;
+                continue;
+            }
+            let again = self.fit(net, growth, self.options.fairness, None, observer)?;
+            let free = tolerance.is_none() && again.ended_by != EndedBy::Noise;
+            if free && self.rms(&again.distances) > self.rms(&fit.distances) {
+                // They have not drawn at it, nor made its net grow.
+                break;
+            }
+            fit = again;
+        }
+        if tree.is_some() {
+            let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
+            self.count_again(found.as_ref(), given.as_deref());
         }
         if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {
             return Ok(found);
@@ -241,6 +256,15 @@ impl Job<'_> {
             flaws = self.flaws(&fit, observer)?;
         }
         Ok((fit, flaws))
+    }
+
+    /// Points that were let go count again, as was `given`, if they are no outliers of the surface that has become.
+    fn count_again(&mut self, found: Option<&Robust>, given: Option<&[f64]>) {
+        let Some(weights) = &mut self.weights else { return };
+        for (i, weight) in weights.iter_mut().enumerate().filter(|(_, weight)| **weight == 0.0) {
+            *weight =
+                found.map_or(1.0, |found| found.weights[i]) * given.map_or(1.0, |given| given[i]);
+        }
     }
 
     /// A fit with this fairness, from the one that is known already.
@@ -355,6 +379,13 @@ impl Job<'_> {
     pub(super) fn near_pieces(&self, fit: &Fit) -> bool {
         let limit = BETWEEN_PIECES * Bounds::of(self.points).diagonal();
         self.layers.is_none() || self.largest(&fit.distances) <= limit
+    }
+
+    /// Whether points that have another unit along z are hardly the heights that they seem to be then.
+    pub(super) fn misses_heights(&self, fit: &Fit) -> bool {
+        let mean = centroid(self.points).z;
+        let heights: Vec<f64> = self.points.iter().map(|point| point.z - mean).collect();
+        self.shape.straight && self.rms(&fit.distances) > UNLIKE * self.rms(&heights)
     }
 
     /// Whether a surface goes through the pieces that there are, and not between them.

@@ -21,6 +21,11 @@ impl Frame {
         self.counted.apply(self.units.apply(point))
     }
 
+    /// Points whose coordinates are what they count.
+    pub(super) fn counted(&self, points: &[DVec3]) -> Vec<DVec3> {
+        points.iter().map(|&point| self.counted.apply(point)).collect()
+    }
+
     /// Back to the points' frame.
     pub(super) fn undo(&self, point: DVec3) -> DVec3 {
         self.units.undo(self.counted.undo(point))

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use crate::error::Result;
-use crate::fit::{biweight, reach};
-use crate::point_cloud::{KdTree, Neighbor};
+use crate::fit::{EXACT, biweight, reach};
+use crate::point_cloud::{Bounds, KdTree, Neighbor};
 use crate::progress::Observer;
 
 /// Points around each whose distances from the surface say what is usual there: where a surface
@@ -45,15 +45,16 @@ impl Robust {
 }
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where what is usual is
-/// the median of the distances around a point, or of all if that is more; `None` if no point is an
-/// outlier. The tree over the points is made when it is needed first.
+/// the median of the distances around a point, or of all if that is more, or what could be seen; `None` if
+/// no point is an outlier. The tree over the points is made when it is needed first.
 pub(super) fn weights<'a>(
     points: &'a [DVec3],
     distances: &[f64],
     tree: &mut Option<KdTree<'a>>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Robust>> {
-    let usual = median(&mut distances.to_vec());
+    let seen = EXACT * Bounds::of(points).diagonal();
+    let usual = median(&mut distances.to_vec()).max(seen);
     let reach = reach(usual);
     if distances.iter().all(|distance| *distance <= reach) {
         return Ok(None);

@@ -88,8 +88,7 @@ impl OrderedStart {
             // splines falls with the fourth power of their number.
             let net = split(if chart.closed_v { ratio.powf(0.25) } else { ratio });
             let lattice = lattice(net, count, topology)?;
-            let nodes = chart.lattice(lattice.shape());
-            let nodes = nodes.into_iter().map(|node| frame.counted.apply(node)).collect();
+            let nodes = frame.counted(&chart.lattice(lattice.shape()));
             return Ok(Self::new(lattice, nodes, net));
         }
         if topology == Topology::Sheet && options.init != Start::Pca {

@@ -85,7 +85,7 @@ def test_few_points_out_of_order_leave_a_face_its_map() -> None:
 
 # Root mean square distances in 1e-4 of the diagonal that are met by a tenth or more.
 DISTANCES = {
-    "am_wave_sheet": 18,
+    "am_wave_sheet": 14,
     "bmx_hill_2010": 26,
     "bmx_hill_2023": 14,
     "claudius_h000": 0.7,
@@ -99,7 +99,7 @@ DISTANCES = {
     "teapot_patch05": 0.05,
     "valve_leaflet1": 93,
     "valve_leaflet2": 110,
-    "valve_leaflet3": 85,
+    "valve_leaflet3": 55,
     "valve_tube": 70,
     "yacht_hull": 0.06,
 }

@@ -218,6 +218,27 @@ def test_slight_outliers_cost_a_few_solutions(rng: np.random.Generator) -> None:
     assert np.sqrt(np.mean(off_fold(result.surface.evaluate(rng.random((2000, 2)))) ** 2)) < 5e-4
 
 
+def test_hardly_a_point_without_noise_is_an_outlier() -> None:
+    left_out = 0
+    for seed in range(10):
+        u, v = np.random.default_rng(seed).random((2, 200))
+        points = np.column_stack([np.sin(4 * u - 2), 2 * v, 0.4 * np.sin(8 * u - 4) + 1.2 * u])
+        left_out += np.count_nonzero(~neurbs.reconstruct(points, clean=False).inliers)
+    # Some lie a little beyond the border, or far off an earlier fit only: 37 were left out.
+    assert left_out < 5
+
+
+def test_a_net_grows_up_to_what_it_may_have() -> None:
+    for seed in range(2):
+        u, v = np.random.default_rng(seed).random((2, 3000))
+        bent = np.cos(3 * u) + 0.1 * np.cos(25 * np.hypot(u - 0.5, v - 0.5))
+        points = np.column_stack([np.sin(3 * u), 2 * v, bent])
+        report = neurbs.reconstruct(points, topology="sheet", max_control_points=300).report
+        # The next step of all spans would be too large from some 210 on.
+        assert report.ended_by == "max_control_points"
+        assert 270 <= np.prod(report.grid) <= 300, report.grid
+
+
 def test_without_robustness_outliers_count(rng: np.random.Generator) -> None:
     points = np.vstack([wave(rng, 800), [[0.5, 0.5, 2.0]]])
     result = neurbs.reconstruct(points, grid=(8, 8), clean=False, robust=False)
@@ -582,15 +603,16 @@ def test_surfaces_of_few_points_stay_near_them(count: int) -> None:
             assert farthest(surface, truth) < limit, (place.__name__, seed)
 
 
-def test_sheets_of_few_points_end_near_them() -> None:
-    dense = np.random.default_rng(9).random((2, 4000))
-    for seed in range(3):
-        u, v = np.hstack([np.random.default_rng(seed).random((2, 200)), dense])
+@pytest.mark.parametrize(("count", "limit"), [(200, 0.12), (400, 0.09)])
+def test_sheets_of_few_points_end_near_them(count: int, limit: float) -> None:
+    dense = np.random.default_rng(9).random((2, 20_000))
+    for seed in range(5):
+        u, v = np.hstack([np.random.default_rng(seed).random((2, count)), dense])
         angle = 3.6 * u
         sheet = np.column_stack([np.cos(angle), np.sin(angle), 2 * v + 0.1 * np.sin(4 * angle)])
-        surface = neurbs.reconstruct(sheet[:200], topology="sheet").surface
-        # Points are 0.06 of the diagonal apart. Doubt where they end took it 0.2 beyond.
-        assert farthest(surface, sheet[200:]) < 0.14
+        surface = neurbs.reconstruct(sheet[:count], topology="sheet").surface
+        # Doubt where they end took corners of 400 points 0.18 beyond, and of 200 points 0.2.
+        assert farthest(surface, sheet[count:]) < limit, seed
 
 
 @pytest.mark.parametrize(("count", "limit"), [(100, 0.1), (200, 0.05), (400, 0.04)])

@@ -274,6 +274,19 @@ def test_a_fold_that_leans_keeps_its_units(seed: int, noise: float) -> None:
         assert not told(result)
 
 
+@pytest.mark.parametrize("seed", [2, 3, 5])
+def test_a_noisy_fold_that_passes_for_heights_keeps_its_units(seed: int) -> None:
+    """Heights through the middle of its layers leave two fifths of their spread."""
+    rng = np.random.default_rng(seed)
+    u, v = rng.random((2, 1000))
+    points = np.column_stack([0.6 * np.sin(5 * u - 2.5), v, 1.6 * u])
+    points += 0.01 * rng.standard_normal(points.shape)
+    result = reconstructed(points @ Rotation.random(random_state=seed).as_matrix().T)
+    assert not told(result)
+    assert result.report.rms < 0.012
+    assert "other units" in result.report.seconds
+
+
 @pytest.mark.parametrize("count", [200, 400])
 @pytest.mark.parametrize("noise", [0.0, 0.02])
 def test_cylinders_of_few_points_keep_their_units(count: int, noise: float) -> None:
