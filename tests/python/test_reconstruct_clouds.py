@@ -223,7 +223,7 @@ def test_hardly_a_point_without_noise_is_an_outlier() -> None:
     for seed in range(10):
         u, v = np.random.default_rng(seed).random((2, 200))
         points = np.column_stack([np.sin(4 * u - 2), 2 * v, 0.4 * np.sin(8 * u - 4) + 1.2 * u])
-        left_out += np.count_nonzero(~neurbs.reconstruct(points, clean=False).inliers)
+        left_out += int(np.count_nonzero(~neurbs.reconstruct(points, clean=False).inliers))
     # Some lie a little beyond the border, or far off an earlier fit only: 37 were left out.
     assert left_out < 5
 
