@@ -383,9 +383,12 @@ impl Job<'_> {
 
     /// Whether points that have another unit along z are hardly the heights that they seem to be then.
     pub(super) fn misses_heights(&self, fit: &Fit) -> bool {
+        if !self.shape.straight {
+            return false;
+        }
         let mean = centroid(self.points).z;
         let heights: Vec<f64> = self.points.iter().map(|point| point.z - mean).collect();
-        self.shape.straight && self.rms(&fit.distances) > UNLIKE * self.rms(&heights)
+        self.rms(&fit.distances) > UNLIKE * self.rms(&heights)
     }
 
     /// Whether a surface goes through the pieces that there are, and not between them.
