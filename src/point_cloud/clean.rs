@@ -2,8 +2,9 @@
 //!
 //! Least squares suffer from gross outliers, and neighbourhoods from both: eight copies of a point
 //! are its eight nearest neighbours, and a stray point bridges two folds. What distinguishes a
-//! stray point from the sparse part of a surface is that it does not lie in the plane of its
-//! neighbours: scan lines, contour lines, ship tracks and densities that vary tenfold stay whole.
+//! stray point from the sparse part of a surface is that it lies neither in the plane of its
+//! neighbours nor where they bend to: scan lines, contour lines, ship tracks and densities that vary
+//! tenfold stay whole.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 use super::Bounds;
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
+use super::quadric::Quadric;
 use crate::error::Result;
 use crate::progress::{Observer, Progress, Stage, report};
 
@@ -36,6 +38,12 @@ const ALONE: f32 = 6.0;
 /// distance: curvature and noise of a surface stay below where it is sparse, points scattered in
 /// space have about 0.3. The first holds near the surface, the second where all around is stray.
 const OFF_PLANE: [f64; 2] = [0.15, 0.2];
+
+/// Neighbours whose quadric shows where a sparse end of a bent surface goes on, and the distance of
+/// the point and of them from it, as a share of theirs: two thirds of such ends' points stay below, of
+/// strays one in twenty.
+const BENT: usize = 16;
+const OFF_QUADRIC: f64 = 0.15;
 
 /// Only points this much sparser than usual are looked at more closely.
 const SUSPECT: f32 = 1.5;
@@ -96,7 +104,7 @@ impl Cleaning {
 ///
 /// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. It
 /// is an outlier if it is 2.5 times as far from its 8 nearest as is usual there (or in the whole
-/// cloud) and off the plane that they lie in, or 6 times as far in any case.
+/// cloud), off the plane that they lie in and off where they bend to, or 6 times as far in any case.
 ///
 /// O(n log n); needs about 60 bytes a point.
 ///
@@ -278,7 +286,19 @@ impl<'a> Spacings<'a> {
         let plane = Plane::of(near.map(|n| points[n.index as usize]));
         let off = plane.height(points[index as usize]).abs().max(plane.deviations[2]);
         let off = off * self.unit / f64::from(mean);
-        (beside > SPARSE && off > OFF_PLANE[0]) || (usual > SPARSE && off > OFF_PLANE[1])
+        ((beside > SPARSE && off > OFF_PLANE[0]) || (usual > SPARSE && off > OFF_PLANE[1]))
+            && !self.goes_on(index, &found)
+    }
+
+    /// Whether a point lies where its nearest ones bend to.
+    fn goes_on(&self, index: u32, found: &[Neighbor]) -> bool {
+        let points = self.tree.points();
+        let near = &found[..found.len().min(BENT)];
+        let near: Vec<DVec3> = near.iter().map(|n| points[n.index as usize]).collect();
+        let most = OFF_QUADRIC * f64::from(self.each[index as usize].mean) / self.unit;
+        near.len() == BENT
+            && Quadric::of(&near, points[index as usize])
+                .is_some_and(|quadric| quadric.off.max(quadric.deviation) < most)
     }
 }
 

@@ -10,6 +10,7 @@ mod neighbor_graph;
 mod no_data;
 mod pieces;
 mod plane;
+mod quadric;
 mod roads;
 
 use glam::DVec3;

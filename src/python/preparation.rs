@@ -66,8 +66,8 @@ impl Cleaning {
 /// -----
 /// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. It
 /// is an outlier if it is 2.5 times as far from its 8 nearest as is usual there (or in the whole
-/// cloud) and off the plane that they lie in, or 6 times as far in any case. So scan lines, contour
-/// lines, and densities that vary tenfold stay whole. O(n log n).
+/// cloud), off the plane that they lie in and off where they bend to, or 6 times as far in any case.
+/// So scan lines, contour lines, and densities that vary tenfold stay whole. O(n log n).
 ///
 /// Examples
 /// --------
