@@ -32,7 +32,11 @@ const LEAST_TAKEN: f64 = 0.1;
 
 /// A share of the mean diagonal that stands in for what the energy leaves free. It cancels, as
 /// energies know nothing of that; rounding, which does not, grows as it falls.
-const RIDGE: f64 = 1e-8;
+const RIDGE: f64 = 1e-6;
+
+/// Anisotropies nearer to one another are one, by their logarithms: what the ridge makes of rounding is less
+/// and does not show.
+const DISTINCT: f64 = 0.01;
 
 /// Samples that bending is measured at, at equal steps: it is a mean square, of which a factor of 1.1
 /// is no matter.
@@ -73,6 +77,7 @@ pub(super) fn more_likely(
     // One part counts as much beside the other as the anisotropy squared. An update falls short of
     // the likeliest: twice as far is where three lead.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
+    let anisotropy = ((anisotropy.ln() / DISTINCT).round() * DISTINCT).exp();
     Ok(if anisotropy.is_finite() { anisotropy.clamp(1.0 / MOST, MOST) } else { 1.0 })
 }
 

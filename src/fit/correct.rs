@@ -12,6 +12,9 @@ const LONGEST_STEP: f64 = 0.2;
 /// A step shorter than this share of the domain changes nothing that could be seen.
 const SETTLED: f64 = 1e-9;
 
+/// Squares of distances that are larger than others by no more are so by rounding.
+const AS_NEAR: f64 = 1.0 + 1e-12;
+
 /// Times that a step which leads away is shortened.
 const SHORTENINGS: usize = 3;
 
@@ -147,7 +150,12 @@ impl Domain {
             let held = [0, 1].map(|d| self.at_wall(at, pull, d));
             let step = step(&here, rest, held);
             let longest = (step.abs() / size).max_element();
-            if longest.is_nan() || longest <= SETTLED {
+            if longest.is_nan() {
+                break;
+            }
+            if longest <= SETTLED {
+                // Taken without a look, not left out: by how little it is shorter must not tell.
+                at = self.inside(at + step);
                 break;
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);
@@ -155,7 +163,7 @@ impl Domain {
             for _ in 0..=SHORTENINGS {
                 let next = self.inside(at + share * step);
                 let there = patches.at(next);
-                if there.point.distance_squared(point) <= rest.length_squared() {
+                if there.point.distance_squared(point) <= AS_NEAR * rest.length_squared() {
                     (at, here, moved) = (next, there, true);
                     break;
                 }

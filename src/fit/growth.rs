@@ -71,7 +71,7 @@ const POINTS_PER_CONTROL_POINT: usize = 4;
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 const FEW: usize = 256;
 
-/// Root mean square error, as a share of the diagonal of the points' box, below which nobody sees
+/// Root mean square error, as a share of their diameter, below which nobody sees
 /// what more control points would do.
 pub(crate) const EXACT: f64 = 1e-5;
 
@@ -84,7 +84,7 @@ impl Fitting<'_> {
     ) -> Result<(NurbsSurface, EndedBy)> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
-        let exact = EXACT * extent(self.points);
+        let exact = EXACT * diameter(self.points);
         loop {
             let feet = self.correct(&surface, STEPS);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
@@ -126,10 +126,9 @@ impl Fitting<'_> {
     }
 }
 
-/// The diagonal of the points' box.
-pub(super) fn extent(points: &[DVec3]) -> f64 {
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let grow = |(low, high): (DVec3, DVec3), point: &DVec3| (low.min(*point), high.max(*point));
-    let (low, high) = points.iter().fold(empty, grow);
-    high.distance(low)
+/// Twice the distance of the farthest point from the mean of all: unlike the diagonal of their box, it does not
+/// hang on how they are turned.
+pub(crate) fn diameter(points: &[DVec3]) -> f64 {
+    let mean = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    2.0 * points.iter().map(|point| point.distance(mean)).fold(0.0, f64::max)
 }

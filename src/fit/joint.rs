@@ -23,7 +23,7 @@ use super::band::Band;
 use super::correct::{Foot, feet, feet_beyond};
 use super::edge::extremes;
 use super::ground::Ground;
-use super::growth::extent;
+use super::growth::diameter;
 use super::normal_equations::{NormalEquations, Sample};
 use super::residuals::correlation;
 use super::space::SplineSpace;
@@ -32,7 +32,7 @@ use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Root mean square distances, as shares of the diagonal of the points' box: what a surface near
+/// Root mean square distances, as shares of their diameter: what a surface near
 /// points of the same net has at most; what one through all of them has, which may be rounded to the
 /// digits of single precision; what no other one has; and where steps end.
 const ROUGH: f64 = 1e-2;
@@ -128,7 +128,7 @@ pub(crate) fn recovered(
         return Ok(None);
     }
     let all: Vec<DVec3> = counted.iter().map(|&i| points[i]).collect();
-    let size = extent(&all);
+    let size = diameter(&all);
     let of = |indices: &[usize], step: usize| {
         let seen = || indices.iter().step_by(step).copied();
         let points = seen().map(|i| points[i]).collect();

@@ -52,7 +52,7 @@ pub use self::correct::project;
 use self::fairness::Energy;
 pub(crate) use self::ground::Base;
 pub use self::ground::height_axes;
-pub(crate) use self::growth::EXACT;
+pub(crate) use self::growth::{EXACT, diameter};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights};
 pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};

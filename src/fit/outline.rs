@@ -54,6 +54,9 @@ const BEYOND: f64 = 3.0;
 /// outline.
 const OUTSIDE: (f64, f64) = (0.6, 4.0);
 
+/// Share of the domain that rounding takes a place away from an end of it, at most.
+const ROUNDING: f64 = 1e-9;
+
 /// Control points of an outline in the square.
 const RADII: usize = 64;
 
@@ -136,7 +139,13 @@ impl Outline {
     /// the middle, where circles become the outline's shape little by little, then where that is in the
     /// square. Neither folds, whatever the outline. Places beyond it are taken to it.
     pub(super) fn squared(&self, uv: &[DVec2]) -> Vec<DVec2> {
-        let squared = |uv: &DVec2| MIDDLE + 0.5 * disc_to_square(self.in_disc(*uv - MIDDLE));
+        // What was taken to the outline lies there exactly: beside it by rounding, feet would be free that
+        // are held, or not, as the points happen to lie in space.
+        let exact = |at: f64| if at.min(1.0 - at) < ROUNDING { at.round() } else { at };
+        let squared = |uv: &DVec2| {
+            let at = MIDDLE + 0.5 * disc_to_square(self.in_disc(*uv - MIDDLE));
+            DVec2::new(exact(at.x), exact(at.y))
+        };
         uv.par_iter().map(squared).collect()
     }
 

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::even_sample::EvenSample;
-pub(crate) use self::even_sample::{any_of, close_sample, own_sample};
+pub(crate) use self::even_sample::{any_of, own_sample, rough_sample};
 pub(crate) use self::hull::{area, hull, least_rectangle, turned};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub(crate) use self::lines::across_lines;

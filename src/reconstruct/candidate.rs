@@ -11,8 +11,7 @@ use super::start::{OrderedStart, learn, net};
 use super::unwound::Unwound;
 use super::{ReconstructOptions, Start, heights};
 use crate::error::{Error, Result};
-use crate::fit::{Growth, bounded};
-use crate::point_cloud::Bounds;
+use crate::fit::{Growth, bounded, diameter};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 use crate::topology::{Chart, Kind};
@@ -32,7 +31,7 @@ const BY_CHANCE: (f64, f64) = (5.0, 0.02);
 /// More points are not fitted twice: a net for so many has room for what is steep.
 const MOST: usize = 20_000;
 
-/// How near to its points a surface is that no other need be looked for, as a share of the diagonal; and how
+/// How near to its points a surface is that no other need be looked for, as a share of their diameter; and how
 /// near a sheet is, as a share of the distances of steep heights, that is taken instead of them.
 const NEAR: f64 = 2e-5;
 const NEARER: f64 = 0.8;
@@ -112,7 +111,7 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let size = Bounds::of(self.points).diagonal();
+        let size = diameter(self.points);
         let once = !heights.job.shape.steep || self.points.len() > MOST;
         if once || heights.error() <= NEAR * size {
             return Ok(heights);

@@ -9,7 +9,9 @@ use super::ReconstructOptions;
 use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
-use crate::point_cloud::{self, EvenSample, Fate, NoData, Pieces, across_lines, pieces_across};
+use crate::point_cloud::{
+    self, EvenSample, Fate, NoData, Pieces, across_lines, pieces_across, rough_sample,
+};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// A surface is fitted to this many points at most, chosen evenly over space: enough for as many
@@ -134,10 +136,10 @@ impl Counted {
             indices = of(&indices, &found.kept);
         }
         let mut points = of_cloud(&indices);
-        let mut telling = evenly(&points, TELLING.0);
+        let mut telling = rough_sample(&points, TELLING.0);
         let mut across = None;
         let found = if options.piece.is_none()
-            && are_one(&pieces_across(&evenly(&telling, TELLING.1), observer)?)
+            && are_one(&pieces_across(&rough_sample(&telling, TELLING.1), observer)?)
         {
             None
         } else {
@@ -155,7 +157,7 @@ impl Counted {
                     found.labels.iter().map(|&label| label as usize == piece).collect();
                 keep(&mut indices, &chosen);
                 keep(&mut points, &chosen);
-                telling = evenly(&points, TELLING.0);
+                telling = rough_sample(&points, TELLING.0);
                 if across.is_some() {
                     across = pieces_across(&telling, observer)?.1;
                 }
@@ -239,13 +241,6 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
 /// Whether points hang together at first sight.
 fn are_one((found, across): &(Pieces, Option<Vec<DVec3>>)) -> bool {
     found.sizes.len() == 1 && across.is_none()
-}
-
-/// At most so many points, evenly over space.
-fn evenly(points: &[DVec3], most: usize) -> Vec<DVec3> {
-    let mut sample = EvenSample::new(most);
-    sample.extend(points);
-    sample.points()
 }
 
 /// The items at these places.

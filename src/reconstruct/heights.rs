@@ -12,10 +12,10 @@ use super::start::{TELLING as TELLING_OUTLINE, whole};
 use super::strip::Sides;
 use crate::error::{Error, Result};
 use crate::fit::{
-    Arms, Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, cosines, fit_heights_over,
-    fit_heights_with, project,
+    Arms, Base, EXACT, EndedBy, Growth, HeightFit, HeightOptions, Near, cosines, diameter,
+    fit_heights_over, fit_heights_with, project,
 };
-use crate::point_cloud::{Bounds, Plane, area, hull, least_rectangle};
+use crate::point_cloud::{Plane, area, hull, least_rectangle};
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::topology::{self, HeightField};
 
@@ -249,7 +249,7 @@ pub(super) fn fit(
             Some(tolerance) if job.largest(&fit.residuals) <= tolerance => {
                 break EndedBy::Tolerance;
             }
-            None if fit.expected.sqrt() <= EXACT * Bounds::of(job.points).diagonal() => {
+            None if fit.expected.sqrt() <= EXACT * diameter(job.points) => {
                 break EndedBy::Exact;
             }
             _ => {}

@@ -12,10 +12,10 @@ use super::{Aspect, ReconstructOptions, heights};
 use crate::error::{Error, Result};
 use crate::fit::{
     self, ApproximateOptions, Approximation, Arms, Base, EndedBy, Growth, SURE, THROUGH,
-    approximate, continued, recovered,
+    approximate, continued, diameter, recovered,
 };
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::{Bounds, centroid};
+use crate::point_cloud::centroid;
 use crate::progress::Observer;
 use crate::som;
 use crate::topology::{Kind, Topology};
@@ -31,7 +31,7 @@ const GENTLE: f64 = 45.0;
 const ROBUST_FITS: usize = 2;
 const MOST_ROBUST_FITS: usize = 4;
 
-/// How far points in pieces may lie from a surface through all of these: as a share of the diagonal, and
+/// How far points in pieces may lie from a surface through all of these: as a share of their diameter, and
 /// by root mean square, of the pieces' distance, which a surface in the middle is half of away.
 const BETWEEN_PIECES: f64 = 0.05;
 const NO_MIDDLE: f64 = 0.15;
@@ -319,7 +319,7 @@ impl Job<'_> {
             recovered(self.points, weights, given, &fit.surface, &fit.uv, closed, observer)?;
         let Some(surface) = found else { return Ok(None) };
         let (uv, distances) = feet(&surface, self.points, observer)?;
-        let size = Bounds::of(self.points).diagonal();
+        let size = diameter(self.points);
         let found = Fit {
             surface,
             base: None,
@@ -377,7 +377,7 @@ impl Job<'_> {
 
     /// Whether a surface is near all points, where they are in pieces.
     pub(super) fn near_pieces(&self, fit: &Fit) -> bool {
-        let limit = BETWEEN_PIECES * Bounds::of(self.points).diagonal();
+        let limit = BETWEEN_PIECES * diameter(self.points);
         self.layers.is_none() || self.largest(&fit.distances) <= limit
     }
 

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use crate::error::Result;
-use crate::fit::{EXACT, biweight, reach};
-use crate::point_cloud::{Bounds, KdTree, Neighbor};
+use crate::fit::{EXACT, biweight, diameter, reach};
+use crate::point_cloud::{KdTree, Neighbor};
 use crate::progress::Observer;
 
 /// Points around each whose distances from the surface say what is usual there: where a surface
@@ -53,7 +53,7 @@ pub(super) fn weights<'a>(
     tree: &mut Option<KdTree<'a>>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Robust>> {
-    let seen = EXACT * Bounds::of(points).diagonal();
+    let seen = EXACT * diameter(points);
     let usual = median(&mut distances.to_vec()).max(seen);
     let reach = reach(usual);
     if distances.iter().all(|distance| *distance <= reach) {

@@ -144,11 +144,13 @@ fn facing(tangents: &[Tangent]) -> Option<DVec3> {
     let normals: Vec<DVec3> =
         telling().flat_map(|tangent| [tangent.normal, -tangent.normal]).collect();
     let steep = |tangent: &Tangent, up| (1.0 - tangent.cosine(up)).powi(POWER);
+    let [first, second, _] = Plane::of(normals).axes;
     let cost = |up: DVec3| {
         let all = telling().map(|tangent| steep(tangent, up)).sum::<f64>();
-        (all, up.any_orthonormal_pair().into())
+        let aside = second.reject_from(up).normalize_or(up.any_orthonormal_vector());
+        (all, [aside, up.cross(aside)])
     };
-    Some(upward(least(Plane::of(normals).axes[0], cost)))
+    Some(upward(least(first, cost)))
 }
 
 /// Whether points lie above one another along this direction, as far as noise lets that be seen.

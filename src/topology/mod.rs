@@ -26,7 +26,7 @@ use rayon::prelude::*;
 
 use self::circle::{Circle, Landmarks, Loops};
 use crate::error::Result;
-use crate::point_cloud::{EvenSample, NeighborGraph, close_sample};
+use crate::point_cloud::{NeighborGraph, own_sample, rough_sample};
 use crate::progress::{Observer, Progress, Stage, report};
 
 pub(crate) use self::disc::disc;
@@ -72,7 +72,7 @@ const SPREAD: [f64; 3] = [4.0, 2.0, 2.5];
 
 /// Points on the border of a sheet of n points, for each √n of them: four sides of a square have 4,
 /// a circle has 3.5. With less than this the body is closed but for small holes.
-const OUTLINE: f64 = 0.7;
+const OUTLINE: f64 = 0.95;
 
 /// What a user should know of a ground that things stand on.
 const STANDING: &str = "things stand on the ground, as trees do, and the surface rises to the middle of them; for \
@@ -288,7 +288,7 @@ fn is_folded(
     if points.len() == looked_at {
         return Ok(false);
     }
-    let cloud = Cloud::of(&close_sample(points, MOST_OF_LAYERS), MOST_OF_LAYERS, None, observer)?;
+    let cloud = Cloud::of(&own_sample(points, MOST_OF_LAYERS), MOST_OF_LAYERS, None, observer)?;
     Ok(height_field::is_folded(&cloud.points, &cloud.graph, up))
 }
 
@@ -310,9 +310,7 @@ impl Cloud {
         wanted: Option<Kind>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let mut sample = EvenSample::new(most);
-        sample.extend(points);
-        let points = sample.points();
+        let points = rough_sample(points, most);
         let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
         Ok(Self { points, few: Vec::new(), graph, wanted, border: OnceLock::new() })
     }
@@ -323,7 +321,7 @@ impl Cloud {
         if self.points.len() == points.len() {
             return Ok(self);
         }
-        let more = close_sample(points, MOST_FOR_LOOPS);
+        let more = own_sample(points, MOST_FOR_LOOPS);
         let closer = Self::of(&more, MOST_FOR_LOOPS, self.wanted, observer)?;
         Ok(Self { few: self.points, ..closer })
     }
