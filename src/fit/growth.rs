@@ -71,8 +71,8 @@ const POINTS_PER_CONTROL_POINT: usize = 4;
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 const FEW: usize = 256;
 
-/// Root mean square error, as a share of their diameter, below which nobody sees
-/// what more control points would do.
+/// Root mean square error, as a share of the points' diameter, below which nobody sees what more control
+/// points would do.
 pub(crate) const EXACT: f64 = 1e-5;
 
 impl Fitting<'_> {

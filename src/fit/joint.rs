@@ -32,7 +32,7 @@ use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Root mean square distances, as shares of their diameter: what a surface near
+/// Root mean square distances, as shares of the points' diameter: what a surface near
 /// points of the same net has at most; what one through all of them has, which may be rounded to the
 /// digits of single precision; what no other one has; and where steps end.
 const ROUGH: f64 = 1e-2;

@@ -40,8 +40,8 @@ const ALONE: f32 = 6.0;
 const OFF_PLANE: [f64; 2] = [0.15, 0.2];
 
 /// Neighbours whose quadric shows where a sparse end of a bent surface goes on, and the distance of
-/// the point and of them from it, as a share of theirs: two thirds of such ends' points stay below, of
-/// strays one in twenty.
+/// the point and of them from it, as a share of theirs: three fifths of such ends' points stay below, of
+/// strays one in fifty.
 const BENT: usize = 16;
 const OFF_QUADRIC: f64 = 0.15;
 

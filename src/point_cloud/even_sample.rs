@@ -23,7 +23,7 @@ const STEPS: usize = 4;
 /// lie.
 const ASIDE: DVec3 = DVec3::new(0.381_966, 0.276_393, 0.175_571);
 
-/// Places nearer to one another are one, as a share of the cloud's first principal deviation.
+/// Side of the cells of space that say the hash of a place, as a share of the cloud's first principal deviation.
 const DISTINCT: f64 = 1e-3;
 
 /// Points that are put into voxels between two looks at the observer.
@@ -282,18 +282,16 @@ fn fullest(points: &[DVec3], most: usize, steps: usize) -> Vec<DVec3> {
     let places: Vec<DVec3> = points.iter().map(|&point| plane.local(point) / size).collect();
     // Axes have no sense but the one in which the cloud reaches farther.
     let sense = places.iter().map(|&place| place * place * place).sum::<DVec3>().signum();
-    let chosen = |index: usize, scale: f64| {
-        let place = sense * places[index];
-        // Rounding must not say which point of a voxel is chosen either.
-        let hash = hash((place / DISTINCT).round());
-        Chosen { point: scale * place + ASIDE, index: index as u64, hash }
-    };
+    // Rounding must not say which point of a voxel is chosen either.
+    let hashed = |place: DVec3| (sense * place, hash((sense * place / DISTINCT).round()));
+    let places: Vec<(DVec3, u64)> = places.into_iter().map(hashed).collect();
     let of_step = |step: usize| {
+        let scale = (step as f64 / steps as f64).exp2();
         let mut sample = EvenSample::new(most);
-        for index in 0..points.len() {
-            let scale = (step as f64 / steps as f64).exp2();
+        for (index, &(place, hash)) in (0..).zip(&places) {
+            let chosen = Chosen { point: scale * place + ASIDE, index, hash };
             // Nobody listens who could stop it.
-            let _never = sample.look_at_one(chosen(index, scale), &mut || Ok(()));
+            let _never = sample.look_at_one(chosen, &mut || Ok(()));
         }
         sample.indices()
     };
