@@ -99,7 +99,7 @@ pub(super) struct Pace {
 
 /// Control points that are held to places, in the order of solution.
 pub(super) struct Held<'a> {
-    pub(super) places: Vec<DVec3>,
+    pub(super) places: &'a [DVec3],
     /// How strongly, beside what the points say of one on average; 0 leaves it free.
     pub(super) weights: &'a [f64],
 }
@@ -271,6 +271,11 @@ impl<'a> Fitting<'a> {
         self.seen().enumerate().map(sample).collect()
     }
 
+    /// The equations of the points' tangent distances at their feet.
+    pub(super) fn equations(&self, space: &SplineSpace, feet: &[Foot]) -> Result<NormalEquations> {
+        NormalEquations::of_tangent_distances(space, &self.samples(Some(feet)), &mut || Ok(()))
+    }
+
     /// Samples of the rim, beside those of so many points.
     fn rim(&self, points: usize) -> impl Iterator<Item = Sample> {
         let fairness = self.falling.max(self.aim());
@@ -440,7 +445,7 @@ impl<'a> Fitting<'a> {
         energy: &Band,
         along_axes: &[(usize, f64)],
     ) -> Result<NurbsSurface> {
-        self.solve_held(space, equations, energy, along_axes, &[])
+        self.solve_held(space, equations, energy, along_axes, None)
     }
 
     /// Solves for tangent distances, while control points are held.
@@ -450,13 +455,13 @@ impl<'a> Fitting<'a> {
         NormalEquations { mut matrix, mut right }: NormalEquations,
         energy: &Band,
         along_axes: &[(usize, f64)],
-        held: &[&Held<'_>],
+        held: Option<&Held<'_>>,
     ) -> Result<NurbsSurface> {
         let fairness = self.falling.max(self.aim());
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * self.tangential()), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
         matrix.add_ridge(RIDGE);
-        for held in held {
+        if let Some(held) = held {
             held.add_to(&mut matrix, &mut right, said / size as f64);
         }
         self.factor(&mut matrix, space)?;

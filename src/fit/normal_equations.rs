@@ -86,6 +86,17 @@ impl NormalEquations {
         Ok(equations)
     }
 
+    /// Adds a weighted equation: the sum of the products of these vectors with the unknown control points, whose
+    /// coordinates are coupled, has this value.
+    pub(super) fn add_row(&mut self, row: &[(usize, DVec3)], weight: f64, value: f64) {
+        let numbers: Vec<(usize, f64)> =
+            row.iter().flat_map(|(at, vector)| (3 * at..).zip(vector.to_array())).collect();
+        for (k, (i, of_i)) in numbers.iter().enumerate() {
+            self.right[i / 3][i % 3] += weight * value * of_i;
+            numbers[k..].iter().for_each(|(j, of_j)| self.matrix.add(*i, *j, weight * of_i * of_j));
+        }
+    }
+
     fn empty(space: &SplineSpace, components: usize) -> Self {
         let right = vec![[0.0; 3]; space.unknowns()];
         Self { matrix: space.matrix(components), right }

@@ -8,11 +8,11 @@
 use glam::{DVec2, DVec3};
 
 use super::approximate::{ApproximateOptions, Approximation};
+use super::band::Band;
 use super::correct::Foot;
 use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS};
 use super::growth::EndedBy;
 use super::lengths::lengths;
-use super::normal_equations::NormalEquations;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -60,19 +60,18 @@ const LEFT_OF_FAIRNESS: f64 = 0.5;
 const STEPS_TAKEN: usize = 48;
 const FAILURES: usize = 6;
 
-/// How strongly all control points are held to where the flat surface had them, beside what the points
-/// say of one on average: enough for those that no point holds, which else would run away beyond the
-/// border.
-const ANCHOR: f64 = 0.01;
+/// How strongly all control points are held to their last places, beside what the points say of one on
+/// average: they go on from there.
+const ANCHOR: f64 = 0.001;
 
-/// How strongly a control point is held to its last place when there is a flaw around it for the
-/// first time, and how many times that each further time.
+/// How strongly a control point is held there when there is a flaw around it for the first time, and how
+/// many times that each further time.
 const FIRST_HOLD: f64 = 0.1;
 const TIGHTER: f64 = 10.0;
 
-/// Share of the surface's size by which control points that are held may move and still stand where
-/// they stood.
-const UNMOVED: f64 = 1e-6;
+/// Share of what the points say of a control point on average, below which they do not hold it: it is held to
+/// where the flat surface had it, as it would run away beyond the border.
+const UNHELD: f64 = 0.01;
 
 /// With the least fairness steps end when one leaves more than this share of the error.
 const SETTLED: f64 = 0.99;
@@ -131,33 +130,27 @@ impl Fitting<'_> {
         let mut feet = self.correct(&surface, STEPS);
         let mut fewest = inspect(&surface, &self.uv, self.observer)?.len();
         let mut error = self.rms(&feet);
-        let anchors = vec![ANCHOR; space.unknowns()];
-        let anchored = Held { places: space.unknown_points(&surface), weights: &anchors };
-        let mut holds = vec![0.0; space.unknowns()];
+        let mut places = space.unknown_points(&surface);
+        let mut holds = vec![ANCHOR; space.unknowns()];
+        let loose = unheld(&self.equations(&space, &feet)?.matrix, space.unknowns());
+        hold(&loose, &mut holds);
         let (mut reached, mut failures) = (self.falling, 0);
         for _ in 0..STEPS_TAKEN {
             let before = self.falling;
             self.falling = (LEFT_OF_FAIRNESS * before).max(aim);
-            let samples = self.samples(Some(&feet));
-            let equations =
-                NormalEquations::of_tangent_distances(&space, &samples, &mut || Ok(()))?;
-            let held = Held { places: space.unknown_points(&surface), weights: &holds };
-            let held = [&anchored, &held];
-            let next = self.solve_held(&space, equations, &energy, &along_axes, &held)?;
+            let equations = self.equations(&space, &feet)?;
+            let held = Held { places: &places, weights: &holds };
+            let next = self.solve_held(&space, equations, &energy, &along_axes, Some(&held))?;
             self.iterations += 1;
             let next_feet = self.correct(&next, STEPS);
             let found = self.rms(&next_feet);
             let flaws = inspect(&next, &self.uv, self.observer)?;
-            // A flaw where nothing has moved is none that holding could prevent.
-            let unmoved = || {
-                let (before, after) = (&held[1].places, space.unknown_points(&next));
-                let limit = UNMOVED * surface.size();
-                let still = |at: usize| before[at].distance(after[at]) <= limit;
-                space.touched_by(&flaws).into_iter().all(still)
-            };
-            if (flaws.len() <= fewest || unmoved()) && found <= error {
+            if flaws.len() <= fewest && found <= error {
                 let settled = before <= aim && found > SETTLED * error;
                 (surface, feet, error) = (next, next_feet, found);
+                let last = space.unknown_points(&surface).into_iter().enumerate();
+                last.filter(|(at, _)| loose.binary_search(at).is_err())
+                    .for_each(|(at, place)| places[at] = place);
                 fewest = fewest.min(flaws.len());
                 (reached, failures) = (self.falling, 0);
                 if settled {
@@ -173,7 +166,7 @@ impl Fitting<'_> {
             // Without flaws it is the fairness, new to a surface of heights, that moves it away.
             if !flaws.is_empty() {
                 self.falling = before;
-                hold_around(&flaws, &space, &mut holds);
+                hold(&space.touched_by(&flaws), &mut holds);
             }
         }
         self.falling = reached;
@@ -181,9 +174,16 @@ impl Fitting<'_> {
     }
 }
 
-/// Holds the control points that places on the surface touch, or holds them tighter.
-fn hold_around(places: &[DVec2], space: &SplineSpace, holds: &mut [f64]) {
-    for at in space.touched_by(places) {
+/// Of control points with this matrix of the points' equations those that hardly any point holds, ascending.
+fn unheld(matrix: &Band, unknowns: usize) -> Vec<usize> {
+    let usual = matrix.trace() / unknowns as f64;
+    let said = |at: usize| (3 * at..3 * at + 3).map(|i| matrix.entry(i, i)).sum::<f64>();
+    (0..unknowns).filter(|&at| said(at) < UNHELD * usual).collect()
+}
+
+/// Holds these control points, or holds them tighter.
+fn hold(control_points: &[usize], holds: &mut [f64]) {
+    for &at in control_points {
         holds[at] = (TIGHTER * holds[at]).max(FIRST_HOLD);
     }
 }

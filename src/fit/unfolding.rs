@@ -13,7 +13,6 @@ use super::correct::Foot;
 use super::fitting::{Fitting, STEPS};
 use super::growth::EndedBy;
 use super::lengths::lengths;
-use super::normal_equations::NormalEquations;
 use super::relaxation::{Flat, Inspect};
 use super::space::SplineSpace;
 use crate::error::Result;
@@ -62,11 +61,9 @@ impl Fitting<'_> {
             for at in space.touched_by(&flaws) {
                 drawn[at] = (STRONGER * drawn[at]).max(FIRST);
             }
-            let samples = self.samples(Some(&feet));
-            let mut equations =
-                NormalEquations::of_tangent_distances(&space, &samples, &mut || Ok(()))?;
+            let mut equations = self.equations(&space, &feet)?;
             draw_between(&space, &drawn, &mut equations.matrix);
-            let surface = self.solve_held(&space, equations, &energy, &along_axes, &[])?;
+            let surface = self.solve_held(&space, equations, &energy, &along_axes, None)?;
             self.iterations += 1;
             feet = self.correct(&surface, STEPS);
             flaws = inspect(&surface, &self.uv, self.observer)?;
@@ -110,14 +107,17 @@ fn draw_between(space: &SplineSpace, drawn: &[f64], matrix: &mut Band) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::nurbs::Outside;
     use crate::progress::Silent;
     use glam::DVec2;
 
     /// Where normals point down.
-    fn down(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Vec<DVec2>> {
+    pub(in crate::fit) fn down(
+        surface: &NurbsSurface,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<DVec2>> {
         let place = |i: u32| DVec2::new(f64::from(i % 25), f64::from(i / 25)) / 24.0;
         let uv: Vec<DVec2> = (0..625).map(place).collect();
         let mut normals = vec![DVec3::ZERO; uv.len()];
@@ -126,7 +126,7 @@ mod tests {
     }
 
     /// A flat surface, one of whose control points lies beyond its neighbours, and points near it.
-    fn folded() -> (NurbsSurface, Vec<DVec3>, Vec<DVec2>) {
+    pub(in crate::fit) fn folded() -> (NurbsSurface, Vec<DVec3>, Vec<DVec2>) {
         let control = |i: u32| {
             let place = DVec3::new(f64::from(i / 8), f64::from(i % 8), 0.0);
             if i == 27 { place + DVec3::X * 6.0 } else { place }

@@ -22,13 +22,16 @@ const TRIED_LAST: usize = 2;
 /// its points, where it does not leave none.
 const CLEARLY_FEWER: f64 = 0.75;
 
+/// A surface with more flaws is hardly ever turned the right way in all of them.
+const FEW_FLAWS: usize = 10;
+
 /// Share of its area that a surface may have lost to where no points are, while it was flattened.
 const EMPTIER: f64 = 0.02;
 
 impl Job<'_> {
-    /// The fit with more fairness, where it folds over or runs away and the points do not: the least
-    /// that leaves no flaw, or hardly more than the fewest and then unfolded, everywhere, then less
-    /// wherever it makes none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
+    /// The fit turned the right way, where it folds over in few places and the points do not, or, where
+    /// that fails or it runs away, with more fairness: the least that leaves no flaw, or hardly more than
+    /// the fewest and then unfolded, everywhere, then less wherever it makes none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
     pub(super) fn flattened(
         &self,
         fit: Fit,
@@ -38,6 +41,9 @@ impl Job<'_> {
         let flaws = self.flaws(&fit, observer)?;
         if self.options.fairness.is_some() {
             return Ok((fit, flaws));
+        }
+        if let Some(turned) = self.turned(&fit, flaws.count(), observer)? {
+            return self.kept(fit, flaws, turned, growth, observer);
         }
         let net = self.different(&fit.surface);
         let (mut flat, mut fewest) = (None, flaws.count());
@@ -62,6 +68,19 @@ impl Job<'_> {
         let Some(flat) = flat else { return Ok((fit, flaws)) };
         let found = self.relaxed(&flat, fit.fairness, observer)?;
         let found = self.drawn_in(found, &fit, observer)?;
+        self.kept(fit, flaws, found, growth, observer)
+    }
+
+    /// What was found instead of a fit with these flaws, or the fit, if that alone keeps a tolerance or
+    /// is near pieces.
+    fn kept(
+        &self,
+        fit: Fit,
+        flaws: Flaws,
+        found: Fit,
+        growth: Option<Growth>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Fit, Flaws)> {
         let tolerance = growth.and_then(|growth| growth.tolerance);
         let tolerance = tolerance.filter(|_| fit.ended_by == EndedBy::Tolerance);
         let kept = tolerance.is_none_or(|limit| self.largest(&found.distances) <= limit);
@@ -71,6 +90,21 @@ impl Job<'_> {
         let flaws = self.flaws(&found, observer)?;
         let iterations = fit.iterations + found.iterations;
         Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
+    }
+
+    /// The fit turned the right way where it has flaws, if it has so few that this leaves none.
+    fn turned(&self, fit: &Fit, count: usize, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+        if !(1..=FEW_FLAWS).contains(&count) || self.shape.base.is_some() {
+            return Ok(None);
+        }
+        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let inspect = &mut self.inspection();
+        let found = fit::turned(self.points, weights, &flat, inspect, observer)?;
+        let Some(found) = found.map(Fit::from) else { return Ok(None) };
+        // What no point holds may have gone out from there.
+        let before = excursion(&fit.surface, self.points, observer)?;
+        let after = excursion(&found.surface, self.points, observer)?;
+        Ok((after.distance <= before.distance.max(before.reach)).then_some(found))
     }
 
     /// The fit with less fairness, down to `aim`, wherever that makes no flaws.

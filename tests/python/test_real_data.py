@@ -86,13 +86,13 @@ def test_few_points_out_of_order_leave_a_face_its_map() -> None:
 # Root mean square distances in 1e-4 of the diagonal that are met by a tenth or more.
 DISTANCES = {
     "am_wave_sheet": 14,
-    "bmx_hill_2010": 26,
-    "bmx_hill_2023": 14,
+    "bmx_hill_2010": 24,
+    "bmx_hill_2023": 9,
     "claudius_h000": 0.7,
     "claudius_h060": 0.9,
     "claudius_h250": 1.5,
     "claudius_h330": 5,
-    "mediapipe_face": 21,
+    "mediapipe_face": 17,
     "milk_carton": 15,
     "soybean_leaf": 34,
     "teapot_body": 0.25,
@@ -100,9 +100,9 @@ DISTANCES = {
     "valve_leaflet1": 93,
     "valve_leaflet2": 110,
     "valve_leaflet3": 55,
-    "valve_tube": 70,
-    # Ten draws, a few points left out: 0.04 to 2.4, as the surface folds over at the stem or not.
-    "yacht_hull": 0.2,
+    "valve_tube": 60,
+    # With some points left out it folds over at the stem, until it is turned: up to 0.3 then.
+    "yacht_hull": 0.06,
 }
 
 
