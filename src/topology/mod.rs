@@ -70,6 +70,10 @@ const CLOSEST: [f64; 4] = [4.0, 3.5, 3.0, 2.6];
 /// bounds are for loops that only a second look finds, or a third, which may be accidental.
 const SPREAD: [f64; 3] = [4.0, 2.0, 2.5];
 
+/// How many times longer than around a tube is at least that only shows itself closely, since it has hardly any
+/// border: loops on an egg whose tip is open are as short, but go around what is hardly longer.
+const PIPE: f64 = 2.0;
+
 /// Points on the border of a sheet of n points, for each √n of them: four sides of a square have 4,
 /// a circle has 3.5. With less than this the body is closed but for small holes.
 const OUTLINE: f64 = 0.95;
@@ -77,6 +81,10 @@ const OUTLINE: f64 = 0.95;
 /// What a user should know of a ground that things stand on.
 const STANDING: &str = "things stand on the ground, as trees do, and the surface rises to the middle of them; for \
     the ground alone, give only points that lie on it";
+
+/// What a user should know who asks for a sheet around a closed body.
+const CLOSED: &str = "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit or \
+    by great stretching";
 
 /// Share of a tube's rims that must be seen.
 const RIMS: f64 = 0.3;
@@ -275,7 +283,12 @@ fn look(
     if sheet && count > MOST_OF_SHEET {
         cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
     }
-    cloud.by_loops(observer)
+    let found = cloud.by_loops(observer)?;
+    if sheet && found.kind != Kind::Sheet {
+        let warning = format!("{CLOSED}; {}: ask for a {}", found.reason, found.kind.name());
+        return Ok(Topology { warning: Some(warning), ..Topology::new(Kind::Sheet, found.reason) });
+    }
+    Ok(found)
 }
 
 /// Whether more points than were looked at show layers above one another along this direction.
@@ -370,6 +383,10 @@ impl Cloud {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
             judged = self.tube(&landmarks.loops(CLOSER[0]), spread[1]);
         }
+        if judged.is_none() && self.points.len() >= CERTAIN && self.is_closed() {
+            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
+            judged = self.pipe(&landmarks);
+        }
         if judged.is_none() && self.points.len() < CERTAIN {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
             let landmarks = Landmarks::close(&self.points, &self.graph);
@@ -417,6 +434,22 @@ impl Cloud {
         Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
     }
 
+    /// The tube that is so long that it has hardly any border: its loops are short. Few landmarks show some
+    /// that are none, the chart of which covers places twice or begins in the middle.
+    fn pipe(&self, landmarks: &Landmarks<'_>) -> Option<Topology> {
+        let close = Landmarks::close(&self.points, &self.graph);
+        let looks = CLOSER[1..].iter().map(|&reach| landmarks.loops(reach));
+        let mut looks = looks.chain(CLOSEST.iter().map(|&reach| close.loops(reach)));
+        let is_pipe = |chart: &Chart| {
+            chart.lengths.1 > PIPE * chart.lengths.0
+                && start::winds_once(chart, &self.graph)
+                && start::begins_at_an_end(chart, &self.graph)
+        };
+        looks.find_map(|loops| {
+            self.tube(&loops, SPREAD[1]).filter(|found| found.chart.as_ref().is_some_and(is_pipe))
+        })
+    }
+
     /// Whether points lie on the rims of a tube; `None` if noise hides them.
     fn rims_seen(&self, chart: &Chart) -> Option<bool> {
         let (long, high) = chart.lengths;
@@ -430,11 +463,8 @@ impl Cloud {
             [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.course.length),
             loops => format!("its {} loops close around holes", loops.len()),
         };
-        let warning = (loops.shortest.is_empty() && self.is_closed()).then(|| {
-            "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit \
-             or by great stretching; cut it, or choose a part"
-                .to_string()
-        });
+        let warning = (loops.shortest.is_empty() && self.is_closed())
+            .then(|| format!("{CLOSED}; cut it, or choose a part"));
         Topology { warning, ..Topology::new(Kind::Sheet, reason) }
     }
 }

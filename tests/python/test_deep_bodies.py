@@ -93,6 +93,38 @@ def test_long_bent_pipes_are_tubes(noise: float) -> None:
         assert neurbs.detect_topology(pipe @ turn).kind == "tube", seed
 
 
+@pytest.mark.parametrize(("radii", "count"), [(20, 1000), (30, 1500), (40, 2500)])
+@pytest.mark.parametrize("bend", [0, 1.5])
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+def test_pipes_with_hardly_any_border_are_tubes(radii: float, count: int, bend: float) -> None:
+    met = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        around, along = 2 * np.pi * rng.random(count), radii * rng.random(count)
+        x, y, z = np.cos(around), np.sin(around), along
+        if bend:
+            # Bent to an arc of so many radians.
+            middle = radii / bend
+            x, z = (middle + x) * np.cos(along / middle), (middle + x) * np.sin(along / middle)
+        report = neurbs.reconstruct(np.column_stack([x, y, z])).report
+        met += report.topology == "tube" and report.rms < 1e-3
+    # All were sheets around the pipe, 1e-3 to 1e-1 from their points.
+    assert met >= 5
+
+
+def test_tips_of_eggs_and_capsules_open_or_closed_are_no_ends_of_pipes() -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        ball = rng.standard_normal((4000, 3))
+        ball /= np.linalg.norm(ball, axis=1)[:, None]
+        egg = (ball * [1, 1, 1.4])[ball[:, 2] < 0.9][:2000]
+        capsule = ball[:1500] + np.where(ball[:1500, 2:] > 0, [0, 0, 4], 0)
+        around, along = 2 * np.pi * rng.random(1500), 4 * rng.random(1500)
+        middle = np.column_stack([np.cos(around), np.sin(around), along])
+        for body in (egg, np.concatenate([capsule, middle])):
+            assert neurbs.detect_topology(body).kind == "sheet", seed
+
+
 def test_steep_grounds_and_slopes_with_holes_are_no_tubes() -> None:
     rng = np.random.default_rng(5)
     x, y = rng.uniform(-1, 1, (2, 4000))

@@ -199,6 +199,15 @@ def test_a_closed_body_is_a_sheet_with_a_warning(rng: np.random.Generator) -> No
     assert neurbs.detect_topology(dome).warning is None
 
 
+def test_a_sheet_asked_for_around_a_torus_says_what_it_is(rng: np.random.Generator) -> None:
+    along, around = 2 * np.pi * rng.random((2, 2000))
+    radius = 1 + 0.4 * np.cos(around)
+    torus = np.column_stack([radius * np.cos(along), radius * np.sin(along), 0.4 * np.sin(around)])
+    with pytest.warns(neurbs.ConvergenceWarning, match="closed, .* two ways, .* ask for a torus"):
+        result = neurbs.reconstruct(torus, topology="sheet")
+    assert result.report.topology == "sheet"
+
+
 @needs_data
 @pytest.mark.parametrize(
     ("name", "kind"),
