@@ -106,7 +106,8 @@ pub(super) struct Held<'a> {
 
 impl Held<'_> {
     /// Adds the squared distances from the places; `unit` is what the points say on average.
-    fn add_to(&self, matrix: &mut Band, right: &mut [[f64; 3]], unit: f64) {
+    pub(super) fn add_to(&self, equations: &mut NormalEquations, unit: f64) {
+        let NormalEquations { matrix, right } = equations;
         let held = self.places.iter().zip(self.weights).enumerate();
         for (at, (place, weight)) in held.filter(|(_, (_, weight))| **weight > 0.0) {
             for (axis, value) in place.to_array().into_iter().enumerate() {
@@ -445,25 +446,26 @@ impl<'a> Fitting<'a> {
         energy: &Band,
         along_axes: &[(usize, f64)],
     ) -> Result<NurbsSurface> {
-        self.solve_held(space, equations, energy, along_axes, None)
+        self.solve_beside(space, equations, energy, along_axes, |_, _| {})
     }
 
-    /// Solves for tangent distances, while control points are held.
-    pub(super) fn solve_held(
+    /// Solves for tangent distances together with what is added beside them, which is told what the points say of a
+    /// control point's coordinate on average.
+    pub(super) fn solve_beside(
         &mut self,
         space: &SplineSpace,
-        NormalEquations { mut matrix, mut right }: NormalEquations,
+        mut equations: NormalEquations,
         energy: &Band,
         along_axes: &[(usize, f64)],
-        held: Option<&Held<'_>>,
+        beside: impl FnOnce(&mut NormalEquations, f64),
     ) -> Result<NurbsSurface> {
         let fairness = self.falling.max(self.aim());
+        let matrix = &mut equations.matrix;
         let (said, size) = (matrix.trace() / (1.0 + 2.0 * self.tangential()), 3 * space.unknowns());
         matrix.add_entries(fairness * said / energy.trace(), along_axes);
         matrix.add_ridge(RIDGE);
-        if let Some(held) = held {
-            held.add_to(&mut matrix, &mut right, said / size as f64);
-        }
+        beside(&mut equations, said / size as f64);
+        let NormalEquations { mut matrix, right } = equations;
         self.factor(&mut matrix, space)?;
         space.surface(&matrix.solved_together(&right))
     }

@@ -79,9 +79,11 @@ impl Fitting<'_> {
         let mut asked = Asked::of(&space);
         for _ in 0..SOLUTIONS {
             asked.ask_around(&flaws);
-            let mut equations = self.equations(&space, &feet)?;
-            asked.add_to(&mut equations, &surface);
-            surface = self.solve_held(&space, equations, &energy, &along_axes, None)?;
+            let equations = self.equations(&space, &feet)?;
+            let ask = |equations: &mut NormalEquations, unit| {
+                asked.add_to(equations, unit, &surface);
+            };
+            surface = self.solve_beside(&space, equations, &energy, &along_axes, ask)?;
             self.iterations += 1;
             feet = self.correct(&surface, STEPS);
             if self.rms(&feet) > limit {
@@ -151,9 +153,9 @@ impl<'a> Asked<'a> {
         along(0).flat_map(|i| along(1).map(move |j| [i, j])).collect()
     }
 
-    /// Adds an equation for each place where a surface has little area, or less than none.
-    fn add_to(&self, equations: &mut NormalEquations, surface: &NurbsSurface) {
-        let unit = equations.matrix.trace() / (3 * self.space.unknowns()) as f64;
+    /// Adds an equation for each place where a surface has little area, or less than none; `unit` is what the points
+    /// say on average.
+    fn add_to(&self, equations: &mut NormalEquations, unit: f64, surface: &NurbsSurface) {
         let (patches, points) = (Patches::of(surface), self.space.unknown_points(surface));
         let tangents = |place| patches.at(self.uv(place));
         for (&place, &weight) in &self.weights {

@@ -13,6 +13,7 @@ use super::correct::Foot;
 use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS};
 use super::growth::EndedBy;
 use super::lengths::lengths;
+use super::normal_equations::NormalEquations;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -140,7 +141,8 @@ impl Fitting<'_> {
             self.falling = (LEFT_OF_FAIRNESS * before).max(aim);
             let equations = self.equations(&space, &feet)?;
             let held = Held { places: &places, weights: &holds };
-            let next = self.solve_held(&space, equations, &energy, &along_axes, Some(&held))?;
+            let beside = |equations: &mut NormalEquations, unit| held.add_to(equations, unit);
+            let next = self.solve_beside(&space, equations, &energy, &along_axes, beside)?;
             self.iterations += 1;
             let next_feet = self.correct(&next, STEPS);
             let found = self.rms(&next_feet);
