@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_their_own_frame_go_with_their_points() {
+    fn samples_of_their_own_frame_go_with_their_points_in_any_order() {
         let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, -1.1, 2.0);
         let moved = |point: DVec3| 1e-3 * (turn * (point - DVec3::X * 5e6)) + DVec3::Y;
         let points: Vec<DVec3> = cloud().into_iter().step_by(7).collect();
@@ -396,6 +396,10 @@ mod tests {
             let (sample, there) = (own_sample(&points, most), own_sample(&elsewhere, most));
             assert!((7 * most / 10..=most).contains(&sample.len()), "{most}: {}", sample.len());
             assert!(sample.iter().map(|&point| moved(point)).eq(there), "{most}");
+            let backwards: Vec<DVec3> = points.iter().rev().copied().collect();
+            let mut there = own_sample(&backwards, most);
+            there.reverse();
+            assert_eq!(sample, there, "{most}");
         }
         assert_eq!(own_sample(&points, points.len()), points);
     }
