@@ -97,27 +97,6 @@ pub(super) struct Pace {
     pub(super) left_of_fairness: f64,
 }
 
-/// Control points that are held to places, in the order of solution.
-pub(super) struct Held<'a> {
-    pub(super) places: &'a [DVec3],
-    /// How strongly, beside what the points say of one on average; 0 leaves it free.
-    pub(super) weights: &'a [f64],
-}
-
-impl Held<'_> {
-    /// Adds the squared distances from the places; `unit` is what the points say on average.
-    pub(super) fn add_to(&self, equations: &mut NormalEquations, unit: f64) {
-        let NormalEquations { matrix, right } = equations;
-        let held = self.places.iter().zip(self.weights).enumerate();
-        for (at, (place, weight)) in held.filter(|(_, (_, weight))| **weight > 0.0) {
-            for (axis, value) in place.to_array().into_iter().enumerate() {
-                matrix.add(3 * at + axis, 3 * at + axis, weight * unit);
-                right[at][axis] += weight * unit * value;
-            }
-        }
-    }
-}
-
 /// A fit in progress.
 pub(super) struct Fitting<'a> {
     pub(super) points: &'a [DVec3],
@@ -439,7 +418,8 @@ impl<'a> Fitting<'a> {
         space.surface(&net)
     }
 
-    fn solve_tangents(
+    /// Solves for tangent distances.
+    pub(super) fn solve_tangents(
         &mut self,
         space: &SplineSpace,
         equations: NormalEquations,

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use super::approximate::{ApproximateOptions, Approximation};
 use super::band::Band;
 use super::correct::Foot;
-use super::fitting::{Fitting, Held, LEAST_FAIRNESS, STEPS};
+use super::fitting::{Fitting, LEAST_FAIRNESS, STEPS};
 use super::growth::EndedBy;
 use super::lengths::lengths;
 use super::normal_equations::NormalEquations;
@@ -140,8 +140,9 @@ impl Fitting<'_> {
             let before = self.falling;
             self.falling = (LEFT_OF_FAIRNESS * before).max(aim);
             let equations = self.equations(&space, &feet)?;
-            let held = Held { places: &places, weights: &holds };
-            let beside = |equations: &mut NormalEquations, unit| held.add_to(equations, unit);
+            let beside = |equations: &mut NormalEquations, unit| {
+                hold_to(&places, &holds, unit, equations);
+            };
             let next = self.solve_beside(&space, equations, &energy, &along_axes, beside)?;
             self.iterations += 1;
             let next_feet = self.correct(&next, STEPS);
@@ -187,5 +188,17 @@ fn unheld(matrix: &Band, unknowns: usize) -> Vec<usize> {
 fn hold(control_points: &[usize], holds: &mut [f64]) {
     for &at in control_points {
         holds[at] = (TIGHTER * holds[at]).max(FIRST_HOLD);
+    }
+}
+
+/// Adds the squared distances of control points from places, in the order of solution, as strongly as they are held;
+/// `unit` is what the points say on average.
+fn hold_to(places: &[DVec3], holds: &[f64], unit: f64, equations: &mut NormalEquations) {
+    let NormalEquations { matrix, right } = equations;
+    for (at, (place, hold)) in places.iter().zip(holds).enumerate() {
+        for (axis, value) in place.to_array().into_iter().enumerate() {
+            matrix.add(3 * at + axis, 3 * at + axis, hold * unit);
+            right[at][axis] += hold * unit * value;
+        }
     }
 }

@@ -63,7 +63,7 @@ impl Fitting<'_> {
             }
             let mut equations = self.equations(&space, &feet)?;
             draw_between(&space, &drawn, &mut equations.matrix);
-            let surface = self.solve_beside(&space, equations, &energy, &along_axes, |_, _| {})?;
+            let surface = self.solve_tangents(&space, equations, &energy, &along_axes)?;
             self.iterations += 1;
             feet = self.correct(&surface, STEPS);
             flaws = inspect(&surface, &self.uv, self.observer)?;

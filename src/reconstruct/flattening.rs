@@ -31,7 +31,8 @@ const EMPTIER: f64 = 0.02;
 impl Job<'_> {
     /// The fit turned the right way, where it folds over in few places and the points do not, or, where
     /// that fails or it runs away, with more fairness: the least that leaves no flaw, or hardly more than
-    /// the fewest and then unfolded, everywhere, then less wherever it makes none. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
+    /// the fewest and then unfolded, everywhere, then less wherever it makes none. Keeps a tolerance that
+    /// was kept, and stays near pieces: it may have no way through them.
     pub(super) fn flattened(
         &self,
         fit: Fit,
