@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::counted::Layers;
+use super::counted::{Layers, every};
 use super::flaws::Flaws;
 use super::job::{Fit, Job, Shape};
-use super::own_frame::Frame;
+use super::own_frame::{Frame, OwnFrame};
 use super::report::Clock;
 use super::start::{OrderedStart, learn, net};
 use super::unwound::Unwound;
@@ -28,31 +28,45 @@ const TORN: f64 = 0.005;
 /// so many more are than in another, that one is better.
 const BY_CHANCE: (f64, f64) = (5.0, 0.02);
 
-/// More points are not fitted twice: a net for so many has room for what is steep.
-const MOST: usize = 20_000;
+/// Points that the map learns from: more would not move it visibly.
+const MAP_POINTS: usize = 20_000;
 
 /// How near to its points a surface is that no other need be looked for, as a share of their diameter; and how
 /// near a sheet is, as a share of the distances of steep heights, that is taken instead of them.
 const NEAR: f64 = 2e-5;
 const NEARER: f64 = 0.8;
 
-/// What a surface is wanted for: points in a frame.
-pub(super) struct Wanted<'a> {
-    pub(super) points: &'a [DVec3],
+/// Points in a frame.
+pub(super) struct Placed {
+    pub(super) frame: Frame,
+    points: Vec<DVec3>,
     /// Some of them, which the map learns from.
-    pub(super) sample: &'a [DVec3],
-    /// Some of them, by which its start is ordered.
-    pub(super) ordering: &'a [DVec3],
+    pub(super) sample: Vec<DVec3>,
+    /// Some, by which its start is ordered, where that is not by those.
+    across_lines: Option<Vec<DVec3>>,
+}
+
+impl Placed {
+    pub(super) fn new(frame: Frame, points: Vec<DVec3>, across_lines: Option<&[DVec3]>) -> Self {
+        let sample = every(&points, MAP_POINTS).copied().collect();
+        let across_lines = across_lines.map(|points| frame.counted(points));
+        Self { frame, points, sample, across_lines }
+    }
+}
+
+/// What a surface is wanted for.
+pub(super) struct Wanted<'a> {
+    pub(super) placed: &'a Placed,
     pub(super) weights: Option<&'a [f64]>,
     pub(super) layers: Option<Layers>,
     pub(super) budget: (usize, usize),
     pub(super) growth: Option<Growth>,
-    pub(super) frame: &'a Frame,
     pub(super) options: &'a ReconstructOptions<'a>,
 }
 
 /// A surface, and the map that it began with.
 pub(super) struct Candidate<'a> {
+    pub(super) placed: &'a Placed,
     pub(super) map: SelfOrganizingMap,
     pub(super) job: Job<'a>,
     pub(super) fit: Fit,
@@ -68,7 +82,8 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { points, sample, ordering, budget, frame, options, .. } = self;
+        let &Self { placed: Placed { frame, points, sample, .. }, budget, options, .. } = self;
+        let observer: &mut dyn Observer = &mut OwnFrame { frame: *frame, observer };
         let count = sample.len();
         let mut start = if let Some(base) = &shape.base {
             let (uv, aspect) = heights::places(sample, base);
@@ -76,7 +91,7 @@ impl<'a> Wanted<'a> {
         } else {
             OrderedStart::of(
                 count,
-                ordering,
+                self.ordering(),
                 budget,
                 shape.closed(),
                 chart,
@@ -100,7 +115,7 @@ impl<'a> Wanted<'a> {
         let mut job = Job { points, weights, uv, creases, shape, layers, options };
         let (fit, flaws) = job.done(start.net, self.growth, observer)?;
         clock.lap("fitting");
-        Ok(Candidate { map, job, fit, flaws })
+        Ok(Candidate { placed: self.placed, map, job, fit, flaws })
     }
 
     /// The sheet instead of steep heights that were found out, if it is clearly nearer to the points: its map
@@ -111,18 +126,20 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let size = diameter(self.points);
-        let once = !heights.job.shape.steep || self.points.len() > MOST;
-        if once || heights.error() <= NEAR * size {
+        if heights.error() <= NEAR * self.placed.frame.length(diameter(&self.placed.points)) {
             return Ok(heights);
         }
+        let limit = NEARER * heights.error();
         match self.candidate(Shape::sheet(), None, clock, observer) {
-            Ok(sheet) if sheet.flaws.count() == 0 && sheet.error() < NEARER * heights.error() => {
-                Ok(sheet)
-            }
+            Ok(sheet) if sheet.flaws.count() == 0 && sheet.error() < limit => Ok(sheet),
             Err(Error::Interrupted) => Err(Error::Interrupted),
             _ => Ok(heights),
         }
+    }
+
+    /// Points by which the map's start is ordered.
+    fn ordering(&self) -> &'a [DVec3] {
+        self.placed.across_lines.as_deref().unwrap_or(&self.placed.sample)
     }
 
     /// The map from an ordered start, or, where that is torn, from another that is clearly less so: of a sheet
@@ -134,7 +151,8 @@ impl<'a> Wanted<'a> {
         shape: &Shape,
         observer: &mut dyn Observer,
     ) -> Result<SelfOrganizingMap> {
-        let &Self { sample, ordering, budget, frame, options, .. } = self;
+        let &Self { placed: Placed { frame, sample, .. }, budget, options, .. } = self;
+        let ordering = self.ordering();
         let mut map = learn(sample, start, observer)?;
         if options.init != Start::Auto || shape.kind != Kind::Sheet {
             return Ok(map);
@@ -171,8 +189,8 @@ impl<'a> Wanted<'a> {
 }
 
 impl Candidate<'_> {
-    /// How far it is from the points that count.
+    /// How far it is from the points that count, as their coordinates do.
     fn error(&self) -> f64 {
-        self.job.rms(&self.fit.distances)
+        self.placed.frame.length(self.job.rms(&self.fit.distances))
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::ReconstructOptions;
+use super::own_frame::Frame;
 use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
@@ -80,6 +81,12 @@ pub(super) struct Layers {
     pub(super) normal: DVec3,
     /// The smallest distance between two.
     pub(super) gap: f64,
+}
+
+impl Layers {
+    pub(super) fn within(self, frame: &Frame) -> Self {
+        Self { normal: frame.direction(self.normal), gap: frame.counted_length(self.gap) }
+    }
 }
 
 impl Apart {
@@ -175,7 +182,7 @@ impl Counted {
         point_cloud::check(&points)?;
         let double = inspection::double_layer(&telling, observer)?;
         warnings.extend(double.map(|found| found.to_string()));
-        let (order, told) = (outwards(&points), outwards(&telling));
+        let (order, told) = (outwards_from_centroid(&points), outwards_from_centroid(&telling));
         Ok(Self {
             points: of(&points, &order),
             weights: weights.map(|weights| of(&weights, &order)),
@@ -190,6 +197,16 @@ impl Counted {
             thinned: cloud.len() > MOST,
             warnings,
         })
+    }
+
+    /// The points in a frame, and all that is known of them in the order that they have there.
+    pub(super) fn outwards_in(&mut self, frame: &Frame) -> Vec<DVec3> {
+        let local = frame.counted(&self.points);
+        let order = outwards(&local, DVec3::ZERO);
+        self.points = of(&self.points, &order);
+        self.indices = of(&self.indices, &order);
+        self.weights = self.weights.as_ref().map(|weights| of(weights, &order));
+        of(&local, &order)
     }
 
     /// Looks for pieces that few points do not show: layers farther apart than the spacing of all
@@ -208,7 +225,7 @@ impl Counted {
     pub(super) fn look_across_lines(&mut self) -> bool {
         let few = self.across.take().or_else(|| across_lines(&self.telling, None));
         if let Some(few) = &few {
-            self.telling = of(few, &outwards(few));
+            self.telling = of(few, &outwards_from_centroid(few));
         }
         few.is_some()
     }
@@ -259,8 +276,12 @@ pub(super) fn every<T>(items: &[T], count: usize) -> impl Iterator<Item = &T> {
     (0..taken).map(move |i| &items[i * items.len() / taken])
 }
 
-fn outwards(points: &[DVec3]) -> Vec<u32> {
-    let centre = point_cloud::centroid(points);
+fn outwards_from_centroid(points: &[DVec3]) -> Vec<u32> {
+    outwards(points, point_cloud::centroid(points))
+}
+
+/// The order of points from the farthest to the nearest.
+fn outwards(points: &[DVec3], centre: DVec3) -> Vec<u32> {
     let mut keyed: Vec<(f64, u32)> =
         (0..).zip(points).map(|(index, point)| (point.distance_squared(centre), index)).collect();
     let coordinates = |index: u32| points[index as usize].to_array();

@@ -39,7 +39,12 @@ pub(super) fn below(surface: &NurbsSurface, points: &[DVec3], base: &Base) -> Ve
 /// Where one of heights over x and y does, and how far away that is.
 pub(super) fn heights(surface: &NurbsSurface, points: &[DVec3]) -> (Vec<DVec2>, Vec<f64>) {
     let uv = below(surface, points, &Base::over(points, DVec3::Z));
-    let apart = |(at, point): (&DVec2, &DVec3)| surface.point(at.x, at.y).distance(*point);
-    let distances = uv.par_iter().zip(points).map(apart).collect();
+    let distances = apart(surface, &uv, points);
     (uv, distances)
+}
+
+/// How far points are from where they lie on a surface.
+pub(super) fn apart(surface: &NurbsSurface, uv: &[DVec2], points: &[DVec3]) -> Vec<f64> {
+    let apart = |(at, point): (&DVec2, &DVec3)| surface.point(at.x, at.y).distance(*point);
+    uv.par_iter().zip(points).map(apart).collect()
 }

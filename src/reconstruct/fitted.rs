@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::candidate::{Candidate, Wanted};
-use super::counted::{Apart, Counted, Layers, every, of};
+use super::candidate::{Candidate, Placed, Wanted};
+use super::counted::{Apart, Counted, of};
 use super::feet::{self, feet};
 use super::job::Shape;
 use super::measured::{Feet, Measured};
-use super::own_frame::{Frame, OwnFrame};
+use super::own_frame::Frame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::start::{LEAST_SIDE, in_own_frame, whole};
 use super::units::Units;
@@ -17,12 +17,9 @@ use super::{ReconstructOptions, Reconstruction, Start};
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth};
 use crate::inspection::not_followed;
-use crate::point_cloud::{Bounds, NoData, Normalization, no_data};
+use crate::point_cloud::{Bounds, NoData, no_data};
 use crate::progress::Observer;
 use crate::topology::{Kind, Topology, detect_among, detect_wanted};
-
-/// Points that the map learns from: more would not move it visibly.
-const MAP_POINTS: usize = 20_000;
 
 /// Points for each control point of the net that growth begins with, and its longest side.
 const POINTS_PER_FIRST: f64 = 2.0;
@@ -131,49 +128,49 @@ fn attempt(
         // Roofs and crowns are apart from the ground, but no other pieces to choose.
         counted.apart = None;
     }
-    let frame = Frame { units, counted: Normalization::of(&counted.points) };
-    let local = frame.counted(&counted.points);
-    let budget = options.grid.unwrap_or_else(|| default_grid(local.len()));
+    let upright = Frame::upright(units, &counted.points);
+    let budget = options.grid.unwrap_or_else(|| default_grid(counted.points.len()));
+    let local = upright.counted(&counted.points);
     let shape = Shape::of(&mut found, &local, &units, budget, options, observer)?;
+    drop(local);
     clock.lap("topology");
 
-    let sample: Vec<DVec3> = every(&local, MAP_POINTS).copied().collect();
-    let across_lines = in_lines.then(|| frame.counted(&counted.telling));
-    let told: &mut dyn Observer = &mut OwnFrame { frame, observer };
-    let layers = counted.apart.as_ref().map(|apart| apart.layers);
-    let wanted = Wanted {
-        points: &local,
-        sample: &sample,
-        ordering: across_lines.as_deref().unwrap_or(&sample),
-        weights: counted.weights.as_deref(),
-        layers: layers.map(|layers| Layers { gap: layers.gap * frame.counted.scale, ..layers }),
-        budget,
-        growth: growth(options, &frame, shape.kind),
-        frame: &frame,
-        options,
-    };
     let first = shape.kind;
     let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
-    let candidate = wanted.candidate(shape, chart, &mut clock, told)?;
-    let Candidate { map, job, fit, flaws } = wanted.or_sheet(candidate, &mut clock, told)?;
+    let (placed, beside) = placed(&mut counted, upright, &shape, in_lines);
+    let wanted = |placed| Wanted {
+        placed,
+        weights: counted.weights.as_deref(),
+        layers: counted.apart.as_ref().map(|apart| apart.layers.within(&placed.frame)),
+        budget,
+        growth: growth(options, &placed.frame, first),
+        options,
+    };
+    let mut candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
+    if let Some(beside) = &beside {
+        candidate = wanted(beside).or_sheet(candidate, &mut clock, observer)?;
+    }
+    let Candidate { placed, map, job, fit, flaws } = candidate;
+    let frame = &placed.frame;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
     let unlike = job.misses_heights(&fit);
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
-    let straight = job.shape.straight;
+    let (straight, points) = (job.shape.straight, of(cloud, &counted.indices));
     let (uv, own) = if straight {
-        feet::heights(&surface, &of(cloud, &counted.indices))
+        feet::heights(&surface, &points)
     } else if units.differ() {
-        feet(&surface, &of(cloud, &counted.indices), observer)?
+        feet(&surface, &points, observer)?
     } else {
-        (fit.uv, fit.distances.iter().map(|&distance| frame.length(distance)).collect())
+        let own = feet::apart(&surface, &fit.uv, &points);
+        (fit.uv, own)
     };
     let counts: Vec<bool> = (0..own.len()).map(|i| job.weight(i) > 0.0).collect();
     let shown = counts.iter().filter(|counts| !**counts).count();
     let mut measured = Measured::of_fitted(&counted, cloud.len(), &uv, &own, &counts);
     let how = Feet { closed: job.shape.closed().closed(), straight };
     measured.add_others(cloud, &counted, &surface, how, observer)?;
-    let som = in_own_frame(&map, &sample, &frame, observer)?;
+    let som = in_own_frame(&map, &placed.sample, frame, observer)?;
     clock.lap("measuring");
 
     let near = measured.near();
@@ -190,7 +187,7 @@ fn attempt(
     warnings
         .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
-    warnings.extend(flaws.warnings(&frame));
+    warnings.extend(flaws.warnings(frame));
     let report = Report {
         points: cloud.len(),
         inliers: count,
@@ -214,6 +211,30 @@ fn attempt(
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
     Ok(Attempt { found, apart: counted.apart, spoilt, unlike })
+}
+
+/// The points along their own axes, or upright where they are heights, and where these are steep beside that
+/// along their own.
+fn placed(
+    counted: &mut Counted,
+    upright: Frame,
+    shape: &Shape,
+    in_lines: bool,
+) -> (Placed, Option<Placed>) {
+    let turning = shape.base.is_none() || shape.steep;
+    let own = turning.then(|| {
+        let frame = Frame::own(upright.units, &counted.points);
+        (frame, counted.outwards_in(&frame))
+    });
+    let across_lines = in_lines.then_some(&counted.telling[..]);
+    let own = own.map(|(frame, points)| Placed::new(frame, points, across_lines));
+    match own {
+        Some(own) if shape.base.is_none() => (own, None),
+        beside => {
+            let points = upright.counted(&counted.points);
+            (Placed::new(upright, points, across_lines), beside)
+        }
+    }
 }
 
 /// In words, that a surface so far off the points passes between two layers of them, where no others are told
@@ -265,7 +286,7 @@ fn default_grid(count: usize) -> (usize, usize) {
 
 /// How far the net grows, in the frame; not at all where its size was given without a tolerance.
 fn growth(options: &ReconstructOptions<'_>, frame: &Frame, kind: Kind) -> Option<Growth> {
-    let counted = |tolerance| frame.units.distance(tolerance, kind) * frame.counted.scale;
+    let counted = |tolerance| frame.counted_length(frame.units.distance(tolerance, kind));
     let tolerance = options.tolerance.map(counted);
     let free = options.grid.is_none() || tolerance.is_some();
     free.then_some(Growth { tolerance, most: options.max_control_points })

@@ -15,7 +15,7 @@ use crate::fit::{
     approximate, continued, diameter, recovered,
 };
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::centroid;
+use crate::point_cloud::{KdTree, centroid};
 use crate::progress::Observer;
 use crate::som;
 use crate::topology::{Kind, Topology};
@@ -23,8 +23,10 @@ use crate::topology::{Kind, Topology};
 /// How far the surface goes on beyond the points by default, in their mean spacings.
 pub(super) const BORDER: f64 = 0.5;
 
-/// Slope in degrees from which on a sheet may come nearer to points than heights, if there are not few.
+/// Slope in degrees from which on a sheet may come nearer to points than heights, if there are not few; and more
+/// points are not fitted twice: a net for so many has room for what is steep.
 const GENTLE: f64 = 45.0;
+const MOST_TWICE: usize = 20_000;
 
 /// Fits without the outliers that the last one showed, and at most, where it shows another one: what draws at a
 /// surface makes its distance usual around it, until it is let go.
@@ -97,7 +99,7 @@ impl Shape {
                     base = base.or_else(|| Some(Base::over(points, DVec3::Z)));
                 }
                 let slope = found.height.map_or(0.0, |height| height.slope);
-                let many = points.len() >= heights::FEW;
+                let many = (heights::FEW..=MOST_TWICE).contains(&points.len());
                 let steep = base.is_some() && !ground && slope > GENTLE && many;
                 let kind = if base.is_some() { Kind::Height } else { Kind::Sheet };
                 Self { steep, ..Self::new(kind, base) }
@@ -162,7 +164,7 @@ impl From<Approximation> for Fit {
     }
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
     pub(super) fn weight(&self, index: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |weights| weights[index])
     }
@@ -246,6 +248,10 @@ impl Job<'_> {
             return Ok(found);
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
+        if self.options.robust {
+            (fit, flaws) =
+                self.without_hidden(fit, flaws, given.as_deref(), growth, &mut tree, observer)?;
+        }
         if flaws.spoil(&fit)
             && let Some(found) = self.across_pieces(given, net, growth, observer)?
         {
@@ -255,6 +261,32 @@ impl Job<'_> {
             fit = self.with_free_weights(fit, net, growth, observer)?;
             flaws = self.flaws(&fit, observer)?;
         }
+        Ok((fit, flaws))
+    }
+
+    /// The fit, or another one without an outlier that only shows now that nothing folds up to it any more.
+    fn without_hidden(
+        &mut self,
+        mut fit: Fit,
+        mut flaws: Flaws,
+        given: Option<&[f64]>,
+        growth: Option<Growth>,
+        tree: &mut Option<KdTree<'a>>,
+        observer: &mut dyn Observer,
+    ) -> Result<(Fit, Flaws)> {
+        let mut found = robust::weights(self.points, &fit.distances, tree, observer)?;
+        let counts = |index: usize| self.weight(index) > 0.0;
+        let free = growth.is_none_or(|growth| growth.tolerance.is_none());
+        let hidden = |found: &mut Robust| free && found.has_stray(&fit.distances, counts);
+        if let Some(Robust { weights, .. }) = found.take_if(hidden) {
+            self.weights = Some(product(given, weights));
+            let net = self.different(&fit.surface);
+            let again = self.fit(net, None, self.options.fairness, None, observer)?;
+            let again = Fit { ended_by: fit.ended_by, ..again };
+            (fit, flaws) = self.flattened(again, growth, observer)?;
+            found = robust::weights(self.points, &fit.distances, tree, observer)?;
+        }
+        self.count_again(found.as_ref(), given);
         Ok((fit, flaws))
     }
 

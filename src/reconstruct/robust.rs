@@ -19,8 +19,10 @@ const NEAR: f64 = 2.0;
 /// having changed its shape.
 const SLIGHT: f64 = 0.1;
 
-/// How many times farther off than all others an outlier is that is none by chance.
+/// How many times farther off than all others an outlier is that is none by chance, and one that is none because
+/// a surface that must not fold cannot follow it.
 const FARTHER: f64 = 1.5;
+const ASTRAY: f64 = 4.0;
 
 /// What a surface says of the points that it was fitted to.
 pub(super) struct Robust {
@@ -32,6 +34,20 @@ pub(super) struct Robust {
 impl Robust {
     /// Whether one of the points that count is an outlier, and no other comes near to being so far off.
     pub(super) fn has_another(&self, distances: &[f64], counts: impl Fn(usize) -> bool) -> bool {
+        self.has_one_so_far(FARTHER, distances, counts)
+    }
+
+    /// Whether one of them is, where a surface may be off some points because it cannot follow them.
+    pub(super) fn has_stray(&self, distances: &[f64], counts: impl Fn(usize) -> bool) -> bool {
+        self.has_one_so_far(ASTRAY, distances, counts)
+    }
+
+    fn has_one_so_far(
+        &self,
+        factor: f64,
+        distances: &[f64],
+        counts: impl Fn(usize) -> bool,
+    ) -> bool {
         let (mut outlier, mut other) = (0.0_f64, 0.0_f64);
         for (i, (weight, distance)) in self.weights.iter().zip(distances).enumerate() {
             if *weight > 0.0 {
@@ -40,7 +56,7 @@ impl Robust {
                 outlier = outlier.max(distance.abs());
             }
         }
-        outlier > FARTHER * other
+        outlier > factor * other
     }
 }
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import neurbs
 
@@ -112,3 +113,21 @@ def test_without_arguments_surfaces_come_near_the_points(name: str) -> None:
     report = neurbs.reconstruct(neurbs.read_points(Path(FOLDER or "", "npy", f"{name}.npy"))).report
     assert report.rms < 1e-4 * DISTANCES[name] * report.diagonal
     assert not any("units" in warning for warning in report.warnings)
+
+
+@pytest.mark.parametrize(
+    "name", ["mediapipe_face", "teapot_body", "valve_leaflet3", "yacht_hull", "soybean_leaf"]
+)
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+def test_motion_scale_and_order_change_nothing(name: str) -> None:
+    points = neurbs.read_points(Path(FOLDER or "", "npy", f"{name}.npy"))
+    turn = Rotation.random(random_state=3).as_matrix()
+    order = np.random.default_rng(4).permutation(len(points))
+    first = neurbs.reconstruct(points)
+    second = neurbs.reconstruct(3.7 * (points @ turn.T)[order] + [10, -20, 5])
+    assert first.report.grid == second.report.grid
+    moved = 3.7 * first.surface.control_points @ turn.T + [10, -20, 5]
+    difference = second.surface.control_points - moved
+    assert np.abs(difference).max() < 1e-9 * second.report.diagonal
+    np.testing.assert_allclose(second.distances, 3.7 * first.distances[order], atol=1e-9)
+    np.testing.assert_array_equal(second.inliers, first.inliers[order])
