@@ -7,6 +7,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::dense::Dense;
 use super::ground::{Base, Ground};
 use super::left_out::Near;
 use super::patches::Patches;
@@ -24,6 +25,13 @@ const ORDER: usize = 3;
 /// in the corners: second derivatives leave planes free.
 const ORDER_OF_FEW: usize = 2;
 const FEW: usize = 30;
+
+/// Share of a square of places that is no quadratic of them under which all lie on one conic, on which a quadratic
+/// vanishes that nothing else holds then: a circle, or two lines.
+const CONIC: f64 = 1e-4;
+
+/// Places that tell that, at equal steps.
+const TELLING: usize = 5000;
 
 /// How far beyond the heights of the points a surface may go where none are, as a share of their range, both
 /// over the plane nearest to them.
@@ -184,7 +192,8 @@ impl<'a> Heights<'a> {
         super::check(&local, &uv, weights, &fitting)?;
         let trend = Trend::of(&local, weights);
         local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
-        let order = if points.len() < FEW { ORDER_OF_FEW } else { ORDER };
+        let few = points.len() < FEW || on_conic(&uv);
+        let order = if few { ORDER_OF_FEW } else { ORDER };
         let order = order.min(options.degree.0.max(options.degree.1));
         let axes = [*along, *across, *up];
         Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
@@ -244,6 +253,23 @@ impl<'a> Heights<'a> {
     }
 }
 
+/// Whether a quadratic vanishes on all places: one of its terms is a sum of those before it there.
+fn on_conic(uv: &[DVec2]) -> bool {
+    const TERMS: usize = 6;
+    let mut moments = Dense::new(TERMS);
+    for place in uv.iter().step_by((uv.len() / TELLING).max(1)) {
+        let DVec2 { x, y } = 2.0 * *place - 1.0;
+        let terms = [1.0, x, y, x * x, x * y, y * y];
+        for (i, a) in terms.iter().enumerate() {
+            terms.iter().enumerate().for_each(|(j, b)| moments.values[i * TERMS + j] += a * b);
+        }
+    }
+    let Some(lower) = moments.cholesky() else { return true };
+    (0..TERMS * TERMS)
+        .step_by(TERMS + 1)
+        .any(|at| lower.values[at].powi(2) < CONIC * moments.values[at])
+}
+
 fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
     heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
 }
@@ -291,6 +317,21 @@ mod tests {
 
     fn options(side: usize) -> HeightOptions {
         HeightOptions { net: (side, side), degree: (3, 3), fairness: None }
+    }
+
+    #[test]
+    fn heights_over_a_circle_or_two_lines_are_held_beside_it() {
+        let circle = |i: u32| DVec2::from_angle(0.01 * f64::from(i));
+        let lines = |i: u32| DVec2::new(f64::from(i % 300), f64::from(i % 2));
+        for place in [circle, lines] {
+            let points: Vec<DVec3> =
+                (0..600).map(place).map(|p| p.extend(0.3 * p.x + wave(p.x, 0.0))).collect();
+            let fit = fit_heights(&points, None, DVec3::Z, &options(8), &mut Silent).unwrap();
+            let (low, high) = range(heights(&fit.surface));
+            let (least, most) = range(points.iter().map(|point| point.z));
+            let beyond = 0.6 * (most - least);
+            assert!(low > least - beyond && high < most + beyond, "{low} {high} {least} {most}");
+        }
     }
 
     #[test]
