@@ -215,16 +215,11 @@ impl<'a> Job<'a> {
                 // others by few that are far from the surface.
                 let net = self.different(&fit.surface);
                 let growth = growth.filter(|_| turn == 0);
-                match self.fit(net, growth, self.options.fairness, Some(&fit), observer) {
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    // What is left may not hold so large a net.
-                    Err(_) => None,
-                    Ok(again) => {
-                        let ended_by = if growth.is_some() { again.ended_by } else { fit.ended_by };
-                        let iterations = fit.iterations + again.iterations;
-                        Some(Fit { iterations, ended_by, ..again })
-                    }
-                }
+                self.fit_of_rest(net, growth, Some(&fit), observer)?.map(|again| {
+                    let ended_by = if growth.is_some() { again.ended_by } else { fit.ended_by };
+                    let iterations = fit.iterations + again.iterations;
+                    Fit { iterations, ended_by, ..again }
+                })
             } else {
                 None
             };
@@ -281,13 +276,30 @@ impl<'a> Job<'a> {
         if let Some(Robust { weights, .. }) = found.take_if(hidden) {
             self.weights = Some(product(given, weights));
             let net = self.different(&fit.surface);
-            let again = self.fit(net, None, self.options.fairness, None, observer)?;
-            let again = Fit { ended_by: fit.ended_by, ..again };
-            (fit, flaws) = self.flattened(again, growth, observer)?;
+            if let Some(again) = self.fit_of_rest(net, None, None, observer)? {
+                let again = Fit { ended_by: fit.ended_by, ..again };
+                (fit, flaws) = self.flattened(again, growth, observer)?;
+            }
             found = robust::weights(self.points, &fit.distances, tree, observer)?;
         }
         self.count_again(found.as_ref(), given);
         Ok((fit, flaws))
+    }
+
+    /// The fit of the points that outliers leave, from the one that is known already; `None` if they do not hold
+    /// so large a net.
+    fn fit_of_rest(
+        &self,
+        net: (usize, usize),
+        growth: Option<Growth>,
+        known: Option<&Fit>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fit>> {
+        match self.fit(net, growth, self.options.fairness, known, observer) {
+            Ok(again) => Ok(Some(again)),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) => Ok(None),
+        }
     }
 
     /// Points that were let go count again, as was `given`, if they are no outliers of the surface that has become.
