@@ -30,9 +30,12 @@ pub(crate) fn area(polygon: &[DVec2]) -> f64 {
     0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }
 
-/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain).
+/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain, of what lies outside of the eight
+/// outermost places: S. G. Akl, G. T. Toussaint, *A fast convex hull algorithm*, 1978).
 pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
-    let mut sorted = places.to_vec();
+    let outermost = outermost(places);
+    let mut sorted: Vec<DVec2> =
+        places.iter().filter(|place| !is_inside(&outermost, **place)).copied().collect();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |places: &mut dyn Iterator<Item = DVec2>| {
         let mut chain: Vec<DVec2> = Vec::new();
@@ -53,9 +56,59 @@ pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     corners
 }
 
+/// The outermost places in eight directions, counter-clockwise.
+fn outermost(places: &[DVec2]) -> Vec<DVec2> {
+    let Some(&first) = places.first() else { return Vec::new() };
+    let mut found = [(f64::NEG_INFINITY, first); 8];
+    for &place in places {
+        let DVec2 { x, y } = place;
+        let reaches = [x, x + y, y, y - x, -x, -x - y, -y, x - y];
+        for (found, reach) in found.iter_mut().zip(reaches) {
+            if reach > found.0 {
+                *found = (reach, place);
+            }
+        }
+    }
+    let mut corners: Vec<DVec2> = found.iter().map(|found| found.1).collect();
+    corners.dedup();
+    corners
+}
+
+/// Whether a place lies inside a polygon, and not on its sides.
+fn is_inside(polygon: &[DVec2], place: DVec2) -> bool {
+    let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    polygon.len() > 2 && sides.into_iter().all(|(a, b)| a == b || (b - a).perp_dot(place - b) > 0.0)
+}
+
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
+
+    #[test]
+    fn all_places_are_inside_the_hull_and_its_corners_are_some_of_them() {
+        let place = |i: u32| {
+            let i = f64::from(i);
+            DVec2::new((i * 0.754_877_666).fract(), (i * i * 0.569_840_291).fract())
+        };
+        let square: Vec<DVec2> = (0..500).map(place).collect();
+        let centre = DVec2::splat(0.5);
+        let disc = square.iter().copied().filter(|place| place.distance(centre) < 0.5).collect();
+        let line = square.iter().map(|place| DVec2::splat(place.x)).collect();
+        for (places, area_of_it) in [(square.clone(), 1.0), (disc, 0.25 * PI), (line, 0.0)] {
+            let corners = hull(&places);
+            assert!(corners.iter().all(|corner| places.contains(corner)));
+            let outside = |place: &DVec2| {
+                let after = |i: usize| corners[(i + 1) % corners.len()];
+                let beside = |i| (after(i) - corners[i]).perp_dot(*place - corners[i]);
+                (0..corners.len()).any(|i| beside(i) < -1e-15)
+            };
+            assert!(!places.iter().any(outside));
+            let area = area(&corners);
+            assert!(area <= area_of_it && area >= 0.93 * area_of_it, "{area}");
+        }
+    }
 
     #[test]
     fn the_least_rectangle_is_the_one_that_places_fill() {

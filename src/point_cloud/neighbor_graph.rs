@@ -169,7 +169,8 @@ struct Stop {
 
 impl Ord for Stop {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
+        // The bits of positive numbers are in the order of the numbers.
+        (other.distance.to_bits(), other.node).cmp(&(self.distance.to_bits(), self.node))
     }
 }
 
