@@ -11,10 +11,10 @@ use super::start::{OrderedStart, learn, net};
 use super::unwound::Unwound;
 use super::{ReconstructOptions, Start, heights};
 use crate::error::{Error, Result};
-use crate::fit::{Growth, bounded, diameter};
+use crate::fit::{Growth, bounded, diameter, lengths};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
-use crate::topology::{Chart, Kind};
+use crate::topology::{Chart, Kind, Pipe, around_axis};
 
 /// How far beyond the lattice's border points may lie, in cells.
 const EXTRAPOLATION: f64 = 0.75;
@@ -35,6 +35,12 @@ const MAP_POINTS: usize = 20_000;
 /// near a sheet is, as a share of the distances of steep heights, that is taken instead of them.
 const NEAR: f64 = 2e-5;
 const NEARER: f64 = 0.8;
+
+/// How many times longer than wide a sheet is at least that may go around a pipe, and how near a tube is, as a share
+/// of its distances, that is taken instead: if the pipe is round, and if not.
+const LONG: f64 = 2.0;
+const AS_NEAR: f64 = 1.2;
+const CLEARLY_NEARER: f64 = 0.5;
 
 /// Points in a frame.
 pub(super) struct Placed {
@@ -134,6 +140,33 @@ impl<'a> Wanted<'a> {
             Ok(sheet) if sheet.flaws.count() == 0 && sheet.error() < limit => Ok(sheet),
             Err(Error::Interrupted) => Err(Error::Interrupted),
             _ => Ok(heights),
+        }
+    }
+
+    /// The tube instead of a sheet that was found out, if it goes around a long pipe and is clearly nearer to the
+    /// points: loops around few of them hide among accidental ones.
+    pub(super) fn or_tube(
+        &self,
+        sheet: Candidate<'a>,
+        clock: &mut Clock,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<'a>> {
+        let &Self { placed: Placed { frame, sample, .. }, options, .. } = self;
+        let free = options.topology.is_none() && options.init == Start::Auto;
+        let (along_u, along_v) = lengths(&sheet.fit.surface);
+        let long = along_u.max(along_v) > LONG * along_u.min(along_v);
+        if !free || !long || sheet.job.shape.kind != Kind::Sheet {
+            return Ok(sheet);
+        }
+        let own: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
+        let pipe = around_axis(&own, observer)?;
+        clock.lap("topology");
+        let Some(Pipe { chart, round, .. }) = pipe else { return Ok(sheet) };
+        let limit = if round { AS_NEAR } else { CLEARLY_NEARER } * sheet.error();
+        match self.candidate(Shape::tube(), Some(&chart), clock, observer) {
+            Ok(tube) if tube.flaws.count() == 0 && tube.error() < limit => Ok(tube),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            _ => Ok(sheet),
         }
     }
 

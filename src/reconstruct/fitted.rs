@@ -146,10 +146,11 @@ fn attempt(
         growth: growth(options, &placed.frame, first),
         options,
     };
-    let mut candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
-    if let Some(beside) = &beside {
-        candidate = wanted(beside).or_sheet(candidate, &mut clock, observer)?;
-    }
+    let candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
+    let candidate = match &beside {
+        Some(beside) => wanted(beside).or_sheet(candidate, &mut clock, observer)?,
+        None => wanted(&placed).or_tube(candidate, &mut clock, observer)?,
+    };
     let Candidate { placed, map, job, fit, flaws } = candidate;
     let frame = &placed.frame;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
@@ -184,8 +185,7 @@ fn attempt(
     let mut warnings = counted.warnings;
     warnings.extend(between);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
-    warnings
-        .extend(found.warning.filter(|_| options.topology.is_none_or(|kind| kind == found.kind)));
+    warnings.extend(warning(&found, job.shape.kind, options));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
     warnings.extend(flaws.warnings(frame));
     let report = Report {
@@ -273,9 +273,18 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
         (Kind::Height, Kind::Sheet) if first == Kind::Height => {
             ", but a sheet comes nearer to the points"
         }
+        (Kind::Sheet, Kind::Tube) => ", but around their axis a tube comes nearer to the points",
         _ => return None,
     };
     Some(format!("{}{instead}", found.reason))
+}
+
+/// What is to be said of the kind that was found, if no other was wanted, nor is the surface the tube that a
+/// closed body turned out to be.
+fn warning(found: &Topology, became: Kind, options: &ReconstructOptions<'_>) -> Option<String> {
+    let free = options.topology.is_none_or(|kind| kind == found.kind);
+    let tube = (found.kind, became) == (Kind::Sheet, Kind::Tube);
+    found.warning.clone().filter(|_| free && !tube)
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.

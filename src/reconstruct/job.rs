@@ -116,6 +116,10 @@ impl Shape {
         Self::new(Kind::Sheet, None)
     }
 
+    pub(super) fn tube() -> Self {
+        Self::new(Kind::Tube, None)
+    }
+
     /// Heights over the rectangle around points.
     fn over(points: &[DVec3], up: DVec3, units: &Units) -> Self {
         let straight = units.differ() && up == DVec3::Z;

@@ -38,6 +38,10 @@ const RADIUS: (f64, f64) = (1.0, 0.7);
 /// middle only, as that of a spindle.
 const MOST_WIDENED: f64 = 1.25;
 
+/// Control points that what goes around a tube has, where there are enough: with six of them a circle is a
+/// thousandth of its radius off, with ten a tenth of that.
+const AROUND: f64 = 10.0;
+
 /// Least number of control points in a direction for which a degree is kept.
 pub(super) const LEAST_SIDE: usize = 4;
 
@@ -86,7 +90,9 @@ impl OrderedStart {
             let ratio = chart.lengths.0 / chart.lengths.1;
             // What goes all the way round bends as often whatever its length, and the error of cubic
             // splines falls with the fourth power of their number.
-            let net = split(if chart.closed_v { ratio.powf(0.25) } else { ratio });
+            let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
+            let net =
+                split(if chart.closed_v { ratio.powf(0.25) } else { ratio.max(enough.min(1.0)) });
             let lattice = lattice(net, count, topology)?;
             let nodes = frame.counted(&chart.lattice(lattice.shape()));
             return Ok(Self::new(lattice, nodes, net));

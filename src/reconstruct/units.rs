@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::inspection::UNEVEN;
 use crate::point_cloud::{EvenSample, KdTree, Plane, across_lines, any_of, pieces};
 use crate::progress::Observer;
-use crate::topology::{HeightField, Kind, Topology, heights, heights_along};
+use crate::topology::{HeightField, Kind, Topology, around_axis, detect, heights, heights_along};
 
 /// Points that tell, about so many: any of the cloud, as the more there are in a place the more it
 /// counts.
@@ -19,6 +19,9 @@ const TELLING: usize = 1000;
 
 /// Points that show heights from near: the more there are, the steeper may be what lies between.
 const CLOSE: usize = 20_000;
+
+/// Points that show whether they go around.
+const SHOWING_LOOPS: usize = 2500;
 
 /// Share of the points that may lie beyond what counts as their extent on either side: outliers.
 const BEYOND: f64 = 0.02;
@@ -104,7 +107,8 @@ impl Units {
         let mut laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         if let Some((flat, _)) = laid_flat
             && (telling.is_body(by, flat.by)
-                || !telling.are_flat_across_lines(by, flat.by, observer)?)
+                || !telling.are_flat_across_lines(by, flat.by, observer)?
+                || options.topology.is_none() && telling.is_tube(flat.by.with_z(by.z), observer)?)
         {
             laid_flat = None;
         }
@@ -321,6 +325,15 @@ impl<'a> Telling<'a> {
         !in_lines
             && (FLATTER * half < other_half || most < SMOOTH)
             && nearly_all < AS_FLAT * other_all
+    }
+
+    /// Whether the points show a tube in their own units, or as these were evened: a cup is no ground with a hole,
+    /// though its wall is heights over a ring in any other unit of z.
+    fn is_tube(&self, own: DVec3, observer: &mut dyn Observer) -> Result<bool> {
+        let points = self.evenly(|point| own * point, own, SHOWING_LOOPS);
+        let pipe = around_axis(&points, observer)?;
+        Ok(pipe.is_some_and(|pipe| pipe.round && pipe.open)
+            || detect(&points, observer)?.kind == Kind::Tube)
     }
 
     /// Whether the points are still heights if there are as many along lines as across, where they lie in

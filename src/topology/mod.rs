@@ -7,6 +7,7 @@
 //! bent; they come with angles around them ([`Chart`]), which are an ordered start for a closed
 //! lattice. Loops around holes do not count: a hole's rim is short as compared with the outline.
 
+mod axis;
 mod border;
 mod circle;
 mod cohomology;
@@ -29,6 +30,7 @@ use crate::error::Result;
 use crate::point_cloud::{NeighborGraph, own_sample, rough_sample};
 use crate::progress::{Observer, Progress, Stage, report};
 
+pub(crate) use self::axis::Pipe;
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
@@ -291,6 +293,12 @@ fn look(
     Ok(found)
 }
 
+/// The pipe on which points lie, if they lie around an axis that is much longer than the ways around it.
+pub(crate) fn around_axis(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Pipe>> {
+    let cloud = Cloud::of(&own_sample(points, MOST_FOR_LOOPS), MOST_FOR_LOOPS, None, observer)?;
+    Ok(axis::around_axis(&cloud.points, &cloud.graph))
+}
+
 /// Whether more points than were looked at show layers above one another along this direction.
 fn is_folded(
     points: &[DVec3],
@@ -356,10 +364,15 @@ impl Cloud {
 
     /// The kind of surface that its loops show.
     fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
-        let landmarks = Landmarks::of(&self.points, &self.graph);
-        let found = landmarks.loops(circle::REACH);
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
+        if asked && let Some(Pipe { chart, .. }) = axis::around_axis(&self.points, &self.graph) {
+            let (long, high) = chart.lengths;
+            let reason = format!("it goes around an axis, {long:.4} long, and is {high:.4} high");
+            return Ok(Topology { chart: Some(chart), ..Topology::new(Kind::Tube, reason) });
+        }
+        let landmarks = Landmarks::of(&self.points, &self.graph);
+        let found = landmarks.loops(circle::REACH);
         let spread = if asked { [f64::INFINITY; 3] } else { SPREAD };
         let mut judged = self.torus(&found).or_else(|| self.tube(&found, spread[0]));
         let doubtful = match &judged {

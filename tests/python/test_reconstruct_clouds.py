@@ -736,3 +736,35 @@ def test_lines_far_apart_hold_a_smaller_net(rng: np.random.Generator) -> None:
     points = np.column_stack([along, across, 0.15 * np.tanh(6 * along - 3 + np.sin(4 * across))])
     result = neurbs.reconstruct(points)
     assert result.report.rms < 1e-3 * result.report.diagonal
+
+
+@pytest.mark.parametrize(("length", "count"), [(20, 600), (40, 1000), (60, 1500)])
+@pytest.mark.parametrize("bend", [0.0, 1.5])
+def test_long_pipes_of_few_points_are_tubes(length: float, count: int, bend: float) -> None:
+    rng = np.random.default_rng(length)
+    along, angle = length * rng.random(count), 2.0 * np.pi * rng.random(count)
+    points = np.column_stack([np.cos(angle), np.sin(angle), along])
+    radius = length / bend if bend else 0.0
+    if bend:
+        out, turn = radius + np.cos(angle), along / radius
+        points = np.column_stack([out * np.cos(turn), out * np.sin(turn), np.sin(angle)])
+    result = neurbs.reconstruct(points)
+    assert result.report.topology == "tube"
+    places = result.surface.evaluate(rng.random((2000, 2)))
+    across = np.hypot(places[:, 0], places[:, 1]) - radius
+    height = places[:, 2] if bend else 0.0
+    off = np.abs(np.hypot(across, height) - 1.0)
+    assert np.sqrt(np.mean(off**2)) < 0.01
+
+
+@pytest.mark.parametrize("length", [2.0, 6.0, 20.0])
+@pytest.mark.parametrize("narrower", [0.2, 0.5])
+def test_cups_that_stand_are_tubes_in_their_own_units(length: float, narrower: float) -> None:
+    rng = np.random.default_rng(7)
+    along, angle = rng.random(2000), 2.0 * np.pi * rng.random(2000)
+    radius = 1.0 - narrower * along
+    points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), length * along])
+    result = neurbs.reconstruct(points)
+    assert result.report.topology == "tube"
+    assert not any("units" in warning for warning in result.report.warnings)
+    assert result.report.rms < 1e-3

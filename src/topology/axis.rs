@@ -1,0 +1,257 @@
+//! A long pipe, in order along its axis and around it.
+//!
+//! Loops around few points hide among accidental ones; but where a pipe is much longer than wide, ways along the
+//! surface from one end tell where on its axis each point is, and the mean of those in a section where the axis is.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::start::Chart;
+use crate::point_cloud::NeighborGraph;
+
+/// Points in a section at least, the mean of which is on the axis; and sections at least.
+const SECTION: usize = 24;
+const FEWEST: usize = 4;
+
+/// Times that the axis is found: ways from one end lead askew at first.
+const ROUNDS: usize = 3;
+
+/// Rounds in which places on the axis take the mean of those beside them, too.
+const SMOOTHING: usize = 3;
+
+/// How many times longer than around a pipe is at least.
+const LONG: f64 = 2.0;
+
+/// Distance from the axis of the nearest tenth of the points, as a share of that of the farthest: points in a strip
+/// or a body come near its middle.
+const HOLLOW: f64 = 0.6;
+
+/// And of points on a round pipe, if they scatter by a twelfth of its radius at most.
+const ROUND: f64 = 0.8;
+
+/// Distance from the axis of the nearest fiftieth of the points, as a share of that of the farthest tenth, where a body
+/// has a point at most: those over a disc have 0.15.
+const POINTED: f64 = 0.2;
+
+/// The widest gap around the axis of a pipe, in turns: a groove has one.
+const OPEN: f64 = 0.04;
+
+/// Points around a long axis.
+pub(crate) struct Pipe {
+    /// Their places along it and around it.
+    pub(crate) chart: Chart,
+    /// Whether they lie all as far from it as others there, so that nothing but a pipe goes through them, or a body
+    /// with a point.
+    pub(crate) round: bool,
+    /// Whether hardly any lie so near to it as some do where a body has a point.
+    pub(crate) open: bool,
+}
+
+/// The long pipe on which points lie; `None` if they do not lie around an axis.
+pub(super) fn around_axis(points: &[DVec3], graph: &NeighborGraph) -> Option<Pipe> {
+    let ways = |from: u32| graph.distances_from(&[from]);
+    let first = (0_u32..).zip(ways(0)).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let mut along = ways(first);
+    let (mut section, mut found) = (SECTION, None);
+    for _ in 0..ROUNDS {
+        let places = Axis::of(points, &along, section)?.places(points, &along);
+        along = places.iter().map(|place| place.0).collect();
+        let girth = Girth::of(&places, &along, section);
+        section = girth.section(points.len()).max(SECTION);
+        found = Some((places, girth));
+    }
+    let (places, girth) = found?;
+    let uv = |&(along, across): &(f64, DVec2)| {
+        let turns = (across.to_angle() / TAU).rem_euclid(1.0);
+        DVec2::new(turns, (along - girth.ends.0) / girth.length())
+    };
+    let uv: Vec<DVec2> = places.iter().map(uv).collect();
+    let lengths = (TAU * girth.usual, girth.length());
+    let whole = girth.hollow > HOLLOW && lengths.1 > LONG * lengths.0 && gap(&uv) < OPEN;
+    let chart = Chart { points: points.to_vec(), uv, lengths, closed_v: false };
+    let round = girth.hollow > ROUND;
+    whole.then_some(Pipe { chart, round, open: girth.narrowest > POINTED * girth.widest })
+}
+
+/// How points lie around an axis.
+struct Girth {
+    /// Their distance from it, at the median, and of the nearest fiftieth and all but the farthest tenth.
+    usual: f64,
+    narrowest: f64,
+    widest: f64,
+    /// That of the nearest tenth as a share of that of the farthest, both beside others at the same place along it.
+    hollow: f64,
+    /// Where along it the first and the last are.
+    ends: (f64, f64),
+}
+
+impl Girth {
+    /// Of points with these places, as compared with so many around them.
+    fn of(places: &[(f64, DVec2)], along: &[f64], around: usize) -> Self {
+        let ranked = ranked(along);
+        let mut radii: Vec<f64> = ranked.iter().map(|&index| places[index].1.length()).collect();
+        let sections = radii.chunks(around);
+        let mean = |section: &[f64]| section.iter().sum::<f64>() / section.len() as f64;
+        let mut shares: Vec<f64> = sections
+            .flat_map(|section| section.iter().map(move |radius| radius / mean(section)))
+            .collect();
+        let ends = (along[ranked[0]], along[ranked[ranked.len() - 1]]);
+        radii.sort_by(f64::total_cmp);
+        shares.sort_by(f64::total_cmp);
+        let [near, far] = [1, 9].map(|tenth| shares[shares.len() * tenth / 10]);
+        let [narrowest, usual, widest] =
+            [1, 25, 45].map(|fiftieth| radii[radii.len() * fiftieth / 50]);
+        Self { usual, narrowest, widest, hollow: near / far, ends }
+    }
+
+    fn length(&self) -> f64 {
+        self.ends.1 - self.ends.0
+    }
+
+    /// Of so many points, those in a section that is as long as wide.
+    fn section(&self, points: usize) -> usize {
+        let share = (2.0 * self.usual / self.length()).min(1.0);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+        let section = (share * points as f64) as usize;
+        section
+    }
+}
+
+/// The widest gap between points around the axis, in turns.
+fn gap(uv: &[DVec2]) -> f64 {
+    let mut turns: Vec<f64> = uv.iter().map(|uv| uv.x).collect();
+    turns.sort_by(f64::total_cmp);
+    let around = turns[0] + 1.0 - turns[turns.len() - 1];
+    turns.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max)
+}
+
+/// The points in the order of their places along something.
+fn ranked(along: &[f64]) -> Vec<usize> {
+    let mut ranked: Vec<usize> = (0..along.len()).collect();
+    ranked.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
+    ranked
+}
+
+/// A line in space, with two directions across it that turn no more than they must.
+struct Axis {
+    nodes: Vec<DVec3>,
+    /// The length of the line up to each.
+    lengths: Vec<f64>,
+    /// For each piece its direction and one across.
+    frames: Vec<[DVec3; 2]>,
+    /// Ranks of points from one node to the next.
+    step: usize,
+}
+
+/// Pieces of the axis before and after that of a point's own rank among which it may be.
+const NEAR: usize = 6;
+
+impl Axis {
+    /// Through the middle of sections of so many points; `None` if there are few.
+    fn of(points: &[DVec3], along: &[f64], section: usize) -> Option<Self> {
+        let (ranked, step) = (ranked(along), section / 2);
+        let mean = |some: &[usize]| some.iter().map(|&i| points[i]).sum::<DVec3>() / section as f64;
+        let mut nodes: Vec<DVec3> = ranked.windows(section).step_by(step).map(mean).collect();
+        if nodes.len() < FEWEST {
+            return None;
+        }
+        for _ in 0..SMOOTHING {
+            let beside = |at: usize| {
+                let (before, after) = (at.saturating_sub(1), (at + 1).min(nodes.len() - 1));
+                0.25 * (nodes[before] + nodes[after]) + 0.5 * nodes[at]
+            };
+            nodes = (0..nodes.len()).map(beside).collect();
+        }
+        let steps: Vec<DVec3> = nodes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut lengths = vec![0.0];
+        lengths.extend(steps.iter().scan(0.0, |sum, step| {
+            *sum += step.length();
+            Some(*sum)
+        }));
+        let mut across = steps[0].normalize_or(DVec3::Z).any_orthonormal_vector();
+        let frame = |step: &DVec3| {
+            let way = step.normalize_or(DVec3::Z);
+            across = across.reject_from(way).normalize_or(way.any_orthonormal_vector());
+            [way, across]
+        };
+        Some(Self { frames: steps.iter().map(frame).collect(), lengths, nodes, step })
+    }
+
+    /// Where points are along the axis and across, near the sections of their ranks.
+    fn places(&self, points: &[DVec3], along: &[f64]) -> Vec<(f64, DVec2)> {
+        let mut places = vec![(0.0, DVec2::ZERO); points.len()];
+        for (rank, index) in ranked(along).into_iter().enumerate() {
+            places[index] = self.place(points[index], rank / self.step);
+        }
+        places
+    }
+
+    /// Where a point is along the axis and across, near one of its pieces.
+    fn place(&self, point: DVec3, near: usize) -> (f64, DVec2) {
+        let last = self.frames.len() - 1;
+        let pieces = near.saturating_sub(NEAR).min(last)..=(near + NEAR).min(last);
+        let place = |piece: usize| {
+            let (from, [way, first]) = (self.nodes[piece], self.frames[piece]);
+            let apart = point - from;
+            let length = self.lengths[piece + 1] - self.lengths[piece];
+            // The axis goes on at its ends.
+            let low = if piece == 0 { f64::NEG_INFINITY } else { 0.0 };
+            let high = if piece == last { f64::INFINITY } else { length };
+            let step = way.dot(apart).clamp(low, high);
+            let across = DVec2::new(first.dot(apart), way.cross(first).dot(apart));
+            ((apart - step * way).length(), (self.lengths[piece] + step, across))
+        };
+        let nearest = pieces.map(place).min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map_or((0.0, DVec2::ZERO), |(_, place)| place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    /// The chart of points on a pipe of radius 1, 40 long, bent by an angle, that goes so far around; and where
+    /// the points are along it.
+    fn chart(bend: f64, around: f64) -> (Option<Chart>, Vec<f64>) {
+        let part = |i: u32, step: f64| (0.5 + step * f64::from(i)).fract();
+        let flat =
+            (0..600).map(|i| (part(i, 0.754_877_666_246_693), part(i, 0.569_840_290_998_053)));
+        let (along, points): (Vec<f64>, Vec<DVec3>) = flat
+            .map(|(t, s)| {
+                let (radius, across) = (40.0 / bend, DVec2::from_angle(around * TAU * s));
+                let ring = (radius + across.x) * DVec2::from_angle(bend * t);
+                (t, ring.extend(across.y))
+            })
+            .unzip();
+        let graph = NeighborGraph::of(&points, 8, &mut Silent).unwrap();
+        (around_axis(&points, &graph).map(|pipe| pipe.chart), along)
+    }
+
+    #[test]
+    fn bent_pipes_of_few_points_have_a_chart() {
+        for bend in [0.01, 1.5, 4.0] {
+            let (chart, along) = chart(bend, 1.0);
+            let Chart { uv, lengths, .. } = chart.unwrap();
+            let off = |up: bool| {
+                let apart = |(uv, along): (&DVec2, &f64)| {
+                    (if up { uv.y } else { 1.0 - uv.y } - along).abs()
+                };
+                uv.iter().zip(&along).map(apart).fold(0.0, f64::max)
+            };
+            assert!(off(true).min(off(false)) < 0.03);
+            assert!((lengths.0 / TAU - 1.0).abs() < 0.05 && (lengths.1 - 40.0).abs() < 2.0);
+        }
+    }
+
+    #[test]
+    fn grooves_strips_and_short_pipes_have_none() {
+        assert!(chart(1.5, 0.8).0.is_none());
+        assert!(chart(1.5, 0.3).0.is_none());
+        let ring: Vec<DVec3> =
+            (0..600).map(f64::from).map(|i| DVec2::from_angle(2.4 * i).extend(i / 100.0)).collect();
+        let graph = NeighborGraph::of(&ring, 8, &mut Silent).unwrap();
+        assert!(around_axis(&ring, &graph).is_none());
+    }
+}
