@@ -741,7 +741,7 @@ def test_lines_far_apart_hold_a_smaller_net(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(("length", "count"), [(20, 600), (40, 1000), (60, 1500)])
 @pytest.mark.parametrize("bend", [0.0, 1.5])
 def test_long_pipes_of_few_points_are_tubes(length: float, count: int, bend: float) -> None:
-    rng = np.random.default_rng(length)
+    rng = np.random.default_rng(count)
     along, angle = length * rng.random(count), 2.0 * np.pi * rng.random(count)
     points = np.column_stack([np.cos(angle), np.sin(angle), along])
     radius = length / bend if bend else 0.0
