@@ -4,9 +4,10 @@ use glam::DVec3;
 
 use super::counted::{Layers, every};
 use super::flaws::Flaws;
-use super::job::{Fit, Job, Shape};
+use super::job::{Fit, Job};
 use super::own_frame::{Frame, OwnFrame};
 use super::report::Clock;
+use super::shape::Shape;
 use super::start::{OrderedStart, learn, net};
 use super::unwound::Unwound;
 use super::{ReconstructOptions, Start, heights};
@@ -135,12 +136,8 @@ impl<'a> Wanted<'a> {
         if heights.error() <= NEAR * self.placed.frame.length(diameter(&self.placed.points)) {
             return Ok(heights);
         }
-        let limit = NEARER * heights.error();
-        match self.candidate(Shape::sheet(), None, clock, observer) {
-            Ok(sheet) if sheet.flaws.count() == 0 && sheet.error() < limit => Ok(sheet),
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            _ => Ok(heights),
-        }
+        let sheet = self.candidate(Shape::new(Kind::Sheet, None), None, clock, observer);
+        heights.or_nearer(sheet, NEARER)
     }
 
     /// The tube instead of a sheet that was found out, if it goes around a long pipe and is clearly nearer to the
@@ -158,16 +155,12 @@ impl<'a> Wanted<'a> {
         if !free || !long || sheet.job.shape.kind != Kind::Sheet {
             return Ok(sheet);
         }
-        let own: Vec<DVec3> = sample.iter().map(|&point| frame.undo(point)).collect();
-        let pipe = around_axis(&own, observer)?;
+        let pipe = around_axis(sample, observer)?;
         clock.lap("topology");
-        let Some(Pipe { chart, round, .. }) = pipe else { return Ok(sheet) };
-        let limit = if round { AS_NEAR } else { CLEARLY_NEARER } * sheet.error();
-        match self.candidate(Shape::tube(), Some(&chart), clock, observer) {
-            Ok(tube) if tube.flaws.count() == 0 && tube.error() < limit => Ok(tube),
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            _ => Ok(sheet),
-        }
+        let Some(Pipe { mut chart, round, .. }) = pipe else { return Ok(sheet) };
+        chart.points.iter_mut().for_each(|point| *point = frame.undo(*point));
+        let tube = self.candidate(Shape::new(Kind::Tube, None), Some(&chart), clock, observer);
+        sheet.or_nearer(tube, if round { AS_NEAR } else { CLEARLY_NEARER })
     }
 
     /// Points by which the map's start is ordered.
@@ -221,7 +214,18 @@ impl<'a> Wanted<'a> {
     }
 }
 
-impl Candidate<'_> {
+impl<'a> Candidate<'a> {
+    /// This one, or another without flaws whose distance is less than this share of its own.
+    fn or_nearer(self, other: Result<Candidate<'a>>, share: f64) -> Result<Candidate<'a>> {
+        match other {
+            Ok(other) if other.flaws.count() == 0 && other.error() < share * self.error() => {
+                Ok(other)
+            }
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            _ => Ok(self),
+        }
+    }
+
     /// How far it is from the points that count, as their coordinates do.
     fn error(&self) -> f64 {
         self.placed.frame.length(self.job.rms(&self.fit.distances))

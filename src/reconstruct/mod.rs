@@ -18,6 +18,7 @@ mod relay;
 mod relief;
 mod report;
 mod robust;
+mod shape;
 mod start;
 mod strip;
 mod units;

@@ -20,6 +20,9 @@ const ROUNDS: usize = 3;
 /// Rounds in which places on the axis take the mean of those beside them, too.
 const SMOOTHING: usize = 3;
 
+/// Pieces of the axis before and after that of a point's own rank among which it may be.
+const NEAR: usize = 6;
+
 /// How many times longer than around a pipe is at least.
 const LONG: f64 = 2.0;
 
@@ -50,14 +53,17 @@ pub(crate) struct Pipe {
 
 /// The long pipe on which points lie; `None` if they do not lie around an axis.
 pub(super) fn around_axis(points: &[DVec3], graph: &NeighborGraph) -> Option<Pipe> {
+    if points.is_empty() {
+        return None;
+    }
     let ways = |from: u32| graph.distances_from(&[from]);
     let first = (0_u32..).zip(ways(0)).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
-    let mut along = ways(first);
+    let mut order = ranked(&ways(first));
     let (mut section, mut found) = (SECTION, None);
     for _ in 0..ROUNDS {
-        let places = Axis::of(points, &along, section)?.places(points, &along);
-        along = places.iter().map(|place| place.0).collect();
-        let girth = Girth::of(&places, &along, section);
+        let places = Axis::of(points, &order, section)?.places(points, &order);
+        order = ranked(&places.iter().map(|place| place.0).collect::<Vec<f64>>());
+        let girth = Girth::of(&places, &order, section);
         section = girth.section(points.len()).max(SECTION);
         found = Some((places, girth));
     }
@@ -87,16 +93,15 @@ struct Girth {
 }
 
 impl Girth {
-    /// Of points with these places, as compared with so many around them.
-    fn of(places: &[(f64, DVec2)], along: &[f64], around: usize) -> Self {
-        let ranked = ranked(along);
-        let mut radii: Vec<f64> = ranked.iter().map(|&index| places[index].1.length()).collect();
+    /// Of points with these places, in this order along the axis, as compared with so many around them.
+    fn of(places: &[(f64, DVec2)], order: &[usize], around: usize) -> Self {
+        let mut radii: Vec<f64> = order.iter().map(|&index| places[index].1.length()).collect();
         let sections = radii.chunks(around);
         let mean = |section: &[f64]| section.iter().sum::<f64>() / section.len() as f64;
         let mut shares: Vec<f64> = sections
             .flat_map(|section| section.iter().map(move |radius| radius / mean(section)))
             .collect();
-        let ends = (along[ranked[0]], along[ranked[ranked.len() - 1]]);
+        let ends = (places[order[0]].0, places[order[order.len() - 1]].0);
         radii.sort_by(f64::total_cmp);
         shares.sort_by(f64::total_cmp);
         let [near, far] = [1, 9].map(|tenth| shares[shares.len() * tenth / 10]);
@@ -144,15 +149,12 @@ struct Axis {
     step: usize,
 }
 
-/// Pieces of the axis before and after that of a point's own rank among which it may be.
-const NEAR: usize = 6;
-
 impl Axis {
-    /// Through the middle of sections of so many points; `None` if there are few.
-    fn of(points: &[DVec3], along: &[f64], section: usize) -> Option<Self> {
-        let (ranked, step) = (ranked(along), section / 2);
+    /// Through the middle of sections of so many points in this order; `None` if there are few.
+    fn of(points: &[DVec3], order: &[usize], section: usize) -> Option<Self> {
+        let step = section / 2;
         let mean = |some: &[usize]| some.iter().map(|&i| points[i]).sum::<DVec3>() / section as f64;
-        let mut nodes: Vec<DVec3> = ranked.windows(section).step_by(step).map(mean).collect();
+        let mut nodes: Vec<DVec3> = order.windows(section).step_by(step).map(mean).collect();
         if nodes.len() < FEWEST {
             return None;
         }
@@ -179,9 +181,9 @@ impl Axis {
     }
 
     /// Where points are along the axis and across, near the sections of their ranks.
-    fn places(&self, points: &[DVec3], along: &[f64]) -> Vec<(f64, DVec2)> {
+    fn places(&self, points: &[DVec3], order: &[usize]) -> Vec<(f64, DVec2)> {
         let mut places = vec![(0.0, DVec2::ZERO); points.len()];
-        for (rank, index) in ranked(along).into_iter().enumerate() {
+        for (rank, &index) in order.iter().enumerate() {
             places[index] = self.place(points[index], rank / self.step);
         }
         places
@@ -253,5 +255,7 @@ mod tests {
             (0..600).map(f64::from).map(|i| DVec2::from_angle(2.4 * i).extend(i / 100.0)).collect();
         let graph = NeighborGraph::of(&ring, 8, &mut Silent).unwrap();
         assert!(around_axis(&ring, &graph).is_none());
+        let none = NeighborGraph::of(&[], 8, &mut Silent).unwrap();
+        assert!(around_axis(&[], &none).is_none());
     }
 }

@@ -94,7 +94,7 @@ fn cell(at: f64, cells: usize) -> usize {
 /// both ways along these that become shorter where none of them helps (R. Hooke, T. A. Jeeves, *"Direct
 /// search" solution of numerical and statistical
 /// problems*, 1961).
-pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2]) + Sync) -> DVec3 {
+pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2])) -> DVec3 {
     let (mut best, mut step) = (from, WIDEST);
     let (mut least, mut ways) = cost(from);
     while step >= NARROWEST {
