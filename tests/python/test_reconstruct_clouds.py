@@ -768,3 +768,17 @@ def test_cups_that_stand_are_tubes_in_their_own_units(length: float, narrower: f
     assert result.report.topology == "tube"
     assert not any("units" in warning for warning in result.report.warnings)
     assert result.report.rms < 1e-3
+
+
+def test_long_pipes_are_the_same_however_they_are_turned() -> None:
+    rng = np.random.default_rng(11)
+    along, angle = 1.5 * rng.random(600), 2.0 * np.pi * rng.random(600)
+    out = 27.0 + np.cos(angle)
+    points = np.column_stack([out * np.cos(along), out * np.sin(along), np.sin(angle)])
+    turn = Rotation.from_euler("xyz", [0.4, -1.1, 2.0]).as_matrix()
+    first = neurbs.reconstruct(points)
+    moved = neurbs.reconstruct((3.7 * points @ turn.T + [5.0, -3.0, 2.0])[rng.permutation(600)])
+    assert first.report.topology == moved.report.topology == "tube"
+    places = rng.random((2000, 2))
+    back = (moved.surface.evaluate(places) - [5.0, -3.0, 2.0]) @ turn / 3.7
+    assert np.abs(back - first.surface.evaluate(places)).max() < 1e-9 * first.report.diagonal
