@@ -67,8 +67,10 @@ const STEPS_OF_STRAGGLERS: usize = 8;
 const ENOUGH: usize = 16;
 const LEAST_SEEN: usize = 2000;
 
-/// Iterations end when the error falls by less than this share.
+/// Iterations end when the error falls by less than this share; and by which on a domain that is bent thereafter,
+/// with which they go on.
 const CONVERGED: f64 = 0.06;
+const CONVERGED_FOR_NOW: f64 = 0.15;
 
 /// Iterations go on beyond their limit, up to so many times, while the error falls under this share
 /// of what it was: where a surface passes through all points they converge ever faster.
@@ -186,13 +188,17 @@ impl<'a> Fitting<'a> {
         self.aim() >= FAIRNESS_OF_NOISE
     }
 
+    /// Whether the domain ends where points do, or nowhere.
+    fn ends_are_known(&self) -> bool {
+        self.bent || self.closed == [true, true]
+    }
+
     /// The first step of cross-validation, if it is asked at this iteration.
     fn asked(&self, iteration: usize) -> Option<f64> {
         if self.fixed.is_some() {
             return None;
         }
-        let ends_are_known = self.bent || self.closed == [true, true];
-        if iteration == ASKED_OF_NOISE && self.noisy() && ends_are_known {
+        if iteration == ASKED_OF_NOISE && self.noisy() && self.ends_are_known() {
             return Some(cross_validation::FROM_NEAR);
         }
         ASKED.contains(&iteration).then_some(cross_validation::FROM_KNOWN)
@@ -273,12 +279,13 @@ impl<'a> Fitting<'a> {
         let (mut energy, mut along_axes) = self.energy_along_axes(space, lengths);
         let mut surface = from;
         let mut error = f64::INFINITY;
+        let falls = if self.ends_are_known() { CONVERGED } else { CONVERGED_FOR_NOW };
         for iteration in 0..MOST_TIMES * limit {
             let feet = self.correct(&surface, STEPS);
             let found = self.rms(&feet);
             self.error = Some(found);
             let settled = self.falling <= self.aim() && iteration >= LEAST_ITERATIONS.min(limit);
-            let most = if iteration < limit { 1.0 - CONVERGED } else { CONVERGING };
+            let most = if iteration < limit { 1.0 - falls } else { CONVERGING };
             if settled && found > most * error || iteration >= limit && found > CONVERGING * error {
                 break;
             }

@@ -250,11 +250,11 @@ impl Likelihood {
             let share = 1.0 / (1.0 + z.exp());
             let falls = self.stride as f64 * share;
             let bends = falls * (1.0 - share) / (scale * scale);
-            for (i, a) in basis.values.iter().enumerate() {
-                let row = (basis.first + i) % size;
+            let touched = [0, 1, 2, 3].map(|i| wrapped(basis.first + i, size));
+            for (row, a) in touched.into_iter().zip(basis.values) {
                 slopes[row] -= falls / scale * a;
-                for (j, b) in basis.values.iter().enumerate() {
-                    matrix.values[row * size + (basis.first + j) % size] += bends * a * b;
+                for (col, b) in touched.into_iter().zip(basis.values) {
+                    matrix.values[row * size + col] += bends * a * b;
                 }
             }
         }
@@ -284,10 +284,15 @@ pub(super) fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
     weighted(heights, basis.first, &basis.values)
 }
 
+/// The control point of a curve with so many that comes round to this one.
+fn wrapped(index: usize, control_points: usize) -> usize {
+    if index < control_points { index } else { index - control_points }
+}
+
 /// Heights from the first on, each by its weight; closed curves repeat them.
 fn weighted(heights: &[f64], first: usize, weights: &[f64; 4]) -> f64 {
-    let at = |i: usize| if i < heights.len() { i } else { i - heights.len() };
-    weights.iter().enumerate().map(|(i, weight)| weight * heights[at(first + i)]).sum()
+    let at = |i: usize| wrapped(first + i, heights.len());
+    weights.iter().enumerate().map(|(i, weight)| weight * heights[at(i)]).sum()
 }
 
 /// Basis functions of some places added up; closed curves repeat them.
@@ -298,7 +303,7 @@ pub(super) fn sums<'a>(
     let mut sums = vec![0.0; control_points];
     for basis in bases {
         for (i, value) in basis.values.iter().enumerate() {
-            sums[(basis.first + i) % control_points] += value;
+            sums[wrapped(basis.first + i, control_points)] += value;
         }
     }
     sums
@@ -312,7 +317,7 @@ fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
         for (place, weight) in gauss::rule(DEGREE) {
             let basis = Basis::<4>::at(knots, span[0] + place * length);
             for (i, value) in basis.values.iter().enumerate() {
-                areas[(basis.first + i) % control_points] += weight * length * value;
+                areas[wrapped(basis.first + i, control_points)] += weight * length * value;
             }
         }
     }

@@ -12,7 +12,7 @@ use super::start::{OrderedStart, learn, net};
 use super::unwound::Unwound;
 use super::{ReconstructOptions, Start, heights};
 use crate::error::{Error, Result};
-use crate::fit::{Growth, bounded, diameter, lengths};
+use crate::fit::{Growth, bounded, diameter};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 use crate::topology::{Chart, Kind, Pipe, around_axis};
@@ -33,15 +33,18 @@ const BY_CHANCE: (f64, f64) = (5.0, 0.02);
 const MAP_POINTS: usize = 20_000;
 
 /// How near to its points a surface is that no other need be looked for, as a share of their diameter; and how
-/// near a sheet is, as a share of the distances of steep heights, that is taken instead of them.
+/// near another is, as a share of its distances, that is taken instead: a sheet instead of steep heights, or a tube
+/// instead of a sheet.
 const NEAR: f64 = 2e-5;
 const NEARER: f64 = 0.8;
 
-/// How many times longer than wide a sheet is at least that may go around a pipe, and how near a tube is, as a share
-/// of its distances, that is taken instead: if the pipe is round, and if not.
-const LONG: f64 = 2.0;
-const AS_NEAR: f64 = 1.2;
+/// How near a tube is around what has a point, which a sheet may cover without a hole.
 const CLEARLY_NEARER: f64 = 0.5;
+
+/// How near one around a round pipe is, and that as a share of what the points scatter around it, unless the sheet
+/// is so near as it only gets to points that do not scatter.
+const AS_NEAR: f64 = 1.2;
+const TOO_NEAR: f64 = 0.3;
 
 /// Points in a frame.
 pub(super) struct Placed {
@@ -133,15 +136,15 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        if heights.error() <= NEAR * self.placed.frame.length(diameter(&self.placed.points)) {
+        if heights.error() <= self.near_enough() {
             return Ok(heights);
         }
         let sheet = self.candidate(Shape::new(Kind::Sheet, None), None, clock, observer);
-        heights.or_nearer(sheet, NEARER)
+        heights.or_nearer(sheet, NEARER, 0.0)
     }
 
-    /// The tube instead of a sheet that was found out, if it goes around a long pipe and is clearly nearer to the
-    /// points: loops around few of them hide among accidental ones.
+    /// The tube instead of a sheet that was found out, if it goes around a long pipe and is nearer to the points, or
+    /// as near as they scatter: loops around few of them hide among accidental ones.
     pub(super) fn or_tube(
         &self,
         sheet: Candidate<'a>,
@@ -150,17 +153,25 @@ impl<'a> Wanted<'a> {
     ) -> Result<Candidate<'a>> {
         let &Self { placed: Placed { frame, sample, .. }, options, .. } = self;
         let free = options.topology.is_none() && options.init == Start::Auto;
-        let (along_u, along_v) = lengths(&sheet.fit.surface);
-        let long = along_u.max(along_v) > LONG * along_u.min(along_v);
-        if !free || !long || sheet.job.shape.kind != Kind::Sheet {
+        if !free || sheet.job.shape.kind != Kind::Sheet {
             return Ok(sheet);
         }
         let pipe = around_axis(sample, observer)?;
         clock.lap("topology");
-        let Some(Pipe { mut chart, round, .. }) = pipe else { return Ok(sheet) };
+        let Some(Pipe { mut chart, round, scatter, open }) = pipe else { return Ok(sheet) };
         chart.points.iter_mut().for_each(|point| *point = frame.undo(*point));
         let tube = self.candidate(Shape::new(Kind::Tube, None), Some(&chart), clock, observer);
-        sheet.or_nearer(tube, if round { AS_NEAR } else { CLEARLY_NEARER })
+        if !(round && open) {
+            return sheet.or_nearer(tube, if open { NEARER } else { CLEARLY_NEARER }, 0.0);
+        }
+        let scatter = AS_NEAR * frame.length(scatter);
+        let noise = if sheet.error() > TOO_NEAR * scatter { scatter } else { 0.0 };
+        sheet.or_nearer(tube, AS_NEAR, noise.max(self.near_enough()))
+    }
+
+    /// How near to its points a surface is that no other need be looked for.
+    fn near_enough(&self) -> f64 {
+        NEAR * self.placed.frame.length(diameter(&self.placed.points))
     }
 
     /// Points by which the map's start is ordered.
@@ -215,12 +226,17 @@ impl<'a> Wanted<'a> {
 }
 
 impl<'a> Candidate<'a> {
-    /// This one, or another without flaws whose distance is less than this share of its own.
-    fn or_nearer(self, other: Result<Candidate<'a>>, share: f64) -> Result<Candidate<'a>> {
+    /// This one, or another without flaws whose distance is less than this share of its own, or than another
+    /// distance.
+    fn or_nearer(
+        self,
+        other: Result<Candidate<'a>>,
+        share: f64,
+        near: f64,
+    ) -> Result<Candidate<'a>> {
+        let enough = (share * self.error()).max(near);
         match other {
-            Ok(other) if other.flaws.count() == 0 && other.error() < share * self.error() => {
-                Ok(other)
-            }
+            Ok(other) if other.flaws.count() == 0 && other.error() < enough => Ok(other),
             Err(Error::Interrupted) => Err(Error::Interrupted),
             _ => Ok(self),
         }

@@ -42,6 +42,11 @@ const MOST_WIDENED: f64 = 1.25;
 /// thousandth of its radius off, with ten a tenth of that.
 const AROUND: f64 = 10.0;
 
+/// How many times farther apart control points along a tube are at most than around it, where that is free and there
+/// are so many points to each: a long one bends where its net could not follow.
+const STRETCHED: f64 = 2.0;
+const POINTS_PER_CONTROL_POINT: usize = 2;
+
 /// Least number of control points in a direction for which a degree is kept.
 pub(super) const LEAST_SIDE: usize = 4;
 
@@ -90,9 +95,20 @@ impl OrderedStart {
             let ratio = chart.lengths.0 / chart.lengths.1;
             // What goes all the way round bends as often whatever its length, and the error of cubic
             // splines falls with the fourth power of their number.
-            let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
-            let net =
-                split(if chart.closed_v { ratio.powf(0.25) } else { ratio.max(enough.min(1.0)) });
+            let net = if chart.closed_v {
+                split(ratio.powf(0.25))
+            } else {
+                let along = AROUND / (STRETCHED * ratio);
+                let held = count / (POINTS_PER_CONTROL_POINT * whole(AROUND));
+                let long = whole(AROUND) * whole(along).min(held);
+                let budget = if options.grid.is_none() && long > budget.0 * budget.1 {
+                    (whole(AROUND), long / whole(AROUND))
+                } else {
+                    budget
+                };
+                let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
+                net(budget, ratio.max(enough.min(1.0)), options)
+            };
             let lattice = lattice(net, count, topology)?;
             let nodes = frame.counted(&chart.lattice(lattice.shape()));
             return Ok(Self::new(lattice, nodes, net));

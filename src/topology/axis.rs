@@ -1,11 +1,12 @@
-//! A long pipe, in order along its axis and around it.
+//! A pipe, in order along its axis and around it.
 //!
-//! Loops around few points hide among accidental ones; but where a pipe is much longer than wide, ways along the
-//! surface from one end tell where on its axis each point is, and the mean of those in a section where the axis is.
+//! Loops around few points hide among accidental ones; but where a pipe is longer than wide, ways along the surface
+//! from one end tell roughly where on its axis each point is, the mean of those in a section roughly where the axis
+//! is, and the middle of the circle nearest to them exactly so, if the pipe is round.
 
 use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 
 use super::start::Chart;
 use crate::point_cloud::NeighborGraph;
@@ -14,17 +15,28 @@ use crate::point_cloud::NeighborGraph;
 const SECTION: usize = 24;
 const FEWEST: usize = 4;
 
-/// Times that the axis is found: ways from one end lead askew at first.
-const ROUNDS: usize = 3;
+/// Times that the axis is found: ways from one end lead askew at first, in a coil most.
+const ROUNDS: usize = 5;
 
-/// Rounds in which places on the axis take the mean of those beside them, too.
+/// Between the nearest and the farthest tenth of normally scattered numbers are so many deviations.
+const TENTHS: f64 = 2.563;
+
+/// The product of a section's principal moments as a share of the square of their sum below which it is a line.
+const LINE: f64 = 1e-2;
+
+/// Rounds in which places on the axis are smoothed, so that cubic curves stay as they are: a mean of those beside
+/// them would draw a coil in.
 const SMOOTHING: usize = 3;
 
 /// Pieces of the axis before and after that of a point's own rank among which it may be.
 const NEAR: usize = 6;
 
-/// How many times longer than around a pipe is at least.
+/// How many times longer than around a pipe is at least, one that is round, and one whose loops hide among accidental
+/// ones; and how much of that shows itself at first.
 const LONG: f64 = 2.0;
+pub(super) const LONG_IF_ROUND: f64 = 0.6;
+pub(super) const WITHOUT_LOOPS: f64 = 1.25;
+const AT_FIRST: f64 = 0.7;
 
 /// Distance from the axis of the nearest tenth of the points, as a share of that of the farthest: points in a strip
 /// or a body come near its middle.
@@ -47,37 +59,48 @@ pub(crate) struct Pipe {
     /// Whether they lie all as far from it as others there, so that nothing but a pipe goes through them, or a body
     /// with a point.
     pub(crate) round: bool,
+    /// How far off circles around it they are, by root mean square, if they scatter normally.
+    pub(crate) scatter: f64,
     /// Whether hardly any lie so near to it as some do where a body has a point.
     pub(crate) open: bool,
 }
 
-/// The long pipe on which points lie; `None` if they do not lie around an axis.
-pub(super) fn around_axis(points: &[DVec3], graph: &NeighborGraph) -> Option<Pipe> {
+/// The pipe on which points lie, at least so many times longer than around; `None` if they do not lie around an axis.
+pub(super) fn around_axis(points: &[DVec3], graph: &NeighborGraph, least: f64) -> Option<Pipe> {
     if points.is_empty() {
         return None;
     }
     let ways = |from: u32| graph.distances_from(&[from]);
     let first = (0_u32..).zip(ways(0)).max_by(|a, b| a.1.total_cmp(&b.1))?.0;
     let mut order = ranked(&ways(first));
-    let (mut section, mut found) = (SECTION, None);
-    for _ in 0..ROUNDS {
-        let places = Axis::of(points, &order, section)?.places(points, &order);
+    let mean = |some: &[usize]| some.iter().map(|&i| points[i]).sum::<DVec3>() / some.len() as f64;
+    let mut axis = Axis::through(sections(&order, SECTION).map(mean).collect(), SECTION)?;
+    let mut round = 1;
+    let (places, girth) = loop {
+        let places = axis.places(points, &order);
         order = ranked(&places.iter().map(|place| place.0).collect::<Vec<f64>>());
-        let girth = Girth::of(&places, &order, section);
-        section = girth.section(points.len()).max(SECTION);
-        found = Some((places, girth));
-    }
-    let (places, girth) = found?;
+        let girth = Girth::of(&places, &order);
+        if round == ROUNDS {
+            break (places, girth);
+        }
+        if girth.slenderness() < AT_FIRST * least {
+            return None;
+        }
+        let section = girth.section(points.len()).max(SECTION);
+        axis = Axis::through(axis.middles(&places, &order, section), section)?;
+        round += 1;
+    };
     let uv = |&(along, across): &(f64, DVec2)| {
         let turns = (across.to_angle() / TAU).rem_euclid(1.0);
         DVec2::new(turns, (along - girth.ends.0) / girth.length())
     };
     let uv: Vec<DVec2> = places.iter().map(uv).collect();
-    let lengths = (TAU * girth.usual, girth.length());
-    let whole = girth.hollow > HOLLOW && lengths.1 > LONG * lengths.0 && gap(&uv) < OPEN;
+    let (round, open) = (girth.hollow > ROUND, girth.narrowest > POINTED * girth.widest);
+    let long = girth.slenderness() > if round { least } else { LONG };
+    let whole = girth.hollow > HOLLOW && long && gap(&uv) < OPEN;
+    let lengths = (girth.around(), girth.length());
     let chart = Chart { points: points.to_vec(), uv, lengths, closed_v: false };
-    let round = girth.hollow > ROUND;
-    whole.then_some(Pipe { chart, round, open: girth.narrowest > POINTED * girth.widest })
+    whole.then_some(Pipe { chart, round, scatter: girth.scatter, open })
 }
 
 /// How points lie around an axis.
@@ -86,32 +109,47 @@ struct Girth {
     usual: f64,
     narrowest: f64,
     widest: f64,
-    /// That of the nearest tenth as a share of that of the farthest, both beside others at the same place along it.
+    /// That of the nearest tenth as a share of that of the farthest, both as compared with others at the same place
+    /// along it.
     hollow: f64,
+    /// How far they are from that of others, by root mean square, if they scatter normally.
+    scatter: f64,
     /// Where along it the first and the last are.
     ends: (f64, f64),
 }
 
 impl Girth {
-    /// Of points with these places, in this order along the axis, as compared with so many around them.
-    fn of(places: &[(f64, DVec2)], order: &[usize], around: usize) -> Self {
+    /// Of points with these places, in this order along the axis.
+    fn of(places: &[(f64, DVec2)], order: &[usize]) -> Self {
         let mut radii: Vec<f64> = order.iter().map(|&index| places[index].1.length()).collect();
-        let sections = radii.chunks(around);
-        let mean = |section: &[f64]| section.iter().sum::<f64>() / section.len() as f64;
-        let mut shares: Vec<f64> = sections
-            .flat_map(|section| section.iter().map(move |radius| radius / mean(section)))
-            .collect();
+        let shares = |some: &[usize]| {
+            let some: Vec<DVec2> =
+                some.iter().map(|&i| DVec2::new(places[i].0, places[i].1.length())).collect();
+            let trend = trend(&some);
+            some.into_iter().map(move |place| place.y / trend(place.x)).collect::<Vec<f64>>()
+        };
+        let mut shares: Vec<f64> = order.chunks(SECTION).flat_map(shares).collect();
         let ends = (places[order[0]].0, places[order[order.len() - 1]].0);
         radii.sort_by(f64::total_cmp);
         shares.sort_by(f64::total_cmp);
         let [near, far] = [1, 9].map(|tenth| shares[shares.len() * tenth / 10]);
         let [narrowest, usual, widest] =
             [1, 25, 45].map(|fiftieth| radii[radii.len() * fiftieth / 50]);
-        Self { usual, narrowest, widest, hollow: near / far, ends }
+        let scatter = usual * (far - near) / TENTHS;
+        Self { usual, narrowest, widest, hollow: near / far, scatter, ends }
     }
 
     fn length(&self) -> f64 {
         self.ends.1 - self.ends.0
+    }
+
+    fn around(&self) -> f64 {
+        TAU * self.usual
+    }
+
+    /// How many times longer than around it is.
+    fn slenderness(&self) -> f64 {
+        self.length() / self.around()
     }
 
     /// Of so many points, those in a section that is as long as wide.
@@ -129,6 +167,37 @@ fn gap(uv: &[DVec2]) -> f64 {
     turns.sort_by(f64::total_cmp);
     let around = turns[0] + 1.0 - turns[turns.len() - 1];
     turns.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max)
+}
+
+/// The line nearest to places over their first coordinate.
+fn trend(places: &[DVec2]) -> impl Fn(f64) -> f64 + use<> {
+    let mean = places.iter().sum::<DVec2>() / places.len() as f64;
+    let apart = places.iter().map(|&place| place - mean);
+    let moments = apart.fold(DVec2::ZERO, |sum, apart| sum + apart * apart.x);
+    let slope = if moments.x > 0.0 { moments.y / moments.x } else { 0.0 };
+    move |at| mean.y + slope * (at - mean.x)
+}
+
+/// So many points that follow one another, every half as many.
+fn sections(order: &[usize], section: usize) -> impl Iterator<Item = &[usize]> {
+    order.windows(section).step_by(section / 2)
+}
+
+/// The middle of the circle nearest to places, of least squares in the squared radius (I. Kasa, *A circle fitting
+/// procedure and its error analysis*, 1976); their mean, if they lie in a line.
+fn middle(places: impl Iterator<Item = DVec2> + Clone) -> DVec2 {
+    let mean = places.clone().sum::<DVec2>() / places.clone().count() as f64;
+    let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
+    for apart in places.map(|place| place - mean) {
+        moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
+        right += 0.5 * apart.length_squared() * apart;
+    }
+    let spread = moments.col(0).x + moments.col(1).y;
+    if moments.determinant() > LINE * spread * spread {
+        mean + moments.inverse() * right
+    } else {
+        mean
+    }
 }
 
 /// The points in the order of their places along something.
@@ -150,18 +219,20 @@ struct Axis {
 }
 
 impl Axis {
-    /// Through the middle of sections of so many points in this order; `None` if there are few.
-    fn of(points: &[DVec3], order: &[usize], section: usize) -> Option<Self> {
-        let step = section / 2;
-        let mean = |some: &[usize]| some.iter().map(|&i| points[i]).sum::<DVec3>() / section as f64;
-        let mut nodes: Vec<DVec3> = order.windows(section).step_by(step).map(mean).collect();
+    /// Through these nodes, of sections of so many points; `None` if there are few.
+    fn through(mut nodes: Vec<DVec3>, section: usize) -> Option<Self> {
         if nodes.len() < FEWEST {
             return None;
         }
         for _ in 0..SMOOTHING {
             let beside = |at: usize| {
-                let (before, after) = (at.saturating_sub(1), (at + 1).min(nodes.len() - 1));
-                0.25 * (nodes[before] + nodes[after]) + 0.5 * nodes[at]
+                let reach = at.min(nodes.len() - 1 - at).min(2);
+                let mean = |apart: usize| 0.5 * (nodes[at - apart] + nodes[at + apart]);
+                match reach {
+                    0 => nodes[at],
+                    1 => 0.5 * (nodes[at] + mean(1)),
+                    _ => 0.625 * nodes[at] + 0.5 * mean(1) - 0.125 * mean(2),
+                }
             };
             nodes = (0..nodes.len()).map(beside).collect();
         }
@@ -177,7 +248,23 @@ impl Axis {
             across = across.reject_from(way).normalize_or(way.any_orthonormal_vector());
             [way, across]
         };
-        Some(Self { frames: steps.iter().map(frame).collect(), lengths, nodes, step })
+        Some(Self { frames: steps.iter().map(frame).collect(), lengths, nodes, step: section / 2 })
+    }
+
+    /// The middles of the circles nearest to sections of so many points with these places, in this order.
+    fn middles(&self, places: &[(f64, DVec2)], order: &[usize], section: usize) -> Vec<DVec3> {
+        let middle = |some: &[usize]| {
+            let along = some.iter().map(|&i| places[i].0).sum::<f64>() / some.len() as f64;
+            let piece = self.lengths.partition_point(|&length| length < along);
+            let piece = piece.saturating_sub(1).min(self.frames.len() - 1);
+            let [way, first] = self.frames[piece];
+            let across = middle(some.iter().map(|&i| places[i].1));
+            self.nodes[piece]
+                + (along - self.lengths[piece]) * way
+                + across.x * first
+                + across.y * way.cross(first)
+        };
+        sections(order, section).map(middle).collect()
     }
 
     /// Where points are along the axis and across, near the sections of their ranks.
@@ -228,7 +315,7 @@ mod tests {
             })
             .unzip();
         let graph = NeighborGraph::of(&points, 8, &mut Silent).unwrap();
-        (around_axis(&points, &graph).map(|pipe| pipe.chart), along)
+        (around_axis(&points, &graph, LONG_IF_ROUND).map(|pipe| pipe.chart), along)
     }
 
     #[test]
@@ -252,10 +339,10 @@ mod tests {
         assert!(chart(1.5, 0.8).0.is_none());
         assert!(chart(1.5, 0.3).0.is_none());
         let ring: Vec<DVec3> =
-            (0..600).map(f64::from).map(|i| DVec2::from_angle(2.4 * i).extend(i / 100.0)).collect();
+            (0..600).map(f64::from).map(|i| DVec2::from_angle(2.4 * i).extend(i / 200.0)).collect();
         let graph = NeighborGraph::of(&ring, 8, &mut Silent).unwrap();
-        assert!(around_axis(&ring, &graph).is_none());
+        assert!(around_axis(&ring, &graph, LONG_IF_ROUND).is_none());
         let none = NeighborGraph::of(&[], 8, &mut Silent).unwrap();
-        assert!(around_axis(&[], &none).is_none());
+        assert!(around_axis(&[], &none, LONG_IF_ROUND).is_none());
     }
 }

@@ -296,7 +296,7 @@ fn look(
 /// The pipe on which points lie, if they lie around an axis that is much longer than the ways around it.
 pub(crate) fn around_axis(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Pipe>> {
     let cloud = Cloud::of(&own_sample(points, MOST_FOR_LOOPS), MOST_FOR_LOOPS, None, observer)?;
-    Ok(axis::around_axis(&cloud.points, &cloud.graph))
+    Ok(axis::around_axis(&cloud.points, &cloud.graph, axis::LONG_IF_ROUND))
 }
 
 /// Whether more points than were looked at show layers above one another along this direction.
@@ -366,10 +366,8 @@ impl Cloud {
     fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
-        if asked && let Some(Pipe { chart, .. }) = axis::around_axis(&self.points, &self.graph) {
-            let (long, high) = chart.lengths;
-            let reason = format!("it goes around an axis, {long:.4} long, and is {high:.4} high");
-            return Ok(Topology { chart: Some(chart), ..Topology::new(Kind::Tube, reason) });
+        if asked && let Some(pipe) = self.around_axis(axis::WITHOUT_LOOPS) {
+            return Ok(pipe);
         }
         let landmarks = Landmarks::of(&self.points, &self.graph);
         let found = landmarks.loops(circle::REACH);
@@ -408,7 +406,22 @@ impl Cloud {
             let torus = closest.iter().find_map(|loops| self.torus(loops));
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
+        let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
+        if asked
+            && unsure
+            && let Some(pipe) = self.around_axis(axis::LONG_IF_ROUND)
+        {
+            return Ok(pipe);
+        }
         Ok(judged.unwrap_or_else(|| self.open(&found)))
+    }
+
+    /// The tube around an axis so many times longer than the ways around it.
+    fn around_axis(&self, least: f64) -> Option<Topology> {
+        let Pipe { chart, .. } = axis::around_axis(&self.points, &self.graph, least)?;
+        let (long, high) = chart.lengths;
+        let reason = format!("it goes around an axis, {long:.4} long, and is {high:.4} high");
+        Some(Topology { chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
     }
 
     /// The torus around which these loops go.

@@ -758,7 +758,7 @@ def test_long_pipes_of_few_points_are_tubes(length: float, count: int, bend: flo
 
 
 @pytest.mark.parametrize("length", [2.0, 6.0, 20.0])
-@pytest.mark.parametrize("narrower", [0.2, 0.5])
+@pytest.mark.parametrize("narrower", [0.2, 0.5, 0.75])
 def test_cups_that_stand_are_tubes_in_their_own_units(length: float, narrower: float) -> None:
     rng = np.random.default_rng(7)
     along, angle = rng.random(2000), 2.0 * np.pi * rng.random(2000)
@@ -768,6 +768,39 @@ def test_cups_that_stand_are_tubes_in_their_own_units(length: float, narrower: f
     assert result.report.topology == "tube"
     assert not any("units" in warning for warning in result.report.warnings)
     assert result.report.rms < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("count", "narrower", "noise"), [(600, 0.0, 0.0), (1500, 0.6, 0.0), (1500, 0.0, 0.05)]
+)
+def test_coils_are_tubes(count: int, narrower: float, noise: float) -> None:
+    rng = np.random.default_rng(5)
+
+    def coil(turn: Points, angle: Points) -> Points:
+        # A pipe of radius 1 about one of 4, whose windings are 7 apart.
+        radius = 1.0 - narrower * turn / (4.0 * np.pi)
+        out, up = 4.0 + radius * np.cos(angle), radius * np.sin(angle) + 7.0 * turn / (2.0 * np.pi)
+        return np.column_stack([out * np.cos(turn), out * np.sin(turn), up])
+
+    points = coil(4.0 * np.pi * rng.random(count), 2.0 * np.pi * rng.random(count))
+    points += noise * rng.standard_normal(points.shape)
+    result = neurbs.reconstruct(points)
+    assert result.report.topology == "tube"
+    assert not result.report.warnings
+    places = coil(rng.uniform(0.3, 4.0 * np.pi - 0.3, 2000), 2.0 * np.pi * rng.random(2000))
+    off = result.surface.closest_points(places).distances
+    assert np.sqrt(np.mean(off**2)) < max(0.01, 0.5 * noise)
+
+
+def test_a_waist_of_few_points_is_a_tube() -> None:
+    for seed in range(4):
+        along, angle = np.random.default_rng(seed).random((2, 200))
+        radius = np.cosh(2.0 * along - 1.0)
+        angle *= 2.0 * np.pi
+        points = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 6.0 * along])
+        result = neurbs.reconstruct(points)
+        assert result.report.topology == "tube", seed
+        assert result.report.rms < 1e-4 * result.report.diagonal, seed
 
 
 def test_long_pipes_are_the_same_however_they_are_turned() -> None:
