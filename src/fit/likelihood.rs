@@ -145,29 +145,11 @@ impl Likelihood {
         self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
     }
 
-    /// The logarithm of the likelihood of a curve, and of what its bending costs.
-    fn worth(&self, heights: &[f64], scale: f64) -> f64 {
-        let area: f64 = self.slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
-        let likely = |place: &Place| {
-            let (z, _) = place.behind(heights, scale);
-            if z > UNTOUCHED {
-                0.0
-            } else if z > 0.0 {
-                -(-z).exp().ln_1p()
-            } else {
-                z - z.exp().ln_1p()
-            }
-        };
-        let bent: f64 = self.bends().map(|three| bend(heights, three).powi(2)).sum();
-        let likely: f64 = self.touching(heights, scale).map(likely).sum();
-        area + self.stride as f64 * likely - 0.5 * self.stiffness * self.count * bent
-    }
-
     /// Newton's steps to the likeliest curve with a blur of this scale.
     pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) {
-        let mut worth = self.worth(heights, scale);
+        let mut here = self.local(heights, scale);
         for _ in 0..STEPS {
-            let Some(step) = self.step(heights, scale) else { return };
+            let Some(step) = here.step() else { return };
             let mut share = 1.0;
             let mut moved = 0.0;
             for _ in 0..SHORTENINGS {
@@ -175,11 +157,11 @@ impl Likelihood {
                 let next: Vec<f64> = steps
                     .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
                     .collect();
-                let there = self.worth(&next, scale);
-                if there >= worth {
+                let there = self.local(&next, scale);
+                if there.worth >= here.worth {
                     let moves = next.iter().zip(heights.iter()).map(|(a, b)| (a - b).abs());
                     moved = moves.fold(0.0, f64::max);
-                    (*heights, worth) = (next, there);
+                    (*heights, here) = (next, there);
                     break;
                 }
                 share *= SHORTENING;
@@ -190,16 +172,11 @@ impl Likelihood {
         }
     }
 
-    fn step(&self, heights: &[f64], scale: f64) -> Option<Vec<f64>> {
-        let (matrix, slopes) = self.equations(heights, scale);
-        matrix.cholesky().map(|factor| factor.solve(&slopes))
-    }
-
     /// Standard deviations of the height where each control point has most to say, by Laplace's
     /// approximation of the likelihood: its second derivatives are the inverse of the variances.
     pub(super) fn deviations(&self, heights: &[f64], scale: f64) -> Vec<f64> {
         let size = self.slopes.len();
-        let Some(factor) = self.equations(heights, scale).0.cholesky() else {
+        let Some(factor) = self.local(heights, scale).matrix.cholesky() else {
             return vec![0.0; size];
         };
         let deviation = |x: f64| {
@@ -214,11 +191,10 @@ impl Likelihood {
     /// The logarithm of how likely the places are with this stiffness, whatever the curve, by
     /// Laplace's approximation around the likeliest one; without what no stiffness changes.
     pub(super) fn evidence(&self, heights: &[f64], scale: f64) -> f64 {
-        let Some(factor) = self.equations(heights, scale).0.cholesky() else {
-            return f64::NEG_INFINITY;
-        };
+        let Local { worth, matrix, .. } = self.local(heights, scale);
+        let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
         let bends = self.bends().count() as f64;
-        self.worth(heights, scale) + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+        worth + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
     }
 
     /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve.
@@ -237,17 +213,21 @@ impl Likelihood {
         self.stiffness = best;
     }
 
-    /// Newton's equations for the next step.
-    fn equations(&self, heights: &[f64], scale: f64) -> (Dense, Vec<f64>) {
+    /// What a curve is worth, and Newton's equations for the next step from it.
+    fn local(&self, heights: &[f64], scale: f64) -> Local {
         let size = self.slopes.len();
         let mut matrix = Dense::new(size);
         let mut slopes = self.slopes.clone();
+        let area: f64 = slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
+        let (mut likely, mut bending) = (0.0, 0.0);
         for place in self.touching(heights, scale) {
             let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
             if z > UNTOUCHED {
                 continue;
             }
-            let share = 1.0 / (1.0 + z.exp());
+            let small = (-z.abs()).exp();
+            likely += z.min(0.0) - small.ln_1p();
+            let share = if z > 0.0 { small } else { 1.0 } / (1.0 + small);
             let falls = self.stride as f64 * share;
             let bends = falls * (1.0 - share) / (scale * scale);
             let touched = [0, 1, 2, 3].map(|i| wrapped(basis.first + i, size));
@@ -261,6 +241,7 @@ impl Likelihood {
         let stiff = self.stiffness * self.count;
         for three in self.bends() {
             let bent = bend(heights, three);
+            bending += bent * bent;
             for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {
                 slopes[row] -= stiff * bent * a;
                 for (&col, b) in three.iter().zip(SECOND_DIFFERENCE) {
@@ -269,7 +250,25 @@ impl Likelihood {
             }
         }
         matrix.add_ridge(RIDGE);
-        (matrix, slopes)
+        let worth = area + self.stride as f64 * likely - 0.5 * stiff * bending;
+        Local { worth, matrix, slopes }
+    }
+}
+
+/// What is known of the likelihood near a curve.
+struct Local {
+    /// The logarithm of the likelihood of the curve, and of what its bending costs.
+    worth: f64,
+    /// What it gains less by a step, the longer that is.
+    matrix: Dense,
+    /// What it gains by raising each control point.
+    slopes: Vec<f64>,
+}
+
+impl Local {
+    /// Newton's step to a likelier curve.
+    fn step(&self) -> Option<Vec<f64>> {
+        self.matrix.cholesky().map(|factor| factor.solve(&self.slopes))
     }
 }
 

@@ -193,15 +193,21 @@ fn spread_out(points: &[DVec3], count: usize) -> (Vec<u32>, f64) {
             let squared = DVec3::new(*x, *y, *z).distance_squared(from);
             *nearest = if squared < *nearest { squared } else { *nearest };
         }
-        let mut farthest = (0, 0.0);
-        for (i, nearest) in nearest.iter().enumerate() {
-            if *nearest > farthest.1 {
-                farthest = (i, *nearest);
-            }
-        }
-        next = farthest.0;
+        let farthest = largest(&nearest);
+        next = nearest.iter().position(|nearest| *nearest == farthest).unwrap_or(0);
     }
-    (chosen, nearest.into_iter().fold(0.0, f64::max).sqrt())
+    (chosen, largest(&nearest).sqrt())
+}
+
+/// The largest of numbers that are not negative.
+fn largest(numbers: &[f64]) -> f64 {
+    // Several that do not wait for one another.
+    let (groups, rest) = numbers.as_chunks::<8>();
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let lanes = groups
+        .iter()
+        .fold([0.0; 8], |most, group| std::array::from_fn(|lane| larger(most[lane], group[lane])));
+    lanes.iter().chain(rest).fold(0.0, |most, &number| larger(most, number))
 }
 
 /// For each landmark the points around it with the lengths of the ways to them.
