@@ -78,11 +78,12 @@ impl Chart {
                 }
                 apart.length_squared() / (2.0 * RADIUS * RADIUS)
             };
+            let apart: Vec<f64> = self.uv.iter().map(apart).collect();
             // As shares of the nearest point's weight, which in a hole would vanish.
-            let nearest = self.uv.iter().map(apart).fold(f64::INFINITY, f64::min);
+            let nearest = apart.iter().copied().fold(f64::INFINITY, f64::min);
             let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-            for (point, uv) in self.points.iter().zip(&self.uv) {
-                let farther = apart(uv) - nearest;
+            for (point, apart) in self.points.iter().zip(apart) {
+                let farther = apart - nearest;
                 if farther < NEGLIGIBLE {
                     let weight = (-farther).exp();
                     sum += weight * *point;
