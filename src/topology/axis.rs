@@ -49,8 +49,11 @@ const ROUND: f64 = 0.8;
 /// has a point at most: those over a disc have 0.15.
 const POINTED: f64 = 0.2;
 
-/// The widest gap around the axis of a pipe, in turns: a groove has one.
+/// The widest gap around the axis of a pipe, in turns: a groove has one. Between columns of points are several, which
+/// are not so many times wider than one another.
 const OPEN: f64 = 0.04;
+const COLUMNS: usize = 6;
+const WIDER: f64 = 1.5;
 
 /// Points around a long axis.
 pub(crate) struct Pipe {
@@ -97,7 +100,7 @@ pub(super) fn around_axis(points: &[DVec3], graph: &NeighborGraph, least: f64) -
     let uv: Vec<DVec2> = places.iter().map(uv).collect();
     let (round, open) = (girth.hollow > ROUND, girth.narrowest > POINTED * girth.widest);
     let long = girth.slenderness() > if round { least } else { LONG };
-    let whole = girth.hollow > HOLLOW && long && gap(&uv) < OPEN;
+    let whole = girth.hollow > HOLLOW && long && is_closed(&uv);
     let lengths = (girth.around(), girth.length());
     let chart = Chart { points: points.to_vec(), uv, lengths, closed_v: false };
     whole.then_some(Pipe { chart, round, scatter: girth.scatter, open })
@@ -161,12 +164,15 @@ impl Girth {
     }
 }
 
-/// The widest gap between points around the axis, in turns.
-fn gap(uv: &[DVec2]) -> f64 {
+/// Whether points lie all around the axis.
+fn is_closed(uv: &[DVec2]) -> bool {
     let mut turns: Vec<f64> = uv.iter().map(|uv| uv.x).collect();
     turns.sort_by(f64::total_cmp);
     let around = turns[0] + 1.0 - turns[turns.len() - 1];
-    turns.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max)
+    let mut gaps: Vec<f64> = turns.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    gaps.push(around);
+    gaps.sort_by(|a, b| b.total_cmp(a));
+    gaps[0] < OPEN || gaps.get(COLUMNS - 1).is_some_and(|gap| gaps[0] < WIDER * gap)
 }
 
 /// The line nearest to places over their first coordinate.
@@ -332,6 +338,20 @@ mod tests {
             assert!(off(true).min(off(false)) < 0.03);
             assert!((lengths.0 / TAU - 1.0).abs() < 0.05 && (lengths.1 - 40.0).abs() < 2.0);
         }
+    }
+
+    /// Places in so many columns around an axis, of which some are missing.
+    fn columns(count: usize, missing: usize) -> Vec<DVec2> {
+        let place = |i: usize| (i % count, i / count);
+        let all = (0..50 * count).map(place).filter(|(column, _)| *column >= missing);
+        all.map(|(column, row)| DVec2::new(column as f64 / count as f64, row as f64)).collect()
+    }
+
+    #[test]
+    fn a_missing_column_is_a_slit() {
+        assert!(is_closed(&columns(12, 0)) && is_closed(&columns(24, 0)));
+        assert!(!is_closed(&columns(12, 1)) && !is_closed(&columns(24, 1)));
+        assert!(is_closed(&columns(60, 1)));
     }
 
     #[test]

@@ -803,6 +803,16 @@ def test_a_waist_of_few_points_is_a_tube() -> None:
         assert result.report.rms < 1e-4 * result.report.diagonal, seed
 
 
+@pytest.mark.parametrize(("columns", "rings"), [(8, 15), (12, 40), (24, 50)])
+def test_pipes_measured_ring_by_ring_are_tubes(columns: int, rings: int) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
+    angle, along = (x.ravel() for x in np.meshgrid(angle, np.linspace(0.0, 20.0, rings)))
+    points = np.column_stack([np.cos(angle), np.sin(angle), along])
+    result = neurbs.reconstruct(points)
+    assert result.report.topology == "tube"
+    assert result.report.rms < 2e-4
+
+
 def test_long_pipes_are_the_same_however_they_are_turned() -> None:
     rng = np.random.default_rng(11)
     along, angle = 1.5 * rng.random(600), 2.0 * np.pi * rng.random(600)
