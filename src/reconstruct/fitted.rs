@@ -273,7 +273,7 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
         (Kind::Height, Kind::Sheet) if first == Kind::Height => {
             ", but a sheet comes nearer to the points"
         }
-        (Kind::Sheet, Kind::Tube) => ", but around their axis a tube comes nearer to the points",
+        (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
         _ => return None,
     };
     Some(format!("{}{instead}", found.reason))

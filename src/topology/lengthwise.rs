@@ -6,8 +6,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::conjugate::Conjugate;
 use super::laplacian::Laplacian;
-use super::start::{between_rims, conjugate, rims};
+use super::start::{between_rims, rims};
 use crate::point_cloud::NeighborGraph;
 
 /// One of so many points lies at an end, into which or from which it flows.
@@ -48,7 +49,8 @@ pub(crate) fn lengthwise(points: &[DVec3], graph: &NeighborGraph) -> Option<Leng
         graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
     });
     let potential = Laplacian::of(points.len(), links).solve(&flow);
-    let across = conjugate(points, graph, |from, to| potential[to] - potential[from]);
+    let step = |from: usize, to: usize| potential[to] - potential[from];
+    let across = Conjugate::of(points, graph, step).coordinate();
     let mut ranked: Vec<usize> = (0..points.len()).collect();
     ranked.sort_by(|&a, &b| potential[a].total_cmp(&potential[b]));
     let mut along = vec![0.0; points.len()];

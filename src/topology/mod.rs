@@ -11,11 +11,13 @@ mod axis;
 mod border;
 mod circle;
 mod cohomology;
+mod conjugate;
 mod direction;
 mod disc;
 mod form;
 mod ground;
 mod height_field;
+mod kind;
 mod laplacian;
 mod lengthwise;
 mod start;
@@ -26,6 +28,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use self::circle::{Circle, Landmarks, Loops};
+use self::conjugate::Conjugate;
+use self::form::Course;
 use crate::error::Result;
 use crate::point_cloud::{NeighborGraph, own_sample, rough_sample};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -34,6 +38,7 @@ pub(crate) use self::axis::Pipe;
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
+pub use self::kind::{Kind, Topology};
 pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
 pub use self::start::Chart;
 
@@ -80,82 +85,12 @@ const PIPE: f64 = 2.0;
 /// a circle has 3.5. With less than this the body is closed but for small holes.
 const OUTLINE: f64 = 0.95;
 
-/// What a user should know of a ground that things stand on.
-const STANDING: &str = "things stand on the ground, as trees do, and the surface rises to the middle of them; for \
-    the ground alone, give only points that lie on it";
-
 /// What a user should know who asks for a sheet around a closed body.
 const CLOSED: &str = "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit or \
     by great stretching";
 
 /// Share of a tube's rims that must be seen.
 const RIMS: f64 = 0.3;
-
-/// The kind of a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Open in both directions.
-    Sheet,
-    /// Heights over a plane.
-    Height,
-    /// Closed in u.
-    Tube,
-    /// Closed in both directions.
-    Torus,
-}
-
-impl Kind {
-    /// The kind's name, as Python spells it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sheet => "sheet",
-            Self::Height => "height",
-            Self::Tube => "tube",
-            Self::Torus => "torus",
-        }
-    }
-}
-
-/// What [`detect`] found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Topology {
-    /// The kind of surface that fits the points.
-    pub kind: Kind,
-    /// Why.
-    pub reason: String,
-    /// What a user should know: points on a closed body, which a sheet does not cover.
-    pub warning: Option<String>,
-    /// Of [`Kind::Height`].
-    pub height: Option<HeightField>,
-    /// Of [`Kind::Tube`] and [`Kind::Torus`].
-    pub chart: Option<Chart>,
-}
-
-impl Topology {
-    fn new(kind: Kind, reason: impl Into<String>) -> Self {
-        Self { kind, reason: reason.into(), warning: None, height: None, chart: None }
-    }
-
-    /// That of heights.
-    pub(crate) fn of_heights(height: HeightField) -> Self {
-        let DVec3 { x, y, z } = height.up;
-        let slope = height.slope.ceil();
-        let reason = if height.ground {
-            format!(
-                "most of it is a ground over x and y whose slopes stay under {slope:.0} degrees, and things \
-                 stand on it that are rough and high, as trees are"
-            )
-        } else {
-            format!(
-                "no part of it lies above another along ({x:.2}, {y:.2}, {z:.2}), and slopes stay under \
-                 {slope:.0} degrees"
-            )
-        };
-        let warning = height.ground.then(|| STANDING.to_string());
-        Self { height: Some(height), warning, ..Self::new(Kind::Height, reason) }
-    }
-}
 
 /// Finds out what kind of surface the points lie on. They should be
 /// [clean](crate::point_cloud::clean).
@@ -406,6 +341,7 @@ impl Cloud {
             let torus = closest.iter().find_map(|loops| self.torus(loops));
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
+        judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
         let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
         if asked
             && unsure
@@ -431,6 +367,21 @@ impl Cloud {
         let (long, short) = chart.lengths;
         let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
         Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) })
+    }
+
+    /// The torus that was taken for a tube because its other loop is too short to be seen: where no rims are.
+    fn closed_across(&self, found: &Topology) -> Option<Topology> {
+        let tube = found.kind == Kind::Tube && self.wanted != Some(Kind::Tube);
+        let chart = found
+            .chart
+            .as_ref()
+            .filter(|chart| tube && !chart.closed_v && self.rims_seen(chart) != Some(true))?;
+        let turns: Vec<f64> = chart.uv.iter().map(|uv| uv.x).collect();
+        let across = Conjugate::of_turns(&self.points, &turns, &self.graph).circle()?;
+        let around = Circle { turns, course: Course { length: chart.lengths.0, spread: 1.0 } };
+        let mut shortest = vec![around, across];
+        shortest.sort_by(|a, b| b.course.length.total_cmp(&a.course.length));
+        self.torus(&Loops { shortest, sum: None })
     }
 
     /// The tube around which these loops go; `None` if they go around holes: their lengths differ by

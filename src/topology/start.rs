@@ -1,14 +1,13 @@
 //! Where the points of a closed surface lie on its lattice.
 
-use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::circle::Circle;
-use super::laplacian::Laplacian;
-use crate::point_cloud::{KdTree, Neighbor, NeighborGraph, Plane};
+use super::conjugate::Conjugate;
+use crate::point_cloud::{KdTree, Neighbor, NeighborGraph};
 
 /// Sectors of a tube in which its ends are looked for.
 const SECTORS: usize = 24;
@@ -19,9 +18,6 @@ const RADIUS: f64 = 0.7;
 
 /// Exponent from which on a share of the nearest point's weight is rounding.
 const NEGLIGIBLE: f64 = 40.0;
-
-/// Cosine of the angle from which on neighbours' vectors point to opposite sides: 120 degrees.
-const OPPOSITE: f64 = -0.5;
 
 /// Share of the longest way along a tube that is the least from either end: those of 15 to 60 radii have 0.94
 /// and more, while charts that begin in the middle have 0.9 at most.
@@ -145,9 +141,8 @@ pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option
 /// a Moebius strip has: across it, neighbours then disagree which way is up, wherever that is cut.
 pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> (Chart, bool) {
     let turns = &around.turns;
-    let slopes = quarter_turned(points, graph, |from, to| nearer_way(turns[to] - turns[from]));
-    let opposite = opposite(&slopes, graph) as f64;
-    let across = potential(points, &slopes, graph);
+    let conjugate = Conjugate::of_turns(points, turns, graph);
+    let across = conjugate.coordinate();
     let [first_rim, second_rim] = rims(turns, &across);
     let uv = between_rims(turns, &across);
     let from_first = graph.distances_from(&first_rim);
@@ -155,129 +150,10 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
     let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
     let lengths = (around.course.length, height);
     // As many of them as there are points side by side.
-    let one_sided =
-        opposite * (around.course.length * height / points.len() as f64).sqrt() >= height;
+    let one_sided = conjugate.opposite() as f64
+        * (around.course.length * height / points.len() as f64).sqrt()
+        >= height;
     (Chart { points: points.to_vec(), uv, lengths, closed_v: false }, one_sided)
-}
-
-/// The coordinate that grows across another as fast as that does along itself, of which the steps between
-/// points near one another are known: the conjugate harmonic function. Least squares over the edges of the
-/// graph.
-pub(super) fn conjugate(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    step: impl Fn(usize, usize) -> f64 + Sync,
-) -> Vec<f64> {
-    potential(points, &quarter_turned(points, graph, step), graph)
-}
-
-/// The slopes of a coordinate in the tangent planes, turned by a quarter, all to the same side.
-fn quarter_turned(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    step: impl Fn(usize, usize) -> f64 + Sync,
-) -> Vec<DVec3> {
-    let new_list = || (Vec::new(), vec![usize::MAX; points.len()]);
-    let mut slopes: Vec<DVec3> = (0..points.len())
-        .into_par_iter()
-        .map_init(new_list, |(around, seen_from), point| {
-            let own = points[point];
-            // Neighbours of neighbours show the slope through noise.
-            around.clear();
-            seen_from[point] = point;
-            for edge in graph.edges(point) {
-                for edge in graph.edges(edge.to as usize) {
-                    let other = edge.to as usize;
-                    if std::mem::replace(&mut seen_from[other], point) != point {
-                        around.push(other);
-                    }
-                }
-            }
-            let around = around.iter().copied();
-            let plane = Plane::of(std::iter::once(own).chain(around.clone().map(|i| points[i])));
-            let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
-            for other in around {
-                let apart = points[other] - own;
-                let apart = DVec2::new(plane.axes[0].dot(apart), plane.axes[1].dot(apart));
-                moments += DMat2::from_cols(apart * apart.x, apart * apart.y);
-                right += step(point, other) * apart;
-            }
-            let slope = if moments.determinant() > 1e-9 * moments.col(0).x.powi(2) {
-                moments.inverse() * right
-            } else {
-                DVec2::ZERO
-            };
-            // A quarter turn in the tangent plane; on which side is settled below.
-            -slope.y * plane.axes[0] + slope.x * plane.axes[1]
-        })
-        .collect();
-    align(&mut slopes, graph);
-    slopes
-}
-
-/// The coordinate that has these slopes, as nearly as one can, or their opposites: slopes that were turned by a
-/// quarter have no sense, and it has the one in which it reaches farther from its mean.
-fn potential(points: &[DVec3], slopes: &[DVec3], graph: &NeighborGraph) -> Vec<f64> {
-    let rise =
-        |from: usize, to: usize| 0.5 * (slopes[from] + slopes[to]).dot(points[to] - points[from]);
-    let rises = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
-    let right: Vec<f64> =
-        (0..points.len()).map(|from| -rises(from).map(|(a, b)| rise(a, b)).sum::<f64>()).collect();
-    let links = (0_u32..).zip(points).flat_map(|(from, _)| {
-        graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
-    });
-    let found = Laplacian::of(points.len(), links).solve(&right);
-    let mean = found.iter().sum::<f64>() / found.len() as f64;
-    let skewness: f64 = found.iter().map(|along| (along - mean).powi(3)).sum();
-    found.into_iter().map(|along| skewness.signum() * along).collect()
-}
-
-/// The shorter one of the two ways around between places on a circle, from one way in turns.
-fn nearer_way(step: f64) -> f64 {
-    if step > 0.5 {
-        step - 1.0
-    } else if step < -0.5 {
-        step + 1.0
-    } else {
-        step
-    }
-}
-
-/// Turns vectors so that neighbours point the same way, starting from the first of each piece and
-/// going on where two are most nearly parallel (H. Hoppe and others, *Surface reconstruction from
-/// unorganized points*, 1992).
-fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
-    let mut done = vec![false; vectors.len()];
-    for first in 0..vectors.len() {
-        let mut queue = BinaryHeap::from([(0, first, first)]);
-        while let Some((_, point, from)) = queue.pop() {
-            if std::mem::replace(&mut done[point], true) {
-                continue;
-            }
-            if vectors[point].dot(vectors[from]) < 0.0 {
-                vectors[point] = -vectors[point];
-            }
-            let own = vectors[point].normalize_or_zero();
-            for edge in graph.edges(point) {
-                let other = edge.to as usize;
-                if !done[other] {
-                    let parallel = own.dot(vectors[other].normalize_or_zero()).abs();
-                    // The bits of positive numbers are in the order of the numbers.
-                    queue.push((parallel.to_bits(), other, point));
-                }
-            }
-        }
-    }
-}
-
-/// How many neighbours' vectors point to opposite sides, though all have been aligned.
-fn opposite(vectors: &[DVec3], graph: &NeighborGraph) -> usize {
-    let against = |from: usize, to: usize| {
-        let [a, b] = [from, to].map(|end| vectors[end].normalize_or_zero());
-        a.dot(b) < OPPOSITE
-    };
-    let ends = |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
-    (0..graph.len()).flat_map(ends).filter(|&(from, to)| from < to && against(from, to)).count()
 }
 
 /// For each sector the points with the least and the greatest coordinate across.

@@ -803,6 +803,20 @@ def test_a_waist_of_few_points_is_a_tube() -> None:
         assert result.report.rms < 1e-4 * result.report.diagonal, seed
 
 
+@pytest.mark.parametrize("ratio", [3.0, 5.0])
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_tori_of_few_points_are_found(ratio: float, noise: float) -> None:
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        ring, section, chance = rng.random((3, 3000))
+        kept = chance * (ratio + 1.0) < ratio + np.cos(2.0 * np.pi * section)
+        ring, section = 2.0 * np.pi * ring[kept][:700], 2.0 * np.pi * section[kept][:700]
+        out = ratio + np.cos(section)
+        points = np.column_stack([out * np.cos(ring), out * np.sin(ring), np.sin(section)])
+        points += noise * ratio * rng.standard_normal(points.shape)
+        assert neurbs.detect_topology(points).kind == "torus", seed
+
+
 @pytest.mark.parametrize(("columns", "rings"), [(8, 15), (12, 40), (24, 50)])
 def test_pipes_measured_ring_by_ring_are_tubes(columns: int, rings: int) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
