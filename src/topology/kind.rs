@@ -35,7 +35,7 @@ impl Kind {
     }
 }
 
-/// What [`detect`] found.
+/// What [`detect`](super::detect) found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Topology {
     /// The kind of surface that fits the points.
