@@ -43,7 +43,7 @@ const DISTINCT: f64 = 0.01;
 const MEASURED: usize = 500;
 
 /// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
-/// 1, which is none, if they cannot tell, and that of `energy` if digits do not suffice.
+/// 1, which is none, if they cannot tell or digits do not suffice.
 ///
 /// Two factorizations and inverses within the band at most: as much as two weights cost
 /// cross-validation.
@@ -73,7 +73,7 @@ pub(super) fn more_likely(
     if !before.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
         // An energy cannot hold more than there is: rounding has, where control points lie ever so densely along one
         // direction as compared with the other.
-        return Ok(energy.anisotropy);
+        return Ok(1.0);
     }
     let mut solution = equations.right.clone();
     posterior.solve(&mut solution);
