@@ -13,9 +13,6 @@ use crate::progress::{Epoch, Observer, Progress};
 /// from their middle: far below what anyone measures, and as far above what rounding is off by.
 const STEPS: f64 = (1_u64 << 31) as f64;
 
-/// How many of them are one step for places that were found in another frame, by ways that leave fewer digits.
-const ROUGH: f64 = (1_u64 << 12) as f64;
-
 /// So few points are summed one by one, and so few by one thread.
 const SUMMED: usize = 16;
 const SUMMED_ALONE: usize = 1 << 14;
@@ -62,22 +59,13 @@ impl Frame {
     }
 
     fn apply_counted(&self, point: DVec3) -> DVec3 {
-        self.rounded(point, 1.0)
-    }
-
-    fn rounded(&self, point: DVec3, steps: f64) -> DVec3 {
-        let (place, step) = (self.direction(self.counted.apply(point)), steps * self.step);
-        if step > 0.0 { (place / step).round() * step } else { place }
+        let place = self.direction(self.counted.apply(point));
+        if self.step > 0.0 { (place / self.step).round() * self.step } else { place }
     }
 
     /// Points whose coordinates are what they count.
     pub(super) fn counted(&self, points: &[DVec3]) -> Vec<DVec3> {
         points.par_iter().map(|&point| self.apply_counted(point)).collect()
-    }
-
-    /// Places found in the frame of such points, where work may begin.
-    pub(super) fn roughly(&self, places: &[DVec3]) -> Vec<DVec3> {
-        places.iter().map(|&place| self.rounded(place, ROUGH)).collect()
     }
 
     /// A direction in which coordinates are what they count.

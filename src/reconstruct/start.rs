@@ -110,7 +110,7 @@ impl OrderedStart {
                 net(budget, ratio.max(enough.min(1.0)), options)
             };
             let lattice = lattice(net, count, topology)?;
-            let nodes = frame.roughly(&chart.lattice(lattice.shape()));
+            let nodes = frame.counted(&chart.lattice(lattice.shape()));
             return Ok(Self::new(lattice, nodes, net));
         }
         if topology == Topology::Sheet && options.init != Start::Pca {
