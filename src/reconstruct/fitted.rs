@@ -11,7 +11,7 @@ use super::measured::{Feet, Measured};
 use super::own_frame::Frame;
 use super::report::{Clock, Distances, Report, TrainingReport};
 use super::shape::Shape;
-use super::start::{LEAST_SIDE, in_own_frame, whole};
+use super::start::{LEAST_SIDE, POINTS_PER_FIRST, in_own_frame};
 use super::units::Units;
 use super::{ReconstructOptions, Reconstruction, Start};
 use crate::error::{Error, Result};
@@ -21,8 +21,7 @@ use crate::point_cloud::{Bounds, NoData, no_data};
 use crate::progress::Observer;
 use crate::topology::{Kind, Topology, detect_among, detect_wanted};
 
-/// Points for each control point of the net that growth begins with, and its longest side.
-const POINTS_PER_FIRST: f64 = 2.0;
+/// The longest side of the net that growth begins with.
 const FIRST_SIDE: usize = 12;
 
 /// The stages in which only surfaces with flaws were found in other units, and through all pieces.
@@ -289,7 +288,7 @@ fn warning(found: &Topology, became: Kind, options: &ReconstructOptions<'_>) -> 
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.
 fn default_grid(count: usize) -> (usize, usize) {
-    let side = whole((count as f64 / POINTS_PER_FIRST).sqrt()).clamp(LEAST_SIDE, FIRST_SIDE);
+    let side = (count / POINTS_PER_FIRST).isqrt().clamp(LEAST_SIDE, FIRST_SIDE);
     (side, side)
 }
 

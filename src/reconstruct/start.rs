@@ -43,9 +43,11 @@ const MOST_WIDENED: f64 = 1.25;
 const AROUND: f64 = 10.0;
 
 /// How many times farther apart control points along a tube are at most than around it, where that is free and there
-/// are so many points to each: a long one bends where its net could not follow.
+/// are enough points: a long one bends where its net could not follow.
 const STRETCHED: f64 = 2.0;
-const POINTS_PER_CONTROL_POINT: usize = 2;
+
+/// Points for each control point of the net that growth begins with.
+pub(super) const POINTS_PER_FIRST: usize = 2;
 
 /// Least number of control points in a direction for which a degree is kept.
 pub(super) const LEAST_SIDE: usize = 4;
@@ -93,21 +95,10 @@ impl OrderedStart {
         }
         if let Some(chart) = chart {
             let ratio = chart.lengths.0 / chart.lengths.1;
-            // What goes all the way round bends as often whatever its length, and the error of cubic
-            // splines falls with the fourth power of their number.
             let net = if chart.closed_v {
                 split(ratio.powf(0.25))
             } else {
-                let along = AROUND / (STRETCHED * ratio);
-                let held = count / (POINTS_PER_CONTROL_POINT * whole(AROUND));
-                let long = whole(AROUND) * whole(along).min(held);
-                let budget = if options.grid.is_none() && long > budget.0 * budget.1 {
-                    (whole(AROUND), long / whole(AROUND))
-                } else {
-                    budget
-                };
-                let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
-                net(budget, ratio.max(enough.min(1.0)), options)
+                around_tube(budget, ratio, count, options)
             };
             let lattice = lattice(net, count, topology)?;
             let nodes = frame.counted(&chart.lattice(lattice.shape()));
@@ -226,6 +217,23 @@ pub(super) fn net(
         Aspect::Data => split(budget.0 * budget.1, aspect),
         Aspect::Fixed => budget,
     }
+}
+
+/// The net of a tube that is so many times longer around than along, through so many points.
+fn around_tube(
+    budget: (usize, usize),
+    ratio: f64,
+    points: usize,
+    options: &ReconstructOptions<'_>,
+) -> (usize, usize) {
+    let around = whole(AROUND);
+    let along = whole(AROUND / (STRETCHED * ratio)).min(points / (POINTS_PER_FIRST * around));
+    let longer = options.grid.is_none() && around * along > budget.0 * budget.1;
+    let budget = if longer { (around, along) } else { budget };
+    // What goes all the way round bends as often whatever its length, and the error of cubic splines falls with the
+    // fourth power of their number.
+    let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
+    net(budget, ratio.max(enough.min(1.0)), options)
 }
 
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.

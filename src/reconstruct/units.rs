@@ -333,7 +333,7 @@ impl<'a> Telling<'a> {
         let points = self.evenly(|point| own * point, own, SHOWING_LOOPS);
         let pipe = around_axis(&points, observer)?;
         Ok(pipe.is_some_and(|pipe| pipe.round && pipe.open)
-            || detect(&points, observer)?.kind == Kind::Tube)
+            || matches!(detect(&points, observer)?.kind, Kind::Tube | Kind::Torus))
     }
 
     /// Whether the points are still heights if there are as many along lines as across, where they lie in

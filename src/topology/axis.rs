@@ -207,7 +207,7 @@ fn middle(places: impl Iterator<Item = DVec2> + Clone) -> DVec2 {
 }
 
 /// The points in the order of their places along something.
-fn ranked(along: &[f64]) -> Vec<usize> {
+pub(super) fn ranked(along: &[f64]) -> Vec<usize> {
     let mut ranked: Vec<usize> = (0..along.len()).collect();
     ranked.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     ranked

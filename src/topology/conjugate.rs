@@ -104,11 +104,7 @@ impl<'a> Conjugate<'a> {
         }
         let along = self.along_ways();
         let apart = |from: usize, to: usize| along[to] - along[from] - self.rise(from, to);
-        let pairs = (0..self.points.len()).flat_map(|from| {
-            let ends = self.graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
-            ends.filter(|(from, to)| from < to)
-        });
-        let apart_by: Vec<f64> = pairs.map(|(from, to)| apart(from, to).abs()).collect();
+        let apart_by: Vec<f64> = self.pairs().map(|(from, to)| apart(from, to).abs()).collect();
         let (low, high) = along
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &a| (l.min(a), h.max(a)));
@@ -124,11 +120,7 @@ impl<'a> Conjugate<'a> {
         }
         let turns = self
             .nearest(|from, to| self.rise(from, to) / period + (apart(from, to) / period).round());
-        let mut lengths: Vec<f64> =
-            self.slopes.iter().map(|slope| period / slope.length()).collect();
-        lengths.sort_by(f64::total_cmp);
-        let [short, length, long] = [1, 5, 9].map(|tenth| lengths[lengths.len() * tenth / 10]);
-        let course = Course { length, spread: long / short };
+        let course = Course::of(self.slopes.iter().map(|slope| period / slope.length()).collect());
         Some(Circle { turns: turns.iter().map(|turn| turn.rem_euclid(1.0)).collect(), course })
     }
 
@@ -156,16 +148,16 @@ impl<'a> Conjugate<'a> {
     /// The numbers between which there are these steps from neighbour to neighbour, by least squares over the edges
     /// of the graph.
     fn nearest(&self, rise: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-        let graph = self.graph;
-        let rises =
-            |from: usize| graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
-        let right: Vec<f64> = (0..graph.len())
-            .map(|from| -rises(from).map(|(a, b)| rise(a, b)).sum::<f64>())
-            .collect();
-        let links = (0_u32..).zip(self.points).flat_map(|(from, _)| {
-            graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
-        });
-        Laplacian::of(graph.len(), links).solve(&right)
+        let ends = |from: usize| self.graph.edges(from).iter().map(|edge| edge.to as usize);
+        let right = |from: usize| -ends(from).map(|to| rise(from, to)).sum::<f64>();
+        let right: Vec<f64> = (0..self.graph.len()).map(right).collect();
+        Laplacian::of_neighbors(self.graph).solve(&right)
+    }
+
+    /// Pairs of neighbours, each once.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        let ends = |from| self.graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
+        (0..self.graph.len()).flat_map(ends).filter(|(from, to)| from < to)
     }
 
     /// Between how many neighbours its slopes point to opposite sides, though all have been aligned.
@@ -174,10 +166,7 @@ impl<'a> Conjugate<'a> {
             let [a, b] = [from, to].map(|end| self.slopes[end].normalize_or_zero());
             a.dot(b) < OPPOSITE
         };
-        let ends =
-            |from: usize| self.graph.edges(from).iter().map(move |edge| (from, edge.to as usize));
-        let all = (0..self.graph.len()).flat_map(ends);
-        all.filter(|&(from, to)| from < to && against(from, to)).count()
+        self.pairs().filter(|&(from, to)| against(from, to)).count()
     }
 }
 

@@ -59,12 +59,7 @@ impl Form {
 
     /// What the loops are like that go along it.
     pub(super) fn course(&self, edges: &[Edge]) -> Course {
-        let mut lengths = self.lengths(edges);
-        lengths.retain(|length| length.is_finite());
-        lengths.sort_by(f64::total_cmp);
-        let quantile = |share: usize| lengths.get(lengths.len() * share / 10).copied();
-        let [low, length, high] = [1, 5, 9].map(|share| quantile(share).unwrap_or(f64::INFINITY));
-        Course { length, spread: high / low }
+        Course::of(self.lengths(edges))
     }
 
     /// How long a loop would be that were everywhere as it is at each landmark; infinite where the form
@@ -89,6 +84,17 @@ pub(super) struct Course {
     pub(super) length: f64,
     /// How much longer loops are where they are long (upper decile) than where they are short.
     pub(super) spread: f64,
+}
+
+impl Course {
+    /// Of loops that would be so long if they were everywhere as they are somewhere; infinite where they do not go on.
+    pub(super) fn of(mut lengths: Vec<f64>) -> Self {
+        lengths.retain(|length| length.is_finite());
+        lengths.sort_by(f64::total_cmp);
+        let quantile = |share: usize| lengths.get(lengths.len() * share / 10).copied();
+        let [low, length, high] = [1, 5, 9].map(|share| quantile(share).unwrap_or(f64::INFINITY));
+        Self { length, spread: high / low }
+    }
 }
 
 /// The sum or difference of some of these forms whose loops have the least spread, if it is none of them:

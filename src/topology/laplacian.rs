@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use crate::point_cloud::NeighborGraph;
+
 /// Steps of the conjugate gradients; some tens suffice for a thousand nodes.
 const MOST_STEPS: usize = 400;
 
@@ -37,6 +39,13 @@ impl Laplacian {
             next[from as usize] += 1;
         }
         Self { starts, links: sorted, diagonal }
+    }
+
+    /// That of neighbours, all of whose links count alike.
+    pub(super) fn of_neighbors(graph: &NeighborGraph) -> Self {
+        let links = |from: u32| graph.edges(from as usize).iter().map(move |e| (from, e.to, 1.0));
+        let nodes = u32::try_from(graph.len()).unwrap_or(u32::MAX);
+        Self::of(graph.len(), (0..nodes).flat_map(links))
     }
 
     /// Writes its product with a vector into `image`.

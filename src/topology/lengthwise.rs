@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::axis::ranked;
 use super::conjugate::Conjugate;
 use super::laplacian::Laplacian;
 use super::start::{between_rims, rims};
@@ -45,14 +46,10 @@ pub(crate) fn lengthwise(points: &[DVec3], graph: &NeighborGraph) -> Option<Leng
         flow[from as usize] += 1.0;
         flow[to as usize] -= 1.0;
     }
-    let links = (0_u32..).zip(points).flat_map(|(from, _)| {
-        graph.edges(from as usize).iter().map(move |edge| (from, edge.to, 1.0))
-    });
-    let potential = Laplacian::of(points.len(), links).solve(&flow);
+    let potential = Laplacian::of_neighbors(graph).solve(&flow);
     let step = |from: usize, to: usize| potential[to] - potential[from];
     let across = Conjugate::of(points, graph, step).coordinate();
-    let mut ranked: Vec<usize> = (0..points.len()).collect();
-    ranked.sort_by(|&a, &b| potential[a].total_cmp(&potential[b]));
+    let ranked = ranked(&potential);
     let mut along = vec![0.0; points.len()];
     for (rank, &point) in ranked.iter().enumerate() {
         along[point] = (rank as f64 + 0.5) / points.len() as f64;

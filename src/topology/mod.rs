@@ -372,10 +372,8 @@ impl Cloud {
     /// The torus that was taken for a tube because its other loop is too short to be seen: where no rims are.
     fn closed_across(&self, found: &Topology) -> Option<Topology> {
         let tube = found.kind == Kind::Tube && self.wanted != Some(Kind::Tube);
-        let chart = found
-            .chart
-            .as_ref()
-            .filter(|chart| tube && !chart.closed_v && self.rims_seen(chart) != Some(true))?;
+        let chart =
+            found.chart.as_ref().filter(|chart| tube && self.rims_seen(chart) != Some(true))?;
         let turns: Vec<f64> = chart.uv.iter().map(|uv| uv.x).collect();
         let across = Conjugate::of_turns(&self.points, &turns, &self.graph).circle()?;
         let around = Circle { turns, course: Course { length: chart.lengths.0, spread: 1.0 } };
