@@ -70,9 +70,10 @@ pub(super) fn more_likely(
     (0..size).for_each(|i| prior.add(i, i, ridge));
     let Some(prior) = factor(prior)? else { return Ok(1.0) };
     let [before, after] = energy.traces(space, [&prior.inverse(), &inverse]);
-    if !before.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
-        // An energy cannot hold more than there is: rounding has, where control points lie ever so densely along one
-        // direction as compared with the other.
+    let taken = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
+    if !taken.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
+        // An energy cannot take away more freedom than there is: rounding has, where control points lie ever so
+        // densely along one direction as compared with the other.
         return Ok(1.0);
     }
     let mut solution = equations.right.clone();
