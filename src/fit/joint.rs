@@ -14,7 +14,8 @@
 //! and go on while they lead on.
 //!
 //! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
-//! places where no step helps. So steps begin at several parametrizations, and the best go on.
+//! places where no step helps. So steps begin at several parametrizations, the best go on, and where these have
+//! come near they begin once more at what is known there.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -35,7 +36,7 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Root mean square distances, as shares of the points' diameter: what a surface near
 /// points of the same net has at most; what one through all of them has, which may be rounded to the
 /// digits of single precision; what no other one has; and where steps end.
-const ROUGH: f64 = 1e-2;
+const ROUGH: f64 = 5e-2;
 pub(crate) const THROUGH: f64 = 3e-8;
 pub(crate) const SURE: f64 = 2e-9;
 const ENOUGH: f64 = 1e-9;
@@ -45,6 +46,12 @@ const SMOOTH: f64 = 0.1;
 
 /// That of the distances of points without noise, which are worth a search once more.
 const SMOOTH_IN_VAIN: f64 = 0.5;
+
+/// Share of the error that the first one had which is near enough to begin there once more, how often, and what is
+/// left of it each time at most.
+const HOPEFUL: f64 = 0.1;
+const AGAIN: usize = 3;
+const NEARER: f64 = 0.9;
 
 /// Control points of a net at most: the more there are, the more places where no step helps.
 const MOST_CONTROL_POINTS: usize = 400;
@@ -148,6 +155,15 @@ pub(crate) fn recovered(
     let in_vain = |trial: &Trial| !through(trial) && are_smooth(&trial.feet, SMOOTH_IN_VAIN);
     if closed != (true, true) && found.as_ref().is_some_and(in_vain) {
         found = few.best(&starts.skewed(), first, observer)?;
+    }
+    let near = |trial: &Trial| !through(trial) && trial.error <= HOPEFUL * first;
+    for _ in 0..AGAIN {
+        let Some(last) = found.as_ref().filter(|trial| near(trial)) else { break };
+        let uv = few.within(last);
+        let starts = Starts { uv: &uv, space: &few.space };
+        let again = few.best(&[starts.first(), starts.skewed()].concat(), first, observer)?;
+        let Some(again) = again.filter(|again| again.error <= NEARER * last.error) else { break };
+        found = Some(again);
     }
     let Some(found) = found.filter(through) else { return Ok(None) };
     // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
@@ -277,6 +293,11 @@ impl Joint {
     /// A surface that ends no earlier than the points do, from one that may by rounding: where it ends is
     /// known to fewer digits than where it lies.
     fn stretched(&self, trial: &Trial) -> Result<Option<Trial>> {
+        self.trial(&self.within(trial))
+    }
+
+    /// The parameters of the points' feet, drawn together in open directions where some are beyond the domain.
+    fn within(&self, trial: &Trial) -> Vec<DVec2> {
         let mut uv = trial.uv();
         for d in (0..2).filter(|&d| !self.space.closed[d]) {
             let (start, end) = self.space.knots[d].domain();
@@ -286,7 +307,7 @@ impl Joint {
                 uv[d] = start + (end - start) * (uv[d] - low) / (high - low);
             }
         }
-        self.trial(&uv)
+        uv
     }
 
     /// The surface nearest in plain distances at these parameters.
