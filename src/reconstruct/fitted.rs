@@ -153,7 +153,8 @@ fn attempt(
     let Candidate { placed, map, job, fit, flaws } = candidate;
     let frame = &placed.frame;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
-    let unlike = job.misses_heights(&fit);
+    let unexplained = job.misses_heights(&fit);
+    let unlike = job.shape.straight && unexplained;
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
     let (straight, points) = (job.shape.straight, of(cloud, &counted.indices));
@@ -184,7 +185,7 @@ fn attempt(
     let mut warnings = counted.warnings;
     warnings.extend(between);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
-    warnings.extend(warning(&found, job.shape.kind, options));
+    warnings.extend(warning(&found, job.shape.kind, unexplained, options));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
     warnings.extend(flaws.warnings(frame));
     let report = Report {
@@ -279,8 +280,22 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
 }
 
 /// What is to be said of the kind that was found, if no other was wanted, nor is the surface the tube that a
-/// closed body turned out to be.
-fn warning(found: &Topology, became: Kind, options: &ReconstructOptions<'_>) -> Option<String> {
+/// closed body turned out to be; and of heights that were wanted, and leave points unexplained that lie around
+/// something.
+fn warning(
+    found: &Topology,
+    became: Kind,
+    unexplained: bool,
+    options: &ReconstructOptions<'_>,
+) -> Option<String> {
+    if options.topology == Some(Kind::Height) && found.kind != Kind::Height {
+        let around = match found.kind {
+            Kind::Sheet => found.warning.clone()?,
+            kind => format!("{}: ask for a {}", found.reason, kind.name()),
+        };
+        return unexplained
+            .then(|| format!("heights pass between what lies above one another: {around}"));
+    }
     let free = options.topology.is_none_or(|kind| kind == found.kind);
     let tube = (found.kind, became) == (Kind::Sheet, Kind::Tube);
     found.warning.clone().filter(|_| free && !tube)

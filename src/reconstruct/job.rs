@@ -333,11 +333,8 @@ impl<'a> Job<'a> {
         self.layers.is_none() || self.largest(&fit.distances) <= limit
     }
 
-    /// Whether points that have another unit along z are hardly the heights that they seem to be then.
+    /// Whether points are hardly the heights along z that a surface is of.
     pub(super) fn misses_heights(&self, fit: &Fit) -> bool {
-        if !self.shape.straight {
-            return false;
-        }
         let mean = centroid(self.points).z;
         let heights: Vec<f64> = self.points.iter().map(|point| point.z - mean).collect();
         self.rms(&fit.distances) > UNLIKE * self.rms(&heights)

@@ -178,6 +178,22 @@ def test_heights_told_so_keep_x_and_y(rng: np.random.Generator) -> None:
     assert (high > points[:, :2].max(axis=0)).all()
 
 
+@pytest.mark.parametrize(("kind", "advice"), [("pipe", "ask for a tube"), ("ball", "cut it")])
+def test_heights_of_what_lies_around_something_are_told_of(
+    rng: np.random.Generator, kind: str, advice: str
+) -> None:
+    a, z = 2 * np.pi * rng.random(1000), rng.random(1000)
+    points = np.column_stack([np.cos(a), np.sin(a), 4 * z])
+    if kind == "ball":
+        wide = 2 * np.sqrt(z - z**2)
+        points = np.column_stack([wide * np.cos(a), wide * np.sin(a), 2 * z - 1])
+    with pytest.warns(neurbs.ConvergenceWarning, match="lies above one another: .*" + advice):
+        found = neurbs.reconstruct(points, topology="height").report
+    assert found.topology == "height"
+    half = points[points[:, 0 if kind == "pipe" else 2] > 0.3]
+    assert neurbs.reconstruct(half, topology="height").report.warnings == ()
+
+
 def test_bad_arguments_are_refused(rng: np.random.Generator) -> None:
     points = heights(rng, 50)
     for keywords, message in [
