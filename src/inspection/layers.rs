@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::point_cloud::{Bounds, EvenSample, KdTree, Neighbor, Plane};
+use crate::point_cloud::{Bounds, KdTree, Neighbor, Plane, even_sample};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Points among which the layers are looked for, evenly over space.
@@ -124,13 +124,9 @@ fn among(
     (count, around, places): (usize, usize, usize),
     observer: &mut dyn Observer,
 ) -> Result<Option<DoubleLayer>> {
-    let mut sample = EvenSample::new(count);
-    sample.extend(points);
-    let points = sample.points();
+    let points = even_sample(points, count);
     let tree = KdTree::new(&points);
-    let mut chosen = EvenSample::new(places);
-    chosen.extend(&points);
-    let places = chosen.points();
+    let places = even_sample(&points, places);
     progress::report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
     let gap = |found: &mut Vec<Neighbor>, place: &DVec3| {
         tree.nearest_where(*place, 1 + around, f64::INFINITY, found, |_| true);

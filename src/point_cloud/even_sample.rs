@@ -260,6 +260,16 @@ impl EvenSample {
     }
 }
 
+/// At most so many of the points, as [`EvenSample`] chooses them.
+pub(crate) fn even_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let mut sample = EvenSample::new(most);
+    sample.extend(points);
+    sample.points()
+}
+
 /// At most so many points, evenly over space, and hardly fewer if there are as many: the same however the
 /// cloud is turned, moved and scaled, and in which order its points come.
 pub(crate) fn own_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::even_sample::EvenSample;
+use super::even_sample::even_sample;
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
 
@@ -39,9 +39,7 @@ pub(crate) fn across_lines(points: &[DVec3], apart: Option<f64>) -> Option<Vec<D
             return Some(few);
         }
         in_lines |= seen.in_lines > MOSTLY;
-        let mut sample = EvenSample::new(few.len() / 2);
-        sample.extend(&few);
-        few = sample.points();
+        few = even_sample(&few, few.len() / 2);
     }
     None
 }
@@ -51,11 +49,8 @@ pub(crate) fn across_lines(points: &[DVec3], apart: Option<f64>) -> Option<Vec<D
 pub(super) fn are_ropes(points: &[DVec3], groups: &[u32]) -> bool {
     let mut members: Vec<Vec<DVec3>> = vec![Vec::new(); points.len()];
     groups.iter().zip(points).for_each(|(group, point)| members[*group as usize].push(*point));
-    let is_line = |members: &[DVec3], seen: usize| {
-        let mut sample = EvenSample::new(seen);
-        sample.extend(members);
-        Seen::of(&sample.points()).in_lines > MOSTLY
-    };
+    let is_line =
+        |members: &[DVec3], seen: usize| Seen::of(&even_sample(members, seen)).in_lines > MOSTLY;
     members.retain(|members| members.len() > NEIGHBORS);
     // Of most clouds there is one group, which need not be looked at.
     if members.len() < ROPES {

@@ -4,9 +4,10 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::kd_tree::{KdTree, Neighbor};
-use super::plane::Plane;
+use super::neighborhoods::Neighborhoods;
 use crate::error::Result;
 use crate::progress::Observer;
 
@@ -57,12 +58,20 @@ impl NeighborGraph {
     /// [`crate::Error::Interrupted`] if the observer stops it.
     pub fn of(points: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
         let tree = KdTree::new(points);
-        let nearest = tree.map(observer, |index, found| {
-            let own = points[index as usize];
-            tree.nearest_to(index, count, found);
-            let mut edges: Vec<Edge> = found.iter().map(Edge::from).collect();
-            let around = found.iter().map(|near| points[near.index as usize]);
-            let plane = Plane::of(std::iter::once(own).chain(around));
+        let known = Neighborhoods::of(&tree, count, observer)?;
+        Ok(Self::over(&tree, &known))
+    }
+
+    /// As [`Self::of`], of points around which is known what is near.
+    pub(crate) fn among(points: &[DVec3], known: &Neighborhoods) -> Self {
+        Self::over(&KdTree::new(points), known)
+    }
+
+    fn over(tree: &KdTree<'_>, Neighborhoods { near, planes }: &Neighborhoods) -> Self {
+        let points = tree.points();
+        let edges = |found: &mut Vec<Neighbor>, own: usize| {
+            let mut edges: Vec<Edge> = near[own].iter().map(Edge::from).collect();
+            let (plane, own) = (&planes[own], points[own]);
             if plane.is_line() {
                 tree.nearest_where(own, BESIDE_COUNT, f64::INFINITY, found, |other| {
                     let apart = points[other as usize] - own;
@@ -72,8 +81,9 @@ impl NeighborGraph {
                 edges.extend(found.iter().map(Edge::from));
             }
             edges
-        })?;
-        Ok(Self::symmetric(nearest))
+        };
+        let nodes = (0..points.len()).into_par_iter();
+        Self::symmetric(nodes.map_init(Vec::new, edges).collect())
     }
 
     /// The graph of these edges, each listed at one of its ends at least.

@@ -3,18 +3,16 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::even_sample::EvenSample;
+use super::even_sample::even_sample;
 use super::kd_tree::{KdTree, Neighbor};
 use super::lines::{across_lines, are_ropes};
+use super::neighborhoods::{NEIGHBORS, Neighborhoods};
 use super::plane::Plane;
 use crate::error::Result;
 use crate::progress::Observer;
 
 /// Points that are looked at; of more, as many evenly over space, the others follow the nearest.
 const MOST: usize = 40_000;
-
-/// Neighbours over which the spacing at a point is averaged.
-const NEIGHBORS: usize = 8;
 
 /// Two points belong together when they are at most this many spacings apart: first those of the
 /// denser place, so that nothing is joined by a stray point; then those of the sparser one. The
@@ -117,17 +115,9 @@ pub(crate) fn pieces_across(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<(Pieces, Option<Vec<DVec3>>)> {
-    let mut sample = EvenSample::new(MOST);
-    sample.extend(points);
-    let looked_at = sample.points();
+    let looked_at = even_sample(points, MOST);
     let mut groups = Groups::joined(&looked_at, observer)?;
-    let mut across = None;
-    if are_ropes(&looked_at, &groups.roots()) {
-        across = across_lines(&looked_at, Some(groups.usual_distance()));
-        if let Some(few) = &across {
-            groups.join_as(&mut Groups::joined(few, observer)?);
-        }
-    }
+    let across = groups.joined_across(observer)?;
     let gap =
         groups.gaps(|_, _, _| true).iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
     let roots = groups.roots();
@@ -141,6 +131,19 @@ pub(crate) fn pieces_across(
         })?
     };
     Ok((numbered(&labels, looked_at.len(), gap), across))
+}
+
+/// Whether points around which is known what is near hang together, and not only because they are in ropes.
+pub(crate) fn hang_together(
+    points: &[DVec3],
+    known: &Neighborhoods,
+    observer: &mut dyn Observer,
+) -> Result<bool> {
+    let mut groups = Groups::of(KdTree::new(points), known);
+    groups.join(REACH[1]);
+    let in_ropes = groups.joined_across(observer)?.is_some();
+    let roots = groups.roots();
+    Ok(!in_ropes && roots.iter().all(|root| *root == roots[0]))
 }
 
 /// Pieces numbered by size, the earlier one first among equals.
@@ -211,28 +214,25 @@ struct Gap {
 impl<'a> Groups<'a> {
     /// Groups of points that hang together.
     pub(super) fn joined(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
-        let mut groups = Self::of(points, observer)?;
+        let tree = KdTree::new(points);
+        let known = Neighborhoods::of(&tree, NEIGHBORS, observer)?;
+        let mut groups = Self::of(tree, &known);
         groups.join(REACH[1]);
         Ok(groups)
     }
 
     /// Groups of points that are near one another even by the denser one's spacing.
-    fn of(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
-        let tree = KdTree::new(points);
-        let look = |index: u32, near: &mut Vec<Neighbor>| {
-            tree.nearest_to(index, NEIGHBORS, near);
-            let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
-            let all = std::iter::once(index).chain(near.iter().map(|near| near.index));
-            let plane = Plane::of(all.map(|index| points[index as usize]));
-            ((spacing, Around::of(&plane)), near.clone())
+    fn of(tree: KdTree<'a>, Neighborhoods { near, planes }: &Neighborhoods) -> Self {
+        let spacing = |near: &Vec<Neighbor>| {
+            near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64
         };
-        let seen = tree.map(observer, look)?;
+        let spacing = near.iter().map(spacing).collect();
+        let around = planes.iter().map(Around::of).collect();
+        let points = tree.points();
         let parents = (0..).take(points.len()).collect();
-        let (seen, near): (Vec<_>, Vec<_>) = seen.into_iter().unzip();
-        let (spacing, around) = seen.into_iter().unzip();
         let mut groups = Self { points, tree, parents, spacing, around };
         for _ in 0..SMOOTHINGS {
-            groups.smooth(&near);
+            groups.smooth(near);
         }
         for (from, near) in near.iter().enumerate() {
             for neighbor in near {
@@ -243,7 +243,19 @@ impl<'a> Groups<'a> {
                 }
             }
         }
-        Ok(groups)
+        groups
+    }
+
+    /// Joins ropes that lie beside one another on a surface, and answers with the points that show it.
+    fn joined_across(&mut self, observer: &mut dyn Observer) -> Result<Option<Vec<DVec3>>> {
+        if !are_ropes(self.points, &self.roots()) {
+            return Ok(None);
+        }
+        let across = across_lines(self.points, Some(self.usual_distance()));
+        if let Some(few) = &across {
+            self.join_as(&mut Groups::joined(few, observer)?);
+        }
+        Ok(across)
     }
 
     /// Makes each plane the one, of those at a point and at its nearest, that agrees best with the others:

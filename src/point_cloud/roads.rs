@@ -36,7 +36,7 @@ const FLAT: f64 = 0.3;
 const BROAD: f64 = 0.2;
 
 /// Points whose nearest ones are found between two reports: a few milliseconds.
-const POINTS_PER_REPORT: usize = 256;
+const POINTS_PER_REPORT: usize = 1024;
 
 /// The ways between points along a surface.
 pub(crate) struct Roads {

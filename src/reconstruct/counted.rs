@@ -11,7 +11,8 @@ use super::units::Units;
 use crate::error::{Error, Result};
 use crate::inspection;
 use crate::point_cloud::{
-    self, EvenSample, Fate, NoData, Pieces, across_lines, pieces_across, rough_sample,
+    self, EvenSample, Fate, Neighborhoods, NoData, Pieces, across_lines, hang_together,
+    pieces_across, rough_sample,
 };
 use crate::progress::{self, Observer, Progress, Stage};
 
@@ -45,6 +46,8 @@ pub(super) struct Counted {
     pub(super) indices: Vec<u32>,
     /// Some of them, evenly over space, in such an order too.
     pub(super) telling: Vec<DVec3>,
+    /// What is near each of these, if they are few.
+    pub(super) known: Option<Neighborhoods>,
     /// How many points were merged with others, and how many left out as gross outliers, of those
     /// that were looked at.
     pub(super) duplicates: usize,
@@ -143,17 +146,18 @@ impl Counted {
             indices = of(&indices, &found.kept);
         }
         let mut points = of_cloud(&indices);
-        let mut telling = rough_sample(&points, TELLING.0);
+        let mut telling = telling_of(&points);
+        let few = rough_sample(&telling, TELLING.1);
+        let around = Neighborhoods::around(&few, observer)?;
         let mut across = None;
-        let found = if options.piece.is_none()
-            && are_one(&pieces_across(&rough_sample(&telling, TELLING.1), observer)?)
-        {
+        let found = if options.piece.is_none() && hang_together(&few, &around, observer)? {
             None
         } else {
             let found;
             (found, across) = pieces_across(&points, observer)?;
             Some(found)
         };
+        let mut known = Some(around).filter(|_| few.len() == telling.len());
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
         let mut apart = None;
         match (options.piece, found) {
@@ -164,7 +168,8 @@ impl Counted {
                     found.labels.iter().map(|&label| label as usize == piece).collect();
                 keep(&mut indices, &chosen);
                 keep(&mut points, &chosen);
-                telling = rough_sample(&points, TELLING.0);
+                telling = telling_of(&points);
+                known = None;
                 if across.is_some() {
                     across = pieces_across(&telling, observer)?.1;
                 }
@@ -182,12 +187,13 @@ impl Counted {
         point_cloud::check(&points)?;
         let double = inspection::double_layer(&telling, observer)?;
         warnings.extend(double.map(|found| found.to_string()));
-        let (order, told) = (outwards_from_centroid(&points), outwards_from_centroid(&telling));
+        let order = outwards_from_centroid(&points);
         Ok(Self {
             points: of(&points, &order),
             weights: weights.map(|weights| of(&weights, &order)),
             indices: of(&indices, &order),
-            telling: of(&telling, &told),
+            telling,
+            known,
             duplicates,
             outliers,
             apart,
@@ -212,7 +218,11 @@ impl Counted {
     /// Looks for pieces that few points do not show: layers farther apart than the spacing of all
     /// points, but not than that of few.
     pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
-        if self.glimpsed && !are_one(&pieces_across(&self.telling, observer)?) {
+        if !self.glimpsed {
+            return Ok(());
+        }
+        let around = Neighborhoods::around(&self.telling, observer)?;
+        if !hang_together(&self.telling, &around, observer)? {
             let found;
             (found, self.across) = pieces_across(&self.points, observer)?;
             self.apart = Apart::of(&found, &self.points);
@@ -225,7 +235,7 @@ impl Counted {
     pub(super) fn look_across_lines(&mut self) -> bool {
         let few = self.across.take().or_else(|| across_lines(&self.telling, None));
         if let Some(few) = &few {
-            self.telling = of(few, &outwards_from_centroid(few));
+            (self.telling, self.known) = (of(few, &outwards_from_centroid(few)), None);
         }
         few.is_some()
     }
@@ -255,9 +265,10 @@ fn looked_at(cloud: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     Ok(sample.indices().into_iter().map(|index| index as u32).collect())
 }
 
-/// Whether points hang together at first sight.
-fn are_one((found, across): &(Pieces, Option<Vec<DVec3>>)) -> bool {
-    found.sizes.len() == 1 && across.is_none()
+/// Some points, evenly over space, that tell what all are like.
+fn telling_of(points: &[DVec3]) -> Vec<DVec3> {
+    let some = rough_sample(points, TELLING.0);
+    of(&some, &outwards_from_centroid(&some))
 }
 
 /// The items at these places.

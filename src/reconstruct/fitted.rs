@@ -19,7 +19,7 @@ use crate::fit::{EndedBy, Growth};
 use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, NoData, no_data};
 use crate::progress::Observer;
-use crate::topology::{Kind, Topology, detect_among, detect_wanted};
+use crate::topology::{Kind, Topology, detect_among};
 
 /// The longest side of the net that growth begins with.
 const FIRST_SIDE: usize = 12;
@@ -257,10 +257,8 @@ fn kind(
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    match options.topology {
-        Some(wanted) => detect_wanted(&counted.telling, wanted, observer),
-        None => detect_among(&counted.telling, &counted.points, observer),
-    }
+    let Counted { telling, points, known, .. } = counted;
+    detect_among(telling, points, options.topology, known.as_ref(), observer)
 }
 
 /// Why a surface has become of this kind, and not of the first that was fitted.

@@ -31,7 +31,7 @@ use self::circle::{Circle, Landmarks, Loops};
 use self::conjugate::Conjugate;
 use self::form::Course;
 use crate::error::Result;
-use crate::point_cloud::{NeighborGraph, own_sample, rough_sample};
+use crate::point_cloud::{NEIGHBORS, NeighborGraph, Neighborhoods, own_sample, rough_sample};
 use crate::progress::{Observer, Progress, Stage, report};
 
 pub(crate) use self::axis::Pipe;
@@ -53,9 +53,6 @@ const MOST_FOR_LOOPS: usize = 10_000;
 
 /// Points that are looked at for layers close above one another.
 const MOST_OF_LAYERS: usize = 20_000;
-
-/// Each point is joined to this many nearest ones.
-const NEIGHBORS: usize = 8;
 
 /// Fewer points show a loop only where it does not exist, unless one is known to exist.
 const FEWEST: usize = 60;
@@ -114,16 +111,19 @@ const RIMS: f64 = 0.3;
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
-    look(points, points, None, observer)
+    look(points, points, None, None, observer)
 }
 
-/// As [`detect`], of points that are evenly over space some of `all`.
+/// As [`detect`], or as [`detect_wanted`], of points that are evenly over space some of `all`, and around which may be
+/// known what is near.
 pub(crate) fn detect_among(
     points: &[DVec3],
     all: &[DVec3],
+    wanted: Option<Kind>,
+    known: Option<&Neighborhoods>,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    look(points, all, None, observer)
+    look(points, all, wanted, known, observer)
 }
 
 /// As [`detect`], of points that a surface of this kind is wanted for, whatever they lie on: looks no
@@ -150,7 +150,7 @@ pub fn detect_wanted(
     wanted: Kind,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    look(points, points, Some(wanted), observer)
+    look(points, points, Some(wanted), None, observer)
 }
 
 /// As [`detect`], of points that are only asked whether they are heights along z or over the plane nearest to
@@ -179,11 +179,15 @@ fn look(
     points: &[DVec3],
     all: &[DVec3],
     wanted: Option<Kind>,
+    known: Option<&Neighborhoods>,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
     let sheet = wanted == Some(Kind::Sheet);
     let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));
-    let mut cloud = Cloud::of(points, MOST, wanted, observer)?;
+    let mut cloud = match known {
+        Some(known) => Cloud::among(points, known, wanted),
+        None => Cloud::of(points, MOST, wanted, observer)?,
+    };
     if !closed
         && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
         && !is_folded(points, cloud.points.len(), height.up, observer)?
@@ -269,6 +273,12 @@ impl Cloud {
         let points = rough_sample(points, most);
         let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
         Ok(Self { points, few: Vec::new(), graph, wanted, border: OnceLock::new() })
+    }
+
+    /// Of few points, around which is known what is near.
+    fn among(points: &[DVec3], known: &Neighborhoods, wanted: Option<Kind>) -> Self {
+        let graph = NeighborGraph::among(points, known);
+        Self { points: points.to_vec(), few: Vec::new(), graph, wanted, border: OnceLock::new() }
     }
 
     /// As it is seen with more of the points, if there are more: slopes and borders show best through noise
