@@ -18,8 +18,8 @@ const WIDE: usize = 256;
 /// Entries that a thread adds up at a time.
 const ENTRIES_PER_TASK: usize = 1 << 14;
 
-/// Tiles below the diagonal from which on the updates of a column are worth a second thread.
-const PARALLEL: usize = 5;
+/// Tiles below the diagonal from which on the updates of a column are worth waking another thread.
+const PARALLEL: usize = 8;
 
 /// The lower half of a symmetric band matrix, or its Cholesky factor.
 #[derive(Clone, Debug)]

@@ -25,6 +25,9 @@ const BLOCK_NUMBERS: usize = 1 << 21;
 /// Portions that the tasks fall into at least.
 const PORTIONS: usize = 6;
 
+/// Products from which on other threads are worth being woken.
+const WORTH_SHARING: usize = 1 << 20;
+
 /// Products that are added up between two looks at the observer: tens of milliseconds.
 const PRODUCTS: usize = 1 << 27;
 
@@ -116,10 +119,13 @@ impl NormalEquations {
         let tasks = cells.tasks();
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let at_once = (PRODUCTS / (POINTS_PER_TASK * sums)).max(rayon::current_num_threads());
-        let held = (BLOCK_NUMBERS / length).min(at_once).min(tasks.len().div_ceil(PORTIONS)).max(1);
+        let few = samples.len() * sums < WORTH_SHARING;
+        let portions = if few { 1 } else { PORTIONS };
+        let held = (BLOCK_NUMBERS / length).min(at_once).min(tasks.len().div_ceil(portions)).max(1);
+        let least = if few { held } else { 1 };
         let scratch = || vec![0.0; TOGETHER * (layout.height + layout.width)];
         let fill = |tasks: &[Task], blocks: &mut [f64]| {
-            let blocks = blocks.par_chunks_mut(length).zip(tasks);
+            let blocks = blocks.par_chunks_mut(length).zip(tasks).with_min_len(least);
             blocks.for_each_init(scratch, |scratch, (block, task)| {
                 block.fill(0.0);
                 let members = &cells.order[task.points.clone()];

@@ -16,18 +16,17 @@ use crate::progress::Listen;
 /// Points between two reports, some ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
 
-/// Points to a task of a thread at most: enough to have many in each part of the space, few enough to
-/// be sorted in the core's own cache.
-const POINTS_PER_TASK: usize = 1 << 16;
+/// Points to a task of a thread, at least: enough to be worth waking another one; and at most: enough to have many in
+/// each part of the space, few enough to be sorted in the core's own cache.
+const POINTS_PER_TASK: [usize; 2] = [1 << 11, 1 << 16];
 
-/// Tasks that few points are divided into, so that all threads have some, and least points to a task.
+/// Tasks that few points are divided into, so that all threads have some.
 const TASKS: usize = 32;
-const LEAST_PER_TASK: usize = 256;
 
 /// The same where points are asked for more than sums: they may lie far from the lattice, where
 /// each looks at many nodes.
 const ASKED_PER_REPORT: usize = 1 << 16;
-const ASKED_PER_TASK: usize = 1 << 14;
+const ASKED_PER_TASK: [usize; 2] = [1 << 8, 1 << 14];
 
 /// Time after which tasks give back what they have not done yet, for a report to be made: where
 /// many nodes are equally near, as to the middle of a ring, each point looks at all of them.
@@ -36,9 +35,9 @@ const SLICE: Duration = Duration::from_millis(30);
 /// Points between two looks at the clock.
 const POINTS_PER_LOOK: usize = 128;
 
-/// Points to a task, of so many and `most` at most: a power of two, so that tasks fill a report.
-fn per_task(points: usize, most: usize) -> usize {
-    points.div_ceil(TASKS).next_power_of_two().clamp(LEAST_PER_TASK, most)
+/// Points to a task, of so many, and within limits: a power of two, so that tasks fill a report.
+fn per_task(points: usize, [least, most]: [usize; 2]) -> usize {
+    points.div_ceil(TASKS).next_power_of_two().clamp(least, most)
 }
 
 /// Some points and their ranks.
