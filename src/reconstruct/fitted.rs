@@ -15,7 +15,7 @@ use super::start::{LEAST_SIDE, POINTS_PER_FIRST, in_own_frame};
 use super::units::Units;
 use super::{ReconstructOptions, Reconstruction, Start};
 use crate::error::{Error, Result};
-use crate::fit::{EndedBy, Growth};
+use crate::fit::{EndedBy, Growth, diameter};
 use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, NoData, no_data};
 use crate::progress::Observer;
@@ -23,6 +23,10 @@ use crate::topology::{Kind, Topology, detect_among};
 
 /// The longest side of the net that growth begins with.
 const FIRST_SIDE: usize = 12;
+
+/// Distance of a surface from points, by root mean square, as a share of their diameter, from which on it has nothing
+/// of their shape.
+const SHAPELESS: f64 = 0.1;
 
 /// The stages in which only surfaces with flaws were found in other units, and through all pieces.
 const OTHER_UNITS: &str = "other units";
@@ -237,14 +241,21 @@ fn placed(
     }
 }
 
-/// In words, that a surface so far off the points passes between two layers of them, where no others are told
-/// of, and it is not known that it should.
+/// In words, that a surface so far off the points has nothing of their shape, or passes between two layers of them,
+/// where no others are told of, and it is not known that it should.
 fn between_layers(
     counted: &Counted,
     known: bool,
     off: f64,
     observer: &mut dyn Observer,
 ) -> Result<Option<String>> {
+    let across = diameter(&counted.telling);
+    if !known && off > SHAPELESS * across {
+        return Ok(Some(format!(
+            "the surface is {off:.4} from the points by root mean square, which are {across:.4} across: no order \
+             was found in them; give another kind, start or grid"
+        )));
+    }
     if known || counted.double || counted.apart.is_some() {
         return Ok(None);
     }

@@ -839,3 +839,23 @@ def test_long_pipes_are_the_same_however_they_are_turned() -> None:
     places = rng.random((2000, 2))
     back = (moved.surface.evaluate(places) - [5.0, -3.0, 2.0]) @ turn / 3.7
     assert np.abs(back - first.surface.evaluate(places)).max() < 1e-9 * first.report.diagonal
+
+
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 4.0])
+@pytest.mark.parametrize("side", [6, 8])
+def test_tori_are_whole_on_small_nets(rng: np.random.Generator, ratio: float, side: int) -> None:
+    along, around = 2 * np.pi * rng.random((2, 800))
+    radius = ratio + np.cos(around)
+    points = np.column_stack([radius * np.cos(along), radius * np.sin(along), np.sin(around)])
+    found = neurbs.reconstruct(points, topology="torus", grid=(side, side)).report
+    assert found.warnings == ()
+    # A circle of which half a dozen control points make a curve is off by half a percent.
+    assert found.rms < 2e-3 * found.diagonal
+
+
+def test_a_surface_with_nothing_of_the_shape_of_its_points_is_told_of(
+    rng: np.random.Generator,
+) -> None:
+    points = rng.standard_normal((400, 3))
+    with pytest.warns(neurbs.ConvergenceWarning, match="no order was found"):
+        neurbs.reconstruct(points, topology="height", robust=False, clean=False)
