@@ -184,10 +184,10 @@ fn attempt(
     let missed = options.tolerance.map_or(0, far);
     let (count, off) = (near.len(), Distances::of(near));
     let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
-    let between = between_layers(&counted, ground || units.differ(), off.rms, observer)?;
-    let spoilt = spoilt || between.is_some();
+    let astray = gone_astray(&counted, ground || units.differ(), off.rms, observer)?;
+    let spoilt = spoilt || astray.is_some();
     let mut warnings = counted.warnings;
-    warnings.extend(between);
+    warnings.extend(astray);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings.extend(warning(&found, job.shape.kind, unexplained, options));
     warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
@@ -243,20 +243,23 @@ fn placed(
 
 /// In words, that a surface so far off the points has nothing of their shape, or passes between two layers of them,
 /// where no others are told of, and it is not known that it should.
-fn between_layers(
+fn gone_astray(
     counted: &Counted,
     known: bool,
     off: f64,
     observer: &mut dyn Observer,
 ) -> Result<Option<String>> {
+    if known {
+        return Ok(None);
+    }
     let across = diameter(&counted.telling);
-    if !known && off > SHAPELESS * across {
+    if off > SHAPELESS * across {
         return Ok(Some(format!(
             "the surface is {off:.4} from the points by root mean square, which are {across:.4} across: no order \
              was found in them; give another kind, start or grid"
         )));
     }
-    if known || counted.double || counted.apart.is_some() {
+    if counted.double || counted.apart.is_some() {
         return Ok(None);
     }
     not_followed(&counted.telling, off, observer)
