@@ -42,8 +42,8 @@ const MOST_WIDENED: f64 = 1.25;
 /// thousandth of its radius off, with ten a tenth of that.
 const AROUND: f64 = 10.0;
 
-/// Nodes around a closed direction of a lattice, at least, however few control points there are: rings of eight may
-/// shrink to nothing, or turn over half the way around a torus.
+/// Nodes along and around the lattice of a torus, at least, however few control points there are: rings of eight may
+/// shrink to nothing, or turn over half the way along.
 const RING: usize = 12;
 
 /// How many times farther apart control points along a tube are at most than around it, where that is free and there
@@ -249,11 +249,10 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
     ((budget / cols).max(LEAST_SIDE), cols)
 }
 
-/// A lattice like the net, but with enough nodes around and few enough for the points.
+/// A lattice like the net, but with enough nodes for a torus and few enough for the points.
 pub(super) fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
-    let ring = |count: usize, closed| if closed { count.max(RING) } else { count };
-    let (closed_u, closed_v) = topology.closed();
-    let net = (ring(net.0, closed_u), ring(net.1, closed_v));
+    let least = if topology == Topology::Torus { RING } else { 0 };
+    let net = (net.0.max(least), net.1.max(least));
     let most = (points / POINTS_PER_NODE).max(9) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
     let side = |count: usize| whole(count as f64 * shrink).max(3);
