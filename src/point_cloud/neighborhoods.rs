@@ -20,11 +20,6 @@ pub(crate) struct Neighborhoods {
 }
 
 impl Neighborhoods {
-    /// Of [`NEIGHBORS`] of each point.
-    pub(crate) fn around(points: &[DVec3], observer: &mut dyn Observer) -> Result<Self> {
-        Self::of(&KdTree::new(points), NEIGHBORS, observer)
-    }
-
     /// Of `count` neighbours of each of a tree's points.
     pub(super) fn of(tree: &KdTree<'_>, count: usize, observer: &mut dyn Observer) -> Result<Self> {
         let near = tree.map(observer, |index, found| {

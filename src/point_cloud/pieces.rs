@@ -116,7 +116,7 @@ pub(crate) fn pieces_across(
     observer: &mut dyn Observer,
 ) -> Result<(Pieces, Option<Vec<DVec3>>)> {
     let looked_at = even_sample(points, MOST);
-    let mut groups = Groups::joined(&looked_at, observer)?;
+    let (mut groups, _) = Groups::joined(&looked_at, observer)?;
     let across = groups.joined_across(observer)?;
     let gap =
         groups.gaps(|_, _, _| true).iter().map(|gap| gap.length).fold(f64::INFINITY, f64::min);
@@ -133,17 +133,15 @@ pub(crate) fn pieces_across(
     Ok((numbered(&labels, looked_at.len(), gap), across))
 }
 
-/// Whether points around which is known what is near hang together, and not only because they are in ropes.
+/// Whether points hang together, and not only because they are in ropes; and what is near each, by which that is told.
 pub(crate) fn hang_together(
     points: &[DVec3],
-    known: &Neighborhoods,
     observer: &mut dyn Observer,
-) -> Result<bool> {
-    let mut groups = Groups::of(KdTree::new(points), known);
-    groups.join(REACH[1]);
+) -> Result<(bool, Neighborhoods)> {
+    let (mut groups, near) = Groups::joined(points, observer)?;
     let in_ropes = groups.joined_across(observer)?.is_some();
     let roots = groups.roots();
-    Ok(!in_ropes && roots.iter().all(|root| *root == roots[0]))
+    Ok((!in_ropes && roots.iter().all(|root| *root == roots[0]), near))
 }
 
 /// Pieces numbered by size, the earlier one first among equals.
@@ -212,13 +210,13 @@ struct Gap {
 }
 
 impl<'a> Groups<'a> {
-    /// Groups of points that hang together.
-    pub(super) fn joined(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<Self> {
+    /// Groups of points that hang together, and what is near each of these.
+    fn joined(points: &'a [DVec3], observer: &mut dyn Observer) -> Result<(Self, Neighborhoods)> {
         let tree = KdTree::new(points);
-        let known = Neighborhoods::of(&tree, NEIGHBORS, observer)?;
-        let mut groups = Self::of(tree, &known);
+        let near = Neighborhoods::of(&tree, NEIGHBORS, observer)?;
+        let mut groups = Self::of(tree, &near);
         groups.join(REACH[1]);
-        Ok(groups)
+        Ok((groups, near))
     }
 
     /// Groups of points that are near one another even by the denser one's spacing.
@@ -253,7 +251,7 @@ impl<'a> Groups<'a> {
         }
         let across = across_lines(self.points, Some(self.usual_distance()));
         if let Some(few) = &across {
-            self.join_as(&mut Groups::joined(few, observer)?);
+            self.join_as(&mut Groups::joined(few, observer)?.0);
         }
         Ok(across)
     }

@@ -147,17 +147,20 @@ impl Counted {
         }
         let mut points = of_cloud(&indices);
         let mut telling = telling_of(&points);
-        let few = rough_sample(&telling, TELLING.1);
-        let around = Neighborhoods::around(&few, observer)?;
-        let mut across = None;
-        let found = if options.piece.is_none() && hang_together(&few, &around, observer)? {
+        let (mut one, mut known, mut across) = (false, None, None);
+        if options.piece.is_none() {
+            let few = rough_sample(&telling, TELLING.1);
+            let near;
+            (one, near) = hang_together(&few, observer)?;
+            known = Some(near).filter(|_| few.len() == telling.len());
+        }
+        let found = if one {
             None
         } else {
             let found;
             (found, across) = pieces_across(&points, observer)?;
             Some(found)
         };
-        let mut known = Some(around).filter(|_| few.len() == telling.len());
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
         let mut apart = None;
         match (options.piece, found) {
@@ -169,7 +172,6 @@ impl Counted {
                 keep(&mut indices, &chosen);
                 keep(&mut points, &chosen);
                 telling = telling_of(&points);
-                known = None;
                 if across.is_some() {
                     across = pieces_across(&telling, observer)?.1;
                 }
@@ -218,11 +220,7 @@ impl Counted {
     /// Looks for pieces that few points do not show: layers farther apart than the spacing of all
     /// points, but not than that of few.
     pub(super) fn look_for_layers(&mut self, observer: &mut dyn Observer) -> Result<()> {
-        if !self.glimpsed {
-            return Ok(());
-        }
-        let around = Neighborhoods::around(&self.telling, observer)?;
-        if !hang_together(&self.telling, &around, observer)? {
+        if self.glimpsed && !hang_together(&self.telling, observer)?.0 {
             let found;
             (found, self.across) = pieces_across(&self.points, observer)?;
             self.apart = Apart::of(&found, &self.points);

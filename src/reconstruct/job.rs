@@ -333,8 +333,11 @@ impl<'a> Job<'a> {
         self.layers.is_none() || self.largest(&fit.distances) <= limit
     }
 
-    /// Whether points are hardly the heights along z that a surface is of.
+    /// Whether points are hardly the heights along z that a surface is of, if it is of heights.
     pub(super) fn misses_heights(&self, fit: &Fit) -> bool {
+        if self.shape.kind != Kind::Height {
+            return false;
+        }
         let mean = centroid(self.points).z;
         let heights: Vec<f64> = self.points.iter().map(|point| point.z - mean).collect();
         self.rms(&fit.distances) > UNLIKE * self.rms(&heights)

@@ -111,19 +111,7 @@ const RIMS: f64 = 0.3;
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
-    look(points, points, None, None, observer)
-}
-
-/// As [`detect`], or as [`detect_wanted`], of points that are evenly over space some of `all`, and around which may be
-/// known what is near.
-pub(crate) fn detect_among(
-    points: &[DVec3],
-    all: &[DVec3],
-    wanted: Option<Kind>,
-    known: Option<&Neighborhoods>,
-    observer: &mut dyn Observer,
-) -> Result<Topology> {
-    look(points, all, wanted, known, observer)
+    detect_among(points, points, None, None, observer)
 }
 
 /// As [`detect`], of points that a surface of this kind is wanted for, whatever they lie on: looks no
@@ -150,7 +138,7 @@ pub fn detect_wanted(
     wanted: Kind,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    look(points, points, Some(wanted), None, observer)
+    detect_among(points, points, Some(wanted), None, observer)
 }
 
 /// As [`detect`], of points that are only asked whether they are heights along z or over the plane nearest to
@@ -175,7 +163,9 @@ pub(crate) fn heights_along(
     Ok(found.filter(|_| !folded))
 }
 
-fn look(
+/// As [`detect`], or as [`detect_wanted`], of points that are evenly over space some of `all`, and around which may be
+/// known what is near.
+pub(crate) fn detect_among(
     points: &[DVec3],
     all: &[DVec3],
     wanted: Option<Kind>,
