@@ -11,6 +11,7 @@ True
 """
 
 import importlib
+import sys
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -152,3 +153,8 @@ if not TYPE_CHECKING:  # A checker knows all names, and finds those that are mis
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, *_MODULES})
+
+
+if "numpy" in sys.modules:
+    # Who has loaded NumPy has points, and the first call need not wait for what takes them.
+    importlib.import_module("neurbs.reconstruction")

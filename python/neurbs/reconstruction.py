@@ -13,7 +13,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from neurbs import _core, io
+from neurbs import _core
 from neurbs import reconstruction_chunks as chunks
 from neurbs.reconstruction_report import Report
 from neurbs.som import ConvergenceWarning, SelfOrganizingMap
@@ -72,6 +72,8 @@ class Reconstruction:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write surface, mesh or picture to a file; the suffix picks, as in `neurbs.save`."""
+        from neurbs import io
+
         io.save(self, path)
 
     def plot(

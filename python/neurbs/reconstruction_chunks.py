@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Iterator
 from typing import Any, TypeAlias
 
@@ -30,6 +29,8 @@ def is_large_map(points: object) -> bool:
 
 def spooled(chunks: Iterable[ArrayLike]) -> Floats:
     """Return the points of all chunks, as a map of a file that goes with the process."""
+    import tempfile
+
     count = 0
     with tempfile.TemporaryFile() as file:
         for chunk in chunks:
@@ -64,6 +65,8 @@ def sampled(points: Floats) -> tuple[Floats, NDArray[np.int64], float]:
 
 def scratch(shape: tuple[int, ...], dtype: type) -> NDArray[Any]:
     """Make an array in a file that has no name and goes with the process."""
+    import tempfile
+
     with tempfile.TemporaryFile() as file:
         return np.memmap(file, dtype=dtype, mode="w+", shape=shape)
 

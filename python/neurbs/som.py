@@ -13,7 +13,6 @@ from neurbs import _core
 from neurbs.som_chunks import ChunkLearner
 from neurbs.som_estimator import Estimator
 from neurbs.som_learned import LearnedMap
-from neurbs.som_state import read_state, write_state
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -317,6 +316,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         map again, to the last bit, with what `partial_fit` has seen of an epoch. A callable
         schedule is kept as the table of its values.
         """
+        from neurbs.som_state import write_state
+
         learned = self._learned()
         write_state(path, self.get_params(), learned, self._pending, self._drawn)
 
@@ -331,6 +332,8 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         OSError
             If it cannot be read.
         """
+        from neurbs.som_state import read_state
+
         parameters, learned, pending, drawn = read_state(path)
         som = cls(**parameters)
         som._map, som._pending, som._drawn = learned, pending, drawn

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
 
-Source: TypeAlias = Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike]
+Source: TypeAlias = "Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike]"
 """A callable ``source(count, rng)`` that returns points of shape (count, 3), or chunks."""
 
 

@@ -85,7 +85,7 @@ pub fn reconstruct(
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     options.check(points.len())?;
-    relay::in_pool(observer, |observer| {
+    relay::in_pool(points.len(), observer, |observer| {
         let bounds = point_cloud::checked_bounds(points, observer)?;
         match options.method {
             Method::Fit => fitted::reconstruct(points, &bounds, options, observer),

@@ -1,7 +1,11 @@
-//! Jobs inside the thread pool, watched from outside.
+//! Jobs inside a thread pool, watched from outside.
 //!
 //! Parallel parts of a job outside of the pool each hand their work over, sleep, and are woken in
 //! the end. A small cloud has hundreds of them, and they would wait as long as they work.
+//!
+//! The threads are new ones for each job. What slept since the last one counts as light to the kernel, which
+//! lets two such threads share a core for a twentieth of a second, as long as the whole job of a small cloud;
+//! new ones count as busy. To start two takes a tenth of a millisecond.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,6 +13,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use rayon::ThreadPoolBuilder;
 
 use crate::error::{Error, Result};
 use crate::progress::{Epoch, Observer, Progress, Stage};
@@ -16,19 +21,28 @@ use crate::progress::{Epoch, Observer, Progress, Stage};
 /// Time between two looks at the news, and between two reports from the same stage.
 const INTERVAL: Duration = Duration::from_millis(2);
 
-/// Runs a job in the thread pool; the observer is called from this thread.
+/// Points that are worth a thread of their own.
+const POINTS_PER_THREAD: usize = 256;
+
+/// Runs a job in as many threads as so many points are worth; the observer is called from this thread.
 ///
 /// Neither waits for the other: to wake a thread takes longer than many a step of a small job.
 pub(super) fn in_pool<T: Send>(
+    points: usize,
     observer: &mut dyn Observer,
     job: impl FnOnce(&mut dyn Observer) -> Result<T> + Send,
 ) -> Result<T> {
     if rayon::current_thread_index().is_some() {
         return job(observer);
     }
+    let threads = rayon::current_num_threads().min(points.div_ceil(POINTS_PER_THREAD)).max(1);
+    let Ok(pool) = ThreadPoolBuilder::new().num_threads(threads).build() else {
+        // Where no more threads may be started, this one has to do.
+        return job(observer);
+    };
     let desk = Desk::default();
     let (mut done, mut stopped) = (Err(Error::Interrupted), false);
-    rayon::in_place_scope(|scope| {
+    pool.in_place_scope(|scope| {
         // The job is not to go on when the observer panics.
         let _stop = Stop(&desk);
         let (desk, done) = (&desk, &mut done);
@@ -163,7 +177,7 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::progress::report;
+    use crate::progress::{Silent, report};
 
     /// Reports to the end, from one step to the next.
     fn job(observer: &mut dyn Observer) -> Result<Option<usize>> {
@@ -181,17 +195,25 @@ mod tests {
             steps.push(progress.step);
             ControlFlow::Continue(())
         };
-        assert!(in_pool(&mut observer, job).unwrap().is_some());
+        assert!(in_pool(1000, &mut observer, job).unwrap().is_some());
         // Of those before some may be outdated already.
         assert!(steps.is_sorted() && steps.last() == Some(&3), "{steps:?}");
     }
 
     #[test]
+    fn few_points_have_few_threads() {
+        let threads = |_: &mut dyn Observer| Ok(rayon::current_num_threads());
+        assert_eq!(in_pool(POINTS_PER_THREAD, &mut Silent, threads).unwrap(), 1);
+        let all = rayon::current_num_threads();
+        assert_eq!(in_pool(all * POINTS_PER_THREAD, &mut Silent, threads).unwrap(), all);
+    }
+
+    #[test]
     fn observers_stop_jobs_by_an_answer_or_a_panic() {
         let mut stop = |_: &Progress| ControlFlow::Break(());
-        assert!(matches!(in_pool(&mut stop, job), Err(Error::Interrupted)));
+        assert!(matches!(in_pool(1000, &mut stop, job), Err(Error::Interrupted)));
         let mut panic = |_: &Progress| -> ControlFlow<()> { panic!("an observer's own") };
-        assert!(catch_unwind(AssertUnwindSafe(|| in_pool(&mut panic, job))).is_err());
+        assert!(catch_unwind(AssertUnwindSafe(|| in_pool(1000, &mut panic, job))).is_err());
     }
 
     #[test]
@@ -202,6 +224,6 @@ mod tests {
             assert_eq!(sums, vec![threads; threads]);
             ControlFlow::Continue(())
         };
-        assert!(in_pool(&mut observer, job).is_ok());
+        assert!(in_pool(1000, &mut observer, job).is_ok());
     }
 }

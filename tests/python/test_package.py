@@ -50,6 +50,36 @@ def test_nothing_is_imported_before_it_is_used() -> None:
     assert "numpy" in loaded[1]
 
 
+def test_a_first_call_waits_for_no_more_than_it_needs() -> None:
+    program = """
+        import sys
+        import numpy as np
+        import neurbs
+        print("neurbs.reconstruction" in sys.modules)
+        x, y = np.linspace(0, 1, 200), np.linspace(0, 40, 200) % 1
+        neurbs.reconstruct(np.column_stack([x, y, x * y]))
+        print(sorted({"neurbs.io", "json", "secrets", "tempfile", "zipfile"} & set(sys.modules)))
+    """
+    assert python(program) == "True\n[]\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="only some systems fork")
+def test_a_fork_of_a_process_that_has_reconstructed_does_so_too() -> None:
+    program = """
+        import os
+        import numpy as np
+        import neurbs
+        x, y = np.random.default_rng(0).random((2, 1000))
+        points = np.column_stack([x, y, x * y])
+        here = neurbs.reconstruct(points).report.rms
+        if child := os.fork():
+            print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+        else:
+            os._exit(neurbs.reconstruct(points).report.rms != here)
+    """
+    assert python(program) == "0\n"
+
+
 def test_a_module_does_not_hide_a_function() -> None:
     program = """
         import neurbs.cli, neurbs.io, neurbs.plot, neurbs.report, neurbs.reconstruction
