@@ -120,6 +120,8 @@ pub(super) struct Fitting<'a> {
     error: Option<f64>,
     pub(super) observer: &'a mut dyn Observer,
     pub(super) rim: Option<Rim>,
+    /// The matrix of an earlier solution, whose memory is used again.
+    spare: Option<Band>,
 }
 
 impl<'a> Fitting<'a> {
@@ -145,6 +147,7 @@ impl<'a> Fitting<'a> {
             error: None,
             observer,
             rim: None,
+            spare: None,
         }
     }
 
@@ -258,8 +261,18 @@ impl<'a> Fitting<'a> {
     }
 
     /// The equations of the points' tangent distances at their feet.
-    pub(super) fn equations(&self, space: &SplineSpace, feet: &[Foot]) -> Result<NormalEquations> {
-        NormalEquations::of_tangent_distances(space, &self.samples(Some(feet)), &mut || Ok(()))
+    pub(super) fn equations(
+        &mut self,
+        space: &SplineSpace,
+        feet: &[Foot],
+    ) -> Result<NormalEquations> {
+        let (samples, blank) = (self.samples(Some(feet)), self.blank(space));
+        NormalEquations::of_tangent_distances(space, &samples, blank, &mut || Ok(()))
+    }
+
+    /// A matrix of zeros for coupled coordinates.
+    fn blank(&mut self, space: &SplineSpace) -> Band {
+        space.matrix_instead(3, self.spare.take())
     }
 
     /// Samples of the rim, beside those of so many points.
@@ -296,9 +309,10 @@ impl<'a> Fitting<'a> {
             let samples = &held[..points];
             let asked = self.asked(iteration);
             let (known, wanted) = (self.score, self.energy(space, lengths));
+            let blank = self.blank(space);
             let (score, equations) = rayon::join(
                 || asked.map(|step| cross_validation::best(space, samples, wanted, (known, step))),
-                || NormalEquations::of_tangent_distances(space, &held, &mut || Ok(())),
+                || NormalEquations::of_tangent_distances(space, &held, blank, &mut || Ok(())),
             );
             if let Some(score) = score {
                 self.believe(score?);
@@ -454,7 +468,9 @@ impl<'a> Fitting<'a> {
         beside(&mut equations, said / size as f64);
         let NormalEquations { mut matrix, right } = equations;
         self.factor(&mut matrix, space)?;
-        space.surface(&matrix.solved_together(&right))
+        let net = matrix.solved_together(&right);
+        self.spare = Some(matrix);
+        space.surface(&net)
     }
 
     fn factor(&mut self, matrix: &mut Band, space: &SplineSpace) -> Result<()> {

@@ -380,7 +380,8 @@ impl Trial {
             equations
         } else {
             let samples = joint.samples(&self.feet, 0.0);
-            NormalEquations::of_tangent_distances(&joint.space, &samples, &mut || Ok(()))?
+            let matrix = joint.space.matrix(3);
+            NormalEquations::of_tangent_distances(&joint.space, &samples, matrix, &mut || Ok(()))?
         };
         let mut matrix = equations.matrix.clone();
         matrix.add_ridge(self.damping);

@@ -60,17 +60,19 @@ impl NormalEquations {
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
-        let mut equations = Self::empty(space, 1);
+        let mut equations = Self::empty(space, space.matrix(1));
         equations.add(space, samples, coefficients, listen, |matrix, [a, b], [value]| {
             matrix.add(a, b, value);
         })?;
         Ok(equations)
     }
 
-    /// Of distances that count in full along normals alone: x, y and z are coupled.
+    /// Of distances that count in full along normals alone: x, y and z are coupled. They are added to a matrix of
+    /// zeros.
     pub(super) fn of_tangent_distances(
         space: &SplineSpace,
         samples: &[Sample],
+        matrix: Band,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
@@ -82,7 +84,7 @@ impl NormalEquations {
             let along = (1.0 - rest) * sample.normal.dot(sample.point) * sample.normal;
             (metric, sample.weight * (along + rest * sample.point))
         };
-        let mut equations = Self::empty(space, 3);
+        let mut equations = Self::empty(space, matrix);
         equations.add(space, samples, coefficients, listen, |matrix, [a, b], values| {
             matrix.add_block(a, b, values);
         })?;
@@ -100,9 +102,8 @@ impl NormalEquations {
         }
     }
 
-    fn empty(space: &SplineSpace, components: usize) -> Self {
-        let right = vec![[0.0; 3]; space.unknowns()];
-        Self { matrix: space.matrix(components), right }
+    fn empty(space: &SplineSpace, matrix: Band) -> Self {
+        Self { matrix, right: vec![[0.0; 3]; space.unknowns()] }
     }
 
     /// Adds the samples' blocks of `C` numbers for each pair of basis functions.

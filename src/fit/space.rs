@@ -60,7 +60,13 @@ impl SplineSpace {
 
     /// A matrix of zeros over the unknowns, `components` for each control point.
     pub(super) fn matrix(&self, components: usize) -> Band {
-        Band::new(self.unknowns() * components, self.width() * components + components - 1)
+        self.matrix_instead(components, None)
+    }
+
+    /// The same, in the memory of one that nobody needs any more, if there is one.
+    pub(super) fn matrix_instead(&self, components: usize, spare: Option<Band>) -> Band {
+        let (size, width) = (self.unknowns(), self.width());
+        Band::new(size * components, width * components + components - 1, spare)
     }
 
     /// The place of a control point in the order of solution. A closed outer direction is folded:
