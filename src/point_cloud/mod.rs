@@ -23,6 +23,7 @@ pub(crate) use self::even_sample::{any_of, even_sample, own_sample, rough_sample
 pub(crate) use self::hull::{area, hull, least_rectangle, turned};
 pub use self::kd_tree::{KdTree, Neighbor};
 pub(crate) use self::lines::across_lines;
+pub(crate) use self::neighbor_graph::Front;
 pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub(crate) use self::neighborhoods::{NEIGHBORS, Neighborhoods};
 pub use self::no_data::{NoData, no_data};

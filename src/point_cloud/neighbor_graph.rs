@@ -138,15 +138,20 @@ impl NeighborGraph {
     #[must_use]
     pub fn distances_from(&self, sources: &[u32]) -> Vec<f64> {
         let mut distances = vec![f64::INFINITY; self.len()];
-        self.walk(sources, f64::INFINITY, &mut distances);
+        self.walk(sources, f64::INFINITY, &mut distances, &mut Front::default());
         distances
     }
 
     /// Writes the lengths of the ways that are no longer than `limit` into `distances`, which are
-    /// infinite before, and answers to which nodes these lead.
-    pub fn walk(&self, sources: &[u32], limit: f64, distances: &mut [f64]) -> Vec<u32> {
-        let mut reached = Vec::new();
-        let mut queue = BinaryHeap::new();
+    /// infinite before, and to which nodes these lead into `front`.
+    pub(crate) fn walk(
+        &self,
+        sources: &[u32],
+        limit: f64,
+        distances: &mut [f64],
+        Front { reached, queue }: &mut Front,
+    ) {
+        reached.clear();
         for &source in sources {
             distances[source as usize] = 0.0;
             reached.push(source);
@@ -172,8 +177,17 @@ impl NeighborGraph {
                 }
             }
         }
-        reached
     }
+}
+
+/// How far a search has come. It is kept for the next one of the same thread: to get and give back memory that
+/// grows takes longer than many a search, where another thread does so, too.
+#[derive(Default)]
+pub(crate) struct Front {
+    /// The nodes that were reached.
+    pub(crate) reached: Vec<u32>,
+    /// Those to go on from.
+    queue: BinaryHeap<Reverse<u64>>,
 }
 
 /// A place in Dijkstra's queue; the nearest is the greatest. The upper halves of positive numbers' bits are in their
@@ -235,9 +249,10 @@ mod tests {
         let line: Vec<DVec3> = (0..50).map(|i| DVec3::X * f64::from(i)).collect();
         let graph = NeighborGraph::of(&line, 2, &mut Silent).unwrap();
         let mut distances = vec![f64::INFINITY; 50];
-        let mut reached = graph.walk(&[10], 3.0, &mut distances);
-        reached.sort_unstable();
-        assert_eq!(reached, [7, 8, 9, 10, 11, 12, 13]);
+        let mut front = Front::default();
+        graph.walk(&[10], 3.0, &mut distances, &mut front);
+        front.reached.sort_unstable();
+        assert_eq!(front.reached, [7, 8, 9, 10, 11, 12, 13]);
         assert_eq!(distances[14], f64::INFINITY);
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::kd_tree::KdTree;
-use super::neighbor_graph::{Edge, NeighborGraph};
+use super::neighbor_graph::{Edge, Front, NeighborGraph};
 use super::plane::Plane;
 use crate::error::Result;
 use crate::progress::Listen;
@@ -124,10 +124,11 @@ fn bridges(
     let mut distances = vec![f64::INFINITY; points.len()];
     let mut piece_of = vec![0; points.len()];
     let mut pieces: Vec<Vec<usize>> = Vec::new();
+    let mut front = Front::default();
     for seed in (0..).take(points.len()) {
         if distances[seed as usize].is_infinite() {
-            let reached = roads.walk(&[seed], f64::INFINITY, &mut distances);
-            let mut members: Vec<usize> = reached.into_iter().map(|node| node as usize).collect();
+            roads.walk(&[seed], f64::INFINITY, &mut distances, &mut front);
+            let mut members: Vec<usize> = front.reached.iter().map(|&node| node as usize).collect();
             members.sort_unstable();
             for &member in &members {
                 piece_of[member] = pieces.len();

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::cohomology::{Edge, loops};
 use super::form::{Course, Form, evenest, shorten, weight};
 use super::laplacian::Laplacian;
-use crate::point_cloud::NeighborGraph;
+use crate::point_cloud::{Front, NeighborGraph};
 
 /// One of so many points is a landmark, between which loops are looked for. With fewer points to a
 /// landmark, accidental holes between points look like loops.
@@ -212,13 +212,13 @@ fn largest(numbers: &[f64]) -> f64 {
 
 /// For each landmark the points around it with the lengths of the ways to them.
 fn surroundings(graph: &NeighborGraph, landmarks: &[u32], reach: f64) -> Vec<Vec<(u32, f64)>> {
-    let around = |distances: &mut Vec<f64>, &landmark: &u32| {
-        let reached = graph.walk(&[landmark], reach, distances);
-        let found = reached.iter().map(|&point| (point, distances[point as usize])).collect();
-        for point in reached {
-            distances[point as usize] = f64::INFINITY;
-        }
-        found
+    let around = |(distances, front): &mut (Vec<f64>, Front), &landmark: &u32| {
+        graph.walk(&[landmark], reach, distances, front);
+        let length = |&point: &u32| {
+            (point, std::mem::replace(&mut distances[point as usize], f64::INFINITY))
+        };
+        front.reached.iter().map(length).collect()
     };
-    landmarks.par_iter().map_init(|| vec![f64::INFINITY; graph.len()], around).collect()
+    let nothing = || (vec![f64::INFINITY; graph.len()], Front::default());
+    landmarks.par_iter().map_init(nothing, around).collect()
 }
