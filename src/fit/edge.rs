@@ -146,10 +146,10 @@ impl Edge {
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
         let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
         let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, |_, _| {});
-        likelihood.stiffen(&mut heights, scale, stiffnesses);
+        let here = likelihood.stiffen(&mut heights, scale, stiffnesses);
         let spreads = likelihood.slopes.iter().zip(&even).map(|(here, even)| spread(here / even));
         let mut doubts: Vec<(f64, f64)> =
-            likelihood.deviations(&heights, scale).into_iter().zip(spreads).collect();
+            likelihood.deviations(&here).into_iter().zip(spreads).collect();
         let repeated = likelihood.knots.control_points() - control_points;
         heights.extend_from_within(..repeated);
         doubts.extend_from_within(..repeated);

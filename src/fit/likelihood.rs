@@ -31,6 +31,9 @@ const SHORTENING: f64 = 0.4;
 /// Share of the mean diagonal that holds control points which no place touches.
 const RIDGE: f64 = 1e-6;
 
+/// A product is taken the logarithm of before it leaves the range of numbers.
+const LARGE: f64 = 1e300;
+
 /// A place by the basis functions at its x, and its y.
 pub(super) struct Place {
     pub(super) basis: Basis<4>,
@@ -145,11 +148,11 @@ impl Likelihood {
         self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
     }
 
-    /// Newton's steps to the likeliest curve with a blur of this scale.
-    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) {
+    /// Newton's steps to the likeliest curve with a blur of this scale, and what is known there.
+    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> Local {
         let mut here = self.local(heights, scale);
         for _ in 0..STEPS {
-            let Some(step) = here.step() else { return };
+            let Some(step) = here.step() else { return here };
             let mut share = 1.0;
             let mut moved = 0.0;
             for _ in 0..SHORTENINGS {
@@ -167,16 +170,18 @@ impl Likelihood {
                 share *= SHORTENING;
             }
             if moved < SETTLED * scale {
-                return;
+                break;
             }
         }
+        here
     }
 
     /// Standard deviations of the height where each control point has most to say, by Laplace's
-    /// approximation of the likelihood: its second derivatives are the inverse of the variances.
-    pub(super) fn deviations(&self, heights: &[f64], scale: f64) -> Vec<f64> {
+    /// approximation of the likelihood, near a curve where this is known: its second derivatives are the inverse
+    /// of the variances.
+    pub(super) fn deviations(&self, here: &Local) -> Vec<f64> {
         let size = self.slopes.len();
-        let Some(factor) = self.local(heights, scale).matrix.cholesky() else {
+        let Some(factor) = here.matrix.cholesky() else {
             return vec![0.0; size];
         };
         let deviation = |x: f64| {
@@ -189,55 +194,71 @@ impl Likelihood {
     }
 
     /// The logarithm of how likely the places are with this stiffness, whatever the curve, by
-    /// Laplace's approximation around the likeliest one; without what no stiffness changes.
-    pub(super) fn evidence(&self, heights: &[f64], scale: f64) -> f64 {
-        let Local { worth, matrix, .. } = self.local(heights, scale);
+    /// Laplace's approximation around the likeliest one, near which this is known; without what no stiffness
+    /// changes.
+    pub(super) fn evidence(&self, Local { worth, matrix, .. }: &Local) -> f64 {
         let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
         let bends = self.bends().count() as f64;
         worth + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
     }
 
-    /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve.
-    pub(super) fn stiffen(&mut self, heights: &mut Vec<f64>, scale: f64, stiffnesses: &[f64]) {
+    /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve; says what is
+    /// known there.
+    pub(super) fn stiffen(
+        &mut self,
+        heights: &mut Vec<f64>,
+        scale: f64,
+        stiffnesses: &[f64],
+    ) -> Local {
         let mut climber = heights.clone();
-        let (mut most, mut best) = (f64::NEG_INFINITY, self.stiffness);
+        let (mut most, mut best) = (f64::NEG_INFINITY, (self.stiffness, None));
         for &stiffness in stiffnesses {
             self.stiffness = stiffness;
-            self.climb(&mut climber, scale);
-            let evidence = self.evidence(&climber, scale);
+            let here = self.climb(&mut climber, scale);
+            let evidence = self.evidence(&here);
             if evidence > most {
-                (most, best) = (evidence, stiffness);
+                (most, best) = (evidence, (stiffness, Some(here)));
                 heights.clone_from(&climber);
             }
         }
-        self.stiffness = best;
+        self.stiffness = best.0;
+        best.1.unwrap_or_else(|| self.local(heights, scale))
     }
 
     /// What a curve is worth, and Newton's equations for the next step from it.
-    fn local(&self, heights: &[f64], scale: f64) -> Local {
+    pub(super) fn local(&self, heights: &[f64], scale: f64) -> Local {
         let size = self.slopes.len();
         let mut matrix = Dense::new(size);
         let mut slopes = self.slopes.clone();
         let area: f64 = slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let (mut likely, mut bending) = (0.0, 0.0);
+        // The product of numbers up to 2: its logarithm takes as long as that of one.
+        let mut unlikely = 1.0_f64;
         for place in self.touching(heights, scale) {
             let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
             if z > UNTOUCHED {
                 continue;
             }
             let small = (-z.abs()).exp();
-            likely += z.min(0.0) - small.ln_1p();
+            likely += z.min(0.0);
+            unlikely *= 1.0 + small;
+            if unlikely > LARGE {
+                likely -= unlikely.ln();
+                unlikely = 1.0;
+            }
             let share = if z > 0.0 { small } else { 1.0 } / (1.0 + small);
             let falls = self.stride as f64 * share;
             let bends = falls * (1.0 - share) / (scale * scale);
             let touched = [0, 1, 2, 3].map(|i| wrapped(basis.first + i, size));
-            for (row, a) in touched.into_iter().zip(basis.values) {
-                slopes[row] -= falls / scale * a;
-                for (col, b) in touched.into_iter().zip(basis.values) {
-                    matrix.values[row * size + col] += bends * a * b;
+            for (k, (i, a)) in touched.into_iter().zip(basis.values).enumerate() {
+                slopes[i] -= falls / scale * a;
+                for (j, b) in touched.into_iter().zip(basis.values).take(k + 1) {
+                    // The lower half is what a factor is made of.
+                    matrix.values[i.max(j) * size + i.min(j)] += bends * a * b;
                 }
             }
         }
+        likely -= unlikely.ln();
         let stiff = self.stiffness * self.count;
         for three in self.bends() {
             let bent = bend(heights, three);
@@ -256,7 +277,7 @@ impl Likelihood {
 }
 
 /// What is known of the likelihood near a curve.
-struct Local {
+pub(super) struct Local {
     /// The logarithm of the likelihood of the curve, and of what its bending costs.
     worth: f64,
     /// What it gains less by a step, the longer that is.
@@ -351,7 +372,7 @@ pub(super) mod tests {
             let mut found = Likelihood::new(all, places.len(), knots, stiffness, (-1.0, 1.0));
             let mut heights = vec![0.0; 16];
             let scale = found.find(&mut heights, 0.05, 0.0, |_, _| {});
-            let evidence = found.evidence(&heights, scale);
+            let evidence = found.evidence(&found.local(&heights, scale));
             if evidence > best.0 {
                 best = (evidence, stiffness);
             }

@@ -245,8 +245,8 @@ impl Line {
         let mut heights = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
         let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, look);
-        likelihood.stiffen(&mut heights, scale, &STIFFNESSES);
-        let deviations = likelihood.deviations(&heights, scale);
+        let here = likelihood.stiffen(&mut heights, scale, &STIFFNESSES);
+        let deviations = likelihood.deviations(&here);
         let curve = |way: f64| height(&heights, &Basis::at(&likelihood.knots, way));
         let outside = places.iter().map(|&(way, y)| curve(way) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();

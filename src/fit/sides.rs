@@ -100,13 +100,13 @@ impl Side {
         let lowest = near.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
         let mut line = vec![lowest; DEGREE + 1];
         let scale = likelihood.find(&mut line, FIRST_SCALE, noise / depth, |_, _| {});
-        let evidence = likelihood.evidence(&line, scale);
-        let deviations = likelihood.deviations(&line, scale);
+        let here = likelihood.local(&line, scale);
+        let (evidence, deviations) = (likelihood.evidence(&here), likelihood.deviations(&here));
         for stiffness in BENT {
             let mut curve = line.clone();
             likelihood.stiffness = stiffness;
-            likelihood.climb(&mut curve, scale);
-            if likelihood.evidence(&curve, scale) > evidence + clearly {
+            let here = likelihood.climb(&mut curve, scale);
+            if likelihood.evidence(&here) > evidence + clearly {
                 return None;
             }
         }
