@@ -52,9 +52,14 @@ impl Laplacian {
     fn apply(&self, x: &[f64], image: &mut [f64]) {
         let row = |(node, image): (usize, &mut f64)| {
             let links = &self.links[self.starts[node]..self.starts[node + 1]];
-            let own = x[node];
-            let add = |sum, &(to, weight): &(u32, f64)| sum + weight * (own - x[to as usize]);
-            *image = links.iter().fold(0.0, add);
+            let (groups, rest) = links.as_chunks::<4>();
+            let value = |&(to, weight): &(u32, f64)| weight * x[to as usize];
+            let mut sums = [0.0; 4];
+            for group in groups {
+                sums.iter_mut().zip(group).for_each(|(sum, link)| *sum += value(link));
+            }
+            let rest: f64 = rest.iter().map(value).sum();
+            *image = self.diagonal[node] * x[node] - (sums.iter().sum::<f64>() + rest);
         };
         image.par_iter_mut().with_min_len(NODES_PER_TASK).enumerate().for_each(row);
     }
