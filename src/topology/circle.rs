@@ -34,6 +34,9 @@ const CLOSED_BY: f64 = 0.75;
 /// Landmarks among which a point's angle is interpolated.
 const NEAR: usize = 3;
 
+/// The landmarks nearest to a point, by their numbers, and how much each counts.
+type Near = [(f64, usize); NEAR];
+
 /// Rounds in which each point takes the mean angle of its neighbours.
 const SMOOTHING: usize = 6;
 
@@ -107,13 +110,13 @@ impl<'a> Landmarks<'a> {
         Loops { sum, shortest: forms.iter().map(circle).collect() }
     }
 
-    fn circle(&self, form: &Form, edges: &[Edge], near: &[Vec<(f64, usize)>]) -> Circle {
+    fn circle(&self, form: &Form, edges: &[Edge], near: &[Near]) -> Circle {
         Circle { turns: self.turns_of_points(form, near), course: form.course(edges) }
     }
 
     /// The angles of all points: between those of the nearest landmarks, then smoothed.
-    fn turns_of_points(&self, form: &Form, near: &[Vec<(f64, usize)>]) -> Vec<f64> {
-        let direction = |near: &Vec<(f64, usize)>| {
+    fn turns_of_points(&self, form: &Form, near: &[Near]) -> Vec<f64> {
+        let direction = |near: &Near| {
             let weighted = near
                 .iter()
                 .map(|&(weight, landmark)| weight * DVec2::from_angle(TAU * form.angles[landmark]));
@@ -151,23 +154,28 @@ impl<'a> Landmarks<'a> {
     }
 
     /// For each point the landmarks nearest to it, with their weights.
-    fn nearest(&self, reach: f64) -> Vec<Vec<(f64, usize)>> {
-        let mut near: Vec<Vec<(f64, usize)>> = vec![Vec::new(); self.graph.len()];
+    fn nearest(&self, reach: f64) -> Vec<Near> {
+        let mut near = vec![[(f64::INFINITY, 0); NEAR + 1]; self.graph.len()];
         for (landmark, around) in self.around.iter().enumerate() {
             for &(point, distance) in around.iter().filter(|(_, distance)| *distance <= reach) {
-                near[point as usize].push((distance, landmark));
+                let known = &mut near[point as usize];
+                if distance < known[NEAR].0 {
+                    let at = known.partition_point(|(other, _)| *other <= distance);
+                    known[at..].rotate_right(1);
+                    known[at] = (distance, landmark);
+                }
             }
         }
-        near.par_iter_mut().for_each(|near| {
-            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let farthest =
-                near.get(NEAR).or(near.last()).map_or(1.0, |n| n.0).max(f64::MIN_POSITIVE);
-            near.truncate(NEAR);
-            for (distance, _) in near {
-                *distance = (1.0 - *distance / farthest).max(0.01);
-            }
-        });
-        near
+        let weighted = |known: [(f64, usize); NEAR + 1]| {
+            let mut found = known.iter().map(|near| near.0).filter(|distance| distance.is_finite());
+            let farthest = found.next_back().unwrap_or(1.0).max(f64::MIN_POSITIVE);
+            std::array::from_fn(|k| {
+                let (distance, landmark) = known[k];
+                let weight = (1.0 - distance / farthest).max(0.01);
+                (if distance.is_finite() { weight } else { 0.0 }, landmark)
+            })
+        };
+        near.into_iter().map(weighted).collect()
     }
 }
 

@@ -186,6 +186,7 @@ fn nearer_way(step: f64) -> f64 {
 /// unorganized points*, 1992).
 fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
     let mut done = vec![false; vectors.len()];
+    let units: Vec<DVec3> = vectors.iter().map(|vector| vector.normalize_or_zero()).collect();
     for first in 0..vectors.len() {
         let mut queue = BinaryHeap::from([(0, first, first)]);
         while let Some((_, point, from)) = queue.pop() {
@@ -195,11 +196,10 @@ fn align(vectors: &mut [DVec3], graph: &NeighborGraph) {
             if vectors[point].dot(vectors[from]) < 0.0 {
                 vectors[point] = -vectors[point];
             }
-            let own = vectors[point].normalize_or_zero();
             for edge in graph.edges(point) {
                 let other = edge.to as usize;
                 if !done[other] {
-                    let parallel = own.dot(vectors[other].normalize_or_zero()).abs();
+                    let parallel = units[point].dot(units[other]).abs();
                     // The bits of positive numbers are in the order of the numbers.
                     queue.push((parallel.to_bits(), other, point));
                 }
