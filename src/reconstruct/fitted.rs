@@ -152,7 +152,7 @@ fn attempt(
     let candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
     let candidate = match &beside {
         Some(beside) => wanted(beside).or_sheet(candidate, &mut clock, observer)?,
-        None => wanted(&placed).or_tube(candidate, &mut clock, observer)?,
+        None => wanted(&placed).or_closed(candidate, &mut clock, observer)?,
     };
     let Candidate { placed, map, job, fit, flaws } = candidate;
     let frame = &placed.frame;
@@ -286,6 +286,9 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
             ", but a sheet comes nearer to the points"
         }
         (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
+        (Kind::Tube, Kind::Torus) => {
+            ", but the ends of a tube meet, and a torus follows the points"
+        }
         _ => return None,
     };
     Some(format!("{}{instead}", found.reason))
@@ -309,8 +312,9 @@ fn warning(
             .then(|| format!("heights pass between what lies above one another: {around}"));
     }
     let free = options.topology.is_none_or(|kind| kind == found.kind);
-    let tube = (found.kind, became) == (Kind::Sheet, Kind::Tube);
-    found.warning.clone().filter(|_| free && !tube)
+    let closed =
+        matches!((found.kind, became), (Kind::Sheet, Kind::Tube) | (Kind::Tube, Kind::Torus));
+    found.warning.clone().filter(|_| free && !closed)
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.

@@ -52,6 +52,12 @@ pub struct Chart {
 }
 
 impl Chart {
+    /// That of a torus whose two ways change places.
+    pub(crate) fn transposed(self) -> Self {
+        let uv = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
+        Self { uv, lengths: (self.lengths.1, self.lengths.0), ..self }
+    }
+
     /// Nodes of a lattice of this shape in order on the surface, row by row: what
     /// [`Init::Given`](crate::som::Init::Given) takes.
     ///

@@ -817,6 +817,22 @@ def test_tori_of_few_points_are_found(ratio: float, noise: float) -> None:
         assert neurbs.detect_topology(points).kind == "torus", seed
 
 
+@pytest.mark.parametrize(("count", "ratio"), [(300, 4.0), (400, 4.0), (400, 6.0)])
+def test_tubes_whose_ends_meet_are_tori(count: int, ratio: float) -> None:
+    found = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        ring, section, chance = rng.random((3, 3000))
+        kept = chance * (ratio + 1.0) < ratio + np.cos(2.0 * np.pi * section)
+        ring, section = 2.0 * np.pi * ring[kept][:count], 2.0 * np.pi * section[kept][:count]
+        out = ratio + np.cos(section)
+        points = np.column_stack([out * np.cos(ring), out * np.sin(ring), np.sin(section)])
+        report = neurbs.reconstruct(points).report
+        found.append(report.topology == "torus" and report.rms < 3e-3 * report.diagonal)
+    # They were tubes around the ring, open along it.
+    assert sum(found) >= 5, found
+
+
 @pytest.mark.parametrize(("columns", "rings"), [(8, 15), (12, 40), (24, 50)])
 def test_pipes_measured_ring_by_ring_are_tubes(columns: int, rings: int) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
