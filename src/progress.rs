@@ -87,7 +87,7 @@ impl Stage {
 
 /// Watches a long job, and may stop it.
 ///
-/// The job calls it every hundredth of a second or so, always from the thread that started the job; a
+/// The job calls it every few milliseconds, always from the thread that started the job; a
 /// reconstruction goes on meanwhile. To answer [`ControlFlow::Break`] ends the job with
 /// [`Error::Interrupted`]. Any `FnMut(&Progress) -> ControlFlow<()>` is an observer.
 pub trait Observer {

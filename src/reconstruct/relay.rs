@@ -18,9 +18,8 @@ use rayon::ThreadPoolBuilder;
 use crate::error::{Error, Result};
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
-/// Time between two looks at the news, each of which takes a core from the job for a moment, and between two
-/// reports from the same stage.
-const INTERVAL: Duration = Duration::from_millis(10);
+/// Time between two looks at the news, and between two reports from the same stage.
+const INTERVAL: Duration = Duration::from_millis(2);
 
 /// Points that are worth a thread of their own.
 const POINTS_PER_THREAD: usize = 256;
