@@ -346,7 +346,8 @@ def main() -> None:
     options = parser.parse_args()
     run = run_scipy if options.scipy else run_neurbs
     known = shapes()
-    processes = multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1)
+    if options.fresh:
+        processes = multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1)
     print("| case | rms2 | worst seed | core | border | over % | wild % | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     for name in options.cases.split(","):

@@ -803,16 +803,21 @@ def test_a_waist_of_few_points_is_a_tube() -> None:
         assert result.report.rms < 1e-4 * result.report.diagonal, seed
 
 
+def torus(rng: np.random.Generator, count: int, ratio: float) -> Points:
+    """Scatter points evenly by area over a torus whose section has radius 1."""
+    ring, section, chance = rng.random((3, 3000))
+    kept = chance * (ratio + 1.0) < ratio + np.cos(2.0 * np.pi * section)
+    ring, section = 2.0 * np.pi * ring[kept][:count], 2.0 * np.pi * section[kept][:count]
+    out = ratio + np.cos(section)
+    return np.column_stack([out * np.cos(ring), out * np.sin(ring), np.sin(section)])
+
+
 @pytest.mark.parametrize("ratio", [3.0, 5.0])
 @pytest.mark.parametrize("noise", [0.0, 0.005])
 def test_tori_of_few_points_are_found(ratio: float, noise: float) -> None:
     for seed in range(3):
         rng = np.random.default_rng(seed)
-        ring, section, chance = rng.random((3, 3000))
-        kept = chance * (ratio + 1.0) < ratio + np.cos(2.0 * np.pi * section)
-        ring, section = 2.0 * np.pi * ring[kept][:700], 2.0 * np.pi * section[kept][:700]
-        out = ratio + np.cos(section)
-        points = np.column_stack([out * np.cos(ring), out * np.sin(ring), np.sin(section)])
+        points = torus(rng, 700, ratio)
         points += noise * ratio * rng.standard_normal(points.shape)
         assert neurbs.detect_topology(points).kind == "torus", seed
 
@@ -821,13 +826,7 @@ def test_tori_of_few_points_are_found(ratio: float, noise: float) -> None:
 def test_tubes_whose_ends_meet_are_tori(count: int, ratio: float) -> None:
     found = []
     for seed in range(8):
-        rng = np.random.default_rng(seed)
-        ring, section, chance = rng.random((3, 3000))
-        kept = chance * (ratio + 1.0) < ratio + np.cos(2.0 * np.pi * section)
-        ring, section = 2.0 * np.pi * ring[kept][:count], 2.0 * np.pi * section[kept][:count]
-        out = ratio + np.cos(section)
-        points = np.column_stack([out * np.cos(ring), out * np.sin(ring), np.sin(section)])
-        report = neurbs.reconstruct(points).report
+        report = neurbs.reconstruct(torus(np.random.default_rng(seed), count, ratio)).report
         found.append(report.topology == "torus" and report.rms < 3e-3 * report.diagonal)
     # They were tubes around the ring, open along it.
     assert sum(found) >= 5, found
