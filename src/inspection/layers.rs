@@ -12,9 +12,8 @@ use crate::progress::{self, Observer, Progress, Stage};
 /// Points among which the layers are looked for, evenly over space.
 const MOST: usize = 20_000;
 
-/// Places that are looked at, evenly over space, and where the layers may be far apart.
-const PLACES: usize = 1000;
-const FEWER_PLACES: usize = 400;
+/// Places that are looked at, evenly over space: so many tell a share of them to a hundredth.
+const PLACES: usize = 400;
 
 /// Points around each that show the layers there: those that are closer than the spacing, and those that
 /// are up to three times as far apart, which may be told from one another.
@@ -86,7 +85,7 @@ impl fmt::Display for DoubleLayer {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn double_layer(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<DoubleLayer>> {
-    among(points, (MOST, AROUND, PLACES), observer)
+    among(points, (MOST, AROUND), observer)
 }
 
 /// What is to be said of two layers, if points lie in such, that a map may tell apart, but that a surface
@@ -103,7 +102,7 @@ pub(crate) fn not_followed(
     let spacing = Bounds::of(points).diagonal() / (points.len() as f64).sqrt();
     let mut count = points.len().min(MOST);
     while off > FOLLOWED * spacing && count >= ENOUGH {
-        let found = among(points, (count, AROUND_MORE, FEWER_PLACES), observer)?;
+        let found = among(points, (count, AROUND_MORE), observer)?;
         if let Some(DoubleLayer { separation, place, .. }) = found
             && off > FOLLOWED * separation
         {
@@ -118,15 +117,15 @@ pub(crate) fn not_followed(
     Ok(None)
 }
 
-/// Two layers that show themselves in a sample of so many points, among so many neighbours of so many.
+/// Two layers that show themselves in a sample of so many points, among so many neighbours of some.
 fn among(
     points: &[DVec3],
-    (count, around, places): (usize, usize, usize),
+    (count, around): (usize, usize),
     observer: &mut dyn Observer,
 ) -> Result<Option<DoubleLayer>> {
     let points = even_sample(points, count);
     let tree = KdTree::new(&points);
-    let places = even_sample(&points, places);
+    let places = even_sample(&points, PLACES);
     progress::report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, points.len()))?;
     let gap = |found: &mut Vec<Neighbor>, place: &DVec3| {
         tree.nearest_where(*place, 1 + around, f64::INFINITY, found, |_| true);

@@ -34,8 +34,12 @@ pub(crate) fn area(polygon: &[DVec2]) -> f64 {
 /// outermost places: S. G. Akl, G. T. Toussaint, *A fast convex hull algorithm*, 1978).
 pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let outermost = outermost(places);
-    let mut sorted: Vec<DVec2> =
-        places.iter().filter(|place| !is_inside(&outermost, **place)).copied().collect();
+    // Most places lie in a circle inside of these, which is a single comparison.
+    let (centre, radius) = inscribed(&outermost);
+    let is_inside = |place: &DVec2| {
+        place.distance_squared(centre) < radius * radius || is_inside(&outermost, *place)
+    };
+    let mut sorted: Vec<DVec2> = places.iter().filter(|place| !is_inside(place)).copied().collect();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |places: &mut dyn Iterator<Item = DVec2>| {
         let mut chain: Vec<DVec2> = Vec::new();
@@ -72,6 +76,14 @@ fn outermost(places: &[DVec2]) -> Vec<DVec2> {
     let mut corners: Vec<DVec2> = found.iter().map(|found| found.1).collect();
     corners.dedup();
     corners
+}
+
+/// A circle inside a convex polygon: about the mean of its corners, as far as its sides are.
+fn inscribed(polygon: &[DVec2]) -> (DVec2, f64) {
+    let centre = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
+    let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
+    let distance = |(a, b): (&DVec2, &DVec2)| (b - a).normalize_or_zero().perp_dot(centre - a);
+    (centre, sides.map(distance).fold(f64::INFINITY, f64::min).max(0.0))
 }
 
 /// Whether a place lies inside a polygon, and not on its sides.

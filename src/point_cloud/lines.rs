@@ -5,10 +5,8 @@ use rayon::prelude::*;
 
 use super::even_sample::even_sample;
 use super::kd_tree::{KdTree, Neighbor};
+use super::neighborhoods::{NEIGHBORS, Neighborhoods};
 use super::plane::Plane;
-
-/// Neighbours by which a point is seen to lie in a line.
-const NEIGHBORS: usize = 8;
 
 /// Share of the points in lines from which on the cloud is one of lines, and below which it is none.
 const MOSTLY: f64 = 0.5;
@@ -29,11 +27,16 @@ const ROPES: usize = 5;
 
 /// Some of the points, evenly over space, that lie about as far apart along lines as the lines do, if they lie
 /// in lines. These show at a scale between that of the noise and their own distance; seen closer they are
-/// ropes, and seen from farther away a surface. How far ropes are `apart` is for others to say.
-pub(crate) fn across_lines(points: &[DVec3], apart: Option<f64>) -> Option<Vec<DVec3>> {
+/// ropes, and seen from farther away a surface. What is near each of them may be known; how far ropes are
+/// `apart` is for others to say.
+pub(crate) fn across_lines(
+    points: &[DVec3],
+    mut known: Option<&Neighborhoods>,
+    apart: Option<f64>,
+) -> Option<Vec<DVec3>> {
     let (mut few, mut in_lines) = (points.to_vec(), apart.is_some());
     while few.len() >= FEWEST {
-        let seen = Seen::of(&few);
+        let seen = Seen::of(&few, known.take());
         let far = apart.is_none_or(|apart| seen.spacing >= AS_FAR * apart);
         if in_lines && far && seen.in_lines < HARDLY {
             return Some(few);
@@ -49,8 +52,9 @@ pub(crate) fn across_lines(points: &[DVec3], apart: Option<f64>) -> Option<Vec<D
 pub(super) fn are_ropes(points: &[DVec3], groups: &[u32]) -> bool {
     let mut members: Vec<Vec<DVec3>> = vec![Vec::new(); points.len()];
     groups.iter().zip(points).for_each(|(group, point)| members[*group as usize].push(*point));
-    let is_line =
-        |members: &[DVec3], seen: usize| Seen::of(&even_sample(members, seen)).in_lines > MOSTLY;
+    let is_line = |members: &[DVec3], seen: usize| {
+        Seen::of(&even_sample(members, seen), None).in_lines > MOSTLY
+    };
     members.retain(|members| members.len() > NEIGHBORS);
     // Of most clouds there is one group, which need not be looked at.
     if members.len() < ROPES {
@@ -70,21 +74,31 @@ struct Seen {
 }
 
 impl Seen {
-    fn of(points: &[DVec3]) -> Self {
-        let tree = KdTree::new(points);
-        let look = |near: &mut Vec<Neighbor>, index: u32| {
-            tree.nearest_to(index, NEIGHBORS, near);
-            let all = near.iter().map(|near| near.index).chain([index]);
-            let plane = Plane::of(all.map(|at| points[at as usize]));
-            let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
-            DVec2::new(f64::from(plane.is_line()), spacing)
-        };
+    /// Of points around which may be known what is near.
+    fn of(points: &[DVec3], known: Option<&Neighborhoods>) -> Self {
         let step = points.len().div_ceil(TELLING);
         let telling: Vec<u32> = (0..).zip(points).step_by(step).map(|(index, _)| index).collect();
-        let seen: Vec<DVec2> = telling.into_par_iter().map_init(Vec::new, look).collect();
+        let seen: Vec<DVec2> = if let Some(Neighborhoods { near, planes }) = known {
+            let look = |index: u32| beside(&planes[index as usize], &near[index as usize]);
+            telling.into_iter().map(look).collect()
+        } else {
+            let tree = KdTree::new(points);
+            let look = |near: &mut Vec<Neighbor>, index: u32| {
+                tree.nearest_to(index, NEIGHBORS, near);
+                let all = near.iter().map(|near| near.index).chain([index]);
+                beside(&Plane::of(all.map(|at| points[at as usize])), near)
+            };
+            telling.into_par_iter().map_init(Vec::new, look).collect()
+        };
         let DVec2 { x: in_lines, y: spacing } = seen.iter().sum::<DVec2>() / seen.len() as f64;
         Self { in_lines, spacing }
     }
+}
+
+/// Whether those near a point lie in a line with it, and their mean distance.
+fn beside(plane: &Plane, near: &[Neighbor]) -> DVec2 {
+    let spacing = near.iter().map(Neighbor::distance).sum::<f64>() / near.len() as f64;
+    DVec2::new(f64::from(plane.is_line()), spacing)
 }
 
 #[cfg(test)]
@@ -112,9 +126,12 @@ mod tests {
 
     #[test]
     fn of_scan_lines_points_are_left_that_show_a_surface() {
-        let few = across_lines(&sheet(true), None).unwrap();
+        let few = across_lines(&sheet(true), None, None).unwrap();
         assert!((FEWEST..1500).contains(&few.len()), "{}", few.len());
-        assert!(Seen::of(&sheet(true)).in_lines > MOSTLY && Seen::of(&few).in_lines < HARDLY);
+        assert!(
+            Seen::of(&sheet(true), None).in_lines > MOSTLY
+                && Seen::of(&few, None).in_lines < HARDLY
+        );
     }
 
     /// Rows of points, so noisy that no neighbours lie in a line.
@@ -130,7 +147,7 @@ mod tests {
     #[test]
     fn ropes_are_pieces_of_a_surface_only_if_it_is_apart() {
         let one = ropes();
-        assert!(Seen::of(&one).in_lines < HARDLY);
+        assert!(Seen::of(&one, None).in_lines < HARDLY);
         let (found, few) = pieces_across(&one, &mut Silent).unwrap();
         assert_eq!(found.sizes, [12_000]);
         assert!((FEWEST..1500).contains(&few.unwrap().len()));
@@ -151,8 +168,8 @@ mod tests {
 
     #[test]
     fn scattered_points_and_one_line_are_no_lines_beside_one_another() {
-        assert!(across_lines(&sheet(false), None).is_none());
+        assert!(across_lines(&sheet(false), None, None).is_none());
         let line: Vec<DVec3> = (0..1000).map(|i| DVec3::X * f64::from(i)).collect();
-        assert!(across_lines(&line, None).is_none());
+        assert!(across_lines(&line, None, None).is_none());
     }
 }

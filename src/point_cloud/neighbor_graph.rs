@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::OnceLock;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -59,20 +60,25 @@ impl NeighborGraph {
     pub fn of(points: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
         let tree = KdTree::new(points);
         let known = Neighborhoods::of(&tree, count, observer)?;
-        Ok(Self::over(&tree, &known))
+        Ok(Self::over(points, &known, &OnceLock::from(tree)))
     }
 
     /// As [`Self::of`], of points around which is known what is near.
     pub(crate) fn among(points: &[DVec3], known: &Neighborhoods) -> Self {
-        Self::over(&KdTree::new(points), known)
+        Self::over(points, known, &OnceLock::new())
     }
 
-    fn over(tree: &KdTree<'_>, Neighborhoods { near, planes }: &Neighborhoods) -> Self {
-        let points = tree.points();
+    /// The tree over the points is made where it is needed first.
+    fn over<'a>(
+        points: &'a [DVec3],
+        Neighborhoods { near, planes }: &Neighborhoods,
+        tree: &OnceLock<KdTree<'a>>,
+    ) -> Self {
         let edges = |found: &mut Vec<Neighbor>, own: usize| {
             let mut edges: Vec<Edge> = near[own].iter().map(Edge::from).collect();
             let (plane, own) = (&planes[own], points[own]);
             if plane.is_line() {
+                let tree = tree.get_or_init(|| KdTree::new(points));
                 tree.nearest_where(own, BESIDE_COUNT, f64::INFINITY, found, |other| {
                     let apart = points[other as usize] - own;
                     apart.dot(plane.axes[0]).abs() < BESIDE * apart.length()

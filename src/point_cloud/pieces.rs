@@ -249,7 +249,7 @@ impl<'a> Groups<'a> {
         if !are_ropes(self.points, &self.roots()) {
             return Ok(None);
         }
-        let across = across_lines(self.points, Some(self.usual_distance()));
+        let across = across_lines(self.points, None, Some(self.usual_distance()));
         if let Some(few) = &across {
             self.join_as(&mut Groups::joined(few, observer)?.0);
         }

@@ -231,7 +231,8 @@ impl Counted {
     /// Looks at points in lines as far apart along these as across, if they are in lines: slopes are those
     /// of the surface then, not of a line.
     pub(super) fn look_across_lines(&mut self) -> bool {
-        let few = self.across.take().or_else(|| across_lines(&self.telling, None));
+        let looked = || across_lines(&self.telling, self.known.as_ref(), None);
+        let few = self.across.take().or_else(looked);
         if let Some(few) = &few {
             (self.telling, self.known) = (of(few, &outwards_from_centroid(few)), None);
         }

@@ -109,7 +109,9 @@ impl<'a> Job<'a> {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
             let Some(found) = found else { break };
             let counts = |index: usize| self.weight(index) > 0.0;
-            if turn >= ROBUST_FITS && !found.has_another(&fit.distances, counts) {
+            // What is near and hardly farther than others has changed nothing, unless a net grew for it.
+            let doubtful = turn >= ROBUST_FITS || found.slight && growth.is_none();
+            if doubtful && !found.has_another(&fit.distances, counts) {
                 break;
             }
             let Robust { weights, slight } = found;

@@ -345,7 +345,7 @@ impl<'a> Telling<'a> {
         observer: &mut dyn Observer,
     ) -> Result<bool> {
         let points = self.evenly(|point| flat * point, flat, CLOSE);
-        let Some(few) = across_lines(&points, None) else { return Ok(true) };
+        let Some(few) = across_lines(&points, None, None) else { return Ok(true) };
         let few: Vec<DVec3> = few.into_iter().map(|point| point / flat).collect();
         Ok(Telling::of(&few).laid_flat(by, observer)?.is_some())
     }
