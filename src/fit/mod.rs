@@ -59,6 +59,7 @@ pub use self::height::{HeightFit, HeightOptions, fit_heights};
 pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};
 pub(crate) use self::joint::{SURE, THROUGH, recovered};
 pub(crate) use self::left_out::Near;
+pub(crate) use self::lengths::lengths;
 pub(crate) use self::line::Line;
 use self::normal_equations::{NormalEquations, Sample};
 pub(crate) use self::orientation::turned;

@@ -1,5 +1,6 @@
 //! What could be wrong with points or with a surface through them, in numbers and in words.
 
+mod body;
 mod excursion;
 mod fold_over;
 mod layers;
@@ -7,6 +8,7 @@ mod overshoot;
 mod samples;
 mod units;
 
+pub(crate) use self::body::Body;
 pub use self::excursion::{Excursion, excursion};
 pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};

@@ -1,6 +1,6 @@
 //! Surfaces of different shapes near the same points, of which one is the result.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::counted::{Layers, every};
 use super::flaws::Flaws;
@@ -13,7 +13,6 @@ use super::unwound::Unwound;
 use super::{ReconstructOptions, Start, heights};
 use crate::error::{Error, Result};
 use crate::fit::{Growth, bounded, diameter};
-use crate::nurbs::Outside;
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 use crate::topology::{Chart, Kind, Pipe, around_axis};
@@ -47,22 +46,10 @@ const CLEARLY_NEARER: f64 = 0.5;
 const AS_NEAR: f64 = 1.2;
 const TOO_NEAR: f64 = 0.3;
 
-/// How near to one another the ends of a tube are that meet, as a share of its length and in spacings of its points:
-/// those of tori whose other loop was too short to be seen had a sixth and 1.3, other tubes three quarters of their
-/// length.
-const MEETING: (f64, f64) = (0.25, 2.0);
-
-/// How near a torus is to the points then, as a share of the tube's distances, whose slit leaves it more freedom.
-const NEARLY_AS_NEAR: f64 = 2.0;
-
-/// Places along and around a tube that tell whether its ends meet, and points that tell where a torus is.
-const LOOKED_AT: (usize, usize) = (65, 33);
-const CHARTED: usize = 2000;
-
 /// Points in a frame.
 pub(super) struct Placed {
     pub(super) frame: Frame,
-    points: Vec<DVec3>,
+    pub(super) points: Vec<DVec3>,
     /// Some of them, which the map learns from.
     pub(super) sample: Vec<DVec3>,
     /// Some, by which its start is ordered, where that is not by those.
@@ -108,6 +95,8 @@ impl<'a> Wanted<'a> {
         let &Self { placed: Placed { frame, points, sample, .. }, budget, options, .. } = self;
         let observer: &mut dyn Observer = &mut OwnFrame { frame: *frame, observer };
         let count = sample.len();
+        let around_circle = self.around_circle(&shape);
+        let chart = around_circle.as_ref().or(chart);
         let mut start = if let Some(base) = &shape.base {
             let (uv, aspect) = heights::places(sample, base);
             OrderedStart::over(count, sample, &uv, net(budget, aspect, options), observer)?
@@ -182,8 +171,8 @@ impl<'a> Wanted<'a> {
         }
         let pipe = around_axis(sample, observer)?;
         clock.lap("topology");
-        let Some(Pipe { mut chart, round, scatter, open }) = pipe else { return Ok(sheet) };
-        chart.points.iter_mut().for_each(|point| *point = frame.undo(*point));
+        let Some(Pipe { chart, round, scatter, open }) = pipe else { return Ok(sheet) };
+        let chart = frame.undo_chart(chart);
         let tube = self.candidate(Shape::new(Kind::Tube, None), Some(&chart), clock, observer);
         if !(round && open) {
             return sheet.or_nearer(tube, if open { NEARER } else { CLEARLY_NEARER }, 0.0);
@@ -193,25 +182,8 @@ impl<'a> Wanted<'a> {
         sheet.or_nearer(tube, AS_NEAR, noise.max(self.near_enough()))
     }
 
-    /// The torus instead of a tube that was found out, if the ends of that meet, and it is as near to the points:
-    /// its other loop was too short to be seen.
-    fn or_torus(
-        &self,
-        tube: Candidate<'a>,
-        clock: &mut Clock,
-        observer: &mut dyn Observer,
-    ) -> Result<Candidate<'a>> {
-        let free = self.options.topology.is_none() && self.options.init == Start::Auto;
-        if !free || tube.job.shape.kind != Kind::Tube {
-            return Ok(tube);
-        }
-        let Some(chart) = tube.closed_across(observer)? else { return Ok(tube) };
-        let torus = self.candidate(Shape::new(Kind::Torus, None), Some(&chart), clock, observer);
-        tube.or_nearer(torus, NEARLY_AS_NEAR, self.near_enough())
-    }
-
     /// How near to its points a surface is that no other need be looked for.
-    fn near_enough(&self) -> f64 {
+    pub(super) fn near_enough(&self) -> f64 {
         NEAR * self.placed.frame.length(diameter(&self.placed.points))
     }
 
@@ -269,7 +241,7 @@ impl<'a> Wanted<'a> {
 impl<'a> Candidate<'a> {
     /// This one, or another without flaws whose distance is less than this share of its own, or than another
     /// distance.
-    fn or_nearer(
+    pub(super) fn or_nearer(
         self,
         other: Result<Candidate<'a>>,
         share: f64,
@@ -283,48 +255,8 @@ impl<'a> Candidate<'a> {
         }
     }
 
-    /// The points where a tube has them, as on a torus, if its ends meet.
-    fn closed_across(&self, observer: &mut dyn Observer) -> Result<Option<Chart>> {
-        let (Fit { surface, uv, .. }, (rows, cols)) = (&self.fit, LOOKED_AT);
-        let domains = [surface.knots_u().domain(), surface.knots_v().domain()];
-        let [u, v] = [(domains[0], rows), (domains[1], cols)].map(|((start, end), count)| {
-            let share = |i: usize| i as f64 / (count - 1) as f64;
-            (0..count).map(|i| start + share(i) * (end - start)).collect::<Vec<f64>>()
-        });
-        let mut places = vec![DVec3::ZERO; rows * cols];
-        surface.evaluate_grid(&u, &v, &mut places, None, Outside::Refuse, observer)?;
-        let at = |row: usize, col: usize| places[row * cols + col];
-        let along = |row| (1..cols).map(|col| at(row, col - 1).distance(at(row, col))).sum::<f64>();
-        let around =
-            |col| (1..rows).map(|row| at(row - 1, col).distance(at(row, col))).sum::<f64>();
-        let along = (0..rows).map(along).sum::<f64>() / rows as f64;
-        let around = (0..cols).map(around).sum::<f64>() / cols as f64;
-        let apart = |row: usize| {
-            let to = |other| at(row, 0).distance(at(other, cols - 1));
-            (0..rows).map(to).fold(f64::INFINITY, f64::min)
-        };
-        let mut apart: Vec<f64> = (0..rows).map(apart).collect();
-        apart.sort_by(f64::total_cmp);
-        let (gap, spacing) = (apart[rows / 2], (along * around / uv.len() as f64).sqrt());
-        if gap > MEETING.0 * along || gap > MEETING.1 * spacing {
-            return Ok(None);
-        }
-        let frame = &self.placed.frame;
-        let step = uv.len().div_ceil(CHARTED).max(1);
-        let points = self.job.points.iter().step_by(step).map(|point| frame.undo(*point)).collect();
-        let place = |uv: &DVec2| {
-            let [u, v] = [0, 1].map(|d| (uv[d] - domains[d].0) / (domains[d].1 - domains[d].0));
-            DVec2::new(u, v * along / (along + gap))
-        };
-        let uv: Vec<DVec2> = uv.iter().step_by(step).map(place).collect();
-        let lengths = (frame.length(around), frame.length(along + gap));
-        let chart = Chart { points, uv, lengths, closed_v: true };
-        // The ring is the longer way.
-        Ok(Some(if lengths.0 < lengths.1 { chart.transposed() } else { chart }))
-    }
-
     /// How far it is from the points that count, as their coordinates do.
-    fn error(&self) -> f64 {
+    pub(super) fn error(&self) -> f64 {
         self.placed.frame.length(self.job.rms(&self.fit.distances))
     }
 }

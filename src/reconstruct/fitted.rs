@@ -286,9 +286,7 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
             ", but a sheet comes nearer to the points"
         }
         (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
-        (Kind::Tube, Kind::Torus) => {
-            ", but the ends of a tube meet, and a torus follows the points"
-        }
+        (Kind::Sheet | Kind::Tube, Kind::Torus) => ", but the points lie all over a torus",
         _ => return None,
     };
     Some(format!("{}{instead}", found.reason))
@@ -312,8 +310,7 @@ fn warning(
             .then(|| format!("heights pass between what lies above one another: {around}"));
     }
     let free = options.topology.is_none_or(|kind| kind == found.kind);
-    let closed =
-        matches!((found.kind, became), (Kind::Sheet, Kind::Tube) | (Kind::Tube, Kind::Torus));
+    let closed = found.kind != became && matches!(became, Kind::Tube | Kind::Torus);
     found.warning.clone().filter(|_| free && !closed)
 }
 

@@ -21,6 +21,7 @@ mod robust;
 mod shape;
 mod start;
 mod strip;
+mod torus;
 mod units;
 mod unwound;
 

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::units::Units;
 use crate::point_cloud::{Normalization, centroid};
 use crate::progress::{Epoch, Observer, Progress};
+use crate::topology::Chart;
 
 /// Steps in which coordinates are counted in a frame that is the points' own, to the distance of half of them
 /// from their middle: far below what anyone measures, and as far above what rounding is off by.
@@ -75,7 +76,18 @@ impl Frame {
 
     /// Back to the points' frame.
     pub(super) fn undo(&self, point: DVec3) -> DVec3 {
-        self.units.undo(self.counted.undo(self.axes * point))
+        self.units.undo(self.undo_counted(point))
+    }
+
+    fn undo_counted(&self, point: DVec3) -> DVec3 {
+        self.counted.undo(self.axes * point)
+    }
+
+    /// A chart of points in the frame, as one of points whose coordinates are what they count.
+    pub(super) fn undo_chart(&self, chart: Chart) -> Chart {
+        let points = chart.points.into_iter().map(|point| self.undo_counted(point)).collect();
+        let lengths = (self.length(chart.lengths.0), self.length(chart.lengths.1));
+        Chart { points, lengths, ..chart }
     }
 
     /// A length of the frame as the points' coordinates count.

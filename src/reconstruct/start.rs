@@ -253,7 +253,7 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
 pub(super) fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
     let least = if topology == Topology::Torus { RING } else { 0 };
     let net = (net.0.max(least), net.1.max(least));
-    let most = (points / POINTS_PER_NODE).max(9) as f64;
+    let most = (points / POINTS_PER_NODE).max(9).max(least * least) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
     let side = |count: usize| whole(count as f64 * shrink).max(3);
     Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)

@@ -20,6 +20,7 @@ mod height_field;
 mod kind;
 mod laplacian;
 mod lengthwise;
+mod ring;
 mod start;
 
 use std::sync::OnceLock;
@@ -40,6 +41,7 @@ pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
 pub use self::kind::{Kind, Topology};
 pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
+pub(crate) use self::ring::ring;
 pub use self::start::Chart;
 
 /// Points that slopes are told from, evenly over space.
@@ -226,6 +228,11 @@ pub(crate) fn detect_among(
 pub(crate) fn around_axis(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Pipe>> {
     let cloud = Cloud::of(&own_sample(points, MOST_FOR_LOOPS), MOST_FOR_LOOPS, None, observer)?;
     Ok(axis::around_axis(&cloud.points, &cloud.graph, axis::LONG_IF_ROUND))
+}
+
+/// Whether hardly any of the points are seen to lie on a border: that what they lie on is closed, or too rough to tell.
+pub(crate) fn hardly_ends(points: &[DVec3]) -> bool {
+    border::count(points).is_none_or(|border| border < outline(points.len()))
 }
 
 /// Whether more points than were looked at show layers above one another along this direction.

@@ -199,7 +199,7 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
 }
 
 /// The one of so many equal parts of a circle that an angle lies in.
-fn part(turns: f64, parts: usize) -> usize {
+pub(super) fn part(turns: f64, parts: usize) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -832,6 +832,58 @@ def test_tubes_whose_ends_meet_are_tori(count: int, ratio: float) -> None:
     assert sum(found) >= 5, found
 
 
+@pytest.mark.parametrize(("count", "ratio"), [(80, 2.0), (200, 1.5), (300, 2.0), (800, 1.3)])
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_thick_tori_of_few_points_are_tori(count: int, ratio: float, noise: float) -> None:
+    found = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        points = torus(rng, count, ratio)
+        points += noise * 2.0 * (ratio + 1.0) * rng.standard_normal(points.shape)
+        report = neurbs.reconstruct(points).report
+        found.append(report.topology == "torus" and report.warnings == ())
+    # They were sheets and tubes, many of them without a warning.
+    assert sum(found) >= 5, found
+
+
+@pytest.mark.parametrize("ratio", [2.0, 4.0])
+def test_tori_that_are_asked_for_follow_few_points(ratio: float) -> None:
+    for seed in range(3):
+        points = torus(np.random.default_rng(seed), 120, ratio)
+        surface = neurbs.reconstruct(points, topology="torus").surface
+        places = surface.evaluate(np.random.default_rng(0).random((4000, 2)))
+        from_ring = np.hypot(np.hypot(places[:, 0], places[:, 1]) - ratio, places[:, 2])
+        # They passed through the middle of the section.
+        assert np.abs(from_ring - 1.0).max() < 0.4, seed
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_other_closed_bodies_are_no_tori(noise: float) -> None:
+    for seed, count in ((0, 80), (1, 150), (2, 300), (3, 600)):
+        rng = np.random.default_rng(seed)
+        sphere = rng.standard_normal((count, 3))
+        sphere /= np.linalg.norm(sphere, axis=1)[:, None]
+        cube = sphere / np.abs(sphere).max(axis=1)[:, None]
+        for points in (sphere, cube, sphere * [1.0, 1.0, 3.0], sphere * [1.0, 1.0, 6.0]):
+            size = np.linalg.norm(np.ptp(points, axis=0))
+            noisy = points + noise * size * rng.standard_normal(points.shape)
+            assert neurbs.reconstruct(noisy).report.topology != "torus", seed
+
+
+def test_tori_of_few_points_are_the_same_in_another_frame() -> None:
+    points = torus(np.random.default_rng(5), 150, 2.0)
+    turn = Rotation.from_euler("xyz", [0.4, -1.1, 2.0]).as_matrix()
+    first = neurbs.reconstruct(points)
+    moved = neurbs.reconstruct(3.7 * points @ turn.T + [5.0, -3.0, 2.0])
+    assert first.report.topology == moved.report.topology == "torus"
+    places = np.random.default_rng(0).random((2000, 2))
+    back = (moved.surface.evaluate(places) - [5.0, -3.0, 2.0]) @ turn / 3.7
+    assert np.abs(back - first.surface.evaluate(places)).max() < 1e-9 * first.report.diagonal
+    # Axes of different units are told of, and the kind is the same.
+    points = torus(np.random.default_rng(0), 300, 2.0) * [1.0, 1.0, 1000.0]
+    assert neurbs.reconstruct(points).report.topology == "torus"
+
+
 @pytest.mark.parametrize(("columns", "rings"), [(8, 15), (12, 40), (24, 50)])
 def test_pipes_measured_ring_by_ring_are_tubes(columns: int, rings: int) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)
