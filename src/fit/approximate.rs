@@ -74,9 +74,6 @@ const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
 /// Of solutions with all points and the whole net, on the domain that ends where they do.
 const LAST: Pace = Pace { limit: 3, left_of_fairness: LEFT_OF_FAIRNESS.1 };
 
-/// Steps towards the feet from parameters that were left behind.
-const STEPS_OF_STRAGGLERS: usize = 8;
-
 /// Turns in which the domain follows a notch of the outline.
 const TURNS_FOR_NOTCHES: usize = 2;
 
@@ -118,33 +115,27 @@ pub fn approximate(
     let (coarsest, whole) = (&spaces[0], &spaces[spaces.len() - 1]);
     let mut fitting = Fitting::new(points, uv, weights, options, observer);
     fitting.look_at_enough_for(coarsest);
-    let mut found = fitting.first(coarsest)?;
+    let mut surface = fitting.first(coarsest)?;
     for space in &spaces {
-        if fitting.look_at_enough_for(space) {
-            found = fitting.footed(found.0);
-        }
+        fitting.look_at_enough_for(space);
         let pace = if space == whole {
             Pace { limit: options.iterations, left_of_fairness: LEFT_OF_FAIRNESS.1 }
         } else {
             let limit = options.iterations.div_ceil(COARSE_SHARE);
             Pace { limit, left_of_fairness: LEFT_OF_FAIRNESS.0 }
         };
-        found = fitting.descend(space, found, pace)?;
+        surface = fitting.descend(space, surface, pace)?;
     }
-    let news = fitting.look_at_all();
-    if news {
-        found.1 = fitting.correct(&found.0, STEPS_OF_STRAGGLERS);
-    }
-    if news || options.closed != (true, true) {
+    if fitting.look_at_all(&surface) || options.closed != (true, true) {
         for _ in 0..TURNS_FOR_NOTCHES {
-            let (bent, notched) = fitting.conform(found, options.border)?;
-            found = fitting.descend(whole, bent, LAST)?;
+            let (bent, notched) = fitting.conform(surface, options.border)?;
+            surface = fitting.descend(whole, bent, LAST)?;
             if !notched {
                 break;
             }
         }
     }
-    fitting.grown(found, options.growth)
+    fitting.grown(surface, options.growth)
 }
 
 /// The surface that a fit becomes with other weights, which change little, on the domain that it has;
@@ -166,9 +157,8 @@ pub(crate) fn continued(
     fitting.rim = (from.closed == (false, false)).then(|| Rim::of(from.surface));
     let knots = [from.surface.knots_u().clone(), from.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, from.closed.into())?;
-    let begun = fitting.footed(from.surface.clone());
-    let found = fitting.descend(&space, begun, LAST)?;
-    fitting.grown(found, growth)
+    let surface = fitting.descend(&space, from.surface.clone(), LAST)?;
+    fitting.grown(surface, growth)
 }
 
 impl Default for ApproximateOptions {

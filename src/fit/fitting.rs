@@ -58,8 +58,9 @@ const FEW_POINTS: usize = 100;
 /// Least weight of the fairness at the first solution on a domain that was bent.
 const FAIRNESS_OF_BENT: f64 = 1e-3;
 
-/// Steps towards the foot between two solutions.
+/// Steps towards the foot between two solutions, and from parameters that were left behind.
 pub(super) const STEPS: usize = 2;
+const STEPS_OF_STRAGGLERS: usize = 8;
 
 /// Points for each control point that are looked at while a surface takes shape, and how many at
 /// least: more would not change the shape, but the noise in it.
@@ -87,9 +88,6 @@ const ASKED_OF_NOISE: usize = 2;
 
 /// A share of the mean diagonal entry that is added to all: what rounding could make negative.
 const RIDGE: f64 = 1e-14;
-
-/// A surface, and the feet on it of the points looked at.
-pub(super) type Footed = (NurbsSurface, Vec<Foot>);
 
 /// How solutions with a net follow one another.
 #[derive(Clone, Copy)]
@@ -153,20 +151,20 @@ impl<'a> Fitting<'a> {
         }
     }
 
-    /// Looks at no more points than a net of this size needs, at equal steps in their order; says whether they
-    /// are others than before.
-    pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) -> bool {
+    /// Looks at no more points than a net of this size needs, at equal steps in their order.
+    pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
         let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);
-        self.look_at_each((self.points.len() / enough).max(1))
+        self.stride = (self.points.len() / enough).max(1);
     }
 
     /// Looks at all points from now on; says whether it did not before.
-    pub(super) fn look_at_all(&mut self) -> bool {
-        self.look_at_each(1)
-    }
-
-    fn look_at_each(&mut self, stride: usize) -> bool {
-        std::mem::replace(&mut self.stride, stride) != stride
+    pub(super) fn look_at_all(&mut self, surface: &NurbsSurface) -> bool {
+        let news = self.stride > 1;
+        self.stride = 1;
+        if news {
+            self.correct(surface, STEPS_OF_STRAGGLERS);
+        }
+        news
     }
 
     /// The points looked at.
@@ -240,11 +238,10 @@ impl<'a> Fitting<'a> {
     }
 
     /// The surface by plain distances at the parameters as they are.
-    pub(super) fn first(&mut self, space: &SplineSpace) -> Result<Footed> {
+    pub(super) fn first(&mut self, space: &SplineSpace) -> Result<NurbsSurface> {
         let samples = self.samples(None);
         let energy = self.energy(space, (1.0, 1.0)).matrix(space);
-        let surface = self.solve_distances(space, &samples, &energy, self.falling)?;
-        Ok(self.footed(surface))
+        self.solve_distances(space, &samples, &energy, self.falling)
     }
 
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
@@ -288,14 +285,16 @@ impl<'a> Fitting<'a> {
     pub(super) fn descend(
         &mut self,
         space: &SplineSpace,
-        (mut surface, mut feet): Footed,
+        from: NurbsSurface,
         Pace { limit, left_of_fairness }: Pace,
-    ) -> Result<Footed> {
-        let lengths = lengths(&surface);
+    ) -> Result<NurbsSurface> {
+        let lengths = lengths(&from);
         let (mut energy, mut along_axes) = self.energy_along_axes(space, lengths);
+        let mut surface = from;
         let mut error = f64::INFINITY;
         let falls = if self.ends_are_known() { CONVERGED } else { CONVERGED_FOR_NOW };
         for iteration in 0..MOST_TIMES * limit {
+            let feet = self.correct(&surface, STEPS);
             let found = self.rms(&feet);
             self.error = Some(found);
             let settled = self.falling <= self.aim() && iteration >= LEAST_ITERATIONS.min(limit);
@@ -322,11 +321,10 @@ impl<'a> Fitting<'a> {
                 }
             }
             surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
-            feet = self.correct(&surface, STEPS);
             self.falling *= left_of_fairness;
             self.iterations += 1;
         }
-        Ok((surface, feet))
+        Ok(surface)
     }
 
     /// Aims at the fairness that cross-validation has found.
@@ -342,16 +340,17 @@ impl<'a> Fitting<'a> {
     /// spacings, at open borders; says whether one has a notch.
     pub(super) fn conform(
         &mut self,
-        (surface, feet): Footed,
+        surface: NurbsSurface,
         border: f64,
-    ) -> Result<(Footed, bool)> {
+    ) -> Result<(NurbsSurface, bool)> {
         if self.closed == [true, true] {
-            return Ok(((surface, feet), false));
+            return Ok((surface, false));
         }
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
         let (length_u, length_v) = lengths(&surface);
         let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
+        let feet = self.correct(&surface, STEPS);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&feet);
         let outline = if self.closed == [false, false] {
@@ -370,15 +369,18 @@ impl<'a> Fitting<'a> {
         let samples = self.samples(None);
         self.bent = true;
         self.falling = self.aim().max(FAIRNESS_OF_BENT);
-        let bent = self.solve_distances(&space, &samples, &energy, self.falling)?;
-        Ok((self.footed(bent), notched))
+        Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))
     }
 
     /// The approximation by this surface, or by what it grows to.
-    pub(super) fn grown(mut self, from: Footed, growth: Option<Growth>) -> Result<Approximation> {
-        let ((surface, _), ended_by) = match growth {
-            Some(growth) => self.grow(from, growth)?,
-            None => (from, EndedBy::Grid),
+    pub(super) fn grown(
+        mut self,
+        surface: NurbsSurface,
+        growth: Option<Growth>,
+    ) -> Result<Approximation> {
+        let (surface, ended_by) = match growth {
+            Some(growth) => self.grow(surface, growth)?,
+            None => (surface, EndedBy::Grid),
         };
         let feet = self.correct(&surface, STEPS);
         Ok(self.end(surface, &feet, ended_by))
@@ -400,12 +402,6 @@ impl<'a> Fitting<'a> {
             ended_by,
             uv: self.uv,
         }
-    }
-
-    /// The surface with the feet on it.
-    pub(super) fn footed(&mut self, surface: NurbsSurface) -> Footed {
-        let feet = self.correct(&surface, STEPS);
-        (surface, feet)
     }
 
     /// Moves the parameters of the points looked at to their feet.

@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::correct::Foot;
-use super::fitting::{Fitting, Footed, Pace};
+use super::fitting::{Fitting, Pace, STEPS};
 use super::lengths::lengths;
 use super::refine;
 use super::space::SplineSpace;
 use crate::error::Result;
+use crate::nurbs::NurbsSurface;
 
 /// How far a net grows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,21 +79,22 @@ impl Fitting<'_> {
     /// Divides spans and solves again until the tolerance holds or something forbids more.
     pub(super) fn grow(
         &mut self,
-        (mut surface, mut feet): Footed,
+        mut surface: NurbsSurface,
         growth: Growth,
-    ) -> Result<(Footed, EndedBy)> {
+    ) -> Result<(NurbsSurface, EndedBy)> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
         let exact = EXACT * diameter(self.points);
         loop {
+            let feet = self.correct(&surface, STEPS);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
             let counts = |i: usize| self.weight(i) > 0.0;
             let within = feet.iter().enumerate().all(|(i, foot)| !(far(foot) && counts(i)));
             if within {
-                return Ok(((surface, feet), EndedBy::Tolerance));
+                return Ok((surface, EndedBy::Tolerance));
             }
             if growth.tolerance.is_none() && self.rms(&feet) <= exact {
-                return Ok(((surface, feet), EndedBy::Exact));
+                return Ok((surface, EndedBy::Exact));
             }
             let error = |foot: &Foot| if far(foot) { foot.offset.length_squared() } else { 0.0 };
             let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
@@ -109,17 +111,17 @@ impl Fitting<'_> {
             }
             let Some(finer) = finer else {
                 let smallest = ended_by == EndedBy::Noise;
-                return Ok(((surface, feet), if smallest { EndedBy::Points } else { ended_by }));
+                return Ok((surface, if smallest { EndedBy::Points } else { ended_by }));
             };
             let before = (self.score, self.uv.clone());
-            let next = self.descend(&finer, (surface.clone(), feet.clone()), PACE)?;
+            let next = self.descend(&finer, surface.clone(), PACE)?;
             if let (Some(old), Some(new)) = (before.0, self.score)
                 && new.error > LEAST_GAIN * old.error
             {
                 (self.score, self.uv) = before;
-                return Ok(((surface, feet), ended_by));
+                return Ok((surface, ended_by));
             }
-            (surface, feet) = next;
+            surface = next;
         }
     }
 }

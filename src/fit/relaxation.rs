@@ -112,9 +112,9 @@ pub(crate) fn restricted(
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
     let mut fitting = flat.fitting(points, weights, Some(flat.fairness), observer);
-    let begun = fitting.footed(flat.surface.clone());
-    let ((surface, feet), _) = fitting.conform(begun, border)?;
+    let (surface, _) = fitting.conform(flat.surface.clone(), border)?;
     let fairness = fitting.falling;
+    let feet = fitting.correct(&surface, STEPS);
     Ok(Approximation { fairness, ..fitting.end(surface, &feet, EndedBy::Grid) })
 }
 
