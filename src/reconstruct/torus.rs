@@ -55,7 +55,7 @@ impl<'a> Wanted<'a> {
         let few = (FEWEST..LONG).contains(&sample.len());
         if few && ring(sample).is_some() {
             return match self.torus(None, clock, observer) {
-                Ok(torus) if !torus.is_covered(observer)? => Ok(found),
+                Ok(torus) if !torus.is_body(0.0, observer)? => Ok(found),
                 torus => found.or_nearer(torus, NEARLY_AS_NEAR, self.near_enough()),
             };
         }
@@ -63,7 +63,7 @@ impl<'a> Wanted<'a> {
         let mut found = found;
         if few && (chart.is_some() || sample.len() >= TELLING && hardly_ends(sample)) {
             match self.torus(None, clock, observer) {
-                Ok(torus) if !(torus.is_covered(observer)? && torus.is_thick(observer)?) => {}
+                Ok(torus) if !torus.is_body(THINNEST, observer)? => {}
                 torus => found = found.or_nearer(torus, NEARLY_AS_NEAR, self.near_enough())?,
             }
         }
@@ -132,21 +132,15 @@ impl Candidate<'_> {
         Ok(Some(if lengths.0 < lengths.1 { chart.transposed() } else { chart }))
     }
 
-    /// Whether points lie all over it: tori through the middle of what is closed otherwise come as near to them.
-    fn is_covered(&self, observer: &mut dyn Observer) -> Result<bool> {
-        let area = Body::of(&self.fit.surface, observer)?.area;
-        let emptiest = excursion(&self.fit.surface, self.job.points, observer)?.distance;
-        Ok(emptiest <= EMPTIEST * self.spacing(area))
-    }
-
-    /// Whether it is no sheet that is covered twice.
-    fn is_thick(&self, observer: &mut dyn Observer) -> Result<bool> {
+    /// Whether it is at least so many spacings thick, which a sheet that is covered twice is not, and points lie all
+    /// over it: tori through the middle of what is closed otherwise come as near to them.
+    fn is_body(&self, thinnest: f64, observer: &mut dyn Observer) -> Result<bool> {
         let Body { area, volume } = Body::of(&self.fit.surface, observer)?;
-        Ok(2.0 * volume >= THINNEST * self.spacing(area) * area)
-    }
-
-    /// How far its points are apart on so great an area.
-    fn spacing(&self, area: f64) -> f64 {
-        (area / self.job.points.len() as f64).sqrt()
+        let spacing = (area / self.job.points.len() as f64).sqrt();
+        if 2.0 * volume < thinnest * spacing * area {
+            return Ok(false);
+        }
+        let emptiest = excursion(&self.fit.surface, self.job.points, observer)?.distance;
+        Ok(emptiest <= EMPTIEST * spacing)
     }
 }

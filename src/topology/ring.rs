@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
-use super::start::{Chart, part};
+use super::start::{Chart, covered};
 use crate::point_cloud::{Plane, centroid};
 
 /// Rounds in which circle and section follow one another: ten settle to a thousandth of the section.
@@ -62,15 +62,11 @@ pub(crate) fn ring(points: &[DVec3]) -> Option<Chart> {
         (angles / TAU).map(|turns| turns.rem_euclid(1.0))
     };
     let uv: Vec<DVec2> = points.iter().map(place).collect();
-    let mut hit = [[false; PARTS]; PARTS];
-    for uv in &uv {
-        hit[part(uv.x, PARTS)][part(uv.y, PARTS)] = true;
-    }
     let spacing = TAU * (major * minor / points.len() as f64).sqrt();
     // Of what is no ring, numbers need not be finite.
     let is_ring = 2.0 * (major - minor) > spacing
         && off.sqrt() < OFF * minor
-        && !hit.as_flattened().contains(&false);
+        && covered::<PARTS>(&uv) == PARTS * PARTS;
     let lengths = (TAU * major, TAU * minor);
     is_ring.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: true })
 }
@@ -106,10 +102,12 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_and_half_a_torus_without_its_inside_are_none() {
-        let sphere: Vec<DVec3> =
-            scattered(2.0, 200).into_iter().map(|p| (p - DVec3::X * 50.0).normalize()).collect();
-        assert!(ring(&sphere).is_none());
+    fn a_ball_a_cap_and_a_flat_ring_are_none() {
+        for centre in [DVec3::new(50.0, 0.0, 9.0), DVec3::new(50.0, 0.0, 0.0)] {
+            let points = scattered(2.0, 200).into_iter();
+            let on_sphere: Vec<DVec3> = points.map(|p| (p - centre).normalize()).collect();
+            assert!(ring(&on_sphere).is_none(), "{centre}");
+        }
         let flat: Vec<DVec3> = scattered(2.0, 200).iter().map(|p| p.with_z(0.0)).collect();
         assert!(ring(&flat).is_none());
     }

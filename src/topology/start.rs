@@ -133,14 +133,18 @@ pub(super) fn begins_at_an_end(chart: &Chart, graph: &NeighborGraph) -> bool {
 pub(super) fn torus(points: &[DVec3], ring: &Circle, section: &Circle) -> Option<Chart> {
     let turns = ring.turns.iter().zip(&section.turns);
     let uv: Vec<DVec2> = turns.map(|(&u, &v)| DVec2::new(u, v)).collect();
-    let mut hit = [[false; CHART]; CHART];
-    for uv in &uv {
-        hit[part(uv.x, CHART)][part(uv.y, CHART)] = true;
-    }
-    let covered = hit.as_flattened().iter().filter(|hit| **hit).count() as f64;
-    let whole = covered >= COVERED * (CHART * CHART) as f64;
+    let whole = covered::<CHART>(&uv) as f64 >= COVERED * (CHART * CHART) as f64;
     let lengths = (ring.course.length, section.course.length);
     whole.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: true })
+}
+
+/// In how many of so many parts along and around there are points.
+pub(super) fn covered<const PARTS: usize>(uv: &[DVec2]) -> usize {
+    let mut hit = [[false; PARTS]; PARTS];
+    for uv in uv {
+        hit[part(uv.x, PARTS)][part(uv.y, PARTS)] = true;
+    }
+    hit.as_flattened().iter().filter(|hit| **hit).count()
 }
 
 /// A tube by the angle around it and the coordinate across that angle; and whether it has one side only, as
@@ -199,7 +203,7 @@ fn rim(turns: &[f64], value: impl Fn(usize) -> f64) -> Vec<u32> {
 }
 
 /// The one of so many equal parts of a circle that an angle lies in.
-pub(super) fn part(turns: f64, parts: usize) -> usize {
+fn part(turns: f64, parts: usize) -> usize {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
