@@ -1,7 +1,9 @@
 //! Where the points end: the sides of a square around their parameters.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
+use super::POINTS_PER_TASK;
 use super::edge::{Edge, extremes, lowest};
 use super::space::SplineSpace;
 use crate::error::Result;
@@ -62,16 +64,17 @@ pub(super) fn conformed(
     let mut sides = [None, None];
     for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
-            let places: Vec<(f64, f64)> = uv.iter().map(|uv| (uv[1 - d], depth(uv[d]))).collect();
+            let places = uv.par_iter().with_min_len(POINTS_PER_TASK);
+            let places: Vec<_> = places.map(|uv| (uv[1 - d], depth(uv[d]))).collect();
             Edge::under(&places, noise[d], closed[1 - d], &creases[1 - d])
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
         notched |= low.is_notched() || high.is_notched();
-        for uv in &mut uv {
+        each(&mut uv, |uv| {
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
-        }
+        });
         sides[d] = Some((low, high));
     }
     let margins = [0, 1].map(|d: usize| {
@@ -79,15 +82,20 @@ pub(super) fn conformed(
         let most = MOST_BEYOND / (space.shape()[d] - 1) as f64;
         Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d], most)))
     });
-    for uv in &mut uv {
+    each(&mut uv, |uv| {
         let inside = *uv;
         for (d, margins) in margins.iter().enumerate() {
             let Some(margins) = margins else { continue };
             let [low, high] = margins.each_ref().map(|margin| margin(inside[1 - d]));
             uv[d] = (inside[d] + low) / (1.0 + low + high);
         }
-    }
+    });
     Ok((uv, notched))
+}
+
+/// Changes each of many parameters.
+fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
+    uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
 }
 
 /// The parameters inside the domain at which knots are repeated so often that there may be a corner;
@@ -113,11 +121,11 @@ fn bound(uv: &mut [DVec2], d: usize) {
         let (least, most) = extremes(uv.iter().map(|uv| uv[d]));
         (Side::level(least), Side::level(most))
     };
-    for uv in uv {
+    each(uv, |uv| {
         let at = uv[1 - d];
         let size = high.at(at) - low.at(at);
         uv[d] = if size > 0.0 { ((uv[d] - low.at(at)) / size).clamp(0.0, 1.0) } else { 0.5 };
-    }
+    });
 }
 
 /// A straight line, y over x.

@@ -1,7 +1,11 @@
 //! A fit in progress: solutions for the net in turns with corrections of the parameters.
 
-use glam::{DVec2, DVec3};
+use std::borrow::Cow;
 
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::POINTS_PER_TASK;
 use super::approximate::{ApproximateOptions, Approximation};
 use super::band::Band;
 use super::border::conformed;
@@ -167,11 +171,6 @@ impl<'a> Fitting<'a> {
         news
     }
 
-    /// The points looked at.
-    fn seen(&self) -> impl Iterator<Item = usize> + use<> {
-        (0..self.points.len()).step_by(self.stride)
-    }
-
     pub(super) fn weight(&self, index: usize) -> f64 {
         self.weights.map_or(1.0, |weights| weights[index])
     }
@@ -247,17 +246,20 @@ impl<'a> Fitting<'a> {
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
     pub(super) fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
         let across = self.tangential();
-        let sample = |(place, index): (usize, usize)| {
-            let (point, weight) = (self.points[index], self.weight(index));
+        let &Self { points, weights, ref uv, stride, .. } = self;
+        let sample = |place: usize| {
+            let index = place * stride;
+            let (point, weight) = (points[index], weights.map_or(1.0, |weights| weights[index]));
             let Some(foot) = feet.map(|feet| feet[place]) else {
-                let (uv, normal) = (self.uv[index], DVec3::ZERO);
+                let (uv, normal) = (uv[index], DVec3::ZERO);
                 return Sample { point, uv, weight, normal, tangential: 1.0 };
             };
             let free = !foot.border && foot.normal != DVec3::ZERO;
             let tangential = if free { across } else { 1.0 };
             Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
         };
-        self.seen().enumerate().map(sample).collect()
+        let places = (0..points.len().div_ceil(stride)).into_par_iter();
+        places.with_min_len(POINTS_PER_TASK).map(sample).collect()
     }
 
     /// The equations of the points' tangent distances at their feet.
@@ -406,20 +408,23 @@ impl<'a> Fitting<'a> {
 
     /// Moves the parameters of the points looked at to their feet.
     pub(super) fn correct(&mut self, surface: &NurbsSurface, steps: usize) -> Vec<Foot> {
-        let points: Vec<DVec3> = self.seen().map(|index| self.points[index]).collect();
-        let uv: Vec<DVec2> = self.seen().map(|index| self.uv[index]).collect();
+        let (points, uv) = (every(self.points, self.stride), every(&self.uv, self.stride));
         let feet = feet(surface, self.closed, &points, &uv, steps);
-        self.seen().zip(&feet).for_each(|(index, foot)| self.uv[index] = foot.uv);
+        drop(uv);
+        let moved = self.uv.par_iter_mut().step_by(self.stride).zip(&feet);
+        moved.with_min_len(POINTS_PER_TASK).for_each(|(uv, foot)| *uv = foot.uv);
         feet
     }
 
     /// Root of the mean square of the distances.
     pub(super) fn rms(&self, feet: &[Foot]) -> f64 {
-        let squares = self.seen().zip(feet);
-        let squares =
-            squares.map(|(index, foot)| self.weight(index) * foot.offset.length_squared());
-        let weights: f64 = self.seen().map(|index| self.weight(index)).sum();
-        (squares.sum::<f64>() / weights).sqrt()
+        let seen = (0..self.points.len()).step_by(self.stride).zip(feet);
+        let (mut squares, mut weights) = (0.0, 0.0);
+        for (weight, foot) in seen.map(|(index, foot)| (self.weight(index), foot)) {
+            squares += weight * foot.offset.length_squared();
+            weights += weight;
+        }
+        (squares / weights).sqrt()
     }
 
     fn solve_distances(
@@ -486,4 +491,9 @@ impl<'a> Fitting<'a> {
         let got = format!("{rows} × {cols} for {} points", self.points.len());
         Err(Error::parameter("grid", "small enough for the points to hold it", got))
     }
+}
+
+/// Each so manieth of some items.
+fn every<T: Copy>(items: &[T], stride: usize) -> Cow<'_, [T]> {
+    if stride == 1 { items.into() } else { items.iter().step_by(stride).copied().collect() }
 }

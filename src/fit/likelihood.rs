@@ -1,5 +1,8 @@
 //! How likely it is that places end at a smooth curve.
 
+use rayon::prelude::*;
+
+use super::POINTS_PER_TASK;
 use super::dense::Dense;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
@@ -88,9 +91,10 @@ impl Likelihood {
     ) -> Self {
         let closed = knots.is_periodic();
         let control_points = knots.control_points() - if closed { DEGREE } else { 0 };
-        let mut places: Vec<Place> =
-            places.map(|(x, y)| Place { basis: Basis::at(&knots, x), y, least: 0.0 }).collect();
-        places.sort_by(|a, b| a.y.total_cmp(&b.y));
+        let mut places: Vec<(f64, f64)> = places.collect();
+        places.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let place = |(x, y)| Place { basis: Basis::at(&knots, x), y, least: 0.0 };
+        let places = places.into_par_iter().with_min_len(POINTS_PER_TASK).map(place).collect();
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
         Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, stiffness, bounds }

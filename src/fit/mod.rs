@@ -84,6 +84,9 @@ const MOST_CONTROL_POINTS: usize = 1 << 20;
 /// Points that are gone through between two looks at the observer: a few milliseconds.
 const POINTS_PER_LOOK: usize = 1 << 16;
 
+/// Points that a thread takes at a time: enough to be worth a block of sums, few enough that a crowded cell is shared.
+const POINTS_PER_TASK: usize = 2048;
+
 /// Order of the derivatives in the thin plate's energy.
 const THIN_PLATE: usize = 2;
 

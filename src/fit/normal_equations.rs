@@ -9,15 +9,12 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::POINTS_PER_LOOK;
 use super::band::Band;
 use super::space::SplineSpace;
+use super::{POINTS_PER_LOOK, POINTS_PER_TASK};
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, padded, window};
 use crate::progress::Listen;
-
-/// Points to a task: enough to be worth its block, few enough that a crowded cell is shared.
-const POINTS_PER_TASK: usize = 2048;
 
 /// Numbers in the blocks that are added up at a time, 16 MB.
 const BLOCK_NUMBERS: usize = 1 << 21;

@@ -1,13 +1,16 @@
 //! A polynomial surface laid out for many evaluations with tangents.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
 
-/// Questions that a thread takes at a time.
-const TOGETHER: usize = 256;
+/// Questions that are answered in one go, and that a thread takes at least.
+const TOGETHER: usize = 32;
+const LEAST: usize = 256;
 
 /// Tangents whose cross product is under this share of their lengths' product give no direction.
 pub(super) const DEGENERATE: f64 = 1e-12;
@@ -45,7 +48,7 @@ pub(super) struct Patches<'a> {
 
 /// What is asked of many places of a surface.
 pub(super) trait Question: Sync {
-    type Answer: Clone + Default + Send;
+    type Answer: Copy + Default + Send;
 
     /// The answer at a place, by its number; to be inlined always, so that it becomes part of what
     /// SIMD dispatch compiles.
@@ -54,28 +57,35 @@ pub(super) trait Question: Sync {
 
 /// The answers to so many questions, in their order.
 pub(super) fn answers<Q: Question>(question: &Q, count: usize) -> Vec<Q::Answer> {
-    let (arch, mut answers) = (Arch::new(), vec![Q::Answer::default(); count]);
-    answers.par_chunks_mut(TOGETHER).enumerate().for_each(|(task, answers)| {
-        arch.dispatch(Task { question, from: task * TOGETHER, answers });
+    let arch = Arch::new();
+    // Written where they stay, by the threads that find them: of a million places it takes as long to get the memory
+    // as to find a foot.
+    let tasks = (0..count.div_ceil(TOGETHER)).into_par_iter().with_min_len(LEAST / TOGETHER);
+    let answers = tasks.map(|task| {
+        let from = task * TOGETHER;
+        arch.dispatch(Task { question, range: from..count.min(from + TOGETHER) })
     });
+    let mut answers = answers.collect::<Vec<_>>().into_flattened();
+    answers.truncate(count);
     answers
 }
 
 struct Task<'a, Q: Question> {
     question: &'a Q,
-    from: usize,
-    answers: &'a mut [Q::Answer],
+    range: Range<usize>,
 }
 
 impl<Q: Question> WithSimd for Task<'_, Q> {
-    type Output = ();
+    type Output = [Q::Answer; TOGETHER];
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        for (index, answer) in (self.from..).zip(self.answers) {
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let mut answers = [Q::Answer::default(); TOGETHER];
+        for (answer, index) in answers.iter_mut().zip(self.range) {
             *answer = self.question.answer(index);
         }
+        answers
     }
 }
 
@@ -88,7 +98,7 @@ struct Each<'a, P, F> {
 
 impl<A, P, F> Question for Each<'_, P, F>
 where
-    A: Clone + Default + Send,
+    A: Copy + Default + Send,
     P: Fn(usize) -> DVec2 + Sync,
     F: Fn(usize, Tangents) -> A + Sync,
 {
@@ -136,7 +146,7 @@ impl<'a> Patches<'a> {
     }
 
     /// What `answer` makes of the tangents at so many parameters, each by its number.
-    pub(super) fn each<A: Clone + Default + Send>(
+    pub(super) fn each<A: Copy + Default + Send>(
         &self,
         count: usize,
         uv: impl Fn(usize) -> DVec2 + Sync,

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::samples::{Flaw, Samples};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::{Bounds, KdTree};
+use crate::point_cloud::{Bounds, KdTree, Neighbor};
 use crate::progress::Observer;
 
 /// Over a gap, a place may be as far from the nearest point as so many times the way, along the
@@ -20,6 +20,9 @@ const SLACK: f64 = 0.05;
 
 /// Share of the diagonal that a place may lie outside of the points' convex hull, however long the way there is.
 const OUTSIDE: f64 = 0.25;
+
+/// Cells around a sample in which a point near it is looked for, in turn.
+const AROUND: [usize; 3] = [1, 3, 9];
 
 /// Places of a surface that are farther from its points than the gaps between them explain.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,16 +120,21 @@ pub(crate) fn runaways(
     if far.is_empty() {
         return Ok(Vec::new());
     }
+    let tree = KdTree::new(points);
+    let nearest = |place: usize| tree.nearest(samples.places[place], 1).first().copied();
+    let far = far.par_iter().filter_map(|&place| Some((place, nearest(place)?)));
+    let far: Vec<(usize, Neighbor)> = far.filter(|(_, near)| near.distance() > slack).collect();
+    if far.is_empty() {
+        return Ok(Vec::new());
+    }
     let places = feet.repeated();
-    let (tree, ways) = (KdTree::new(points), KdTree::new(&places));
+    let ways = KdTree::new(&places);
     let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
     let most = OUTSIDE * diagonal + wanted * spacing;
-    let beyond = |&place: &usize| {
-        let (at, foot) = (samples.places[place], feet.of_sample(place));
-        let nearest = tree.nearest(at, 1).first().copied()?;
-        let (found, way) = (nearest.distance(), ways.nearest(foot, 1).first()?.distance());
-        let is_outside =
-            || found > most && outside(points, at, points[nearest.index as usize]) > most;
+    let beyond = |&(place, near): &(usize, Neighbor)| {
+        let (at, foot, found) = (samples.places[place], feet.of_sample(place), near.distance());
+        let way = ways.nearest(foot, 1).first()?.distance();
+        let is_outside = || found > most && outside(points, at, points[near.index as usize]) > most;
         let too_far = found > slack + STEEPEST * way || is_outside();
         too_far.then(|| (found, samples.flaw(place)))
     };
@@ -186,7 +194,7 @@ impl Feet {
     }
 
     /// The samples that are near none of the points whose feet are in the cells around: the last of
-    /// each cell is asked.
+    /// each cell is asked. Most surfaces go so little beyond their points that none is left.
     fn unsupported(&self, near: impl Fn(usize, u32) -> bool) -> Vec<usize> {
         let (rows, cols) = (self.rows, self.cols);
         let steps = DVec2::new((rows - 1) as f64, (cols - 1) as f64);
@@ -197,12 +205,15 @@ impl Feet {
             let cell = [cell.x as usize, cell.y as usize];
             last[cell[0] * cols + cell[1]] = Some(point);
         }
-        let around = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
         let supported = |&sample: &usize| {
-            around(sample / cols, rows)
-                .flat_map(|i| around(sample % cols, cols).map(move |j| i * cols + j))
-                .filter_map(|cell| last[cell])
-                .any(|point| near(sample, point))
+            AROUND.into_iter().any(|reach| {
+                let around =
+                    |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
+                around(sample / cols, rows)
+                    .flat_map(|i| around(sample % cols, cols).map(move |j| i * cols + j))
+                    .filter_map(|cell| last[cell])
+                    .any(|point| near(sample, point))
+            })
         };
         (0..rows * cols).filter(|sample| !supported(sample)).collect()
     }

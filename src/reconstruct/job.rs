@@ -145,7 +145,7 @@ impl<'a> Job<'a> {
             }
             fit = again;
         }
-        if tree.is_some() {
+        if self.weights != given {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
             self.count_again(found.as_ref(), given.as_deref());
         }
@@ -179,9 +179,13 @@ impl<'a> Job<'a> {
         tree: &mut Option<KdTree<'a>>,
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
+        let free = growth.is_none_or(|growth| growth.tolerance.is_none());
+        let free = free && robust::may_stray(self.points, &fit.distances);
+        if !free && self.weights.as_deref() == given {
+            return Ok((fit, flaws));
+        }
         let mut found = robust::weights(self.points, &fit.distances, tree, observer)?;
         let counts = |index: usize| self.weight(index) > 0.0;
-        let free = growth.is_none_or(|growth| growth.tolerance.is_none());
         let hidden = |found: &mut Robust| free && found.has_stray(&fit.distances, counts);
         if let Some(Robust { weights, .. }) = found.take_if(hidden) {
             self.weights = Some(product(given, weights));

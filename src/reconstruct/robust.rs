@@ -69,8 +69,7 @@ pub(super) fn weights<'a>(
     tree: &mut Option<KdTree<'a>>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Robust>> {
-    let seen = EXACT * diameter(points);
-    let usual = median(&mut distances.to_vec()).max(seen);
+    let usual = usual(points, distances);
     let reach = reach(usual);
     if distances.iter().all(|distance| *distance <= reach) {
         return Ok(None);
@@ -93,6 +92,20 @@ pub(super) fn weights<'a>(
     let slight = found.iter().all(|(_, slight)| *slight);
     let weights: Vec<f64> = found.into_iter().map(|(weight, _)| weight).collect();
     Ok(weights.contains(&0.0).then_some(Robust { weights, slight }))
+}
+
+/// Whether there may be a point so far off as [`Robust::has_stray`] says, as far as can be told without looking at what
+/// is usual around each.
+pub(super) fn may_stray(points: &[DVec3], distances: &[f64]) -> bool {
+    let reach = reach(usual(points, distances));
+    let farthest = |distances: &mut dyn Iterator<Item = f64>| distances.fold(0.0, f64::max);
+    let mut near = distances.iter().copied().filter(|distance| *distance < reach);
+    farthest(&mut distances.iter().copied()) > ASTRAY * farthest(&mut near)
+}
+
+/// The median of the distances, or what could be seen, if that is more.
+fn usual(points: &[DVec3], distances: &[f64]) -> f64 {
+    median(&mut distances.to_vec()).max(EXACT * diameter(points))
 }
 
 /// The upper median; 0 of nothing.
