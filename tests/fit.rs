@@ -264,6 +264,21 @@ fn nets_that_are_finer_at_one_end_are_recovered() {
 }
 
 #[test]
+fn rolls_on_which_no_step_leads_on_near_their_net_are_recovered() {
+    for (net, seed, length) in [((8, 8), 6.0, 1.6), ((9, 9), 8.0, 1.0)] {
+        let roll = |at: DVec2| {
+            let (radius, (sin, cos)) = (0.3 + 0.25 * at.x, (5.0 * at.x).sin_cos());
+            DVec3::new(radius * cos, length * at.y, radius * sin) + 0.008 * bumps(at, seed)
+        };
+        let truth = surface_of(net, Kind::Sheet, roll);
+        let points: Vec<DVec3> = scattered(1500).map(|at| truth.point(at.x, at.y)).collect();
+        let others: Vec<DVec3> =
+            scattered(2000).skip(1500).map(|at| truth.point(at.x, at.y)).collect();
+        given_back("roll", net, Some(Kind::Sheet), &points, &others);
+    }
+}
+
+#[test]
 fn points_on_isocurves_to_the_very_border_give_a_net_back() {
     let roll = |at: DVec2| {
         let (radius, (sin, cos)) = (0.3 + 0.225 * at.x, (4.5 * at.x).sin_cos());

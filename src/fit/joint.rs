@@ -15,12 +15,12 @@
 //!
 //! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
 //! places where no step helps. So steps begin at several parametrizations, the best go on, and where these have
-//! come near they begin once more at what is known there.
+//! come near they begin once more at what is known there. A surface that is nearly there, and stuck, is shaken: it
+//! follows points that chance moves, in those ways most which change it least, and steps lead on from there.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::band::Band;
 use super::correct::{Foot, feet, feet_beyond};
 use super::edge::extremes;
 use super::ground::Ground;
@@ -29,6 +29,7 @@ use super::normal_equations::{NormalEquations, Sample};
 use super::residuals::correlation;
 use super::space::SplineSpace;
 use super::starts::Starts;
+use super::trial::{DAMPING, Trial};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -52,6 +53,13 @@ const SMOOTH_IN_VAIN: f64 = 0.5;
 const HOPEFUL: f64 = 0.1;
 const AGAIN: usize = 3;
 const NEARER: f64 = 0.9;
+
+/// Share of the error that the first one had from which on a surface is shaken, and how often; how many are together,
+/// and how far off points are made by chance, as multiples of the error.
+const STUCK: f64 = 0.01;
+const TURNS: usize = 6;
+const TOGETHER: usize = 16;
+const SHAKES: [f64; 2] = [50.0, 100.0];
 
 /// Control points of a net at most: the more there are, the more places where no step helps.
 const MOST_CONTROL_POINTS: usize = 400;
@@ -81,22 +89,11 @@ const TRIMMED_AFTER: usize = 24;
 
 /// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
 /// would hold the net.
-const BEYOND: f64 = 0.3;
+const BEYOND: f64 = 0.15;
 
 /// Steps to the feet, from where they were and at first.
-const STEPS: usize = 2;
+pub(super) const STEPS: usize = 2;
 const FIRST_STEPS: usize = 8;
-
-/// What is added to the diagonal at first, as a share of its mean; what is left of it after a step
-/// that helps, and how many times as much it becomes after one that does not.
-const DAMPING: f64 = 1e-3;
-const LESS: f64 = 0.2;
-const MORE: f64 = 3.0;
-const LEAST_DAMPING: f64 = 1e-16;
-
-/// Share of a step at which its bend is measured, and how much longer than a step the bend may be.
-const AHEAD: f64 = 0.1;
-const MOST_BENT: f64 = 0.4;
 
 /// What is added where parameters are known, to hold control points that no point holds.
 const RIDGE: f64 = 1e-9;
@@ -165,6 +162,12 @@ pub(crate) fn recovered(
         let Some(again) = again.filter(|again| again.error <= NEARER * last.error) else { break };
         found = Some(again);
     }
+    let stuck = |trial: &Trial| !through(trial) && trial.error <= STUCK * first;
+    for turn in 0..TURNS {
+        let Some(last) = found.as_ref().filter(|trial| stuck(trial)) else { break };
+        let again = few.shaken(last, turn, first, observer)?;
+        found = again.filter(|again| again.error <= NEARER * last.error).or(found);
+    }
     let Some(found) = found.filter(through) else { return Ok(None) };
     // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
     let mut counted = counted;
@@ -191,12 +194,12 @@ pub(crate) fn recovered(
 }
 
 /// Points that shall all lie on a surface of one space.
-struct Joint {
+pub(super) struct Joint {
     points: Vec<DVec3>,
     weights: Vec<f64>,
     /// Their parameters on the surface near them.
     uv: Vec<DVec2>,
-    space: SplineSpace,
+    pub(super) space: SplineSpace,
     /// The error at which steps end.
     enough: f64,
 }
@@ -211,7 +214,33 @@ impl Joint {
         observer: &mut dyn Observer,
     ) -> Result<Option<Trial>> {
         let trials = starts.par_iter().map(|uv| self.trial(uv)).collect::<Result<Vec<_>>>()?;
-        let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
+        self.best_of(trials.into_iter().flatten().collect(), first, observer)
+    }
+
+    /// A surface that comes nearer than this one, where no step helps any more: the best of those that it becomes
+    /// when it is shaken.
+    fn shaken(
+        &self,
+        last: &Trial,
+        turn: usize,
+        first: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Trial>> {
+        let distance = SHAKES[turn % SHAKES.len()] * last.error;
+        let seeds = (0..TOGETHER).map(|number| (TOGETHER * turn + number) as u64);
+        let seeds: Vec<u64> = seeds.collect();
+        let shaken = seeds.par_iter().map(|seed| last.shaken(self, distance, *seed));
+        let shaken = shaken.collect::<Result<Vec<_>>>()?;
+        self.best_of(shaken.into_iter().flatten().collect(), first, observer)
+    }
+
+    /// As [`best`](Self::best), of surfaces on their way.
+    fn best_of(
+        &self,
+        mut trials: Vec<Trial>,
+        first: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Trial>> {
         let total = ROUNDS[ROUNDS.len() - 1].0 as u64;
         let on_the_way = |trials: &[Trial]| trials.iter().all(|trial| trial.error > self.enough);
         let (mut step, mut before) = (0, f64::INFINITY);
@@ -263,7 +292,7 @@ impl Joint {
     }
 
     /// Where the surface of these control points, in the order of solution, has these parameters.
-    fn places(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
+    pub(super) fn places(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
         let surface = self.space.surface(net)?;
         let origin = vec![DVec3::ZERO; uv.len()];
         let feet = feet_beyond(&surface, self.space.closed, BEYOND, &origin, uv, 0);
@@ -321,7 +350,7 @@ impl Joint {
     }
 
     /// The changes of the control points by which plain distances from these places vanish.
-    fn plain(&self, places: &[Foot]) -> Result<Option<Vec<DVec3>>> {
+    pub(super) fn plain(&self, places: &[Foot]) -> Result<Option<Vec<DVec3>>> {
         let NormalEquations { mut matrix, mut right } =
             NormalEquations::of_distances(&self.space, &self.samples(places, 1.0), &mut || Ok(()))?;
         matrix.add_ridge(RIDGE);
@@ -333,7 +362,7 @@ impl Joint {
     }
 
     /// What is left between points and places, in full along normals, as far as `tangential` across.
-    fn samples(&self, places: &[Foot], tangential: f64) -> Vec<Sample> {
+    pub(super) fn samples(&self, places: &[Foot], tangential: f64) -> Vec<Sample> {
         let sample = |(place, &weight): (&Foot, &f64)| {
             let &Foot { uv, offset: point, normal, .. } = place;
             Sample { point, uv, weight, normal, tangential }
@@ -341,7 +370,13 @@ impl Joint {
         places.iter().zip(&self.weights).map(sample).collect()
     }
 
-    fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
+    /// The equations of the distances from places along their normals.
+    pub(super) fn equations(&self, places: &[Foot]) -> Result<NormalEquations> {
+        let (samples, matrix) = (self.samples(places, 0.0), self.space.matrix(3));
+        NormalEquations::of_tangent_distances(&self.space, &samples, matrix, &mut || Ok(()))
+    }
+
+    pub(super) fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
         feet_beyond(surface, self.space.closed, BEYOND, &self.points, uv, steps)
     }
 
@@ -350,101 +385,11 @@ impl Joint {
     }
 
     /// Root of the mean square of the distances.
-    fn rms(&self, feet: &[Foot]) -> f64 {
+    pub(super) fn rms(&self, feet: &[Foot]) -> f64 {
         let square = |(foot, weight): (&Foot, &f64)| weight * foot.offset.length_squared();
         let squares: f64 = feet.iter().zip(&self.weights).map(square).sum();
         (squares / self.weights.iter().sum::<f64>()).sqrt()
     }
-}
-
-/// A surface on its way to the points.
-struct Trial {
-    surface: NurbsSurface,
-    /// The points' feet on it, or on what it goes on to.
-    feet: Vec<Foot>,
-    /// Root of the mean square of the distances from them.
-    error: f64,
-    damping: f64,
-    /// The equations of these feet, if a step with more damping is to come.
-    equations: Option<NormalEquations>,
-}
-
-impl Trial {
-    fn uv(&self) -> Vec<DVec2> {
-        self.feet.iter().map(|foot| foot.uv).collect()
-    }
-
-    /// Makes a step, if it helps.
-    fn advance(&mut self, joint: &Joint) -> Result<()> {
-        let equations = if let Some(equations) = self.equations.take() {
-            equations
-        } else {
-            let samples = joint.samples(&self.feet, 0.0);
-            let matrix = joint.space.matrix(3);
-            NormalEquations::of_tangent_distances(&joint.space, &samples, matrix, &mut || Ok(()))?
-        };
-        let mut matrix = equations.matrix.clone();
-        matrix.add_ridge(self.damping);
-        let next = if matrix.factor::<Error>(&mut || Ok(()))? {
-            let change = matrix.solved_together(&equations.right);
-            self.after(&self.bent(&matrix, change, joint)?, joint)?
-        } else {
-            None
-        };
-        if let Some(next) = next.filter(|next| next.error < self.error) {
-            *self = next;
-        } else {
-            self.damping *= MORE;
-            self.equations = Some(equations);
-        }
-        Ok(())
-    }
-
-    /// A change of the control points that follows the bend of the way: by the second derivative of
-    /// the distances along it.
-    fn bent(&self, matrix: &Band, mut change: Vec<DVec3>, joint: &Joint) -> Result<Vec<DVec3>> {
-        let ahead: Vec<DVec3> = change.iter().map(|change| AHEAD * *change).collect();
-        let net = added(joint.space.unknown_points(&self.surface), &ahead);
-        let uv = self.uv();
-        let there = joint.feet(&joint.space.surface(&net)?, &uv, STEPS);
-        let moved = joint.places(&ahead, &uv)?;
-        let bend = |((here, there), moved): ((&Foot, &Foot), &DVec3)| {
-            let distance = there.offset.dot(there.normal) * there.normal.dot(here.normal).signum();
-            let straight = (here.offset - *moved).dot(here.normal);
-            let bend = (distance - straight) / (AHEAD * AHEAD);
-            Foot { offset: bend * here.normal, ..*here }
-        };
-        let bends: Vec<Foot> = self.feet.iter().zip(&there).zip(&moved).map(bend).collect();
-        // Half the second derivative: what the square of the way leaves.
-        let right = joint.samples(&bends, 1.0);
-        let right = NormalEquations::of_distances(&joint.space, &right, &mut || Ok(()))?.right;
-        let bend = matrix.solved_together(&right);
-        let share = (MOST_BENT * length(&change) / length(&bend)).min(1.0);
-        change.iter_mut().zip(&bend).for_each(|(change, bend)| *change += share * *bend);
-        Ok(change)
-    }
-
-    /// After a change of the control points, and what follows from it for plain distances.
-    fn after(&self, change: &[DVec3], joint: &Joint) -> Result<Option<Self>> {
-        let net = added(joint.space.unknown_points(&self.surface), change);
-        let feet = joint.feet(&joint.space.surface(&net)?, &self.uv(), STEPS);
-        let Some(change) = joint.plain(&feet)? else { return Ok(None) };
-        let surface = joint.space.surface(&added(net, &change))?;
-        let uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
-        let feet = joint.feet(&surface, &uv, STEPS);
-        let damping = (LESS * self.damping).max(LEAST_DAMPING);
-        Ok(Some(Self { error: joint.rms(&feet), surface, feet, damping, equations: None }))
-    }
-}
-
-/// Root of the sum of squares.
-fn length(change: &[DVec3]) -> f64 {
-    change.iter().map(|change| change.length_squared()).sum::<f64>().sqrt()
-}
-
-fn added(mut net: Vec<DVec3>, change: &[DVec3]) -> Vec<DVec3> {
-    net.iter_mut().zip(change).for_each(|(point, change)| *point += *change);
-    net
 }
 
 /// Whether distances are correlated between neighbours at least so much.

@@ -39,6 +39,7 @@ mod sides;
 mod space;
 mod starts;
 mod trend;
+mod trial;
 mod unfolding;
 mod view;
 
