@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::fit::{Growth, bounded, diameter};
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
-use crate::topology::{Chart, Kind, Pipe, around_axis};
+use crate::topology::{Chart, Kind};
 
 /// How far beyond the lattice's border points may lie, in cells.
 const EXTRAPOLATION: f64 = 0.75;
@@ -36,15 +36,7 @@ const MAP_POINTS: usize = 20_000;
 /// near another is, as a share of its distances, that is taken instead: a sheet instead of steep heights, or a tube
 /// instead of a sheet.
 const NEAR: f64 = 2e-5;
-const NEARER: f64 = 0.8;
-
-/// How near a tube is around what has a point, which a sheet may cover without a hole.
-const CLEARLY_NEARER: f64 = 0.5;
-
-/// How near one around a round pipe is, and that as a share of what the points scatter around it, unless the sheet
-/// is so near as it only gets to points that do not scatter.
-const AS_NEAR: f64 = 1.2;
-const TOO_NEAR: f64 = 0.3;
+pub(super) const NEARER: f64 = 0.8;
 
 /// Points in a frame.
 pub(super) struct Placed {
@@ -154,32 +146,6 @@ impl<'a> Wanted<'a> {
     ) -> Result<Candidate<'a>> {
         let found = self.or_tube(found, clock, observer)?;
         self.or_torus(found, clock, observer)
-    }
-
-    /// The tube instead of a sheet that was found out, if it goes around a long pipe and is nearer to the points, or
-    /// as near as they scatter: loops around few of them hide among accidental ones.
-    fn or_tube(
-        &self,
-        sheet: Candidate<'a>,
-        clock: &mut Clock,
-        observer: &mut dyn Observer,
-    ) -> Result<Candidate<'a>> {
-        let &Self { placed: Placed { frame, sample, .. }, options, .. } = self;
-        let free = options.topology.is_none() && options.init == Start::Auto;
-        if !free || sheet.job.shape.kind != Kind::Sheet {
-            return Ok(sheet);
-        }
-        let pipe = around_axis(sample, observer)?;
-        clock.lap("topology");
-        let Some(Pipe { chart, round, scatter, open }) = pipe else { return Ok(sheet) };
-        let chart = frame.undo_chart(chart);
-        let tube = self.candidate(Shape::new(Kind::Tube, None), Some(&chart), clock, observer);
-        if !(round && open) {
-            return sheet.or_nearer(tube, if open { NEARER } else { CLEARLY_NEARER }, 0.0);
-        }
-        let scatter = AS_NEAR * frame.length(scatter);
-        let noise = if sheet.error() > TOO_NEAR * scatter { scatter } else { 0.0 };
-        sheet.or_nearer(tube, AS_NEAR, noise.max(self.near_enough()))
     }
 
     /// How near to its points a surface is that no other need be looked for.

@@ -22,6 +22,7 @@ mod shape;
 mod start;
 mod strip;
 mod torus;
+mod tube;
 mod units;
 mod unwound;
 

@@ -237,7 +237,7 @@ fn around_tube(
     // What goes all the way round bends as often whatever its length, and the error of cubic splines falls with the
     // fourth power of their number.
     let enough = AROUND * AROUND / (budget.0 * budget.1) as f64;
-    net(budget, ratio.max(enough.min(1.0)), options)
+    net(budget, ratio.max(enough), options)
 }
 
 /// A budget of control points in rows and columns, for a surface so many times longer than wide.

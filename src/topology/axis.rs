@@ -49,9 +49,11 @@ const ROUND: f64 = 0.8;
 /// has a point at most: those over a disc have 0.15.
 const POINTED: f64 = 0.2;
 
-/// The widest gap around the axis of a pipe, in turns: a groove has one. Between columns of points are several, which
-/// are not so many times wider than one another.
+/// The widest gap around the axis of a pipe, in turns: a groove has one. The widest between n points that lie there by
+/// chance is seldom wider than (ln n + 2.5) / n. Between columns of points are several, which are not so many times
+/// wider than one another.
 const OPEN: f64 = 0.04;
+const BY_CHANCE: f64 = 2.5;
 const COLUMNS: usize = 6;
 const WIDER: f64 = 1.5;
 
@@ -66,6 +68,13 @@ pub(crate) struct Pipe {
     pub(crate) scatter: f64,
     /// Whether hardly any lie so near to it as some do where a body has a point.
     pub(crate) open: bool,
+}
+
+impl Pipe {
+    /// One around which points with these places may lie, or something that is none.
+    pub(super) fn perhaps(chart: Chart) -> Self {
+        Self { chart, round: false, scatter: 0.0, open: true }
+    }
 }
 
 /// The pipe on which points lie, at least so many times longer than around; `None` if they do not lie around an axis.
@@ -165,14 +174,16 @@ impl Girth {
 }
 
 /// Whether points lie all around the axis.
-fn is_closed(uv: &[DVec2]) -> bool {
+pub(super) fn is_closed(uv: &[DVec2]) -> bool {
     let mut turns: Vec<f64> = uv.iter().map(|uv| uv.x).collect();
     turns.sort_by(f64::total_cmp);
     let around = turns[0] + 1.0 - turns[turns.len() - 1];
     let mut gaps: Vec<f64> = turns.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.push(around);
     gaps.sort_by(|a, b| b.total_cmp(a));
-    gaps[0] < OPEN || gaps.get(COLUMNS - 1).is_some_and(|gap| gaps[0] < WIDER * gap)
+    let count = uv.len() as f64;
+    let open = OPEN.max((count.ln() + BY_CHANCE) / count);
+    gaps[0] < open || gaps.get(COLUMNS - 1).is_some_and(|gap| gaps[0] < WIDER * gap)
 }
 
 /// The line nearest to places over their first coordinate.

@@ -55,6 +55,13 @@ impl Topology {
         Self { kind, reason: reason.into(), warning: None, height: None, chart: None }
     }
 
+    /// A tube on which points have these places, around an axis.
+    pub(super) fn around_axis(chart: Chart) -> Self {
+        let (long, high) = chart.lengths;
+        let reason = format!("it goes around an axis, {long:.4} long, and is {high:.4} high");
+        Self { chart: Some(chart), ..Self::new(Kind::Tube, reason) }
+    }
+
     /// That of heights.
     pub(crate) fn of_heights(height: HeightField) -> Self {
         let DVec3 { x, y, z } = height.up;

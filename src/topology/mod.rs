@@ -12,6 +12,7 @@ mod border;
 mod circle;
 mod cohomology;
 mod conjugate;
+mod cylinder;
 mod direction;
 mod disc;
 mod form;
@@ -30,6 +31,7 @@ use rayon::prelude::*;
 
 use self::circle::{Circle, Landmarks, Loops};
 use self::conjugate::Conjugate;
+use self::cylinder::cylinder;
 use self::form::Course;
 use crate::error::Result;
 use crate::point_cloud::{NEIGHBORS, NeighborGraph, Neighborhoods, own_sample, rough_sample};
@@ -58,6 +60,9 @@ const MOST_OF_LAYERS: usize = 20_000;
 
 /// Fewer points show a loop only where it does not exist, unless one is known to exist.
 const FEWEST: usize = 60;
+
+/// So many show those of a tube, unless they lie in few rings.
+const MANY: usize = 500;
 
 /// More points show all loops of a surface at first sight, but perhaps the second of a torus.
 const CERTAIN: usize = 1000;
@@ -183,6 +188,8 @@ pub(crate) fn detect_among(
     if !closed
         && let Some(height) = height_field::find(&cloud.points, &cloud.graph)
         && !is_folded(points, cloud.points.len(), height.up, observer)?
+        // Seen askew, rings far from one another do not lie above one another.
+        && (wanted.is_some() || cloud.near_cylinder().is_none())
     {
         let heights = Topology::of_heights(height);
         let settled = wanted.is_some() || cloud.points.len() < FEWEST;
@@ -224,10 +231,12 @@ pub(crate) fn detect_among(
     Ok(found)
 }
 
-/// The pipe on which points lie, if they lie around an axis that is much longer than the ways around it.
+/// The pipe on which points lie, if they lie around an axis that is much longer than the ways around it, or few near a
+/// cylinder.
 pub(crate) fn around_axis(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Pipe>> {
     let cloud = Cloud::of(&own_sample(points, MOST_FOR_LOOPS), MOST_FOR_LOOPS, None, observer)?;
-    Ok(axis::around_axis(&cloud.points, &cloud.graph, axis::LONG_IF_ROUND))
+    let long = axis::around_axis(&cloud.points, &cloud.graph, axis::LONG_IF_ROUND);
+    Ok(long.or_else(|| cloud.near_cylinder().map(Pipe::perhaps)))
 }
 
 /// Whether hardly any of the points are seen to lie on a border: that what they lie on is closed, or too rough to tell.
@@ -308,7 +317,8 @@ impl Cloud {
     fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
-        if asked && let Some(pipe) = self.around_axis(axis::WITHOUT_LOOPS) {
+        if asked && let Some(pipe) = self.round().or_else(|| self.around_axis(axis::WITHOUT_LOOPS))
+        {
             return Ok(pipe);
         }
         let landmarks = Landmarks::of(&self.points, &self.graph);
@@ -349,6 +359,11 @@ impl Cloud {
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
         judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
+        if judged.as_ref().is_some_and(|found| found.kind == Kind::Tube)
+            && let Some(round) = self.round()
+        {
+            return Ok(round);
+        }
         let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
         if asked
             && unsure
@@ -359,12 +374,21 @@ impl Cloud {
         Ok(judged.unwrap_or_else(|| self.open(&found)))
     }
 
+    /// The tube of few points that lie near a cylinder: rings of them far from one another do not hang together.
+    fn round(&self) -> Option<Topology> {
+        self.near_cylinder().map(Topology::around_axis)
+    }
+
+    /// Where few points are on a cylinder, if they are near to one.
+    fn near_cylinder(&self) -> Option<Chart> {
+        let (few, asked) = (self.points.len() < MANY, self.wanted == Some(Kind::Tube));
+        few.then(|| cylinder(&self.points, asked)).flatten()
+    }
+
     /// The tube around an axis so many times longer than the ways around it.
     fn around_axis(&self, least: f64) -> Option<Topology> {
         let Pipe { chart, .. } = axis::around_axis(&self.points, &self.graph, least)?;
-        let (long, high) = chart.lengths;
-        let reason = format!("it goes around an axis, {long:.4} long, and is {high:.4} high");
-        Some(Topology { chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
+        Some(Topology::around_axis(chart))
     }
 
     /// The torus around which these loops go.

@@ -894,6 +894,35 @@ def test_pipes_measured_ring_by_ring_are_tubes(columns: int, rings: int) -> None
     assert result.report.rms < 2e-4
 
 
+@pytest.mark.parametrize(("columns", "rings", "bend"), [(24, 3, 0.0), (24, 5, 1.0), (40, 4, 0.0)])
+@pytest.mark.parametrize("topology", ["auto", "tube"])
+def test_a_few_rings_of_points_far_apart_are_a_tube(
+    columns: int, rings: int, bend: float, topology: str
+) -> None:
+    rng = np.random.default_rng(0)
+    ring = np.arange(rings).repeat(columns)
+    angle = 2 * np.pi * (np.tile(np.arange(columns) / columns, rings) + rng.random(rings)[ring])
+    radius, along = (6 / bend if bend else 0.0), 6.0 * ring / (rings - 1)
+    out = radius + np.cos(angle)
+    turn = along / radius if bend else np.zeros(len(ring))
+    far = out * np.sin(turn) if bend else along
+    points = np.column_stack([out * np.cos(turn), np.sin(angle), far])
+    points += 0.003 * rng.standard_normal(points.shape)
+    result = neurbs.reconstruct(points, topology=topology)
+    assert result.report.topology == "tube"
+    places = result.surface.evaluate(rng.random((2000, 2)))
+    from_ring = np.hypot(places[:, 0], places[:, 2]) - radius if bend else places[:, 0]
+    off = np.hypot(from_ring, places[:, 1]) - 1
+    assert np.abs(off).max() < 0.1
+    turned = Rotation.from_euler("xyz", [0.4, -1.1, 2.0]).as_matrix()
+    moved = neurbs.reconstruct((3.7 * points @ turned.T + 2.0)[rng.permutation(len(points))])
+    assert moved.report.topology == "tube"
+    # At a corner of the domain, where the seam lies, as well as elsewhere.
+    uv = np.array([[0.0, 0.0], [0.0, 1.0], [0.3, 0.6], [0.9, 0.1]])
+    back = (moved.surface.evaluate(uv) - 2.0) @ turned / 3.7
+    assert np.abs(back - result.surface.evaluate(uv)).max() < 1e-9 * result.report.diagonal
+
+
 def test_long_pipes_are_the_same_however_they_are_turned() -> None:
     rng = np.random.default_rng(11)
     along, angle = 1.5 * rng.random(600), 2.0 * np.pi * rng.random(600)
