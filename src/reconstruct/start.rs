@@ -42,9 +42,11 @@ const MOST_WIDENED: f64 = 1.25;
 /// thousandth of its radius off, with ten a tenth of that.
 const AROUND: f64 = 10.0;
 
-/// Nodes along and around the lattice of a torus, at least, however few control points there are: rings of eight may
-/// shrink to nothing, or turn over half the way along.
+/// Nodes both ways around the lattice of a torus, at least, however few control points and points there are: rings of
+/// eight may shrink to nothing, or turn over half the way along. Around a tube are as many where points are so few that
+/// there would be no eight.
 const RING: usize = 12;
+const FEW: usize = 300;
 
 /// How many times farther apart control points along a tube are at most than around it, where that is free and there
 /// are enough points: a long one bends where its net could not follow.
@@ -249,14 +251,18 @@ pub(super) fn split(budget: usize, aspect: f64) -> (usize, usize) {
     ((budget / cols).max(LEAST_SIDE), cols)
 }
 
-/// A lattice like the net, but with enough nodes for a torus and few enough for the points.
+/// A lattice like the net, but with enough nodes for what is closed and few enough for the points.
 pub(super) fn lattice(net: (usize, usize), points: usize, topology: Topology) -> Result<Lattice> {
-    let least = if topology == Topology::Torus { RING } else { 0 };
-    let net = (net.0.max(least), net.1.max(least));
-    let most = (points / POINTS_PER_NODE).max(9).max(least * least) as f64;
+    let least = match topology {
+        Topology::Torus => (RING, RING),
+        Topology::Tube if points < FEW => (RING, 3),
+        Topology::Sheet | Topology::Tube => (3, 3),
+    };
+    let net = (net.0.max(least.0), net.1.max(least.1));
+    let most = (points / POINTS_PER_NODE).max(9).max(least.0 * least.1) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
-    let side = |count: usize| whole(count as f64 * shrink).max(3);
-    Lattice::grid(side(net.0), side(net.1), som::Cells::Quad, topology)
+    let side = |count: usize, least| whole(count as f64 * shrink).max(least);
+    Lattice::grid(side(net.0, least.0), side(net.1, least.1), som::Cells::Quad, topology)
 }
 
 pub(super) fn learn(

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{Chart, FEWEST, Kind, NEIGHBORS, border, detect_wanted};
+use super::{Chart, FEWEST, NEIGHBORS, border, tube_by_loops};
 use crate::error::Result;
 use crate::point_cloud::NeighborGraph;
 use crate::progress::Observer;
@@ -58,7 +58,7 @@ pub(crate) fn disc(points: &[DVec3], observer: &mut dyn Observer) -> Result<Opti
             break;
         }
         let tube: Vec<DVec3> = belt.iter().map(|&i| points[i]).collect();
-        let chart = detect_wanted(&tube, Kind::Tube, observer)?.chart;
+        let chart = tube_by_loops(&tube, observer)?.chart;
         if let Some(chart) = chart.filter(|chart| chart.points == tube && goes_round(chart)) {
             let mut turns = vec![DVec2::ZERO; points.len()];
             for (&i, uv) in belt.iter().zip(&chart.uv) {

@@ -61,6 +61,9 @@ const MOST_OF_LAYERS: usize = 20_000;
 /// Fewer points show a loop only where it does not exist, unless one is known to exist.
 const FEWEST: usize = 60;
 
+/// And fewer lie near a cylinder by chance.
+const FEWEST_AROUND: usize = 40;
+
 /// So many show those of a tube, unless they lie in few rings.
 const MANY: usize = 500;
 
@@ -197,7 +200,7 @@ pub(crate) fn detect_among(
             return Ok(heights);
         }
         // A funnel is heights over a ring; what it leaves open is no hole to be filled.
-        let found = cloud.closer(points, observer)?.by_loops(observer)?;
+        let found = cloud.closer(points, observer)?.shown(observer)?;
         return Ok(if found.kind == Kind::Tube { found } else { heights });
     }
     if wanted.is_none()
@@ -218,17 +221,24 @@ pub(crate) fn detect_among(
     let count = cloud.points.len();
     if count < FEWEST && !closed {
         let reason = format!("{count} points are too few to show that it closes");
-        return Ok(Topology::new(Kind::Sheet, reason));
+        let round = if sheet || count < FEWEST_AROUND { None } else { cloud.round() };
+        return Ok(round.unwrap_or_else(|| Topology::new(Kind::Sheet, reason)));
     }
     if sheet && count > MOST_OF_SHEET {
         cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
     }
-    let found = cloud.by_loops(observer)?;
+    let found = cloud.shown(observer)?;
     if sheet && found.kind != Kind::Sheet {
         let warning = format!("{CLOSED}; {}: ask for a {}", found.reason, found.kind.name());
         return Ok(Topology { warning: Some(warning), ..Topology::new(Kind::Sheet, found.reason) });
     }
     Ok(found)
+}
+
+/// The tube that is wanted around points, by its loops alone: places along it are ways on the surface.
+fn tube_by_loops(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
+    let cloud = Cloud::of(points, MOST, Some(Kind::Tube), observer)?;
+    cloud.closer(points, observer)?.by_loops(observer)
 }
 
 /// The pipe on which points lie, if they lie around an axis that is much longer than the ways around it, or few near a
@@ -313,12 +323,22 @@ impl Cloud {
         self.border().is_some_and(|border| border < outline(self.outlined().len()))
     }
 
+    /// The kind of surface that its loops show, or, if it is a tube, the cylinder that few points lie near.
+    fn shown(&self, observer: &mut dyn Observer) -> Result<Topology> {
+        let asked = self.wanted == Some(Kind::Tube);
+        if asked && let Some(round) = self.round() {
+            return Ok(round);
+        }
+        let found = self.by_loops(observer)?;
+        let round = if found.kind == Kind::Tube { self.round() } else { None };
+        Ok(round.unwrap_or(found))
+    }
+
     /// The kind of surface that its loops show.
     fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
-        if asked && let Some(pipe) = self.round().or_else(|| self.around_axis(axis::WITHOUT_LOOPS))
-        {
+        if asked && let Some(pipe) = self.around_axis(axis::WITHOUT_LOOPS) {
             return Ok(pipe);
         }
         let landmarks = Landmarks::of(&self.points, &self.graph);
@@ -359,11 +379,6 @@ impl Cloud {
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
         judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
-        if judged.as_ref().is_some_and(|found| found.kind == Kind::Tube)
-            && let Some(round) = self.round()
-        {
-            return Ok(round);
-        }
         let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
         if asked
             && unsure

@@ -923,6 +923,21 @@ def test_a_few_rings_of_points_far_apart_are_a_tube(
     assert np.abs(back - result.surface.evaluate(uv)).max() < 1e-9 * result.report.diagonal
 
 
+@pytest.mark.parametrize("length", [1.5, 4.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_tubes_of_fifty_points_are_round(length: float, seed: int) -> None:
+    rng = np.random.default_rng([50, seed])
+    angle, along = 2 * np.pi * rng.random(50), length * rng.random(50)
+    points = np.column_stack([np.cos(angle), np.sin(angle), along])
+    for topology in ("auto", "tube"):
+        result = neurbs.reconstruct(points, topology=topology)
+        assert result.report.topology == "tube"
+        places = result.surface.evaluate(rng.random((2000, 2)))
+        off = np.hypot(places[:, 0], places[:, 1]) - 1
+        # Before rings of the map had twelve nodes, the surface passed through the middle: 0.2.
+        assert np.sqrt((off**2).mean()) < 0.03
+
+
 def test_long_pipes_are_the_same_however_they_are_turned() -> None:
     rng = np.random.default_rng(11)
     along, angle = 1.5 * rng.random(600), 2.0 * np.pi * rng.random(600)
