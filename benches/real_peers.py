@@ -11,6 +11,12 @@ freecad
     correction, by the system's Python, which FreeCAD's packages serve. It may take 5 minutes.
 opencascade
     `GeomPlate_BuildPlateSurface` through 400 of the points, approximated by a B-spline surface.
+pcl
+    `pcl::on_nurbs::FittingSurface` over the principal plane, by a program of your own that the
+    environment variable PCL_FIT names: packages of PCL come without that module. Its arguments are
+    a file of points, one for the result, "pdm", the order, how many times the net is refined, the
+    iterations, the smoothness and the side of a grid. It writes "# ROWS COLUMNS SECONDS" and then
+    the places of the grid, a line each.
 
 Printed are the root mean square, the 99th percentile and the largest of the distances from all
 points to the surface, in 1e-4 of the diagonal of their bounding box, by one code for all: the exact
@@ -120,6 +126,19 @@ def plate(points: Array, _: int) -> tuple[Array, str, float]:
     return np.array(grid), f"{surface.NbUPoles()} × {surface.NbVPoles()}", seconds
 
 
+def of_pcl(points: Array, poles: int) -> tuple[Array, str, float]:
+    # Each refinement halves the spans, of which there is one at first.
+    refinements = max(1, int(np.log2(max(poles - 3, 2))))
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = f"{folder}/points.xyz", f"{folder}/grid.txt"
+        np.savetxt(source, points)
+        words = [os.environ["PCL_FIT"], source, target, "pdm", "4", str(refinements), "10", "0.01"]
+        words.append(str(SIDE))
+        subprocess.run(words, check=True, capture_output=True, timeout=SECONDS)
+        _, rows, cols, seconds = Path(target).read_text().split("\n", 1)[0].split()
+        return np.loadtxt(target, skiprows=1), f"{rows} × {cols}", float(seconds)
+
+
 def by_default(points: Array, _: int) -> tuple[Array, str, float]:
     start = time.perf_counter()
     result = neurbs.reconstruct(points)
@@ -130,7 +149,7 @@ PEERS: dict[str, Callable[[Array, int], tuple[Array, str, float]]] = {
     "neurbs, as many": of_neurbs,
     "freecad": of_freecad,
     "opencascade": of_opencascade,
-}
+} | ({"pcl": of_pcl} if "PCL_FIT" in os.environ else {})
 FAILURES = (ImportError, RuntimeError, OSError, subprocess.SubprocessError)
 
 
