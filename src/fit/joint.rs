@@ -227,9 +227,9 @@ impl Joint {
         observer: &mut dyn Observer,
     ) -> Result<Option<Trial>> {
         let distance = SHAKES[turn % SHAKES.len()] * last.error;
-        let seeds = (0..TOGETHER).map(|number| (TOGETHER * turn + number) as u64);
-        let seeds: Vec<u64> = seeds.collect();
-        let shaken = seeds.par_iter().map(|seed| last.shaken(self, distance, *seed));
+        let shaken = (0..TOGETHER)
+            .into_par_iter()
+            .map(|number| last.shaken(self, distance, (TOGETHER * turn + number) as u64));
         let shaken = shaken.collect::<Result<Vec<_>>>()?;
         self.best_of(shaken.into_iter().flatten().collect(), first, observer)
     }

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use glam::{DMat2, DMat3, DMat4, DVec2, DVec3, DVec4};
 
 use super::axis::is_closed;
+use super::nearest_circle::nearest_circle;
 use super::start::{Chart, covered};
 use crate::point_cloud::Plane;
 
@@ -78,18 +79,11 @@ impl Cylinder {
             let [x, y] = found.across();
             let along = |point: &DVec3| (*point - found.middle).dot(found.axis);
             found.square = points.iter().map(|point| along(point).powi(2)).sum::<f64>() * share;
-            // The circle nearest to the points as they are seen along the axis (I. Kåsa, A circle fitting procedure
-            // and its error analysis, 1976).
-            let (mut squares, mut right) = (DMat3::ZERO, DVec3::ZERO);
-            for point in points {
-                let row = found.place(*point, [x, y]).1.extend(1.0);
-                squares += DMat3::from_cols(row.x * row, row.y * row, row.z * row);
-                right += row.truncate().length_squared() * row;
-            }
-            let circle = squares.inverse() * right;
-            let middle = circle.truncate() / 2.0;
+            // The circle nearest to the points as they are seen along the axis.
+            let across = points.iter().map(|point| found.place(*point, [x, y]).1);
+            let (middle, radius) = nearest_circle(across);
             found.middle += middle.x * x + middle.y * y;
-            found.radius = (circle.z + middle.length_squared()).sqrt();
+            found.radius = radius;
             // Then the axis is moved and turned by a step of Gauss and Newton, and bent by another.
             let (mut squares, mut right, mut off) = (DMat4::ZERO, DVec4::ZERO, 0.0);
             let (mut bends, mut bent) = (DMat2::ZERO, DVec2::ZERO);

@@ -21,6 +21,7 @@ mod height_field;
 mod kind;
 mod laplacian;
 mod lengthwise;
+mod nearest_circle;
 mod ring;
 mod start;
 
@@ -61,7 +62,7 @@ const MOST_OF_LAYERS: usize = 20_000;
 /// Fewer points show a loop only where it does not exist, unless one is known to exist.
 const FEWEST: usize = 60;
 
-/// And fewer lie near a cylinder by chance.
+/// Fewer may lie near a cylinder whatever they lie on.
 const FEWEST_AROUND: usize = 40;
 
 /// So many show those of a tube, unless they lie in few rings.

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 
+use super::nearest_circle::nearest_circle;
 use super::start::{Chart, covered};
 use crate::point_cloud::{Plane, centroid};
 
@@ -23,18 +24,10 @@ pub(crate) fn ring(points: &[DVec3]) -> Option<Chart> {
     let (mut major, mut minor) = (0.0, 0.0);
     for _ in 0..ROUNDS {
         let (x, y) = axis.any_orthonormal_pair();
-        // The circle nearest to the places of the section (I. Kåsa, A circle fitting procedure and its error
-        // analysis, 1976).
-        let (mut squares, mut right) = (DMat3::ZERO, DVec3::ZERO);
-        for point in points {
-            let (_, at) = section(*point - centre, axis);
-            let row = at.extend(1.0);
-            squares += DMat3::from_cols(row.x * row, row.y * row, row.z * row);
-            right += at.length_squared() * row;
-        }
-        let found = squares.inverse() * right;
-        let middle = found.truncate() / 2.0;
-        (major, minor) = (middle.x, (found.z + middle.length_squared()).sqrt());
+        // The circle nearest to the places of the section.
+        let sections = points.iter().map(|point| section(*point - centre, axis).1);
+        let (middle, radius) = nearest_circle(sections);
+        (major, minor) = (middle.x, radius);
         centre += middle.y * axis;
         // Then the ring is moved and turned by a step of Gauss and Newton.
         let (mut squares, mut right) = (DMat4::ZERO, DVec4::ZERO);
