@@ -14,9 +14,8 @@
 //! and go on while they lead on.
 //!
 //! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
-//! places where no step helps. So steps begin at several parametrizations, the best go on, and where these have
-//! come near they begin once more at what is known there. A surface that is nearly there, and stuck, is shaken: it
-//! follows points that chance moves, in those ways most which change it least, and steps lead on from there.
+//! places where no step helps. So steps begin at several parametrizations, and the best go on; where these end in vain,
+//! at more of them, finer graded, of which one that is near arrives in a dozen steps.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -45,21 +44,10 @@ const ENOUGH: f64 = 1e-9;
 /// Correlation between neighbours of the distances that are no noise, at least: noise could not vanish.
 const SMOOTH: f64 = 0.1;
 
-/// That of the distances of points without noise, which are worth a search once more.
+/// That of the distances of points without noise, which are worth another search, and the share of the error that the
+/// first surface had which is so little that they are as well.
 const SMOOTH_IN_VAIN: f64 = 0.5;
-
-/// Share of the error that the first one had which is near enough to begin there once more, how often, and what is
-/// left of it each time at most.
-const HOPEFUL: f64 = 0.1;
-const AGAIN: usize = 3;
-const NEARER: f64 = 0.9;
-
-/// Share of the error that the first one had from which on a surface is shaken, and how often; how many are together,
-/// and how far off points are made by chance, as multiples of the error.
-const STUCK: f64 = 0.01;
-const TURNS: usize = 6;
-const TOGETHER: usize = 16;
-const SHAKES: [f64; 2] = [50.0, 100.0];
+const HOPEFUL: f64 = 0.2;
 
 /// Control points of a net at most: the more there are, the more places where no step helps.
 const MOST_CONTROL_POINTS: usize = 400;
@@ -73,7 +61,8 @@ const MOST_POINTS: usize = 32;
 /// this share of the error that the first one had, or this share of the error that the best had a
 /// round before: that of noise stays above the first share, and where no step helps above the other.
 /// The last steps end there.
-const ROUNDS: [(usize, usize, f64, f64); 8] = [
+type Round = (usize, usize, f64, f64);
+const ROUNDS: [Round; 8] = [
     (3, 6, 0.85, 1.0),
     (6, 4, 0.75, 1.0),
     (12, 3, 0.6, 1.0),
@@ -82,6 +71,16 @@ const ROUNDS: [(usize, usize, f64, f64); 8] = [
     (96, 1, 0.2, 0.9),
     (192, 1, 0.1, 0.9),
     (384, 1, 0.05, 0.9),
+];
+
+/// Those of searches from many starts, of which a near one falls fast.
+const QUICK_ROUNDS: [Round; 6] = [
+    (3, 32, 1.0, 1.0),
+    (6, 16, 0.2, 1.0),
+    (12, 6, 0.05, 1.0),
+    (24, 2, 0.02, 0.9),
+    (48, 1, 0.01, 0.9),
+    (96, 1, 0.005, 0.9),
 ];
 
 /// Steps after which those that go on do so in two ways, as they are and trimmed.
@@ -147,26 +146,18 @@ pub(crate) fn recovered(
         return Ok(None);
     }
     let starts = Starts { space: &few.space, uv: &few.uv };
-    let mut found = few.best(&starts.first(), first, observer)?;
+    let mut found = few.best(&starts.first(), first, &ROUNDS, observer)?;
     let through = |trial: &Trial| trial.error <= THROUGH * size;
-    let in_vain = |trial: &Trial| !through(trial) && are_smooth(&trial.feet, SMOOTH_IN_VAIN);
-    if closed != (true, true) && found.as_ref().is_some_and(in_vain) {
-        found = few.best(&starts.skewed(), first, observer)?;
-    }
-    let near = |trial: &Trial| !through(trial) && trial.error <= HOPEFUL * first;
-    for _ in 0..AGAIN {
-        let Some(last) = found.as_ref().filter(|trial| near(trial)) else { break };
-        let uv = few.within(last);
-        let starts = Starts { uv: &uv, space: &few.space };
-        let again = few.best(&[starts.first(), starts.skewed()].concat(), first, observer)?;
-        let Some(again) = again.filter(|again| again.error <= NEARER * last.error) else { break };
-        found = Some(again);
-    }
-    let stuck = |trial: &Trial| !through(trial) && trial.error <= STUCK * first;
-    for turn in 0..TURNS {
-        let Some(last) = found.as_ref().filter(|trial| stuck(trial)) else { break };
-        let again = few.shaken(last, turn, first, observer)?;
-        found = again.filter(|again| again.error <= NEARER * last.error).or(found);
+    let in_vain = |trial: &Trial| {
+        let hopeful = trial.error <= HOPEFUL * first;
+        !through(trial) && (hopeful || are_smooth(&trial.feet, SMOOTH_IN_VAIN))
+    };
+    let open = closed != (true, true);
+    for graded in [false, true] {
+        let Some(last) = found.as_ref().filter(|last| open && in_vain(last)) else { break };
+        let more = if graded { starts.graded() } else { starts.ranked() };
+        let again = few.best(&more, first, &QUICK_ROUNDS, observer)?;
+        found = again.filter(|again| again.error < last.error).or(found);
     }
     let Some(found) = found.filter(through) else { return Ok(None) };
     // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
@@ -211,40 +202,15 @@ impl Joint {
         &self,
         starts: &[Vec<DVec2>],
         first: f64,
+        rounds: &[Round],
         observer: &mut dyn Observer,
     ) -> Result<Option<Trial>> {
         let trials = starts.par_iter().map(|uv| self.trial(uv)).collect::<Result<Vec<_>>>()?;
-        self.best_of(trials.into_iter().flatten().collect(), first, observer)
-    }
-
-    /// A surface that comes nearer than this one, where no step helps any more: the best of those that it becomes
-    /// when it is shaken.
-    fn shaken(
-        &self,
-        last: &Trial,
-        turn: usize,
-        first: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Trial>> {
-        let distance = SHAKES[turn % SHAKES.len()] * last.error;
-        let shaken = (0..TOGETHER)
-            .into_par_iter()
-            .map(|number| last.shaken(self, distance, (TOGETHER * turn + number) as u64));
-        let shaken = shaken.collect::<Result<Vec<_>>>()?;
-        self.best_of(shaken.into_iter().flatten().collect(), first, observer)
-    }
-
-    /// As [`best`](Self::best), of surfaces on their way.
-    fn best_of(
-        &self,
-        mut trials: Vec<Trial>,
-        first: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Trial>> {
-        let total = ROUNDS[ROUNDS.len() - 1].0 as u64;
+        let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
+        let total = rounds[rounds.len() - 1].0 as u64;
         let on_the_way = |trials: &[Trial]| trials.iter().all(|trial| trial.error > self.enough);
         let (mut step, mut before) = (0, f64::INFINITY);
-        for (end, left, share, fall) in ROUNDS {
+        for &(end, left, share, fall) in rounds {
             while step < end && on_the_way(&trials) {
                 let count = self.points.len();
                 let progress = Progress::of_stage(Stage::Fitting, step as u64, total, count);

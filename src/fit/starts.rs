@@ -15,12 +15,10 @@ const EVENNESS: [f64; 6] = [0.5, -0.25, 0.75, 0.25, 0.0, 1.0];
 /// Turns in closed directions, in spans.
 const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
 
-/// Speeds at the beginning beside those in the middle, the inverse of those at the end: as fast at
-/// either end, or four times as fast at one.
-const SKEWS: [f64; 3] = [1.0, 2.0, 0.5];
-
-/// Ways towards evenness of those that are skewed: the best of the first starts, and its neighbours.
-const EVENNESS_OF_SKEWED: [f64; 3] = [0.5, 0.0, 1.0];
+/// Speeds at the beginning beside those in the middle, the inverse of those at the end, of parametrizations that are
+/// graded, from one end to the other up to eight times as fast, and their ways towards evenness.
+const SKEWS: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
+const EVENNESS_OF_GRADED: [f64; 2] = [1.0, 0.5];
 
 /// Places of a net's parameters that are known, for those between.
 const PLACES: usize = 256;
@@ -43,19 +41,32 @@ pub(super) struct Starts<'a> {
 impl Starts<'_> {
     /// The first ones, as fast at either end.
     pub(super) fn first(&self) -> Vec<Vec<DVec2>> {
-        self.moved_by(&EVENNESS.map(|evenness| Move::Stretch { evenness, skew: 1.0 }), |_| true)
+        self.moved_by(&EVENNESS.map(|evenness| Move::Stretch { evenness, skew: 1.0 }))
     }
 
-    /// Those that are faster at one end in an open direction, or in both.
-    pub(super) fn skewed(&self) -> Vec<Vec<DVec2>> {
+    /// The first ones of parameters that are evenly distributed in open directions, as those of points are that were
+    /// taken at even parameters.
+    pub(super) fn ranked(&self) -> Vec<Vec<DVec2>> {
+        let mut uv = self.uv.to_vec();
+        for d in (0..2).filter(|&d| !self.space.closed[d]) {
+            let (start, end) = self.space.knots[d].domain();
+            let mut order: Vec<usize> = (0..uv.len()).collect();
+            order.sort_by(|&a, &b| self.uv[a][d].total_cmp(&self.uv[b][d]));
+            for (rank, &i) in order.iter().enumerate() {
+                uv[i][d] = start + (end - start) * (rank as f64 + 0.5) / self.uv.len() as f64;
+            }
+        }
+        Starts { uv: &uv, ..*self }.first()
+    }
+
+    /// Those that get faster or slower from one end to the other in open directions, otherwise along u than along v.
+    pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
         let skewed = |evenness| SKEWS.map(|skew| Move::Stretch { evenness, skew });
-        let is_skewed = |by: &Move| matches!(by, Move::Stretch { skew, .. } if *skew != 1.0);
-        let stretches = EVENNESS_OF_SKEWED.map(skewed);
-        self.moved_by(stretches.as_flattened(), |pair| pair.iter().any(is_skewed))
+        self.moved_by(EVENNESS_OF_GRADED.map(skewed).as_flattened())
     }
 
-    /// The wanted pairs of moves, in open directions those, as even along u as along v.
-    fn moved_by(&self, stretches: &[Move], wanted: impl Fn(&[Move; 2]) -> bool) -> Vec<Vec<DVec2>> {
+    /// Pairs of moves, in open directions those, as even along u as along v.
+    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
         let turns = TURNS.map(Move::Turn);
         let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
@@ -64,7 +75,7 @@ impl Starts<'_> {
             [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
             _ => true,
         };
-        let pairs: Vec<[Move; 2]> = pairs.filter(alike).filter(wanted).collect();
+        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
         // Points do not tell which way the larger side of the net goes.
         let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
         let both = [self.uv, &swapped];
@@ -138,15 +149,29 @@ mod tests {
         let at = |i: i32| f64::from(i) / 20.0;
         let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::new(at(i), at(i) * at(i))).collect();
         let starts = Starts { space: &space, uv: &uv };
-        let (first, skewed) = (starts.first(), starts.skewed());
-        assert_eq!((first.len(), skewed.len()), (2 * 6, 2 * 3 * 8));
-        let all = [first, skewed].concat();
-        for (i, start) in all.iter().enumerate() {
-            assert!(start.windows(2).all(|pair| pair[0].cmplt(pair[1]).all()));
-            assert!(start[0].length() < 1e-12 && start[20].distance(DVec2::ONE) < 1e-12);
-            for other in &all[..i] {
-                assert!(start.iter().zip(other).any(|(a, b)| a.distance(*b) > 0.01));
+        let (first, graded) = (starts.first(), starts.graded());
+        assert_eq!((first.len(), graded.len()), (2 * 6, 2 * 2 * 49));
+        for starts in [first, graded] {
+            for (i, start) in starts.iter().enumerate() {
+                assert!(start.windows(2).all(|pair| pair[0].cmplt(pair[1]).all()));
+                assert!(start[0].length() < 1e-12 && start[20].distance(DVec2::ONE) < 1e-12);
+                for other in &starts[..i] {
+                    assert!(start.iter().zip(other).any(|(a, b)| a.distance(*b) > 0.01));
+                }
             }
         }
+    }
+
+    #[test]
+    fn ranks_are_even_in_open_directions_and_keep_the_order() {
+        let knots = [
+            KnotVector::clamped_uniform(3, 6).unwrap(),
+            KnotVector::periodic_uniform(3, 6).unwrap(),
+        ];
+        let space = SplineSpace::new(knots, [false, true]).unwrap();
+        let uv = [0.9, 0.1, 0.2, 0.3].map(|at| DVec2::new(at, 0.7));
+        let ranked = Starts { space: &space, uv: &uv }.ranked();
+        let even = [0.875, 0.125, 0.375, 0.625].map(|at| DVec2::new(at, 0.7));
+        assert_eq!(ranked, Starts { space: &space, uv: &even }.first());
     }
 }

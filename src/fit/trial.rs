@@ -1,8 +1,6 @@
 //! A surface on its way to points that shall all lie on it.
 
 use glam::{DVec2, DVec3};
-use rand::{Rng, SeedableRng};
-use rand_pcg::Pcg64;
 
 use super::band::Band;
 use super::correct::Foot;
@@ -21,9 +19,6 @@ const LEAST_DAMPING: f64 = 1e-16;
 /// Share of a step at which its bend is measured, and how much longer than a step the bend may be.
 const AHEAD: f64 = 0.1;
 const MOST_BENT: f64 = 0.4;
-
-/// What holds a net that is shaken, as [`DAMPING`].
-const HELD: f64 = 1e-9;
 
 /// A surface on its way to the points.
 pub(super) struct Trial {
@@ -99,23 +94,6 @@ impl Trial {
         let feet = joint.feet(&surface, &uv, STEPS);
         let damping = (LESS * self.damping).max(LEAST_DAMPING);
         Ok(Some(Self { error: joint.rms(&feet), surface, feet, damping, equations: None }))
-    }
-
-    /// The surface after a step towards points that lie off it by chance, by up to this distance: the more it moves
-    /// in a way the less that changes it, as far as from one place where no step helps to others.
-    pub(super) fn shaken(&self, joint: &Joint, distance: f64, seed: u64) -> Result<Option<Self>> {
-        let mut random = Pcg64::seed_from_u64(seed);
-        let mut off =
-            || distance * (f64::from(random.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0);
-        let shaken: Vec<Foot> =
-            self.feet.iter().map(|foot| Foot { offset: off() * foot.normal, ..*foot }).collect();
-        let NormalEquations { mut matrix, right } = joint.equations(&shaken)?;
-        matrix.add_ridge(HELD);
-        if !matrix.factor::<Error>(&mut || Ok(()))? {
-            return Ok(None);
-        }
-        let shaken = self.after(&matrix.solved_together(&right), joint)?;
-        Ok(shaken.map(|shaken| Self { damping: DAMPING, ..shaken }))
     }
 }
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 import neurbs
 from neurbs import ConvergenceWarning, NeurbsError, Progress, Reconstruction, _core
@@ -56,6 +57,28 @@ def test_points_of_a_surface_with_the_same_net_give_it_back(kind: str) -> None:
     if kind == "ground":
         heights = neurbs.reconstruct(points, grid=(8, 7), aspect="fixed", topology="height")
         assert (heights.report.ended_by, heights.report.topology) == ("grid", "height")
+
+
+@pytest.mark.filterwarnings("ignore:the surface runs")
+@pytest.mark.parametrize("powers", [(1.6, 0.7), (1.0, 1.7), (1.6, 1.6), (0.7, 0.7)])
+def test_nets_that_are_finer_at_one_end_come_back(powers: tuple[float, float]) -> None:
+    u, v = np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 12), indexing="ij")
+    u, v = u ** powers[0], v ** powers[1]
+    net = np.stack([u, v, 0.2 * np.sin(5 * u + 1) * np.sin(6 * v + 2)], axis=-1)
+    truth = neurbs.NurbsSurface(net + 0.005 * np.random.default_rng(0).standard_normal(net.shape))
+    # As many by area: the more, the faster both parameters are.
+    uv = np.random.default_rng(1).random((12_000, 2))
+    derivatives = truth.derivatives(uv, 1)
+    areas = np.linalg.norm(np.cross(derivatives[:, 1, 0], derivatives[:, 0, 1]), axis=1)
+    chosen = np.random.default_rng(2).choice(len(uv), 2000, replace=False, p=areas / areas.sum())
+    for places in (uv[:2000], uv[chosen]):
+        points = truth.evaluate(places)
+        result = neurbs.reconstruct(points, grid=(12, 12), aspect="fixed", topology="sheet")
+        # Between the points: where a patch has none nothing tells where it is.
+        neighbours = places[cKDTree(places).query(places, k=2)[1][:, 1]]
+        others = truth.evaluate(0.6 * places + 0.4 * neighbours)
+        distances = result.surface.closest_points(others).distances
+        assert distances.max() < 1e-6 * result.report.diagonal
 
 
 @pytest.mark.parametrize("seed", range(3))
