@@ -66,6 +66,14 @@ pub(super) struct Wanted<'a> {
     pub(super) options: &'a ReconstructOptions<'a>,
 }
 
+/// A map, and the net that a surface begins with.
+#[derive(Clone)]
+pub(super) struct Learned {
+    pub(super) map: SelfOrganizingMap,
+    pub(super) net: (usize, usize),
+    pub(super) creases: Vec<f64>,
+}
+
 /// A surface, and the map that it began with.
 pub(super) struct Candidate<'a> {
     pub(super) placed: &'a Placed,
@@ -84,7 +92,7 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { placed: Placed { frame, points, sample, .. }, budget, options, .. } = self;
+        let &Self { placed: Placed { frame, sample, .. }, budget, options, .. } = self;
         let observer: &mut dyn Observer = &mut OwnFrame { frame: *frame, observer };
         let count = sample.len();
         let around_circle = self.around_circle(&shape);
@@ -107,6 +115,21 @@ impl<'a> Wanted<'a> {
         clock.lap("ordering");
         let map = self.learned(&mut start, &shape, observer)?;
         start.split_as(&map, budget, options);
+        let OrderedStart { net, creases, .. } = start;
+        self.fitted(Learned { map, net, creases }, shape, self.growth, clock, observer)
+    }
+
+    /// The surface of this shape that begins with this map, in the points' frame.
+    pub(super) fn fitted(
+        &self,
+        learned: Learned,
+        shape: Shape,
+        growth: Option<Growth>,
+        clock: &mut Clock,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<'a>> {
+        let &Self { placed: placed @ Placed { points, .. }, layers, options, .. } = self;
+        let Learned { map, net, creases } = learned;
         let uv = if shape.base.is_some() {
             Vec::new()
         } else {
@@ -115,11 +138,10 @@ impl<'a> Wanted<'a> {
         };
         clock.lap("training");
         let weights = self.weights.map(<[f64]>::to_vec);
-        let (creases, layers) = (start.creases, self.layers);
         let mut job = Job { points, weights, uv, creases, shape, layers, options };
-        let (fit, flaws) = job.done(start.net, self.growth, observer)?;
+        let (fit, flaws) = job.done(net, growth, observer)?;
         clock.lap("fitting");
-        Ok(Candidate { placed: self.placed, map, job, fit, flaws })
+        Ok(Candidate { placed, map, job, fit, flaws })
     }
 
     /// The sheet instead of steep heights that were found out, if it is clearly nearer to the points: its map
@@ -137,15 +159,17 @@ impl<'a> Wanted<'a> {
         heights.or_nearer(sheet, NEARER, 0.0)
     }
 
-    /// The surface that is closed in one direction more, where that was not seen at first.
-    pub(super) fn or_closed(
+    /// The surface that is closed in one direction more, where that was not seen at first, or another one where it
+    /// has flaws.
+    pub(super) fn or_better(
         &self,
         found: Candidate<'a>,
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
         let found = self.or_tube(found, clock, observer)?;
-        self.or_torus(found, clock, observer)
+        let found = self.or_torus(found, clock, observer)?;
+        self.or_sound(found, clock, observer)
     }
 
     /// How near to its points a surface is that no other need be looked for.
@@ -158,19 +182,16 @@ impl<'a> Wanted<'a> {
         self.placed.across_lines.as_deref().unwrap_or(&self.placed.sample)
     }
 
-    /// The map from an ordered start, or, where that is torn, from another that is clearly less so: of a sheet
-    /// from the principal plane, from more points or from end to end, as it may be wound up, or from a disc, as
-    /// it may go around a body.
+    /// The map from an ordered start, or, where that of a sheet is torn, from another that is clearly less so.
     fn learned(
         &self,
         start: &mut OrderedStart,
         shape: &Shape,
         observer: &mut dyn Observer,
     ) -> Result<SelfOrganizingMap> {
-        let &Self { placed: Placed { frame, sample, .. }, budget, options, .. } = self;
-        let ordering = self.ordering();
+        let sample = &self.placed.sample;
         let mut map = learn(sample, start, observer)?;
-        if options.init != Start::Auto || shape.kind != Kind::Sheet {
+        if self.options.init != Start::Auto || shape.kind != Kind::Sheet {
             return Ok(map);
         }
         let torn = map.topographic_error(sample, observer)?;
@@ -179,11 +200,31 @@ impl<'a> Wanted<'a> {
         if torn <= by_chance.clamp(TORN, most) {
             return Ok(map);
         }
+        let mut least = torn - by_chance;
+        for other in self.other_starts(start.unwound.take(), observer)? {
+            let learned = learn(sample, &other, observer)?;
+            let error = learned.topographic_error(sample, observer)?;
+            if error < least {
+                (*start, map, least) = (other, learned, error);
+            }
+        }
+        Ok(map)
+    }
+
+    /// Starts of a sheet beside the first: in the principal plane, from more points or from end to end, as it may be
+    /// wound up, unless the first was already, and over a disc, as it may go around a body.
+    pub(super) fn other_starts(
+        &self,
+        unwound: Option<Unwound>,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<OrderedStart>> {
+        let &Self { placed: Placed { frame, sample, .. }, budget, options, .. } = self;
+        let (count, ordering) = (sample.len(), self.ordering());
         let flat = ReconstructOptions { init: Start::Pca, ..*options };
-        let (count, closed) = (sample.len(), shape.closed());
+        let closed = Shape::new(Kind::Sheet, None).closed();
         let mut others =
             vec![OrderedStart::of(count, ordering, budget, closed, None, frame, &flat, observer)?];
-        let sheet = if let Some(sheet) = start.unwound.take() {
+        let sheet = if let Some(sheet) = unwound {
             sheet
         } else {
             let sheet = Unwound::closely(ordering, observer)?;
@@ -192,15 +233,7 @@ impl<'a> Wanted<'a> {
         };
         others.extend(OrderedStart::over_disc(count, ordering, budget, options, observer)?);
         others.extend(sheet.lengthwise(count, budget, options, observer)?);
-        let mut least = torn - by_chance;
-        for other in others {
-            let learned = learn(sample, &other, observer)?;
-            let error = learned.topographic_error(sample, observer)?;
-            if error < least {
-                (*start, map, least) = (other, learned, error);
-            }
-        }
-        Ok(map)
+        Ok(others)
     }
 }
 
@@ -219,6 +252,13 @@ impl<'a> Candidate<'a> {
             Err(Error::Interrupted) => Err(Error::Interrupted),
             _ => Ok(self),
         }
+    }
+
+    /// What it began with.
+    pub(super) fn learned(&self) -> Learned {
+        let Self { map, job, fit, .. } = self;
+        let net = job.different(&fit.surface);
+        Learned { map: map.clone(), net, creases: job.creases.clone() }
     }
 
     /// How far it is from the points that count, as their coordinates do.

@@ -152,7 +152,7 @@ fn attempt(
     let candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
     let candidate = match &beside {
         Some(beside) => wanted(beside).or_sheet(candidate, &mut clock, observer)?,
-        None => wanted(&placed).or_closed(candidate, &mut clock, observer)?,
+        None => wanted(&placed).or_better(candidate, &mut clock, observer)?,
     };
     let Candidate { placed, map, job, fit, flaws } = candidate;
     let frame = &placed.frame;
@@ -286,6 +286,9 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
             ", but a sheet comes nearer to the points"
         }
         (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
+        (Kind::Tube | Kind::Torus, Kind::Sheet) => {
+            ", but a sheet neither folds over nor runs away from them"
+        }
         (Kind::Sheet | Kind::Tube, Kind::Torus) => ", but the points lie all over a torus",
         _ => return None,
     };

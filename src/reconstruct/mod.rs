@@ -1,5 +1,6 @@
 //! The whole job: scattered points in, a surface out.
 
+mod alternatives;
 mod candidate;
 mod counted;
 mod feet;
