@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::samples::{Flaw, Samples};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
-use crate::point_cloud::{Bounds, KdTree, Neighbor};
+use crate::point_cloud::{Bounds, KdTree, Neighbor, centroid};
 use crate::progress::Observer;
 
 /// Over a gap, a place may be as far from the nearest point as so many times the way, along the
@@ -18,7 +18,8 @@ const STEEPEST: f64 = 2.0;
 /// What is no overshoot anyway, as a share of the points' diagonal.
 const SLACK: f64 = 0.05;
 
-/// Share of the diagonal that a place may lie outside of the points' convex hull, however long the way there is.
+/// Share of the diagonal, or of the diameter if that is less, that a place may lie outside of the points' convex hull,
+/// however long the way there is.
 const OUTSIDE: f64 = 0.15;
 
 /// Cells around a sample in which a point near it is looked for, in turn.
@@ -130,7 +131,7 @@ pub(crate) fn runaways(
     let places = feet.repeated();
     let ways = KdTree::new(&places);
     let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
-    let most = OUTSIDE * diagonal + wanted * spacing;
+    let most = OUTSIDE * diagonal.min(across(points)) + wanted * spacing;
     let beyond = |&(place, near): &(usize, Neighbor)| {
         let (at, foot, found) = (samples.places[place], feet.of_sample(place), near.distance());
         let way = ways.nearest(foot, 1).first()?.distance();
@@ -139,6 +140,13 @@ pub(crate) fn runaways(
         too_far.then(|| (found, samples.flaw(place)))
     };
     Ok(far.par_iter().filter_map(beyond).collect())
+}
+
+/// Twice the distance of the farthest point from the centroid, which the diagonal of their box exceeds where they are
+/// turned.
+fn across(points: &[DVec3]) -> f64 {
+    let middle = centroid(points);
+    2.0 * points.iter().map(|point| point.distance(middle)).fold(0.0, f64::max)
 }
 
 /// How far outside of the convex hull of points a place lies at least, seen from the nearest of them.

@@ -2,12 +2,13 @@
 
 use super::Start;
 use super::candidate::{Candidate, Learned, Wanted};
+use super::job::Fit;
 use super::own_frame::OwnFrame;
 use super::report::Clock;
 use super::shape::Shape;
 use super::start::{OrderedStart, learn, split};
 use crate::error::{Error, Result};
-use crate::fit::{Growth, diameter};
+use crate::fit::{EndedBy, Growth, diameter};
 use crate::progress::Observer;
 use crate::topology::Kind;
 
@@ -18,6 +19,9 @@ const UNLIKE: f64 = 0.1;
 
 /// Sides of smaller nets, in turn: what bends less often folds over less.
 const SIDES: [usize; 4] = [12, 8, 6, 4];
+
+/// Of more points, which take seconds, the first surface is enough that is no farther from them than the one with flaws.
+const MANY: usize = 2000;
 
 /// The nearest surface without flaws so far.
 struct Alternatives<'a, 'b> {
@@ -76,6 +80,8 @@ impl<'a> Wanted<'a> {
         let observer: &mut dyn Observer = &mut OwnFrame { frame: placed.frame, observer };
         let kind = found.job.shape.kind;
         let limit = found.error().max(UNLIKE * size);
+        let many = placed.points.len() > MANY;
+        let enough = if many { found.error().min(LIKE * size) } else { 0.0 };
         let mut others = Alternatives { wanted: self, kind, best: None, limit };
         let starts = match kind {
             Kind::Sheet => self.other_starts(None, observer)?,
@@ -88,7 +94,9 @@ impl<'a> Wanted<'a> {
         let mut begun: Vec<Learned> = starts.into_iter().map(learned).collect::<Result<_>>()?;
         clock.lap("training");
         for learned in &begun {
-            others.consider(learned.clone(), self.growth, clock, observer)?;
+            if others.limit > enough {
+                others.consider(learned.clone(), self.growth, clock, observer)?;
+            }
         }
         begun.push(found.learned());
         let (rows, cols) = found.job.different(&found.fit.surface);
@@ -102,7 +110,13 @@ impl<'a> Wanted<'a> {
                 others.consider(Learned { net, ..learned.clone() }, None, clock, observer)?;
             }
         }
-        Ok(others.best.unwrap_or(found))
+        let Some(best) = others.best else { return Ok(found) };
+        // What kept the net of the first from growing keeps a smaller one from the tolerance.
+        let ended_by = match best.fit.ended_by {
+            EndedBy::Grid => found.fit.ended_by,
+            ended_by => ended_by,
+        };
+        Ok(Candidate { fit: Fit { ended_by, ..best.fit }, ..best })
     }
 }
 

@@ -103,3 +103,12 @@ def test_what_was_asked_for_is_kept() -> None:
     with pytest.warns(neurbs.ConvergenceWarning):
         result = neurbs.reconstruct(points, topology="sheet", fairness=1e-8)
     assert result.report.fairness == 1e-8
+
+
+def test_a_tolerance_that_no_sound_surface_keeps_is_told_of() -> None:
+    rng = np.random.default_rng(500)
+    points = cross(rng, 500) + 0.01 * rng.normal(size=(500, 3))
+    with pytest.warns(neurbs.ConvergenceWarning, match="farther than the tolerance"):
+        result = neurbs.reconstruct(points, 0.005, topology="sheet")
+    assert result.report.ended_by != "grid"
+    assert not any("folds" in warning for warning in result.report.warnings)
