@@ -62,6 +62,8 @@ const MOST_POINTS: usize = 32;
 /// round before: that of noise stays above the first share, and where no step helps above the other.
 /// The last steps end there.
 type Round = (usize, usize, f64, f64);
+
+/// Those of a search from few starts.
 const ROUNDS: [Round; 8] = [
     (3, 6, 0.85, 1.0),
     (6, 4, 0.75, 1.0),
@@ -73,7 +75,7 @@ const ROUNDS: [Round; 8] = [
     (384, 1, 0.05, 0.9),
 ];
 
-/// Those of searches from many starts, of which a near one falls fast.
+/// Those of a search from many, of which a near one falls fast.
 const QUICK_ROUNDS: [Round; 6] = [
     (3, 32, 1.0, 1.0),
     (6, 16, 0.2, 1.0),

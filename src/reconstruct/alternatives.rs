@@ -8,7 +8,7 @@ use super::report::Clock;
 use super::shape::Shape;
 use super::start::{OrderedStart, learn, split};
 use crate::error::{Error, Result};
-use crate::fit::{EndedBy, Growth, diameter};
+use crate::fit::{EndedBy, Growth};
 use crate::progress::Observer;
 use crate::topology::Kind;
 
@@ -63,11 +63,6 @@ impl<'a> Wanted<'a> {
         !found.flaws.spoil(&found.fit) && found.error() <= LIKE * self.size()
     }
 
-    /// The points' diameter, as their coordinates count.
-    fn size(&self) -> f64 {
-        self.placed.frame.length(diameter(&self.placed.points))
-    }
-
     /// The surface, or the nearest without flaws from another start, or else from any start with a smaller net,
     /// unless the net was given.
     fn or_other(
@@ -98,8 +93,9 @@ impl<'a> Wanted<'a> {
                 others.consider(learned.clone(), self.growth, clock, observer)?;
             }
         }
-        begun.push(found.learned());
         let (rows, cols) = found.job.different(&found.fit.surface);
+        let (map, creases) = (found.map.clone(), found.job.creases.clone());
+        begun.push(Learned { map, net: (rows, cols), creases });
         for side in SIDES.into_iter().filter(|side| side * side < rows * cols) {
             if others.limit <= LIKE * size || self.growth.is_none() {
                 break;

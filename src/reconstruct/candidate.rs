@@ -14,7 +14,7 @@ use super::{ReconstructOptions, Start, heights};
 use crate::error::{Error, Result};
 use crate::fit::{Growth, bounded, diameter};
 use crate::progress::Observer;
-use crate::som::SelfOrganizingMap;
+use crate::som::{self, SelfOrganizingMap};
 use crate::topology::{Chart, Kind};
 
 /// How far beyond the lattice's border points may lie, in cells.
@@ -174,7 +174,12 @@ impl<'a> Wanted<'a> {
 
     /// How near to its points a surface is that no other need be looked for.
     pub(super) fn near_enough(&self) -> f64 {
-        NEAR * self.placed.frame.length(diameter(&self.placed.points))
+        NEAR * self.size()
+    }
+
+    /// The points' diameter, as their coordinates count.
+    pub(super) fn size(&self) -> f64 {
+        self.placed.frame.length(diameter(&self.placed.points))
     }
 
     /// Points by which the map's start is ordered.
@@ -221,9 +226,9 @@ impl<'a> Wanted<'a> {
         let &Self { placed: Placed { frame, sample, .. }, budget, options, .. } = self;
         let (count, ordering) = (sample.len(), self.ordering());
         let flat = ReconstructOptions { init: Start::Pca, ..*options };
-        let closed = Shape::new(Kind::Sheet, None).closed();
+        let sheet = som::Topology::Sheet;
         let mut others =
-            vec![OrderedStart::of(count, ordering, budget, closed, None, frame, &flat, observer)?];
+            vec![OrderedStart::of(count, ordering, budget, sheet, None, frame, &flat, observer)?];
         let sheet = if let Some(sheet) = unwound {
             sheet
         } else {
@@ -252,13 +257,6 @@ impl<'a> Candidate<'a> {
             Err(Error::Interrupted) => Err(Error::Interrupted),
             _ => Ok(self),
         }
-    }
-
-    /// What it began with.
-    pub(super) fn learned(&self) -> Learned {
-        let Self { map, job, fit, .. } = self;
-        let net = job.different(&fit.surface);
-        Learned { map: map.clone(), net, creases: job.creases.clone() }
     }
 
     /// How far it is from the points that count, as their coordinates do.
