@@ -1,6 +1,6 @@
 """How near reconstructed surfaces come to shapes that are known exactly.
 
-    python benches/fit_peers.py [--seeds 5] [--cases T1,T2_n] [--scipy | --fresh]
+    python benches/fit_peers.py [--seeds 5] [--cases T1,T2_n] [--scipy | --auto] [--fresh]
 
 Points are scattered over each shape evenly by area, without noise or (``_n``) with Gaussian noise
 of 0.005 D in all directions, D being the diagonal of the shape's bounding box. Printed are, in
@@ -17,7 +17,7 @@ border
     the same on the rest
 
 and the mean of the seconds that the calls took, each of them the first one of a process with
-``--fresh``.
+``--fresh``. What kind of surface the points lie on is given, unless it is found out (``--auto``).
 """
 
 from __future__ import annotations
@@ -310,18 +310,28 @@ def case_points(name: str, shape: Shape, seed: int) -> tuple[Array, int]:
     return points, SIDES[count]
 
 
-def run_neurbs(shape: Shape, points: Array, side: int) -> tuple[Array, NDArray[np.int64], float]:
+def run_neurbs(
+    shape: Shape, points: Array, side: int, topology: str | None = None
+) -> tuple[Array, NDArray[np.int64], float]:
     start = time.perf_counter()
-    result = neurbs.reconstruct(points, grid=(side, side), topology=shape.topology)
+    result = neurbs.reconstruct(points, grid=(side, side), topology=topology or shape.topology)
     seconds = time.perf_counter() - start
     mesh = result.surface.tessellate(shape=(250, 250))
     return mesh.vertices, mesh.triangles.astype(np.int64), seconds
 
 
-def run_fresh(name: str, seed: int) -> tuple[Array, NDArray[np.int64], float]:
+def run_auto(shape: Shape, points: Array, side: int) -> tuple[Array, NDArray[np.int64], float]:
+    return run_neurbs(shape, points, side, "auto")
+
+
+def run_fresh(
+    run: Callable[[Shape, Array, int], tuple[Array, NDArray[np.int64], float]],
+    name: str,
+    seed: int,
+) -> tuple[Array, NDArray[np.int64], float]:
     """Make a cloud and reconstruct it, in a process that has done nothing else."""
     shape = shapes()[name.split("_")[0]]
-    return run_neurbs(shape, *case_points(name, shape, seed))
+    return run(shape, *case_points(name, shape, seed))
 
 
 def run_scipy(shape: Shape, points: Array, side: int) -> tuple[Array, NDArray[np.int64], float]:
@@ -342,9 +352,10 @@ def main() -> None:
     parser.add_argument("--cases", default=",".join(CASES))
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--scipy", action="store_true", help="run SciPy's spline instead")
+    parser.add_argument("--auto", action="store_true", help="find out what kind of surface it is")
     parser.add_argument("--fresh", action="store_true", help="in a process of its own each")
     options = parser.parse_args()
-    run = run_scipy if options.scipy else run_neurbs
+    run = run_scipy if options.scipy else run_auto if options.auto else run_neurbs
     known = shapes()
     if options.fresh:
         processes = multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1)
@@ -356,7 +367,7 @@ def main() -> None:
         for seed in range(options.seeds):
             points, side = case_points(name, shape, seed)
             if options.fresh:
-                vertices, triangles, taken = processes.apply(run_fresh, (name, seed))
+                vertices, triangles, taken = processes.apply(run_fresh, (run, name, seed))
             else:
                 vertices, triangles, taken = run(shape, points, side)
             scores.append(score(shape, points, vertices, triangles))

@@ -71,14 +71,12 @@ impl Chosen {
     fn rank(&self) -> (u64, [u64; 3], u64) {
         (self.hash, bits(self.point), self.index)
     }
+}
 
-    fn voxel(&self, side: f64) -> [i64; 3] {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "sides are chosen for numbers that fit"
-        )]
-        (self.point / side).to_array().map(|along| along.floor() as i64)
-    }
+/// The place of the voxel of this side that a point lies in.
+fn voxel(point: DVec3, side: f64) -> [i64; 3] {
+    #[expect(clippy::cast_possible_truncation, reason = "sides are chosen for numbers that fit")]
+    (point / side).to_array().map(|along| along.floor() as i64)
 }
 
 /// A number that scatters whatever points do, and depends on nothing else.
@@ -171,18 +169,13 @@ impl EvenSample {
 
     /// The first voxels.
     fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
-        let low = self.first.iter().fold(DVec3::INFINITY, |low, c| low.min(c.point));
-        let high = self.first.iter().fold(DVec3::NEG_INFINITY, |high, c| high.max(c.point));
-        let extent = (high - low).max_element();
-        if extent == 0.0 {
+        let division = Division::of(&self.first, |chosen| chosen.point, self.most);
+        let Some(Division { side, .. }) = division else {
             // Copies of one point: one is as good as all.
             self.first.truncate(1);
             return Ok(());
-        }
-        // Numbers of voxels stay far within 64 bits.
-        let far = low.abs().max(high.abs()).max_element();
-        let least = (extent * LEAST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
-        self.side = least * self.doublings(least).exp2();
+        };
+        self.side = side;
         let first = std::mem::take(&mut self.first).into_iter();
         self.fill(first, listen)
     }
@@ -201,37 +194,6 @@ impl EvenSample {
             prefer(&mut self.voxels, self.side, chosen);
         }
         Ok(())
-    }
-
-    /// How often voxels of this side must double until the first points lie in no more of them than
-    /// points may be kept.
-    fn doublings(&self, side: f64) -> f64 {
-        let mut lowest = [i64::MAX; 3];
-        for chosen in &self.first {
-            let voxel = chosen.voxel(side);
-            lowest = [0, 1, 2].map(|axis| lowest[axis].min(voxel[axis]));
-        }
-        // Where a voxel of every size begins.
-        let origin = lowest.map(|lowest| lowest >> (PLACES - 1) << (PLACES - 1));
-        let code = |chosen: &Chosen| {
-            let voxel = chosen.voxel(side);
-            interleaved([0, 1, 2].map(|axis| voxel[axis].abs_diff(origin[axis])))
-        };
-        let mut codes: Vec<u64> = self.first.par_iter().map(code).collect();
-        codes.par_sort_unstable();
-        // In this order the points of a voxel of any size follow one another; the highest bit in
-        // which neighbours differ says up to which size they lie apart.
-        let mut apart = [0; PLACES + 1];
-        for pair in codes.windows(2) {
-            let differing = u64::BITS - (pair[0] ^ pair[1]).leading_zeros();
-            apart[differing.div_ceil(3) as usize] += 1;
-        }
-        let (mut voxels, mut doublings) = (1 + apart[1..].iter().sum::<usize>(), 0);
-        while voxels > self.most {
-            doublings += 1;
-            voxels -= apart[doublings];
-        }
-        doublings as f64
     }
 
     fn chosen(&self) -> Vec<Chosen> {
@@ -260,14 +222,68 @@ impl EvenSample {
     }
 }
 
+/// Voxels in which points lie.
+struct Division {
+    side: f64,
+    /// How many hold points.
+    voxels: usize,
+}
+
+impl Division {
+    /// Into as many as are allowed at most; `None` of copies of one point.
+    fn of<T: Sync>(points: &[T], place: impl Fn(&T) -> DVec3 + Sync, most: usize) -> Option<Self> {
+        let low = points.iter().map(&place).fold(DVec3::INFINITY, DVec3::min);
+        let high = points.iter().map(&place).fold(DVec3::NEG_INFINITY, DVec3::max);
+        let extent = (high - low).max_element();
+        if extent == 0.0 {
+            return None;
+        }
+        // Numbers of voxels stay far within 64 bits.
+        let far = low.abs().max(high.abs()).max_element();
+        let least = (extent * LEAST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
+        // Where a voxel of every size begins.
+        let origin = voxel(low, least).map(|lowest| lowest >> (PLACES - 1) << (PLACES - 1));
+        let code = |point: &T| {
+            let voxel = voxel(place(point), least);
+            interleaved([0, 1, 2].map(|axis| voxel[axis].abs_diff(origin[axis])))
+        };
+        let mut codes: Vec<u64> = points.par_iter().map(code).collect();
+        codes.par_sort_unstable();
+        // In this order the points of a voxel of any size follow one another; the highest bit in
+        // which neighbours differ says up to which size they lie apart.
+        let mut apart = [0; PLACES + 1];
+        for pair in codes.windows(2) {
+            let differing = u64::BITS - (pair[0] ^ pair[1]).leading_zeros();
+            apart[differing.div_ceil(3) as usize] += 1;
+        }
+        let (mut voxels, mut doublings) = (1 + apart[1..].iter().sum::<usize>(), 0);
+        while voxels > most {
+            doublings += 1;
+            voxels -= apart[doublings];
+        }
+        Some(Self { side: least * (doublings as f64).exp2(), voxels })
+    }
+}
+
 /// At most so many of the points, as [`EvenSample`] chooses them.
 pub(crate) fn even_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
     if points.len() <= most {
         return points.to_vec();
     }
-    let mut sample = EvenSample::new(most);
-    sample.extend(points);
-    sample.points()
+    let division = Division::of(points, |point| *point, most);
+    let Some(Division { side, .. }) = division else { return vec![points[0]] };
+    let chosen = (0..).zip(points).map(|(index, &point)| Chosen::new(point, index));
+    of_each_voxel(chosen, side, points)
+}
+
+/// The points that are preferred of those in each voxel of this side, in their own order.
+fn of_each_voxel(chosen: impl Iterator<Item = Chosen>, side: f64, points: &[DVec3]) -> Vec<DVec3> {
+    let mut voxels = Voxels::default();
+    chosen.for_each(|chosen| prefer(&mut voxels, side, chosen));
+    let mut kept: Vec<u64> = voxels.into_values().map(|chosen| chosen.index).collect();
+    kept.sort_unstable();
+    let kept = kept.into_iter().filter_map(|index| usize::try_from(index).ok());
+    kept.map(|index| points[index]).collect()
 }
 
 /// At most so many points, evenly over space, and hardly fewer if there are as many: the same however the
@@ -295,20 +311,21 @@ fn fullest(points: &[DVec3], most: usize, steps: usize) -> Vec<DVec3> {
     // Rounding must not say which point of a voxel is chosen either.
     let hashed = |place: DVec3| (sense * place, hash((sense * place / DISTINCT).round()));
     let places: Vec<(DVec3, u64)> = places.into_iter().map(hashed).collect();
-    let of_step = |step: usize| {
-        let scale = (step as f64 / steps as f64).exp2();
-        let mut sample = EvenSample::new(most);
-        for (index, &(place, hash)) in (0..).zip(&places) {
-            let chosen = Chosen { point: scale * place + ASIDE, index, hash };
-            // Nobody listens who could stop it.
-            let _never = sample.look_at_one(chosen, &mut || Ok(()));
-        }
-        sample.indices()
+    let scale = |step: usize| (step as f64 / steps as f64).exp2();
+    let scaled = |step: usize, place: DVec3| scale(step) * place + ASIDE;
+    let division = |step: usize| {
+        let division = Division::of(&places, |(place, _)| scaled(step, *place), most);
+        division.map(|division| (step, division))
     };
-    let found: Vec<Vec<u64>> = (0..steps).into_par_iter().map(of_step).collect();
-    let fullest = found.into_iter().max_by_key(Vec::len).unwrap_or_default();
-    let indices = fullest.into_iter().filter_map(|index| usize::try_from(index).ok());
-    indices.map(|index| points[index]).collect()
+    let found: Vec<(usize, Division)> = (0..steps).into_par_iter().filter_map(division).collect();
+    let fullest = found.into_iter().max_by_key(|(_, division)| division.voxels);
+    let Some((step, Division { side, .. })) = fullest else { return vec![points[0]] };
+    let chosen = (0..).zip(&places).map(|(index, &(place, hash))| Chosen {
+        point: scaled(step, place),
+        index,
+        hash,
+    });
+    of_each_voxel(chosen, side, points)
 }
 
 /// The bits of a voxel's place, taken in turns from its three numbers (G. M. Morton, 1966).
@@ -329,7 +346,7 @@ fn interleaved(place: [u64; 3]) -> u64 {
 
 /// Keeps the better one of a voxel's point and another.
 fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
-    let kept = voxels.entry(chosen.voxel(side)).or_insert(chosen);
+    let kept = voxels.entry(voxel(chosen.point, side)).or_insert(chosen);
     if chosen.rank() < kept.rank() {
         *kept = chosen;
     }
@@ -379,7 +396,7 @@ mod tests {
             let mut sample = EvenSample::new(3000);
             sample.extend(&points);
             let count = |side: f64| {
-                let places = points.iter().map(|&point| Chosen::new(point, 0).voxel(side));
+                let places = points.iter().map(|&point| voxel(point, side));
                 places.collect::<HashSet<_>>().len()
             };
             assert!(count(sample.side) <= 3000 && count(0.5 * sample.side) > 3000);

@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::fit::{Growth, bounded, diameter};
 use crate::progress::Observer;
 use crate::som::{self, SelfOrganizingMap};
-use crate::topology::{Chart, Kind};
+use crate::topology::{Chart, Cloud, Kind};
 
 /// How far beyond the lattice's border points may lie, in cells.
 const EXTRAPOLATION: f64 = 0.75;
@@ -61,6 +61,8 @@ pub(super) struct Wanted<'a> {
     pub(super) placed: &'a Placed,
     pub(super) weights: Option<&'a [f64]>,
     pub(super) layers: Option<Layers>,
+    /// The points that have shown of what kind it is.
+    pub(super) seen: Option<&'a Cloud>,
     pub(super) budget: (usize, usize),
     pub(super) growth: Option<Growth>,
     pub(super) options: &'a ReconstructOptions<'a>,

@@ -1,5 +1,6 @@
 //! The method "fit": an ordered map gives parameters, least squares give the surface.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use glam::DVec3;
@@ -19,7 +20,7 @@ use crate::fit::{EndedBy, Growth, diameter};
 use crate::inspection::not_followed;
 use crate::point_cloud::{Bounds, NoData, no_data};
 use crate::progress::Observer;
-use crate::topology::{Kind, Topology, detect_among};
+use crate::topology::{Cloud, Kind, Topology, detect_among};
 
 /// The longest side of the net that growth begins with.
 const FIRST_SIDE: usize = 12;
@@ -43,21 +44,22 @@ pub(super) fn reconstruct(
 ) -> Result<Reconstruction> {
     let started = Instant::now();
     let no_data = if options.clean { no_data(cloud) } else { None };
-    let (units, others) = match &no_data {
-        None => Units::of(cloud, options, observer)?,
-        Some(no_data) => {
-            let has_data = |point: &&DVec3| !no_data.has(**point);
-            let data: Vec<DVec3> = cloud.iter().filter(has_data).copied().collect();
-            Units::of(&data, options, observer)?
-        }
+    let data = || match &no_data {
+        None => Cow::Borrowed(cloud),
+        Some(no_data) => cloud.iter().filter(|point| !no_data.has(**point)).copied().collect(),
     };
-    let mut attempt = |units: Units, options: &ReconstructOptions<'_>| {
+    let (units, others) = Units::of(&data(), options, observer)?;
+    let attempt = |units: Units, options: &ReconstructOptions<'_>, observer: &mut dyn Observer| {
         attempt(cloud, bounds, no_data, units, options, observer)
     };
-    let Attempt { found, apart, spoilt, unlike } = attempt(units, options)?;
-    if let Some(units) = others.filter(|_| spoilt || unlike) {
+    let Attempt { found, apart, spoilt, unlike } = attempt(units, options, observer)?;
+    let others = match others.filter(|_| spoilt || unlike) {
+        Some(others) => others.of(&data(), options, observer)?,
+        None => None,
+    };
+    if let Some(units) = others {
         let spent = started.elapsed();
-        if let Some(mut other) = unspoilt(attempt(units, options))? {
+        if let Some(mut other) = unspoilt(attempt(units, options, observer))? {
             other.report.times.insert(0, (OTHER_UNITS, spent));
             return Ok(other);
         }
@@ -68,7 +70,7 @@ pub(super) fn reconstruct(
     for piece in 0..apart.large {
         let spent = started.elapsed();
         let options = ReconstructOptions { piece: Some(piece), ..*options };
-        if let Some(mut alone) = unspoilt(attempt(units, &options))? {
+        if let Some(mut alone) = unspoilt(attempt(units, &options, observer))? {
             alone.report.times.insert(0, (SPANNING, spent));
             let warning = format!(
                 "{}; through all of them goes no surface that neither folds over, runs away nor \
@@ -115,17 +117,15 @@ fn attempt(
     let mut counted = Counted::of(cloud, no_data, &units, options, observer)?;
     clock.lap("cleaning");
     let known = units.heights().filter(|_| options.topology.is_none());
-    let mut found = match known {
-        Some(heights) => heights,
-        None => kind(&counted, options, observer)?,
-    };
+    let (mut found, mut seen) = kind(&counted, known, options, observer)?;
     let ground = found.height.is_some_and(|height| height.ground);
     let mut in_lines = false;
     if found.kind != Kind::Height {
         counted.look_for_layers(observer)?;
         in_lines = counted.look_across_lines();
         if in_lines {
-            found = kind(&counted, options, observer)?;
+            // What goes around an axis, all of them show better.
+            (found, seen) = (kind(&counted, None, options, observer)?.0, None);
         }
     } else if ground {
         // Roofs and crowns are apart from the ground, but no other pieces to choose.
@@ -145,6 +145,7 @@ fn attempt(
         placed,
         weights: counted.weights.as_deref(),
         layers: counted.apart.as_ref().map(|apart| apart.layers.within(&placed.frame)),
+        seen: seen.as_ref(),
         budget,
         growth: growth(options, &placed.frame, first),
         options,
@@ -265,14 +266,19 @@ fn gone_astray(
     not_followed(&counted.telling, off, observer)
 }
 
-/// What kind of surface the points lie on, as far as that is not known.
+/// What kind of surface the points lie on, and those that have shown it, if that was not known already.
 fn kind(
     counted: &Counted,
+    known: Option<Topology>,
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
-) -> Result<Topology> {
-    let Counted { telling, points, known, .. } = counted;
-    detect_among(telling, points, options.topology, known.as_ref(), observer)
+) -> Result<(Topology, Option<Cloud>)> {
+    if let Some(known) = known {
+        return Ok((known, None));
+    }
+    let (points, around) = (&counted.telling, counted.known.as_ref());
+    let (found, seen) = detect_among(points, &counted.points, options.topology, around, observer)?;
+    Ok((found, Some(seen)))
 }
 
 /// Why a surface has become of this kind, and not of the first that was fitted.

@@ -12,7 +12,7 @@ use crate::fit::lengths;
 use crate::inspection::{Body, excursion};
 use crate::nurbs::Outside;
 use crate::progress::Observer;
-use crate::topology::{Chart, Kind, hardly_ends, ring};
+use crate::topology::{Chart, Cloud, Kind, hardly_ends, ring};
 
 /// How near to one another the ends of a tube are that meet, as a share of its length and in spacings of its points:
 /// those of tori whose other loop was too short to be seen had a sixth and 1.3, other tubes three quarters of their
@@ -38,6 +38,10 @@ const TELLING: usize = 200;
 const EMPTIEST: f64 = 1.8;
 const THINNEST: f64 = 1.1;
 
+/// How near a sheet is to its points, by root mean square and in their spacings, that goes through no torus: the thinnest
+/// would be half as far again.
+const CLOSELY: f64 = 0.5;
+
 impl<'a> Wanted<'a> {
     /// The torus instead of a tube or a sheet that was found out, if it is as near to the points: of one that is
     /// thick, or of few points, a loop may be too short to be seen.
@@ -61,7 +65,9 @@ impl<'a> Wanted<'a> {
         }
         let chart = if kind == Kind::Tube { found.closed_across(observer)? } else { None };
         let mut found = found;
-        if few && (chart.is_some() || sample.len() >= TELLING && hardly_ends(sample)) {
+        let closed = || self.seen.map_or_else(|| hardly_ends(sample), Cloud::hardly_ends);
+        let may_be_closed = || sample.len() >= TELLING && closed() && !found.follows_to_an_end();
+        if few && (chart.is_some() || may_be_closed()) {
             match self.torus(None, clock, observer) {
                 Ok(torus) if !torus.is_body(THINNEST, observer)? => {}
                 torus => found = found.or_nearer(torus, NEARLY_AS_NEAR, self.near_enough())?,
@@ -130,6 +136,16 @@ impl Candidate<'_> {
         let chart = self.placed.frame.undo_chart(chart);
         // The ring is the longer way.
         Ok(Some(if lengths.0 < lengths.1 { chart.transposed() } else { chart }))
+    }
+
+    /// Whether a sheet follows its points closely to where they end: noise hides that of them, but not of their feet.
+    fn follows_to_an_end(&self) -> bool {
+        let Fit { surface, uv, distances, .. } = &self.fit;
+        let (rows, columns) = lengths(surface);
+        let spacing = (rows * columns / uv.len() as f64).sqrt();
+        let closely = self.flaws.count() == 0 && self.job.rms(distances) < CLOSELY * spacing;
+        let foot = |uv: &DVec2| surface.point(uv.x, uv.y);
+        closely && !hardly_ends(&uv.iter().map(foot).collect::<Vec<_>>())
     }
 
     /// Whether it is at least so many spacings thick, which a sheet that is covered twice is not, and points lie all

@@ -25,12 +25,15 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { placed: Placed { frame, sample, .. }, options, .. } = self;
+        let &Self { placed: Placed { frame, sample, .. }, seen, options, .. } = self;
         let free = options.topology.is_none() && options.init == Start::Auto;
         if !free || sheet.job.shape.kind != Kind::Sheet {
             return Ok(sheet);
         }
-        let pipe = around_axis(sample, observer)?;
+        let pipe = match seen {
+            Some(seen) => seen.pipe(&frame.counted(&seen.points)),
+            None => around_axis(sample, observer)?,
+        };
         clock.lap("topology");
         let Some(Pipe { chart, round, scatter, open }) = pipe else { return Ok(sheet) };
         let chart = frame.undo_chart(chart);

@@ -100,23 +100,18 @@ impl Units {
         cloud: &[DVec3],
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
-    ) -> Result<(Self, Option<Self>)> {
+    ) -> Result<(Self, Option<Others>)> {
         let telling = Telling::of(cloud);
         let by = telling.evened(observer)?;
-        let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
-        let mut laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
-        if let Some((flat, _)) = laid_flat
-            && (telling.is_body(by, flat.by)
-                || !telling.are_flat_across_lines(by, flat.by, observer)?
-                || options.topology.is_none() && telling.is_tube(flat.by.with_z(by.z), observer)?)
-        {
-            laid_flat = None;
-        }
         let units = Self { by, heights: None };
+        let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
+        let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         Ok(match laid_flat {
-            Some((flat, true)) => (flat, Some(units).filter(|_| by != flat.by)),
-            Some((flat, false)) => (units, Some(flat)),
-            None => (units, None),
+            Some((flat, true)) if telling.are_no_body(by, &flat, options, observer)? => {
+                (flat, Some(Others::Evened(units)).filter(|_| by != flat.by))
+            }
+            Some((flat, false)) => (units, Some(Others::LaidFlat { flat, evened: by })),
+            _ => (units, None),
         })
     }
 
@@ -141,6 +136,32 @@ impl Units {
                 counted.join(" and ")
             )
         })
+    }
+}
+
+/// Other units that points may have.
+pub(super) enum Others {
+    /// Those in which their axes are about as long as one another.
+    Evened(Units),
+    /// Those in which they are heights, and what makes the axes about as long.
+    LaidFlat { flat: Units, evened: DVec3 },
+}
+
+impl Others {
+    /// The units, unless a closer look shows that the points of this cloud are no heights in them.
+    pub(super) fn of(
+        self,
+        cloud: &[DVec3],
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Units>> {
+        match self {
+            Self::Evened(units) => Ok(Some(units)),
+            Self::LaidFlat { flat, evened } => {
+                let heights = Telling::of(cloud).are_no_body(evened, &flat, options, observer)?;
+                Ok(Some(flat).filter(|_| heights))
+            }
+        }
     }
 }
 
@@ -308,6 +329,21 @@ impl<'a> Telling<'a> {
         Ok(None)
     }
 
+    /// Whether a closer look at points that are heights in these units still shows heights, and no body as they were
+    /// evened.
+    fn are_no_body(
+        &self,
+        by: DVec3,
+        flat: &Units,
+        options: &ReconstructOptions<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<bool> {
+        let is_body = self.is_body(by, flat.by)
+            || !self.are_flat_across_lines(by, flat.by, observer)?
+            || options.topology.is_none() && self.is_tube(flat.by.with_z(by.z), observer)?;
+        Ok(!is_body)
+    }
+
     /// Whether the points lie on a smoother surface in their own units, or as these were evened, than as heights;
     /// but levels that were evened are flat themselves, however far apart.
     fn is_body(&self, by: DVec3, flat: DVec3) -> bool {
@@ -429,7 +465,10 @@ mod tests {
 
     fn found(points: &[DVec3], by: [f64; 3]) -> (Units, Option<Units>) {
         let points: Vec<DVec3> = points.iter().map(|&point| DVec3::from(by) * point).collect();
-        Units::of(&points, &ReconstructOptions::default(), &mut Silent).unwrap()
+        let options = ReconstructOptions::default();
+        let (units, others) = Units::of(&points, &options, &mut Silent).unwrap();
+        let others = others.and_then(|others| others.of(&points, &options, &mut Silent).unwrap());
+        (units, others)
     }
 
     #[test]

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::cohomology::{Edge, loops};
 use super::form::{Course, Form, evenest, shorten, weight};
 use super::laplacian::Laplacian;
+use super::spread_out::spread_out;
 use crate::point_cloud::{Front, NeighborGraph};
 
 /// One of so many points is a landmark, between which loops are looked for. With fewer points to a
@@ -184,38 +185,6 @@ fn usual_spacing(graph: &NeighborGraph) -> f64 {
     let mut spacings: Vec<f64> = (0..graph.len()).map(|node| graph.spacing(node)).collect();
     spacings.sort_by(f64::total_cmp);
     spacings.get(spacings.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// `count` points, each as far as can be from those chosen before, and how far the farthest of the
-/// others is from them.
-fn spread_out(points: &[DVec3], count: usize) -> (Vec<u32>, f64) {
-    let mut chosen = Vec::with_capacity(count);
-    let mut nearest = vec![f64::INFINITY; points.len()];
-    // Coordinate by coordinate the processor compares several points at a time.
-    let [x, y, z] = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).collect::<Vec<f64>>());
-    let mut next = 0;
-    while chosen.len() < count {
-        chosen.push(u32::try_from(next).unwrap_or(u32::MAX));
-        let from = points[next];
-        for (((nearest, x), y), z) in nearest.iter_mut().zip(&x).zip(&y).zip(&z) {
-            let squared = DVec3::new(*x, *y, *z).distance_squared(from);
-            *nearest = if squared < *nearest { squared } else { *nearest };
-        }
-        let farthest = largest(&nearest);
-        next = nearest.iter().position(|nearest| *nearest == farthest).unwrap_or(0);
-    }
-    (chosen, largest(&nearest).sqrt())
-}
-
-/// The largest of numbers that are not negative.
-fn largest(numbers: &[f64]) -> f64 {
-    // Several that do not wait for one another.
-    let (groups, rest) = numbers.as_chunks::<8>();
-    let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let lanes = groups
-        .iter()
-        .fold([0.0; 8], |most, group| std::array::from_fn(|lane| larger(most[lane], group[lane])));
-    lanes.iter().chain(rest).fold(0.0, |most, &number| larger(most, number))
 }
 
 /// For each landmark the points around it with the lengths of the ways to them.

@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{Chart, FEWEST, NEIGHBORS, border, tube_by_loops};
+use super::{Chart, FEWEST, border, tube_by_loops};
 use crate::error::Result;
-use crate::point_cloud::NeighborGraph;
+use crate::point_cloud::{NEIGHBORS, NeighborGraph};
 use crate::progress::Observer;
 
 /// Radii of the cap around the pole beyond which angles are those of a tube, as shares of the way to the

@@ -10,6 +10,7 @@
 mod axis;
 mod border;
 mod circle;
+mod cloud;
 mod cohomology;
 mod conjugate;
 mod cylinder;
@@ -23,22 +24,18 @@ mod laplacian;
 mod lengthwise;
 mod nearest_circle;
 mod ring;
+mod spread_out;
 mod start;
 
-use std::sync::OnceLock;
-
 use glam::DVec3;
-use rayon::prelude::*;
 
-use self::circle::{Circle, Landmarks, Loops};
-use self::conjugate::Conjugate;
-use self::cylinder::cylinder;
-use self::form::Course;
+use self::cloud::MOST_FOR_LOOPS;
 use crate::error::Result;
-use crate::point_cloud::{NEIGHBORS, NeighborGraph, Neighborhoods, own_sample, rough_sample};
-use crate::progress::{Observer, Progress, Stage, report};
+use crate::point_cloud::{Neighborhoods, own_sample};
+use crate::progress::Observer;
 
 pub(crate) use self::axis::Pipe;
+pub(crate) use self::cloud::Cloud;
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
@@ -53,9 +50,6 @@ const MOST: usize = 5000;
 /// Points among which loops are looked for where a sheet is wanted, whatever they show.
 const MOST_OF_SHEET: usize = 2500;
 
-/// Points among which loops are looked for: windings are told apart that are five spacings apart.
-const MOST_FOR_LOOPS: usize = 10_000;
-
 /// Points that are looked at for layers close above one another.
 const MOST_OF_LAYERS: usize = 20_000;
 
@@ -65,40 +59,9 @@ const FEWEST: usize = 60;
 /// Fewer may lie near a cylinder whatever they lie on.
 const FEWEST_AROUND: usize = 40;
 
-/// So many show those of a tube, unless they lie in few rings.
-const MANY: usize = 500;
-
-/// More points show all loops of a surface at first sight, but perhaps the second of a torus.
-const CERTAIN: usize = 1000;
-
-/// So many show those of long tubes, too; fewer are looked at once more.
-const LONG: usize = 3000;
-
-/// Reaches at which a second look is taken, as multiples of the landmarks' distance.
-const CLOSER: [f64; 3] = [4.5, 4.0, 3.5];
-
-/// And a third, among more landmarks.
-const CLOSEST: [f64; 4] = [4.0, 3.5, 3.0, 2.6];
-
-/// Loops of a tube have much the same length wherever they are: those of a cone whose rims are as 1
-/// to 4 differ by 3.5. Around a hole in a sheet they grow from its rim to the outline. The second and third
-/// bounds are for loops that only a second look finds, or a third, which may be accidental.
-const SPREAD: [f64; 3] = [4.0, 2.0, 2.5];
-
-/// How many times longer than around a tube is at least that only shows itself closely, since it has hardly any
-/// border: loops on an egg whose tip is open are as short, but go around what is hardly longer.
-const PIPE: f64 = 2.0;
-
-/// Points on the border of a sheet of n points, for each √n of them: four sides of a square have 4,
-/// a circle has 3.5. With less than this the body is closed but for small holes.
-const OUTLINE: f64 = 0.95;
-
 /// What a user should know who asks for a sheet around a closed body.
 const CLOSED: &str = "the points lie on a body that is closed, or nearly so: a sheet can cover it only with a slit or \
     by great stretching";
-
-/// Share of a tube's rims that must be seen.
-const RIMS: f64 = 0.3;
 
 /// Finds out what kind of surface the points lie on. They should be
 /// [clean](crate::point_cloud::clean).
@@ -122,7 +85,7 @@ const RIMS: f64 = 0.3;
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology> {
-    detect_among(points, points, None, None, observer)
+    Ok(detect_among(points, points, None, None, observer)?.0)
 }
 
 /// As [`detect`], of points that a surface of this kind is wanted for, whatever they lie on: looks no
@@ -149,7 +112,7 @@ pub fn detect_wanted(
     wanted: Kind,
     observer: &mut dyn Observer,
 ) -> Result<Topology> {
-    detect_among(points, points, Some(wanted), None, observer)
+    Ok(detect_among(points, points, Some(wanted), None, observer)?.0)
 }
 
 /// As [`detect`], of points that are only asked whether they are heights along z or over the plane nearest to
@@ -175,14 +138,14 @@ pub(crate) fn heights_along(
 }
 
 /// As [`detect`], or as [`detect_wanted`], of points that are evenly over space some of `all`, and around which may be
-/// known what is near.
+/// known what is near; and the points that were looked at.
 pub(crate) fn detect_among(
     points: &[DVec3],
     all: &[DVec3],
     wanted: Option<Kind>,
     known: Option<&Neighborhoods>,
     observer: &mut dyn Observer,
-) -> Result<Topology> {
+) -> Result<(Topology, Cloud)> {
     let sheet = wanted == Some(Kind::Sheet);
     let closed = matches!(wanted, Some(Kind::Tube | Kind::Torus));
     let mut cloud = match known {
@@ -198,22 +161,28 @@ pub(crate) fn detect_among(
         let heights = Topology::of_heights(height);
         let settled = wanted.is_some() || cloud.points.len() < FEWEST;
         if settled || !height_field::is_funnel(&cloud.points, &cloud.graph, &height) {
-            return Ok(heights);
+            return Ok((heights, cloud));
         }
         // A funnel is heights over a ring; what it leaves open is no hole to be filled.
-        let found = cloud.closer(points, observer)?.shown(observer)?;
-        return Ok(if found.kind == Kind::Tube { found } else { heights });
+        cloud = cloud.closer(points, observer)?;
+        let found = cloud.shown(observer)?;
+        return Ok((if found.kind == Kind::Tube { found } else { heights }, cloud));
     }
     if wanted.is_none()
         && let Some(height) = ground::find(&cloud.points, &cloud.graph, all, observer)?
     {
-        return Ok(Topology::of_heights(height));
+        return Ok((Topology::of_heights(height), cloud));
     }
     if sheet && cloud.points.len() >= FEWEST {
         match cloud.border() {
-            None => return Ok(Topology::new(Kind::Sheet, "noise hides whether it has a border")),
+            None => {
+                return Ok((
+                    Topology::new(Kind::Sheet, "noise hides whether it has a border"),
+                    cloud,
+                ));
+            }
             Some(_) if !cloud.is_closed() => {
-                return Ok(Topology::new(Kind::Sheet, "it has a border"));
+                return Ok((Topology::new(Kind::Sheet, "it has a border"), cloud));
             }
             Some(_) => {}
         }
@@ -223,7 +192,7 @@ pub(crate) fn detect_among(
     if count < FEWEST && !closed {
         let reason = format!("{count} points are too few to show that it closes");
         let round = if sheet || count < FEWEST_AROUND { None } else { cloud.round() };
-        return Ok(round.unwrap_or_else(|| Topology::new(Kind::Sheet, reason)));
+        return Ok((round.unwrap_or_else(|| Topology::new(Kind::Sheet, reason)), cloud));
     }
     if sheet && count > MOST_OF_SHEET {
         cloud = Cloud::of(&cloud.points, MOST_OF_SHEET, wanted, observer)?;
@@ -231,9 +200,10 @@ pub(crate) fn detect_among(
     let found = cloud.shown(observer)?;
     if sheet && found.kind != Kind::Sheet {
         let warning = format!("{CLOSED}; {}: ask for a {}", found.reason, found.kind.name());
-        return Ok(Topology { warning: Some(warning), ..Topology::new(Kind::Sheet, found.reason) });
+        let found = Topology { warning: Some(warning), ..Topology::new(Kind::Sheet, found.reason) };
+        return Ok((found, cloud));
     }
-    Ok(found)
+    Ok((found, cloud))
 }
 
 /// The tube that is wanted around points, by its loops alone: places along it are ways on the surface.
@@ -246,13 +216,12 @@ fn tube_by_loops(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topolo
 /// cylinder.
 pub(crate) fn around_axis(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Pipe>> {
     let cloud = Cloud::of(&own_sample(points, MOST_FOR_LOOPS), MOST_FOR_LOOPS, None, observer)?;
-    let long = axis::around_axis(&cloud.points, &cloud.graph, axis::LONG_IF_ROUND);
-    Ok(long.or_else(|| cloud.near_cylinder().map(Pipe::perhaps)))
+    Ok(cloud.pipe(&cloud.points))
 }
 
 /// Whether hardly any of the points are seen to lie on a border: that what they lie on is closed, or too rough to tell.
 pub(crate) fn hardly_ends(points: &[DVec3]) -> bool {
-    border::count(points).is_none_or(|border| border < outline(points.len()))
+    cloud::hardly_ends(border::count(points), points.len())
 }
 
 /// Whether more points than were looked at show layers above one another along this direction.
@@ -267,231 +236,4 @@ fn is_folded(
     }
     let cloud = Cloud::of(&own_sample(points, MOST_OF_LAYERS), MOST_OF_LAYERS, None, observer)?;
     Ok(height_field::is_folded(&cloud.points, &cloud.graph, up))
-}
-
-/// The points that are looked at.
-struct Cloud {
-    points: Vec<DVec3>,
-    /// Fewer, among which the border is looked for; none if it is among all of these.
-    few: Vec<DVec3>,
-    graph: NeighborGraph,
-    /// The kind of surface that is wanted, if one is.
-    wanted: Option<Kind>,
-    border: OnceLock<Option<f64>>,
-}
-
-impl Cloud {
-    fn of(
-        points: &[DVec3],
-        most: usize,
-        wanted: Option<Kind>,
-        observer: &mut dyn Observer,
-    ) -> Result<Self> {
-        let points = rough_sample(points, most);
-        let graph = NeighborGraph::of(&points, NEIGHBORS, observer)?;
-        Ok(Self { points, few: Vec::new(), graph, wanted, border: OnceLock::new() })
-    }
-
-    /// Of few points, around which is known what is near.
-    fn among(points: &[DVec3], known: &Neighborhoods, wanted: Option<Kind>) -> Self {
-        let graph = NeighborGraph::among(points, known);
-        Self { points: points.to_vec(), few: Vec::new(), graph, wanted, border: OnceLock::new() }
-    }
-
-    /// As it is seen with more of the points, if there are more: slopes and borders show best through noise
-    /// with fewer, narrow gaps and short loops with more.
-    fn closer(self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Self> {
-        if self.points.len() == points.len() {
-            return Ok(self);
-        }
-        let more = own_sample(points, MOST_FOR_LOOPS);
-        let closer = Self::of(&more, MOST_FOR_LOOPS, self.wanted, observer)?;
-        Ok(Self { few: self.points, ..closer })
-    }
-
-    /// The points among which the border is looked for.
-    fn outlined(&self) -> &[DVec3] {
-        if self.few.is_empty() { &self.points } else { &self.few }
-    }
-
-    /// How many of these lie on the border; `None` if they scatter too much to show one.
-    fn border(&self) -> Option<f64> {
-        *self.border.get_or_init(|| border::count(self.outlined()))
-    }
-
-    /// Whether the body that the points lie on has hardly any border.
-    fn is_closed(&self) -> bool {
-        self.border().is_some_and(|border| border < outline(self.outlined().len()))
-    }
-
-    /// The kind of surface that its loops show, or, if it is a tube, the cylinder that few points lie near.
-    fn shown(&self, observer: &mut dyn Observer) -> Result<Topology> {
-        let asked = self.wanted == Some(Kind::Tube);
-        if asked && let Some(round) = self.round() {
-            return Ok(round);
-        }
-        let found = self.by_loops(observer)?;
-        let round = if found.kind == Kind::Tube { self.round() } else { None };
-        Ok(round.unwrap_or(found))
-    }
-
-    /// The kind of surface that its loops show.
-    fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
-        // Who asks for a tube knows that the loop is none around a hole.
-        let asked = self.wanted == Some(Kind::Tube);
-        if asked && let Some(pipe) = self.around_axis(axis::WITHOUT_LOOPS) {
-            return Ok(pipe);
-        }
-        let landmarks = Landmarks::of(&self.points, &self.graph);
-        let found = landmarks.loops(circle::REACH);
-        let spread = if asked { [f64::INFINITY; 3] } else { SPREAD };
-        let mut judged = self.torus(&found).or_else(|| self.tube(&found, spread[0]));
-        let doubtful = match &judged {
-            Some(found) if self.wanted == Some(found.kind) => false,
-            Some(Topology { kind: Kind::Tube, chart: Some(chart), .. }) => {
-                self.rims_seen(chart) != Some(true)
-            }
-            Some(_) => false,
-            None => self.points.len() < CERTAIN,
-        };
-        if doubtful {
-            // Short loops of few points, or the second one of a torus, show themselves to who looks
-            // closer; what is no loop of the surface as a whole is not taken for one.
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
-            let closer: Vec<Loops> =
-                CLOSER.par_iter().map(|&reach| landmarks.loops(reach)).collect();
-            let torus = closer.iter().find_map(|loops| self.torus(loops));
-            judged = torus.or(judged).or_else(|| self.tube(&closer[0], spread[1]));
-        }
-        if judged.is_none() && (CERTAIN..LONG).contains(&self.points.len()) {
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
-            judged = self.tube(&landmarks.loops(CLOSER[0]), spread[1]);
-        }
-        if judged.is_none() && self.points.len() >= CERTAIN && self.is_closed() {
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
-            judged = self.pipe(&landmarks);
-        }
-        if judged.is_none() && self.points.len() < CERTAIN {
-            report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, self.points.len()))?;
-            let landmarks = Landmarks::close(&self.points, &self.graph);
-            let closest: Vec<Loops> =
-                CLOSEST.par_iter().map(|&reach| landmarks.loops(reach)).collect();
-            let torus = closest.iter().find_map(|loops| self.torus(loops));
-            judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
-        }
-        judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
-        let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
-        if asked
-            && unsure
-            && let Some(pipe) = self.around_axis(axis::LONG_IF_ROUND)
-        {
-            return Ok(pipe);
-        }
-        Ok(judged.unwrap_or_else(|| self.open(&found)))
-    }
-
-    /// The tube of few points that lie near a cylinder: rings of them far from one another do not hang together.
-    fn round(&self) -> Option<Topology> {
-        self.near_cylinder().map(Topology::around_axis)
-    }
-
-    /// Where few points are on a cylinder, if they are near to one.
-    fn near_cylinder(&self) -> Option<Chart> {
-        let (few, asked) = (self.points.len() < MANY, self.wanted == Some(Kind::Tube));
-        few.then(|| cylinder(&self.points, asked)).flatten()
-    }
-
-    /// The tube around an axis so many times longer than the ways around it.
-    fn around_axis(&self, least: f64) -> Option<Topology> {
-        let Pipe { chart, .. } = axis::around_axis(&self.points, &self.graph, least)?;
-        Some(Topology::around_axis(chart))
-    }
-
-    /// The torus around which these loops go.
-    fn torus(&self, loops: &Loops) -> Option<Topology> {
-        let [ring, section] = &loops.shortest[..] else { return None };
-        let chart = start::torus(&self.points, ring, section)?;
-        let (long, short) = chart.lengths;
-        let reason = format!("it closes around two ways, {long:.4} and {short:.4} long");
-        Some(Topology { chart: Some(chart), ..Topology::new(Kind::Torus, reason) })
-    }
-
-    /// The torus that was taken for a tube because its other loop is too short to be seen: where no rims are.
-    fn closed_across(&self, found: &Topology) -> Option<Topology> {
-        let tube = found.kind == Kind::Tube && self.wanted != Some(Kind::Tube);
-        let chart =
-            found.chart.as_ref().filter(|chart| tube && self.rims_seen(chart) != Some(true))?;
-        let turns: Vec<f64> = chart.uv.iter().map(|uv| uv.x).collect();
-        let across = Conjugate::of_turns(&self.points, &turns, &self.graph).circle()?;
-        let around = Circle { turns, course: Course { length: chart.lengths.0, spread: 1.0 } };
-        let mut shortest = vec![around, across];
-        shortest.sort_by(|a, b| b.course.length.total_cmp(&a.course.length));
-        self.torus(&Loops { shortest, sum: None })
-    }
-
-    /// The tube around which these loops go; `None` if they go around holes: their lengths differ by
-    /// more than `spread` from place to place, or they go around several.
-    fn tube(&self, loops: &Loops, spread: f64) -> Option<Topology> {
-        let asked = self.wanted == Some(Kind::Tube);
-        // Around a body without a border there are no holes.
-        let sure = asked || self.is_closed();
-        let mut around: Vec<&Circle> = loops.shortest.iter().chain(&loops.sum).collect();
-        around.retain(|circle| circle.course.spread <= spread);
-        around.sort_by(|a, b| a.course.spread.total_cmp(&b.course.spread));
-        let mut charts = around.iter().map(|circle| start::tube(&self.points, circle, &self.graph));
-        let found = charts.find(|(chart, _)| sure || start::winds_once(chart, &self.graph));
-        let (chart, one_sided) = found?;
-        let (long, high) = chart.lengths;
-        let reason = format!("it closes around one way, {long:.4} long, and is {high:.4} high");
-        let warning = if one_sided {
-            Some(
-                "the points lie on a strip with one side only, as a Moebius strip: no tube follows it, nor \
-                  any other surface of this kind; cut it across, or choose a part",
-            )
-        } else {
-            let torus = !asked && self.rims_seen(&chart) == Some(false);
-            torus.then_some("the points close around one way and have no border: if they lie on a torus, say so")
-        };
-        let warning = warning.map(str::to_string);
-        Some(Topology { warning, chart: Some(chart), ..Topology::new(Kind::Tube, reason) })
-    }
-
-    /// The tube that is so long that it has hardly any border: its loops are short. Few landmarks show some
-    /// that are none, the chart of which covers places twice or begins in the middle.
-    fn pipe(&self, landmarks: &Landmarks<'_>) -> Option<Topology> {
-        let close = Landmarks::close(&self.points, &self.graph);
-        let looks = CLOSER[1..].iter().map(|&reach| landmarks.loops(reach));
-        let mut looks = looks.chain(CLOSEST.iter().map(|&reach| close.loops(reach)));
-        let is_pipe = |chart: &Chart| {
-            chart.lengths.1 > PIPE * chart.lengths.0
-                && start::winds_once(chart, &self.graph)
-                && start::begins_at_an_end(chart, &self.graph)
-        };
-        looks.find_map(|loops| {
-            self.tube(&loops, SPREAD[1]).filter(|found| found.chart.as_ref().is_some_and(is_pipe))
-        })
-    }
-
-    /// Whether points lie on the rims of a tube; `None` if noise hides them.
-    fn rims_seen(&self, chart: &Chart) -> Option<bool> {
-        let (long, high) = chart.lengths;
-        let spacing = (long * high / self.outlined().len() as f64).sqrt();
-        self.border().map(|border| border >= RIMS * 2.0 * long / spacing)
-    }
-
-    fn open(&self, loops: &Loops) -> Topology {
-        let reason = match &loops.shortest[..] {
-            [] => "no loop closes around it".to_string(),
-            [hole] => format!("its one loop, {:.4} long, closes around a hole", hole.course.length),
-            loops => format!("its {} loops close around holes", loops.len()),
-        };
-        let warning = (loops.shortest.is_empty() && self.is_closed())
-            .then(|| format!("{CLOSED}; cut it, or choose a part"));
-        Topology { warning, ..Topology::new(Kind::Sheet, reason) }
-    }
-}
-
-/// The least number of points on the border of a sheet of so many.
-fn outline(count: usize) -> f64 {
-    OUTLINE * (count as f64).sqrt()
 }
