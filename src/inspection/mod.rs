@@ -14,7 +14,7 @@ pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
 pub(crate) use self::layers::not_followed;
 pub use self::layers::{DoubleLayer, double_layer};
-pub(crate) use self::overshoot::runaways;
+pub(crate) use self::overshoot::{OUTSIDE, runaways};
 pub use self::overshoot::{Overshoot, overshoot};
 pub(crate) use self::units::UNEVEN;
 pub use self::units::{UnevenExtents, uneven_extents};

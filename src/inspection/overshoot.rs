@@ -19,7 +19,7 @@ const STEEPEST: f64 = 2.0;
 const SLACK: f64 = 0.05;
 
 /// Share of the diagonal that a place may lie outside of the points' convex hull, however long the way there is.
-const OUTSIDE: f64 = 0.25;
+pub(crate) const OUTSIDE: f64 = 0.25;
 
 /// Cells around a sample in which a point near it is looked for, in turn.
 const AROUND: [usize; 3] = [1, 3, 9];
@@ -83,7 +83,7 @@ pub fn overshoot(
     closed: (bool, bool),
     observer: &mut dyn Observer,
 ) -> Result<Option<Overshoot>> {
-    Ok(Overshoot::of(&runaways(surface, points, uv, closed, 0.0, observer)?))
+    Ok(Overshoot::of(&runaways(surface, points, uv, closed, (OUTSIDE, 0.0), observer)?))
 }
 
 impl Overshoot {
@@ -99,13 +99,13 @@ impl Overshoot {
 }
 
 /// The samples that [`overshoot`] counts, and their distances from the nearest points, if the surface may lie
-/// so many mean spacings farther outside of the points' hull.
+/// outside of the points' hull by such a share of the diagonal and so many mean spacings.
 pub(crate) fn runaways(
     surface: &NurbsSurface,
     points: &[DVec3],
     uv: &[DVec2],
     closed: (bool, bool),
-    wanted: f64,
+    (share, wanted): (f64, f64),
     observer: &mut dyn Observer,
 ) -> Result<Vec<(f64, Flaw)>> {
     let samples = Samples::of(surface, observer)?;
@@ -130,7 +130,7 @@ pub(crate) fn runaways(
     let places = feet.repeated();
     let ways = KdTree::new(&places);
     let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
-    let most = OUTSIDE * diagonal + wanted * spacing;
+    let most = share * diagonal + wanted * spacing;
     let beyond = |&(place, near): &(usize, Neighbor)| {
         let (at, foot, found) = (samples.places[place], feet.of_sample(place), near.distance());
         let way = ways.nearest(foot, 1).first()?.distance();
@@ -234,7 +234,9 @@ mod tests {
             let net = (0..36).map(|i| DVec3::new(place(i / 6), place(i % 6), 0.0));
             let surface = NurbsSurface::clamped(net.collect(), (6, 6), 1).unwrap();
             let uv: Vec<DVec2> = square.iter().map(|p| (p.truncate() + beyond) / size).collect();
-            runaways(&surface, &square, &uv, (false, false), wanted, &mut Silent).unwrap().len()
+            runaways(&surface, &square, &uv, (false, false), (OUTSIDE, wanted), &mut Silent)
+                .unwrap()
+                .len()
         };
         // A quarter of the diagonal is 0.35.
         assert_eq!(seen(0.2, 0.0), 0);

@@ -6,7 +6,7 @@ use super::flaws::Flaws;
 use super::job::{Fit, Job};
 use crate::error::Result;
 use crate::fit::{self, Approximation, EndedBy, Flat, Growth};
-use crate::inspection::excursion;
+use crate::inspection::{Body, OUTSIDE, excursion};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
@@ -28,11 +28,14 @@ const FEW_FLAWS: usize = 10;
 /// Share of its area that a surface may have lost to where no points are, while it was flattened.
 const EMPTIER: f64 = 0.02;
 
+/// Share of the diagonal by which a surface without flaws sticks out of the points' hull if another one is looked for,
+/// and how far that may be from them, as a share of its own distance by root mean square.
+const STICKING_OUT: f64 = 0.15;
+const AS_NEAR: f64 = 1.2;
+
 impl Job<'_> {
-    /// The fit turned the right way, where it folds over in few places and the points do not, or, where
-    /// that fails or it runs away, with more fairness: the least that leaves no flaw, or hardly more than
-    /// the fewest and then unfolded, everywhere, then less wherever it makes none. Keeps a tolerance that
-    /// was kept, and stays near pieces: it may have no way through them.
+    /// The fit without the flaws that its points do not have, as far as there is one, and drawn in where it sticks out
+    /// of their hull. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
     pub(super) fn flattened(
         &self,
         fit: Fit,
@@ -43,33 +46,78 @@ impl Job<'_> {
         if self.options.fairness.is_some() {
             return Ok((fit, flaws));
         }
-        if let Some(turned) = self.turned(&fit, flaws.count(), observer)? {
-            return self.kept(fit, flaws, turned, growth, observer);
+        let (fit, flaws) = match self.mended(&fit, flaws.count(), OUTSIDE, observer)? {
+            Some(found) => self.kept(fit, flaws, found, growth, observer)?,
+            None => (fit, flaws),
+        };
+        if flaws.count() > 0 || self.shape.base.is_some() {
+            return Ok((fit, flaws));
+        }
+        match self.sticking_out_less(&fit, observer)? {
+            Some(found) => self.kept(fit, flaws, found, growth, observer),
+            None => Ok((fit, flaws)),
+        }
+    }
+
+    /// The fit drawn in where it sticks out of the points' hull, if it does, and is hardly farther from them then.
+    fn sticking_out_less(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+        let inspect = &mut self.inspection(STICKING_OUT);
+        let count = inspect(&fit.surface, &fit.uv, observer)?.len();
+        if count == 0 {
+            return Ok(None);
+        }
+        let Some(found) = self.mended(fit, count, STICKING_OUT, observer)? else { return Ok(None) };
+        let as_near = self.rms(&found.distances) <= AS_NEAR * self.rms(&fit.distances);
+        // A corner that lies on the surface instead, where that goes on, covers it twice.
+        let smaller =
+            Body::of(&found.surface, observer)?.area <= Body::of(&fit.surface, observer)?.area;
+        let left = inspect(&found.surface, &found.uv, observer)?.len();
+        let fewer = (left as f64) < CLEARLY_FEWER * count as f64;
+        let mut farthest =
+            |fit: &Fit| excursion(&fit.surface, self.points, observer).map(|found| found.distance);
+        let nearer = farthest(&found)? < farthest(fit)?;
+        let sound = self.flaws(&found, observer)?.count() == 0;
+        Ok((as_near && smaller && fewer && nearer && sound).then_some(found))
+    }
+
+    /// The fit turned the right way, where it folds over in few places and the points do not, or, where
+    /// that fails or it runs away, with more fairness: the least that leaves no flaw, or hardly more than
+    /// the fewest and then unfolded, everywhere, then less wherever it makes none. It has so many flaws,
+    /// where it may lie outside of the points' hull by such a share of the diagonal.
+    fn mended(
+        &self,
+        fit: &Fit,
+        count: usize,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fit>> {
+        if let Some(turned) = self.turned(fit, count, outside, observer)? {
+            return Ok(Some(turned));
         }
         let net = self.different(&fit.surface);
-        let (mut flat, mut fewest) = (None, flaws.count());
+        let (mut flat, mut fewest) = (None, count);
         let mut flattenings = FLATTENINGS;
         if self.shape.base.is_none() {
             flattenings.rotate_left(TRIED_LAST);
         }
+        let inspect = &mut self.inspection(outside);
         for flattening in flattenings {
             if fewest == 0 {
                 break;
             }
             let fairness = Some(flattening * fit.fairness);
             let flatter = self.fit(net, None, fairness, None, observer)?;
-            let left = self.flaws(&flatter, observer)?.count();
+            let left = inspect(&flatter.surface, &flatter.uv, observer)?.len();
             if (left as f64) < CLEARLY_FEWER * fewest as f64 {
                 (flat, fewest) = (Some(flatter), left);
             }
         }
         if fewest > 0 {
-            flat = self.unfolded(flat.as_ref().unwrap_or(&fit), observer)?.or(flat);
+            flat = self.unfolded(flat.as_ref().unwrap_or(fit), outside, observer)?.or(flat);
         }
-        let Some(flat) = flat else { return Ok((fit, flaws)) };
-        let found = self.relaxed(&flat, fit.fairness, observer)?;
-        let found = self.drawn_in(found, &fit, observer)?;
-        self.kept(fit, flaws, found, growth, observer)
+        let Some(flat) = flat else { return Ok(None) };
+        let found = self.relaxed(&flat, fit.fairness, outside, observer)?;
+        self.drawn_in(found, fit, outside, observer).map(Some)
     }
 
     /// What was found instead of a fit with these flaws, or the fit, if that alone keeps a tolerance or
@@ -94,12 +142,18 @@ impl Job<'_> {
     }
 
     /// The fit turned the right way where it has flaws, if it has so few that this leaves none.
-    fn turned(&self, fit: &Fit, count: usize, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+    fn turned(
+        &self,
+        fit: &Fit,
+        count: usize,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fit>> {
         if !(1..=FEW_FLAWS).contains(&count) || self.shape.base.is_some() {
             return Ok(None);
         }
         let (flat, weights) = (self.flat(fit), self.weights.as_deref());
-        let inspect = &mut self.inspection();
+        let inspect = &mut self.inspection(outside);
         let found = fit::turned(self.points, weights, &flat, inspect, observer)?;
         let Some(found) = found.map(Fit::from) else { return Ok(None) };
         // What no point holds may have gone out from there.
@@ -109,16 +163,28 @@ impl Job<'_> {
     }
 
     /// The fit with less fairness, down to `aim`, wherever that makes no flaws.
-    fn relaxed(&self, fit: &Fit, aim: f64, observer: &mut dyn Observer) -> Result<Fit> {
+    fn relaxed(
+        &self,
+        fit: &Fit,
+        aim: f64,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
         let (flat, weights) = (self.flat(fit), self.weights.as_deref());
-        let inspect = &mut self.inspection();
+        let inspect = &mut self.inspection(outside);
         let found = fit::relaxed(self.points, weights, &flat, aim, inspect, observer)?;
         Ok(Fit { iterations: fit.iterations + found.iterations, ..found.into() })
     }
 
     /// A relaxed fit drawn in to where the points end, and relaxed again, if it went out from there when
     /// it was flattened: what no point holds stays flat.
-    fn drawn_in(&self, relaxed: Fit, folded: &Fit, observer: &mut dyn Observer) -> Result<Fit> {
+    fn drawn_in(
+        &self,
+        relaxed: Fit,
+        folded: &Fit,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
         if self.shape.base.is_some() {
             return Ok(relaxed);
         }
@@ -131,19 +197,27 @@ impl Job<'_> {
         let restricted = fit::restricted(self.points, weights, &flat, self.border(), observer)?;
         let iterations = relaxed.iterations + restricted.iterations;
         let restricted = Fit { iterations, ..restricted.into() };
-        let drawn_in = if self.flaws(&restricted, observer)?.count() == 0 {
+        let flaws = Flaws::of(&restricted.surface, &restricted.uv, self, outside, observer)?;
+        let drawn_in = if flaws.count() == 0 {
             restricted
         } else {
-            let Some(unfolded) = self.unfolded(&restricted, observer)? else { return Ok(relaxed) };
+            let Some(unfolded) = self.unfolded(&restricted, outside, observer)? else {
+                return Ok(relaxed);
+            };
             unfolded
         };
-        self.relaxed(&drawn_in, folded.fairness, observer)
+        self.relaxed(&drawn_in, folded.fairness, outside, observer)
     }
 
     /// The fit farther from the points around its flaws, if that leaves none.
-    fn unfolded(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
+    fn unfolded(
+        &self,
+        fit: &Fit,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fit>> {
         let (flat, weights) = (self.flat(fit), self.weights.as_deref());
-        let inspect = &mut self.inspection();
+        let inspect = &mut self.inspection(outside);
         let found = fit::unfolded(self.points, weights, &flat, inspect, observer)?;
         let iterations = |found: &Approximation| fit.iterations + found.iterations;
         Ok(found.map(|found| Fit { iterations: iterations(&found), ..found.into() }))
@@ -157,7 +231,8 @@ impl Job<'_> {
     /// Where a surface has flaws.
     fn inspection(
         &self,
+        outside: f64,
     ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
-        |surface, uv, observer| Ok(Flaws::of(surface, uv, self, observer)?.places)
+        move |surface, uv, observer| Ok(Flaws::of(surface, uv, self, outside, observer)?.places)
     }
 }

@@ -19,11 +19,13 @@ pub(super) struct Flaws {
 }
 
 impl Flaws {
-    /// Of a surface on which the job's points have their feet there.
+    /// Of a surface on which the job's points have their feet there, and which may lie outside of their hull by such
+    /// a share of the diagonal.
     pub(super) fn of(
         surface: &NurbsSurface,
         uv: &[DVec2],
         job: &Job<'_>,
+        outside: f64,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let counts = |i: &usize| job.weight(*i) > 0.0;
@@ -43,7 +45,7 @@ impl Flaws {
             // Heights end with the rectangle that they stand on.
             let heights = job.shape.base.is_some();
             let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
-            runaways(surface, &points, &uv, closed, wanted, observer)?
+            runaways(surface, &points, &uv, closed, (outside, wanted), observer)?
         };
         let runaway_places = runaways.iter().map(|(_, flaw)| flaw.uv);
         Ok(Self {

@@ -13,6 +13,7 @@ use crate::fit::{
     self, ApproximateOptions, Approximation, Base, EndedBy, Growth, SURE, THROUGH, approximate,
     continued, diameter, recovered,
 };
+use crate::inspection::OUTSIDE;
 use crate::nurbs::NurbsSurface;
 use crate::point_cloud::{KdTree, centroid};
 use crate::progress::Observer;
@@ -355,7 +356,7 @@ impl<'a> Job<'a> {
     }
 
     pub(super) fn flaws(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Flaws> {
-        Flaws::of(&fit.surface, &fit.uv, self, observer)
+        Flaws::of(&fit.surface, &fit.uv, self, OUTSIDE, observer)
     }
 
     /// Rows and columns of the net; in closed directions the different ones.

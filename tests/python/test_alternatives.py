@@ -55,6 +55,28 @@ def cross(rng: np.random.Generator, count: int) -> Array:
     return places
 
 
+def corner(rng: np.random.Generator, count: int) -> Array:
+    """Scatter points over the three sides of a box that meet in a corner."""
+    places: Array = rng.uniform(0, 1, (count, 3))
+    places[np.arange(count), rng.integers(0, 3, count)] = 0
+    return places
+
+
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+@pytest.mark.parametrize(
+    ("count", "noise", "seed"),
+    [(100, 0.01, 2), (100, 0.01, 6), (100, 0.01, 10), (150, 0.02, 7), (150, 0.02, 8)],
+)
+def test_corners_of_a_sheet_do_not_stick_out(count: int, noise: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = corner(rng, count) + rng.normal(0, noise, (count, 3))
+    result = neurbs.reconstruct(points, topology="sheet")
+    away, _ = cKDTree(points).query(result.surface.tessellate(shape=(80, 80)).vertices)
+    # They were 0.32 to 0.39 away.
+    assert away.max() < 0.25 * result.report.diagonal
+    assert result.report.rms < noise * result.report.diagonal
+
+
 @pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
 @pytest.mark.parametrize(
     ("shape", "count", "noise", "seed"),
