@@ -67,17 +67,19 @@ impl Job<'_> {
             return Ok(None);
         }
         let Some(found) = self.mended(fit, count, STICKING_OUT, observer)? else { return Ok(None) };
-        let as_near = self.rms(&found.distances) <= AS_NEAR * self.rms(&fit.distances);
-        // A corner that lies on the surface instead, where that goes on, covers it twice.
-        let smaller =
-            Body::of(&found.surface, observer)?.area <= Body::of(&fit.surface, observer)?.area;
         let left = inspect(&found.surface, &found.uv, observer)?.len();
         let fewer = (left as f64) < CLEARLY_FEWER * count as f64;
+        let as_near = self.rms(&found.distances) <= AS_NEAR * self.rms(&fit.distances);
+        if !(fewer && as_near && self.flaws(&found, observer)?.count() == 0) {
+            return Ok(None);
+        }
+        // A corner that lies on the surface instead, where that goes on, covers it twice.
+        let mut area = |fit: &Fit| Body::of(&fit.surface, observer).map(|body| body.area);
+        let smaller = area(&found)? <= area(fit)?;
         let mut farthest =
             |fit: &Fit| excursion(&fit.surface, self.points, observer).map(|found| found.distance);
         let nearer = farthest(&found)? < farthest(fit)?;
-        let sound = self.flaws(&found, observer)?.count() == 0;
-        Ok((as_near && smaller && fewer && nearer && sound).then_some(found))
+        Ok((smaller && nearer).then_some(found))
     }
 
     /// The fit turned the right way, where it folds over in few places and the points do not, or, where

@@ -22,6 +22,7 @@ mod robust;
 mod shape;
 mod start;
 mod strip;
+mod telling;
 mod torus;
 mod tube;
 mod units;
