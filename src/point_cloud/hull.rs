@@ -36,8 +36,9 @@ pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let outermost = outermost(places);
     // Most places lie in a circle inside of these, which is a single comparison.
     let (centre, radius) = inscribed(&outermost);
+    let sides = sides(&outermost);
     let is_inside = |place: &DVec2| {
-        place.distance_squared(centre) < radius * radius || is_inside(&outermost, *place)
+        place.distance_squared(centre) < radius * radius || is_inside(&sides, *place)
     };
     let mut sorted: Vec<DVec2> = places.iter().filter(|place| !is_inside(place)).copied().collect();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -62,18 +63,22 @@ pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
 
 /// The outermost places in eight directions, counter-clockwise.
 fn outermost(places: &[DVec2]) -> Vec<DVec2> {
-    let Some(&first) = places.first() else { return Vec::new() };
-    let mut found = [(f64::NEG_INFINITY, first); 8];
+    let reaches = |DVec2 { x, y }: DVec2| [x, x + y, y, y - x, -x, -x - y, -y, x - y];
+    // First how far they reach, then which do: to keep both at once takes a quarter longer in all.
+    let mut farthest = [f64::NEG_INFINITY; 8];
     for &place in places {
-        let DVec2 { x, y } = place;
-        let reaches = [x, x + y, y, y - x, -x, -x - y, -y, x - y];
-        for (found, reach) in found.iter_mut().zip(reaches) {
-            if reach > found.0 {
-                *found = (reach, place);
-            }
+        let reaches = reaches(place);
+        farthest.iter_mut().zip(reaches).for_each(|(far, reach)| *far = far.max(reach));
+    }
+    let mut found = [None; 8];
+    for &place in places {
+        let reached: [bool; 8] = std::array::from_fn(|k| reaches(place)[k] == farthest[k]);
+        if reached.iter().fold(false, |any, reached| any | reached) {
+            let first = found.iter_mut().zip(reached).filter(|(found, is)| *is && found.is_none());
+            first.for_each(|(found, _)| *found = Some(place));
         }
     }
-    let mut corners: Vec<DVec2> = found.iter().map(|found| found.1).collect();
+    let mut corners: Vec<DVec2> = found.into_iter().flatten().collect();
     corners.dedup();
     corners
 }
@@ -86,10 +91,20 @@ fn inscribed(polygon: &[DVec2]) -> (DVec2, f64) {
     (centre, sides.map(distance).fold(f64::INFINITY, f64::min).max(0.0))
 }
 
-/// Whether a place lies inside a polygon, and not on its sides.
-fn is_inside(polygon: &[DVec2], place: DVec2) -> bool {
+/// Where each side of a polygon ends, and the way along it; none if it is no polygon.
+fn sides(polygon: &[DVec2]) -> Vec<(DVec2, DVec2)> {
+    if polygon.len() < 3 {
+        return Vec::new();
+    }
     let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    polygon.len() > 2 && sides.into_iter().all(|(a, b)| a == b || (b - a).perp_dot(place - b) > 0.0)
+    sides.filter(|(a, b)| a != b).map(|(&a, &b)| (b, b - a)).collect()
+}
+
+/// Whether a place lies inside a polygon with these sides, and not on them.
+fn is_inside(sides: &[(DVec2, DVec2)], place: DVec2) -> bool {
+    // All of them without a branch, which would be as often wrong as right.
+    let outside = sides.iter().map(|&(end, way)| way.perp_dot(place - end) <= 0.0);
+    !sides.is_empty() && !outside.fold(false, std::ops::BitOr::bitor)
 }
 
 #[cfg(test)]

@@ -265,9 +265,10 @@ impl<'a> Groups<'a> {
             normals.clear();
             normals.extend(std::iter::once(point).chain(near).filter_map(|at| known[at].normal()));
             let agreement = |a: &DVec3| normals.iter().map(|b| a.dot(*b).abs()).sum::<f64>();
-            let best = normals.iter().max_by(|a, b| agreement(a).total_cmp(&agreement(b)));
+            let agreeing = normals.iter().map(|normal| (agreement(normal), *normal));
+            let best = agreeing.max_by(|a, b| a.0.total_cmp(&b.0));
             let best = best.filter(|_| 2 * normals.len() > NEIGHBORS);
-            best.map_or(known[point], |normal| Around::Flat(*normal))
+            best.map_or(known[point], |(_, normal)| Around::Flat(normal))
         };
         self.around = near.par_iter().enumerate().map_init(Vec::new, smoothed).collect();
     }

@@ -21,8 +21,8 @@ const NEAR: f64 = 0.1;
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
 
-/// Landmarks whose distances are found between two reports: some ten milliseconds.
-const LANDMARKS_PER_REPORT: usize = 8;
+/// Distances that are found between two reports: some ten milliseconds.
+const DISTANCES_PER_REPORT: usize = 160_000;
 
 /// Places in the plane whose distances are nearly those along the surface through the points, the
 /// long side of the rectangle around them along x; `None` if the points have no two dimensions.
@@ -120,7 +120,7 @@ fn embed(
         let from = u32::try_from(from).unwrap_or(u32::MAX);
         roads.distances_from(&[from]).iter().map(|d| d * d).collect()
     };
-    for piece in landmarks.chunks(LANDMARKS_PER_REPORT) {
+    for piece in landmarks.chunks((DISTANCES_PER_REPORT / roads.len().max(1)).max(1)) {
         listen()?;
         squared.par_extend(piece.par_iter().map(squares));
     }

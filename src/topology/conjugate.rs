@@ -162,11 +162,8 @@ impl<'a> Conjugate<'a> {
 
     /// Between how many neighbours its slopes point to opposite sides, though all have been aligned.
     pub(super) fn opposite(&self) -> usize {
-        let against = |from: usize, to: usize| {
-            let [a, b] = [from, to].map(|end| self.slopes[end].normalize_or_zero());
-            a.dot(b) < OPPOSITE
-        };
-        self.pairs().filter(|&(from, to)| against(from, to)).count()
+        let units: Vec<DVec3> = self.slopes.iter().map(|slope| slope.normalize_or_zero()).collect();
+        self.pairs().filter(|&(from, to)| units[from].dot(units[to]) < OPPOSITE).count()
     }
 }
 

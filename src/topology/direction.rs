@@ -1,6 +1,7 @@
 //! The direction that heights have, of points that lie in no known position.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use crate::point_cloud::{area, hull, least_rectangle, turned, upward};
 
@@ -94,13 +95,13 @@ fn cell(at: f64, cells: usize) -> usize {
 /// both ways along these that become shorter where none of them helps (R. Hooke, T. A. Jeeves, *"Direct
 /// search" solution of numerical and statistical
 /// problems*, 1961).
-pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2])) -> DVec3 {
+pub(super) fn least(from: DVec3, cost: impl Fn(DVec3) -> (f64, [DVec3; 2]) + Sync) -> DVec3 {
     let (mut best, mut step) = (from, WIDEST);
     let (mut least, mut ways) = cost(from);
     while step >= NARROWEST {
         let [first, second] = ways;
         let around = [first, second, -first, -second].map(|way| (best + step * way).normalize());
-        let costs = around.map(|up| (cost(up), up));
+        let costs: Vec<_> = around.par_iter().map(|&up| (cost(up), up)).collect();
         match costs.into_iter().min_by(|a, b| a.0.0.total_cmp(&b.0.0)) {
             Some(((less, across), up)) if less < least => {
                 (least, ways, best) = (less, across, up);

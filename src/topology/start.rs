@@ -152,7 +152,7 @@ pub(super) fn covered<const PARTS: usize>(uv: &[DVec2]) -> usize {
 pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> (Chart, bool) {
     let turns = &around.turns;
     let conjugate = Conjugate::of_turns(points, turns, graph);
-    let across = conjugate.coordinate();
+    let (across, opposite) = rayon::join(|| conjugate.coordinate(), || conjugate.opposite());
     let [first_rim, second_rim] = rims(turns, &across);
     let uv = between_rims(turns, &across);
     let from_first = graph.distances_from(&first_rim);
@@ -160,9 +160,8 @@ pub(super) fn tube(points: &[DVec3], around: &Circle, graph: &NeighborGraph) -> 
     let height = heights.filter(|height| height.is_finite()).sum::<f64>() / SECTORS as f64;
     let lengths = (around.course.length, height);
     // As many of them as there are points side by side.
-    let one_sided = conjugate.opposite() as f64
-        * (around.course.length * height / points.len() as f64).sqrt()
-        >= height;
+    let one_sided =
+        opposite as f64 * (around.course.length * height / points.len() as f64).sqrt() >= height;
     (Chart { points: points.to_vec(), uv, lengths, closed_v: false }, one_sided)
 }
 
