@@ -78,8 +78,8 @@ const ROUNDS: [Round; 8] = [
 /// Those of a search from many, of which a near one falls fast.
 const QUICK_ROUNDS: [Round; 6] = [
     (3, 32, 1.0, 1.0),
-    (6, 16, 0.2, 1.0),
-    (12, 6, 0.05, 1.0),
+    (6, 24, 0.2, 1.0),
+    (12, 18, 0.05, 1.0),
     (24, 2, 0.02, 0.9),
     (48, 1, 0.01, 0.9),
     (96, 1, 0.005, 0.9),
@@ -194,7 +194,7 @@ pub(super) struct Joint {
     uv: Vec<DVec2>,
     pub(super) space: SplineSpace,
     /// The error at which steps end.
-    enough: f64,
+    pub(super) enough: f64,
 }
 
 impl Joint {

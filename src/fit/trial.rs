@@ -51,7 +51,8 @@ impl Trial {
         } else {
             None
         };
-        if let Some(next) = next.filter(|next| next.error < self.error) {
+        // What is near enough may come a little farther away on the way to where it rests.
+        if let Some(next) = next.filter(|next| next.error < self.error.max(joint.enough)) {
             *self = next;
         } else {
             self.damping *= MORE;

@@ -237,7 +237,11 @@ impl Region {
             side if side == one => Some(1.0),
             _ => None,
         };
-        let cells: Vec<usize> = (0..count).filter(|&at| self.inside[at]).collect();
+        // As on a chessboard, first the black and then the white ones: those of one colour do not wait for one another.
+        let white = |&at: &usize| (at / self.cols + at % self.cols) % 2 == 1;
+        let inside = (0..count).filter(|&at| self.inside[at]);
+        let (white, mut cells): (Vec<usize>, Vec<usize>) = inside.partition(white);
+        cells.extend(white);
         // What lies beyond a crack counts by what is held there: the place behind all is 0.
         let stencil = |&at: &usize| {
             let mut cell = Stencil { at, beside: [count; 4], held: 0.0, weight: 0.0 };
@@ -337,6 +341,10 @@ fn corners(line: &[DVec2], turns: &[f64]) -> [usize; 4] {
     for a in 0..count {
         for b in a + TURN..count {
             for c in b + TURN..count {
+                // Whatever the fourth is, three cost too much.
+                if wrongs[a] + wrongs[b] + wrongs[c] >= -best.0 {
+                    continue;
+                }
                 for d in c + TURN..count {
                     if a + count - d < TURN {
                         continue;
@@ -349,9 +357,13 @@ fn corners(line: &[DVec2], turns: &[f64]) -> [usize; 4] {
                     if worth <= best.0 {
                         continue;
                     }
-                    let sides = unlike(parts(a, b), parts(c, d));
-                    let ends = unlike(parts(b, c), parts(d, a + count));
-                    let worth = if bent { worth - UNLIKE * (sides + ends) } else { worth };
+                    let worth = if bent {
+                        let sides = unlike(parts(a, b), parts(c, d));
+                        let ends = unlike(parts(b, c), parts(d, a + count));
+                        worth - UNLIKE * (sides + ends)
+                    } else {
+                        worth
+                    };
                     if worth > best.0 {
                         best = (worth, [a, b, c, d]);
                     }

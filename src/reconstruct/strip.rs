@@ -1,6 +1,7 @@
 //! Strips that bend at corners: regions like an L, a U or a Z.
 
 use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::outline::Squared;
 use super::start::whole;
@@ -120,7 +121,8 @@ impl Sides {
 /// many on either side, in right angles: in space, because a flat map unbends what is bent. Each place
 /// of the map is that of a point.
 pub(super) fn turns(line: &[DVec2], window: usize, places: &[DVec2], points: &[DVec3]) -> Vec<f64> {
-    let lifted: Vec<(DVec3, DVec3)> = line.iter().map(|&at| lifted(at, places, points)).collect();
+    let lifted: Vec<(DVec3, DVec3)> =
+        line.par_iter().map(|&at| lifted(at, places, points)).collect();
     let count = line.len();
     let turn = |i: usize| {
         let [before, here, after] =
