@@ -18,8 +18,12 @@ const STEEPEST: f64 = 2.0;
 /// What is no overshoot anyway, as a share of the points' diagonal.
 const SLACK: f64 = 0.05;
 
-/// Share of the diagonal that a place may lie outside of the points' convex hull, however long the way there is.
-pub(crate) const OUTSIDE: f64 = 0.25;
+/// Share of the points' longest chord that a place may lie outside of their convex hull, however long the way there is.
+pub(crate) const OUTSIDE: f64 = 0.3;
+
+/// Corners of the hull that are looked at, and steps among them: few places are that near to the bound.
+const CORNERS: usize = 32;
+const STEPS: usize = 64;
 
 /// Cells around a sample in which a point near it is looked for, in turn.
 const AROUND: [usize; 3] = [1, 3, 9];
@@ -50,7 +54,7 @@ impl fmt::Display for Overshoot {
 /// Looks for places, four to a span, that are farther from every point than 0.05 of the diagonal of
 /// the points' box and twice the way along the surface to the foot of the nearest one: its
 /// parameters by those of the feet, `uv`, times the mean lengths of the surface's isocurves; or farther
-/// outside of the points' convex hull than 0.25 of the diagonal. Over a hole, and beyond the border, a
+/// outside of the points' convex hull than 0.3 of their longest chord. Over a hole, and beyond the border, a
 /// surface without any stays within the width of the hole, and twice the width of what lies beyond, and
 /// these 0.05.
 ///
@@ -99,7 +103,7 @@ impl Overshoot {
 }
 
 /// The samples that [`overshoot`] counts, and their distances from the nearest points, if the surface may lie
-/// outside of the points' hull by such a share of the diagonal and so many mean spacings.
+/// outside of the points' hull by such a share of their longest chord and so many mean spacings.
 pub(crate) fn runaways(
     surface: &NurbsSurface,
     points: &[DVec3],
@@ -109,8 +113,7 @@ pub(crate) fn runaways(
     observer: &mut dyn Observer,
 ) -> Result<Vec<(f64, Flaw)>> {
     let samples = Samples::of(surface, observer)?;
-    let diagonal = Bounds::of(points).diagonal();
-    let slack = SLACK * diagonal;
+    let slack = SLACK * Bounds::of(points).diagonal();
     let feet = Feet::of(surface, &samples, uv, closed);
     // Hardly any place is so far from a point whose foot is near, and only those are looked at.
     let near = |place: usize, point: u32| {
@@ -130,22 +133,58 @@ pub(crate) fn runaways(
     let places = feet.repeated();
     let ways = KdTree::new(&places);
     let spacing = (feet.lengths.element_product() / points.len() as f64).sqrt();
-    let most = share * diagonal + wanted * spacing;
+    let most = share * chord(points) + wanted * spacing;
     let beyond = |&(place, near): &(usize, Neighbor)| {
         let (at, foot, found) = (samples.places[place], feet.of_sample(place), near.distance());
         let way = ways.nearest(foot, 1).first()?.distance();
-        let is_outside = || found > most && outside(points, at, points[near.index as usize]) > most;
+        let is_outside = || found > most && outside(points, at, points[near.index as usize], most);
         let too_far = found > slack + STEEPEST * way || is_outside();
         too_far.then(|| (found, samples.flaw(place)))
     };
     Ok(far.par_iter().filter_map(beyond).collect())
 }
 
-/// How far outside of the convex hull of points a place lies at least, seen from the nearest of them.
-fn outside(points: &[DVec3], place: DVec3, nearest: DVec3) -> f64 {
-    let away = (place - nearest).normalize_or_zero();
-    let farthest = points.iter().map(|point| (*point - nearest).dot(away)).fold(0.0, f64::max);
-    place.distance(nearest) - farthest
+/// How far the point that is farthest from the middle is from the one farthest from it: hardly less than the longest
+/// chord, and no longer than the diagonal of any box around the points, however it is turned.
+fn chord(points: &[DVec3]) -> f64 {
+    let middle = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let farthest = |from: DVec3| {
+        let square = |point: &&DVec3| point.distance_squared(from);
+        points.iter().max_by(|a, b| square(a).total_cmp(&square(b))).copied().unwrap_or(from)
+    };
+    let end = farthest(middle);
+    end.distance(farthest(end))
+}
+
+/// Whether a place lies farther than this outside of the convex hull of points, of which one is the nearest. The hull's
+/// nearest place is sought among few of its corners by Gilbert's iteration (An iterative procedure for computing the
+/// minimum of a quadratic form on a convex set, 1966), from where the farthest point towards the place is one more of
+/// them: it comes near enough, or there is a plane that parts the place from the hull.
+fn outside(points: &[DVec3], place: DVec3, nearest: DVec3, most: f64) -> bool {
+    let farthest = |points: &[DVec3], away: DVec3| {
+        let along = |point: &&DVec3| point.dot(away);
+        points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied()
+    };
+    let (mut corners, mut inside) = (vec![nearest], nearest);
+    for _ in 0..CORNERS {
+        for _ in 0..STEPS {
+            let Some(way) = farthest(&corners, place - inside).map(|to| to - inside) else { break };
+            let share = way.dot(place - inside) / way.length_squared();
+            if share.is_nan() || share <= 0.0 {
+                break;
+            }
+            inside += share.min(1.0) * way;
+        }
+        let away = place - inside;
+        if away.length() <= most {
+            return false;
+        }
+        match farthest(points, away) {
+            Some(to) if (place - to).dot(away) <= most * away.length() => corners.push(to),
+            _ => return true,
+        }
+    }
+    true
 }
 
 /// The feet of points among the samples of a surface.
@@ -221,6 +260,8 @@ impl Feet {
 
 #[cfg(test)]
 mod tests {
+    use glam::DMat3;
+
     use super::*;
     use crate::progress::Silent;
 
@@ -238,9 +279,35 @@ mod tests {
                 .unwrap()
                 .len()
         };
-        // A quarter of the diagonal is 0.35.
+        // Three tenths of the diagonal are 0.42.
         assert_eq!(seen(0.2, 0.0), 0);
         assert!(seen(0.5, 0.0) > 0);
         assert_eq!(seen(0.5, 4.0), 0);
+    }
+
+    #[test]
+    fn what_lies_outside_is_told_by_the_nearest_place_of_the_hull() {
+        // Far from both ends of a rod, and near the hull between them, or beside it.
+        let rod: Vec<DVec3> = [0.0, 9.0].map(|x| DVec3::X * x).to_vec();
+        let beside = DVec3::new(4.0, 2.0, 0.0);
+        assert!(outside(&rod, beside, rod[0], 1.99));
+        assert!(!outside(&rod, beside, rod[0], 2.01));
+        // The nearest point is the last of a plate's edge that leads on, askew.
+        let plate = [DVec3::ZERO, DVec3::new(9.0, 3.0, 0.0), DVec3::new(9.0, -3.0, 0.0)];
+        let off = DVec3::new(1.0, 2.0, 1.0);
+        let distance = DVec3::new(0.5, -1.5, -1.0).length();
+        assert!(outside(&plate, off, plate[0], 0.99 * distance));
+        assert!(!outside(&plate, off, plate[0], 1.01 * distance));
+    }
+
+    #[test]
+    fn a_chord_is_no_longer_however_points_are_turned() {
+        let cube = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let corners: Vec<DVec3> = (0..8).map(cube).collect();
+        assert!((chord(&corners) - 3.0_f64.sqrt()).abs() < 1e-12);
+        let turn = DMat3::from_rotation_x(0.6) * DMat3::from_rotation_z(0.5);
+        let turned: Vec<DVec3> = corners.iter().map(|&corner| turn * corner).collect();
+        assert!((chord(&turned) - 3.0_f64.sqrt()).abs() < 1e-12);
+        assert!(Bounds::of(&turned).diagonal() > 2.0);
     }
 }

@@ -28,10 +28,9 @@ const FEW_FLAWS: usize = 10;
 /// Share of its area that a surface may have lost to where no points are, while it was flattened.
 const EMPTIER: f64 = 0.02;
 
-/// Share of the diagonal by which a surface without flaws sticks out of the points' hull if another one is looked for,
-/// and how far that may be from them, as a share of its own distance by root mean square.
-const STICKING_OUT: f64 = 0.15;
-const AS_NEAR: f64 = 1.2;
+/// Shares of the points' longest chord by which a surface without flaws sticks out of their hull if another one is
+/// looked for, in turn, and how far that may be from them, as a share of its own distance by root mean square.
+const STICKING_OUT: [(f64, f64); 2] = [(0.25, 2.0), (0.2, 1.2)];
 
 impl Job<'_> {
     /// The fit without the flaws that its points do not have, as far as there is one, and drawn in where it sticks out
@@ -53,23 +52,32 @@ impl Job<'_> {
         if flaws.count() > 0 || self.shape.base.is_some() {
             return Ok((fit, flaws));
         }
-        match self.sticking_out_less(&fit, observer)? {
-            Some(found) => self.kept(fit, flaws, found, growth, observer),
-            None => Ok((fit, flaws)),
+        let mut best = (fit, flaws);
+        for (outside, as_near) in STICKING_OUT {
+            if let Some(found) = self.sticking_out_less(&best.0, outside, as_near, observer)? {
+                best = self.kept(best.0, best.1, found, growth, observer)?;
+            }
         }
+        Ok(best)
     }
 
     /// The fit drawn in where it sticks out of the points' hull, if it does, and is hardly farther from them then.
-    fn sticking_out_less(&self, fit: &Fit, observer: &mut dyn Observer) -> Result<Option<Fit>> {
-        let inspect = &mut self.inspection(STICKING_OUT);
+    fn sticking_out_less(
+        &self,
+        fit: &Fit,
+        outside: f64,
+        as_near: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fit>> {
+        let inspect = &mut self.inspection(outside);
         let count = inspect(&fit.surface, &fit.uv, observer)?.len();
         if count == 0 {
             return Ok(None);
         }
-        let Some(found) = self.mended(fit, count, STICKING_OUT, observer)? else { return Ok(None) };
+        let Some(found) = self.mended(fit, count, outside, observer)? else { return Ok(None) };
         let left = inspect(&found.surface, &found.uv, observer)?.len();
         let fewer = (left as f64) < CLEARLY_FEWER * count as f64;
-        let as_near = self.rms(&found.distances) <= AS_NEAR * self.rms(&fit.distances);
+        let as_near = self.rms(&found.distances) <= as_near * self.rms(&fit.distances);
         if !(fewer && as_near && self.flaws(&found, observer)?.count() == 0) {
             return Ok(None);
         }
@@ -85,7 +93,7 @@ impl Job<'_> {
     /// The fit turned the right way, where it folds over in few places and the points do not, or, where
     /// that fails or it runs away, with more fairness: the least that leaves no flaw, or hardly more than
     /// the fewest and then unfolded, everywhere, then less wherever it makes none. It has so many flaws,
-    /// where it may lie outside of the points' hull by such a share of the diagonal.
+    /// where it may lie outside of the points' hull by such a share of their longest chord.
     fn mended(
         &self,
         fit: &Fit,

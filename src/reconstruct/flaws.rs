@@ -20,7 +20,7 @@ pub(super) struct Flaws {
 
 impl Flaws {
     /// Of a surface on which the job's points have their feet there, and which may lie outside of their hull by such
-    /// a share of the diagonal.
+    /// a share of their longest chord.
     pub(super) fn of(
         surface: &NurbsSurface,
         uv: &[DVec2],

@@ -2,6 +2,7 @@
 
 mod alternatives;
 mod candidate;
+mod corners;
 mod counted;
 mod feet;
 mod fitted;

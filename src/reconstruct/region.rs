@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::corners::{self, corners};
 use super::outline::{Squared, bounds};
 use super::start::whole;
 use super::strip::{self, Sides};
@@ -19,32 +20,6 @@ const LEVEL: f64 = 0.25;
 
 /// Width of the empty frame around the places, in radii of the blur.
 const FRAME: f64 = 3.0;
-
-/// Places along the outline at which corners are looked for.
-const CANDIDATES: usize = 48;
-
-/// Candidates on either side over which an outline turns at a corner.
-const TURN: usize = CANDIDATES / 16;
-
-/// What it costs if the outline does not turn by a right angle at a corner, times the square of what
-/// is missing.
-const WRONG: f64 = 1.0;
-
-/// What it costs if opposite sides are not equally long, or the rectangle is no square: each times the
-/// logarithm of the ratio.
-const UNEVEN: f64 = 1.5;
-const LONG: f64 = 0.3;
-
-/// What it costs, for outlines that turn inwards somewhere, where opposite sides do not bend alike:
-/// each right angle by which one of their parts turns more than that across. A bent strip is unbent,
-/// but a step in one side would stay.
-const UNLIKE: f64 = 0.5;
-
-/// Right angles by which an outline turns inwards not by chance.
-const INWARDS: f64 = 0.3;
-
-/// Parts of a side that are compared.
-const PARTS: usize = 3;
 
 /// Cracks on either side over which the outline's stairs are smoothed.
 const STAIRS: usize = 3;
@@ -80,10 +55,12 @@ impl Region {
         }
         let (low, high) = bounds(places);
         let frame = DVec2::splat(FRAME * radius + 2.0 * cell);
-        let size = (high - low + 2.0 * frame) / cell;
-        let (cols, rows) = (whole(size.x) + 2, whole(size.y) + 2);
+        let size = ((high - low + 2.0 * frame) / cell).floor() + 2.0;
+        let (cols, rows) = (whole(size.x), whole(size.y));
         let inside = vec![false; rows * cols];
-        let mut region = Self { origin: low - frame, radius, cell, cols, inside };
+        // In the middle, so that the region of mirrored places is mirrored, too.
+        let origin = 0.5 * (low + high - cell * size);
+        let mut region = Self { origin, radius, cell, cols, inside };
         let mut density = vec![0.0; rows * cols];
         for &place in places {
             region.around(place).into_iter().for_each(|(at, share)| density[at] += share);
@@ -166,10 +143,28 @@ impl Region {
                 _ => (cell, (side + 1) % 4),
             };
             if next == first {
-                return cracks;
+                break;
             }
             cracks.push(next);
         }
+        // From the corner of a cell that is farthest from the middle, so that the outline of mirrored places is the
+        // same the other way round.
+        let sum: DVec2 = cracks.iter().map(|&crack| self.middle(crack)).sum();
+        let middle = sum / cracks.len() as f64;
+        let distance = |crack: Crack| {
+            let along = 0.5 * self.cell * AROUND[(crack.1 + 1) % 4];
+            (self.middle(crack) - along).distance_squared(middle)
+        };
+        let farther = |&a: &usize, &b: &usize| distance(cracks[a]).total_cmp(&distance(cracks[b]));
+        let farthest = (0..cracks.len()).max_by(farther);
+        cracks.rotate_left(farthest.unwrap_or(0));
+        cracks
+    }
+
+    /// The middle of a crack.
+    fn middle(&self, (cell, side): Crack) -> DVec2 {
+        let at = DVec2::new((cell % self.cols) as f64, (cell / self.cols) as f64) + 0.5;
+        self.origin + self.cell * (at + 0.5 * AROUND[side])
     }
 
     pub(super) fn area(&self) -> f64 {
@@ -187,45 +182,50 @@ impl Region {
     /// The places in the unit square that the region is mapped to conformally, its long side along u.
     pub(super) fn rectified(&self, places: &[DVec2]) -> Squared {
         let cracks = self.outline();
-        let (line, _, starts) = self.line(&cracks, CANDIDATES);
-        let starts = corners(&line, &turns(&line)).map(|corner| starts[corner]);
+        let (line, _, starts) = self.line(&cracks, corners::CANDIDATES);
+        let starts = corners(&line).map(|corner| starts[corner]);
         let side = |i: usize| (starts.iter().filter(|&&start| start <= i).count() + 3) % 4;
         let mut ends = vec![[None; 4]; self.inside.len()];
         for (i, &(cell, at)) in cracks.iter().enumerate() {
             ends[cell][at] = Some(side(i));
         }
-        let ((u, energy), (v, _)) =
+        let ((u, along), (v, across)) =
             rayon::join(|| self.harmonic(&ends, 3, 1), || self.harmonic(&ends, 0, 2));
         let place = |&place: &DVec2| {
             let shares = self.around(place);
             let mean = |values: &[f64]| shares.iter().map(|&(at, s)| s * values[at]).sum::<f64>();
             let uv = DVec2::new(mean(&u), mean(&v));
-            if energy > 1.0 { DVec2::new(uv.y, 1.0 - uv.x) } else { uv }
+            if along > across { DVec2::new(uv.y, 1.0 - uv.x) } else { uv }
         };
         let uv = places.iter().map(place).collect();
-        Squared::filled(uv, energy.max(1.0 / energy), &[])
+        // Each energy would be the other's inverse, if the outline's stairs did not cost both.
+        let ratio = (along / across).sqrt();
+        Squared::filled(uv, ratio.max(ratio.recip()), &[])
     }
 
     /// So many places along the outline at equal distances, this distance, and the number of the
-    /// crack at each.
+    /// first crack behind each.
     fn line(&self, cracks: &[Crack], places: usize) -> (Vec<DVec2>, f64, Vec<usize>) {
         let count = cracks.len();
-        let middle = |i: usize| {
-            let (cell, side) = cracks[i % count];
-            let at = DVec2::new((cell % self.cols) as f64, (cell / self.cols) as f64) + 0.5;
-            self.origin + self.cell * (at + 0.5 * AROUND[side])
-        };
+        let middle = |i: usize| self.middle(cracks[i % count]);
         let window = 2 * STAIRS + 1;
         let smooth = |i: usize| (0..window).map(|k| middle(i + k)).sum::<DVec2>() / window as f64;
         let line: Vec<DVec2> = (0..count).map(|i| smooth(i + count - STAIRS)).collect();
-        let mut along = vec![0.0];
-        for i in 0..count {
-            along.push(along[i] + line[i].distance(line[(i + 1) % count]));
+        let length = |i: usize| line[(i + count - 1) % count].distance(line[i % count]);
+        // From halfway between the last and the first.
+        let mut along = vec![0.5 * length(0)];
+        for i in 1..count {
+            along.push(along[i - 1] + length(i));
         }
-        let step = along[count] / places as f64;
-        let at = |k: usize| along.partition_point(|&a| a < step * k as f64).min(count - 1);
-        let starts: Vec<usize> = (0..places).map(at).collect();
-        (starts.iter().map(|&start| line[start]).collect(), step, starts)
+        let step = (along[count - 1] + 0.5 * length(0)) / places as f64;
+        let behind = |k: usize| along.partition_point(|&a| a < step * k as f64);
+        let at = |k: usize| {
+            let next = behind(k);
+            let to = along.get(next).map_or(step * places as f64 + along[0], |&along| along);
+            let share = (to - step * k as f64) / length(next);
+            line[next % count].lerp(line[(next + count - 1) % count], share)
+        };
+        ((0..places).map(at).collect(), step, (0..places).map(behind).collect())
     }
 
     /// The function that is harmonic in the region, 0 at one side, 1 at another, and flows along
@@ -306,74 +306,6 @@ struct Stencil {
     weight: f64,
 }
 
-/// By how much a closed line turns to the left around each of its places, in right angles, one at
-/// most.
-fn turns(line: &[DVec2]) -> Vec<f64> {
-    let count = line.len();
-    let turn = |i: usize| {
-        let [before, here, after] = [i + count - TURN, i, i + TURN].map(|k| line[k % count]);
-        let angle = (here - before).angle_to(after - here);
-        (angle / std::f64::consts::FRAC_PI_2).min(1.0)
-    };
-    (0..count).map(turn).collect()
-}
-
-/// The four of a closed line's places, equally far from one another along it, that are most like
-/// the corners of a rectangle: the line turns there by right angles, and opposite sides are equally
-/// long.
-fn corners(line: &[DVec2], turns: &[f64]) -> [usize; 4] {
-    let count = line.len();
-    let wrongs: Vec<f64> = turns.iter().map(|turn| WRONG * (1.0 - turn).powi(2)).collect();
-    // What the outline has turned by before each candidate, twice around.
-    let mut turned = vec![0.0];
-    (0..2 * count + TURN).for_each(|i| turned.push(turned[i] + turns[i % count] / TURN as f64));
-    let parts = |from: usize, to: usize| {
-        let inner = (to - from).saturating_sub(2 * TURN);
-        let before = |part: usize| turned[from + TURN + inner * part / PARTS];
-        std::array::from_fn::<_, PARTS, _>(|part| before(part + 1) - before(part))
-    };
-    let bent = turns.iter().any(|turn| *turn < -INWARDS);
-    let unlike = |side: [f64; PARTS], across: [f64; PARTS]| {
-        side.iter().zip(across.iter().rev()).map(|(a, b)| (a + b).abs()).sum::<f64>()
-    };
-    let logs: Vec<f64> = (0..=count).map(|length| (length as f64).ln()).collect();
-    let mut best = (f64::NEG_INFINITY, [0; 4]);
-    for a in 0..count {
-        for b in a + TURN..count {
-            for c in b + TURN..count {
-                // Whatever the fourth is, three cost too much.
-                if wrongs[a] + wrongs[b] + wrongs[c] >= -best.0 {
-                    continue;
-                }
-                for d in c + TURN..count {
-                    if a + count - d < TURN {
-                        continue;
-                    }
-                    let [ab, bc, cd, da] = [b - a, c - b, d - c, a + count - d];
-                    let uneven = (logs[ab] - logs[cd]).abs() + (logs[bc] - logs[da]).abs();
-                    let long = (logs[ab + cd] - logs[bc + da]).abs();
-                    let wrong = wrongs[a] + wrongs[b] + wrongs[c] + wrongs[d];
-                    let worth = -wrong - UNEVEN * uneven - LONG * long;
-                    if worth <= best.0 {
-                        continue;
-                    }
-                    let worth = if bent {
-                        let sides = unlike(parts(a, b), parts(c, d));
-                        let ends = unlike(parts(b, c), parts(d, a + count));
-                        worth - UNLIKE * (sides + ends)
-                    } else {
-                        worth
-                    };
-                    if worth > best.0 {
-                        best = (worth, [a, b, c, d]);
-                    }
-                }
-            }
-        }
-    }
-    best.1
-}
-
 /// Blurs a raster by a Gaussian of this radius in cells.
 fn blurred(values: &[f64], cols: usize, radius: f64) -> Vec<f64> {
     let reach = whole((3.0 * radius).ceil());
@@ -436,6 +368,30 @@ mod tests {
         let bends = [at(DVec2::NEG_ONE), at(DVec2::splat(-0.05))];
         assert!(bends.iter().all(|uv| (0.3..0.7).contains(&uv.x)), "{bends:?}");
         assert!((bends[0].y - bends[1].y).abs() > 0.6, "{bends:?}");
+    }
+
+    #[test]
+    fn mirrored_places_are_mapped_alike() {
+        let lopsided = |p: DVec2| p.length() < 1.0 && (p.x < 0.3 || p.y < 0.1);
+        let places = scattered(lopsided);
+        let found = Region::of(&places).unwrap().rectified(&places);
+        for mirror in [DVec2::new(-1.0, 1.0), DVec2::new(1.0, -1.0), DVec2::NEG_ONE] {
+            let mirrored: Vec<DVec2> = places.iter().map(|&place| mirror * place).collect();
+            let Squared { uv, aspect, .. } = Region::of(&mirrored).unwrap().rectified(&mirrored);
+            assert!((aspect / found.aspect - 1.0).abs() < 1e-4, "{aspect} {}", found.aspect);
+            // Up to which sides come first.
+            let turned = |u: bool, v: bool, uv: DVec2| {
+                let flipped = |is, at: f64| if is { 1.0 - at } else { at };
+                DVec2::new(flipped(u, uv.x), flipped(v, uv.y))
+            };
+            let off = |(u, v): (bool, bool)| {
+                let pairs = uv.iter().zip(&found.uv);
+                pairs.map(|(&a, &b)| turned(u, v, a).distance(b)).fold(0.0, f64::max)
+            };
+            let ways = [(false, false), (true, false), (false, true), (true, true)];
+            let off = ways.map(off).into_iter().fold(f64::INFINITY, f64::min);
+            assert!(off < 1e-3, "{off}");
+        }
     }
 
     #[test]

@@ -133,8 +133,8 @@ fn embed(
         -0.5 * (between(a, b) - means[a] - means[b] + whole)
     };
     listen()?;
-    let axes = eigen::symmetric((0..count * count).map(centred).collect(), count);
-    let Some([(first, along), (second, across)]) = axes.get(..2) else { return Ok(None) };
+    let axes = eigen::largest((0..count * count).map(centred).collect(), count, 2);
+    let [(first, along), (second, across)] = &axes[..] else { return Ok(None) };
     if *second <= f64::EPSILON * first {
         return Ok(None);
     }

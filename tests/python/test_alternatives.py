@@ -5,7 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial.distance import pdist
 
 import neurbs
 
@@ -62,50 +63,61 @@ def corner(rng: np.random.Generator, count: int) -> Array:
     return places
 
 
-@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
-@pytest.mark.parametrize(
-    ("count", "noise", "seed"),
-    [(100, 0.01, 2), (100, 0.01, 6), (100, 0.01, 10), (150, 0.02, 7), (150, 0.02, 8)],
-)
-def test_corners_of_a_sheet_do_not_stick_out(count: int, noise: float, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    points = corner(rng, count) + rng.normal(0, noise, (count, 3))
-    result = neurbs.reconstruct(points, topology="sheet")
+def farthest(result: neurbs.Reconstruction, points: Array) -> float:
+    """Return how far the surface goes from all points, as a share of their diagonal."""
     away, _ = cKDTree(points).query(result.surface.tessellate(shape=(80, 80)).vertices)
-    # They were 0.32 to 0.39 away.
-    assert away.max() < 0.25 * result.report.diagonal
-    assert result.report.rms < noise * result.report.diagonal
+    return float(away.max() / result.report.diagonal)
+
+
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+@pytest.mark.parametrize(("count", "noise"), [(100, 0.01), (150, 0.02)])
+def test_corners_of_a_sheet_do_not_stick_out(count: int, noise: float) -> None:
+    far = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        points = corner(rng, count) + rng.normal(0, noise, (count, 3))
+        result = neurbs.reconstruct(points, topology="sheet")
+        assert result.report.rms < noise * result.report.diagonal, seed
+        far.append(farthest(result, points))
+    # Where nothing drew them in, five of the twenty were 0.3 to 0.4 away.
+    assert max(far) < 0.3, far
+    assert np.quantile(far, 0.9) < 0.25, far
 
 
 @pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
 @pytest.mark.parametrize(
-    ("shape", "count", "noise", "seed"),
+    ("shape", "count", "noise", "seeds"),
     [
-        (band, 500, 0.01, 500),
-        (band, 500, 0.0, 500),
-        (stair, 60, 0.01, 60),
-        (torus, 150, 0.01, 250),
-        (torus, 1500, 0.0, 1500),
-        (torus, 1500, 0.01, 1600),
-        (ball, 150, 0.0, 150),
-        (cube, 1500, 0.0, 1500),
-        (cross, 60, 0.01, 60),
-        (cross, 500, 0.01, 500),
+        (band, 500, 0.01, [0, 500]),
+        (band, 500, 0.0, [0, 500]),
+        (stair, 60, 0.01, [*range(12), 60]),
+        (torus, 150, 0.01, [*range(6), 250]),
+        (torus, 1500, 0.0, [1500]),
+        (torus, 1500, 0.01, [1600]),
+        (ball, 150, 0.0, [*range(6), 150]),
+        (cube, 1500, 0.0, [1500]),
+        (cross, 60, 0.01, [*range(12), 60]),
+        (cross, 500, 0.01, [0, 1, 500]),
     ],
 )
 def test_sheets_neither_fold_over_nor_run_away(
-    shape: Shape, count: int, noise: float, seed: int
+    shape: Shape, count: int, noise: float, seeds: list[int]
 ) -> None:
-    rng = np.random.default_rng(seed)
-    points = shape(rng, count)
-    points = points + noise * rng.normal(size=points.shape)
-    result = neurbs.reconstruct(points, topology="sheet")
-    bad = [w for w in result.report.warnings if "folds" in w or "runs" in w or "no order" in w]
-    assert not bad
-    assert result.report.rms < 0.08 * result.report.diagonal
-    # What goes on beyond their hull, and what a sheet makes of an opening or a slit.
-    farthest = cKDTree(points).query(result.surface.tessellate(shape=(60, 60)).vertices)[0].max()
-    assert farthest < 0.3 * result.report.diagonal
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        points = shape(rng, count)
+        points = points + noise * rng.normal(size=points.shape)
+        result = neurbs.reconstruct(points, topology="sheet")
+        bad = [w for w in result.report.warnings if "folds" in w or "runs" in w or "no order" in w]
+        assert not bad, seed
+        assert result.report.rms < 0.08 * result.report.diagonal, seed
+        # What goes on beyond their hull, and what a sheet makes of an opening or a slit.
+        assert farthest(result, points) < 0.3, seed
+        faces = ConvexHull(points).equations
+        places = result.surface.tessellate(shape=(80, 80)).vertices
+        outside = (places @ faces[:, :3].T + faces[:, 3]).max()
+        # The stated bound is 0.3 at four places to a span; between these it is a little more.
+        assert outside < 0.33 * pdist(points).max(), seed
 
 
 @pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
