@@ -23,11 +23,9 @@ use crate::topology::{self, HeightField};
 const LONGER: f64 = 1.5;
 
 /// Control points for each of few points at most: where what predicts best says when to stop, more of
-/// them than points do no harm, but of many no good either. And points for each control point at least
-/// where a tolerance says so.
+/// them than points do no harm, but of many no good either.
 const MOST_PER_POINT: usize = 2;
 const MANY: usize = 512;
-const LEAST_POINTS: usize = 4;
 
 /// Share of the error expected of unseen points that may be left after growing, for the growth to
 /// go on.
@@ -256,10 +254,7 @@ pub(super) fn fit(
         }
         let longer = |side: usize| whole((side as f64 * LONGER).ceil());
         let next = (longer(net.0), longer(net.1));
-        let held = match growth.tolerance {
-            Some(_) => counted / LEAST_POINTS,
-            None => counted.max(MANY.min(MOST_PER_POINT * counted)),
-        };
+        let held = counted.max(MANY.min(MOST_PER_POINT * counted));
         if next.0 * next.1 > growth.most.min(held) {
             break if held < growth.most { EndedBy::Points } else { EndedBy::MaxControlPoints };
         }

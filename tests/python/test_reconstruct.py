@@ -38,6 +38,15 @@ def test_terrain_becomes_a_surface() -> None:
     assert len(np.unique(np.sign(result.mesh.normals[:, 2]))) == 1
 
 
+def test_a_tolerance_that_is_kept_unasked_is_kept_when_asked_for() -> None:
+    points = neurbs.read_points(JACKSBORO)
+    tolerance = 1.05 * neurbs.reconstruct(points).report.max
+    result = neurbs.reconstruct(points, tolerance)
+    # Its net stopped at a control point for four points, as if they held no more.
+    assert result.report.ended_by == "tolerance"
+    assert result.distances.max() <= tolerance
+
+
 @pytest.mark.parametrize("kind", ["arch", "ground"])
 def test_points_of_a_surface_with_the_same_net_give_it_back(kind: str) -> None:
     u, v = np.meshgrid(np.linspace(0, 1, 8), np.linspace(0, 1, 7), indexing="ij")
