@@ -183,6 +183,9 @@ fn attempt(
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
     let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
     let missed = options.tolerance.map_or(0, far);
+    // Growth asks for more of heights, and of feet that are still on their way, than the distances in the end.
+    let kept = options.tolerance.is_some() && missed == 0;
+    let ended_by = if kept { EndedBy::Tolerance } else { fit.ended_by };
     let (count, off) = (near.len(), Distances::of(near));
     let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
     let astray = gone_astray(&counted, ground || units.differ(), off.rms, observer)?;
@@ -191,7 +194,7 @@ fn attempt(
     warnings.extend(astray);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings.extend(warning(&found, job.shape.kind, unexplained, options));
-    warnings.extend(shortcoming(fit.ended_by, options.tolerance, missed));
+    warnings.extend(shortcoming(ended_by, options.tolerance, missed));
     warnings.extend(flaws.warnings(frame));
     let report = Report {
         points: cloud.len(),
@@ -202,7 +205,7 @@ fn attempt(
         distances: off,
         tolerance: options.tolerance,
         within,
-        ended_by: fit.ended_by,
+        ended_by,
         fairness: Some(fit.fairness),
         iterations: fit.iterations,
         topology: job.shape.kind,
