@@ -159,16 +159,16 @@ impl<'a> Heights<'a> {
         if freedom > MOST_FREEDOM * self.count {
             return Ok(None);
         }
-        let mut net = equations.right.clone();
+        // A fourth number fills a register.
+        let mut net: Vec<Quad> = equations.right.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
         factor.solve(&mut net);
         Ok(Some(self.mean_square(&net) / (1.0 - freedom / self.count).powi(2)))
     }
 
     /// The mean square of the heights over the surface with these control points, in the order of
     /// solution.
-    fn mean_square(&self, solution: &[[f64; 3]]) -> f64 {
-        let place = |at: usize| DVec3::from_array(solution[at]).extend(0.0).to_array();
-        let net = self.space.places().into_iter().map(place).collect();
+    fn mean_square(&self, solution: &[Quad]) -> f64 {
+        let net = self.space.places().into_iter().map(|at| solution[at]).collect();
         let squares = answers(&Squares { heights: self, net }, self.judged.len());
         let weights: f64 = self.judged.iter().map(|judged| judged.sample.weight).sum();
         squares.iter().sum::<f64>() / weights

@@ -15,7 +15,8 @@
 //!
 //! Where its knots lie on a surface is as hard to find as those of a spline curve: there are many
 //! places where no step helps. So steps begin at several parametrizations, and the best go on; where these end in vain,
-//! at more of them, finer graded, of which one that is near arrives in a dozen steps.
+//! at more of them, finer graded, of which one that is near arrives in a dozen steps, and at that of the best surface,
+//! moved where it is farthest from the points.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -85,6 +86,24 @@ const QUICK_ROUNDS: [Round; 6] = [
     (96, 1, 0.005, 0.9),
 ];
 
+/// Other searches, where the first one ends in vain.
+#[derive(Clone, Copy)]
+enum Again {
+    /// From parametrizations that are evenly distributed, and from graded ones.
+    Ranked,
+    Graded,
+    /// From that of the best surface, moved where it is farthest from the points, and graded.
+    Moved,
+    GradedAnew,
+}
+
+/// All of them, in turn.
+const AGAIN: [Again; 4] = [Again::Ranked, Again::Graded, Again::Moved, Again::GradedAnew];
+
+/// What a parametrization that was moved leaves of the error at most for it to be moved again, and how often it is.
+const GAIN: f64 = 0.9;
+const MOST_MOVES: usize = 3;
+
 /// Steps after which those that go on do so in two ways, as they are and trimmed.
 const TRIMMED_AFTER: usize = 24;
 
@@ -102,6 +121,9 @@ const RIDGE: f64 = 1e-9;
 /// Steps that follow: the distances vanish before the net has come to rest, on which it depends where
 /// the surface ends.
 const LAST_STEPS: usize = 6;
+
+/// Steps that draw a surface to where points end; it takes eight to sixteen.
+const HELD_STEPS: usize = 24;
 
 /// Mean gaps between points that may lie between them and an end of the domain.
 const GAPS: f64 = 10.0;
@@ -139,7 +161,7 @@ pub(crate) fn recovered(
         let points = seen().map(|i| points[i]).collect();
         let weight = |i| if weight(i) > 0.0 { weight(i) } else { given(i) };
         let (weights, uv) = (seen().map(weight).collect(), seen().map(|i| uv[i]).collect());
-        Joint { points, weights, uv, space: space.clone(), enough: ENOUGH * size }
+        Joint { points, weights, uv, space: space.clone(), enough: ENOUGH * size, beyond: BEYOND }
     };
     let few = of(&counted, (counted.len() / (MOST_POINTS * unknowns)).max(1));
     let feet = few.feet_inside(near, &few.uv);
@@ -147,21 +169,8 @@ pub(crate) fn recovered(
     if !(few.enough..ROUGH * size).contains(&first) || !are_smooth(&feet, SMOOTH) {
         return Ok(None);
     }
-    let starts = Starts { space: &few.space, uv: &few.uv };
-    let mut found = few.best(&starts.first(), first, &ROUNDS, observer)?;
     let through = |trial: &Trial| trial.error <= THROUGH * size;
-    let in_vain = |trial: &Trial| {
-        let hopeful = trial.error <= HOPEFUL * first;
-        !through(trial) && (hopeful || are_smooth(&trial.feet, SMOOTH_IN_VAIN))
-    };
-    let open = closed != (true, true);
-    for graded in [false, true] {
-        let Some(last) = found.as_ref().filter(|last| open && in_vain(last)) else { break };
-        let more = if graded { starts.graded() } else { starts.ranked() };
-        let again = few.best(&more, first, &QUICK_ROUNDS, observer)?;
-        found = again.filter(|again| again.error < last.error).or(found);
-    }
-    let Some(found) = found.filter(through) else { return Ok(None) };
+    let Some(found) = few.found(first, through, observer)?.filter(through) else { return Ok(None) };
     // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
     let mut counted = counted;
     if !left_out.is_empty()
@@ -183,10 +192,20 @@ pub(crate) fn recovered(
     let ends_there = |trial: &Trial| {
         joint.rms(&joint.feet_inside(&trial.surface, &trial.uv())) <= THROUGH * size
     };
-    Ok(tried.into_iter().find(ends_there).map(|trial| trial.surface))
+    if let Some(found) = tried.iter().find(|trial| ends_there(trial)) {
+        return Ok(Some(found.surface.clone()));
+    }
+    for trial in &tried {
+        let held = joint.held(trial, observer)?;
+        if ends_there(&held) {
+            return Ok(Some(held.surface));
+        }
+    }
+    Ok(None)
 }
 
 /// Points that shall all lie on a surface of one space.
+#[derive(Clone)]
 pub(super) struct Joint {
     points: Vec<DVec3>,
     weights: Vec<f64>,
@@ -195,9 +214,90 @@ pub(super) struct Joint {
     pub(super) space: SplineSpace,
     /// The error at which steps end.
     pub(super) enough: f64,
+    /// How far beyond the domain's ends feet may lie, as a share of it.
+    beyond: f64,
 }
 
 impl Joint {
+    /// The surface that comes nearest, of all that searches find until one comes near enough or no more is to be
+    /// expected. One near the points has this `first` error.
+    fn found(
+        &self,
+        first: f64,
+        through: impl Fn(&Trial) -> bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Trial>> {
+        let starts = Starts { space: &self.space, uv: &self.uv };
+        let mut found = self.best(&starts.first(), first, &ROUNDS, observer)?;
+        for again in AGAIN {
+            let Some(last) = found.as_ref().filter(|last| !through(last)) else { break };
+            let hopeful = last.error <= HOPEFUL * first;
+            let smooth = are_smooth(&last.feet, SMOOTH_IN_VAIN);
+            if self.space.closed == [true, true] || !(hopeful || smooth) {
+                break;
+            }
+            let mut quick =
+                |starts: &[Vec<DVec2>]| self.best(starts, first, &QUICK_ROUNDS, observer);
+            let other = match again {
+                Again::Ranked => quick(&starts.ranked())?,
+                Again::Graded => quick(&starts.graded())?,
+                Again::Moved if hopeful => self.moved(last, first, observer)?,
+                Again::GradedAnew if hopeful => {
+                    quick(&Starts { uv: &self.within(last), ..starts }.graded())?
+                }
+                Again::Moved | Again::GradedAnew => break,
+            };
+            found = other.filter(|other| other.error < last.error).or(found);
+        }
+        Ok(found)
+    }
+
+    /// The surface that comes nearest when parameters are moved where this one is farthest from the points, and
+    /// again, as long as that brings it nearer; `None` if it never does.
+    fn moved(
+        &self,
+        trial: &Trial,
+        first: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Trial>> {
+        let mut found = None;
+        for _ in 0..MOST_MOVES {
+            let last = found.as_ref().unwrap_or(trial);
+            let uv = self.within(last);
+            let squares = last.feet.iter().map(|foot| foot.offset.length_squared());
+            let sum: f64 = squares.clone().sum();
+            let place = uv.iter().zip(squares).map(|(uv, square)| square / sum * *uv).sum();
+            let starts = Starts { space: &self.space, uv: &uv }.moved_around(place);
+            let next = self.best(&starts, first, &QUICK_ROUNDS, observer)?;
+            let Some(next) = next.filter(|next| next.error <= GAIN * last.error) else { break };
+            let arrived = next.error <= self.enough;
+            found = Some(next);
+            if arrived {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// The surface that another one comes to with feet that do not leave the domain, whose ends then draw it to where
+    /// points end: distances along normals hardly tell how far it slides along itself.
+    fn held(&self, trial: &Trial, observer: &mut dyn Observer) -> Result<Trial> {
+        let held = Self { beyond: 0.0, ..self.clone() };
+        let (surface, damping) = (trial.surface.clone(), DAMPING);
+        let feet = held.feet(&surface, &self.within(trial), FIRST_STEPS);
+        let mut trial = Trial { error: held.rms(&feet), surface, feet, damping, equations: None };
+        for step in 0..HELD_STEPS {
+            if trial.error <= self.enough {
+                break;
+            }
+            let (step, total) = (step as u64, HELD_STEPS as u64);
+            let progress = Progress::of_stage(Stage::Fitting, step, total, self.points.len());
+            progress::report(observer, &progress)?;
+            trial.advance(&held)?;
+        }
+        Ok(trial)
+    }
+
     /// The surface that comes nearest of those from these parametrizations, when it has arrived at the
     /// points or no more is to be expected.
     fn best(
@@ -332,7 +432,8 @@ impl Joint {
     /// What is left between points and places, in full along normals, as far as `tangential` across.
     pub(super) fn samples(&self, places: &[Foot], tangential: f64) -> Vec<Sample> {
         let sample = |(place, &weight): (&Foot, &f64)| {
-            let &Foot { uv, offset: point, normal, .. } = place;
+            let &Foot { uv, offset: point, normal, border } = place;
+            let tangential = if border && self.beyond == 0.0 { 1.0 } else { tangential };
             Sample { point, uv, weight, normal, tangential }
         };
         places.iter().zip(&self.weights).map(sample).collect()
@@ -345,7 +446,7 @@ impl Joint {
     }
 
     pub(super) fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
-        feet_beyond(surface, self.space.closed, BEYOND, &self.points, uv, steps)
+        feet_beyond(surface, self.space.closed, self.beyond, &self.points, uv, steps)
     }
 
     fn feet_inside(&self, surface: &NurbsSurface, uv: &[DVec2]) -> Vec<Foot> {

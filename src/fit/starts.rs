@@ -3,7 +3,9 @@
 //! The one that is known is about in proportion to lengths; that of the net that is looked for may be
 //! faster or slower at the ends of the domain, and at one end than at the other.
 
-use glam::DVec2;
+use std::f64::consts::TAU;
+
+use glam::{BVec2, DVec2};
 
 use super::space::SplineSpace;
 use crate::nurbs::{KnotVector, padded};
@@ -20,6 +22,11 @@ const TURNS: [f64; 3] = [0.0, 1.0 / 3.0, 2.0 / 3.0];
 const SKEWS: [f64; 7] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8];
 const EVENNESS_OF_GRADED: [f64; 2] = [1.0, 0.5];
 
+/// How far around a place parameters are moved and by how much, in spans, and in how many directions.
+const RADII: [f64; 2] = [1.0, 2.0];
+const LENGTHS: [f64; 2] = [0.3, 0.8];
+const DIRECTIONS: usize = 8;
+
 /// Places of a net's parameters that are known, for those between.
 const PLACES: usize = 256;
 
@@ -33,6 +40,7 @@ enum Move {
 }
 
 /// Parameters of points on a surface of a space, from which others are made.
+#[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) space: &'a SplineSpace,
     pub(super) uv: &'a [DVec2],
@@ -63,6 +71,29 @@ impl Starts<'_> {
     pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
         let skewed = |evenness| SKEWS.map(|skew| Move::Stretch { evenness, skew });
         self.moved_by(EVENNESS_OF_GRADED.map(skewed).as_flattened())
+    }
+
+    /// Those that are moved around a place, the less the farther from it: what holds a surface off its points in one
+    /// place alone no change of all parameters alike mends.
+    pub(super) fn moved_around(&self, place: DVec2) -> Vec<Vec<DVec2>> {
+        let &Starts { space, uv } = self;
+        let ends = space.knots.each_ref().map(KnotVector::domain);
+        let [low, high] = [ends.map(|end| end.0), ends.map(|end| end.1)].map(DVec2::from);
+        let breaks = space.knots.each_ref().map(|knots| (knots.breaks().len() - 1) as f64);
+        let span = (high - low) / DVec2::from(breaks);
+        let inside = |uv: DVec2| {
+            let round = low + (uv - low).rem_euclid(high - low);
+            DVec2::select(BVec2::from(space.closed), round, uv.clamp(low, high))
+        };
+        let turn = TAU / DIRECTIONS as f64;
+        let ways = (0..DIRECTIONS).map(|i| span * DVec2::from_angle(turn * i as f64));
+        let moves = ways.flat_map(|way| LENGTHS.map(|length| length * way));
+        let moves = moves.flat_map(|by| RADII.map(|radius| (by, radius)));
+        let moved = |(by, radius): (DVec2, f64)| {
+            let share = |apart: DVec2| (-0.5 * (apart / (radius * span)).length_squared()).exp();
+            uv.iter().map(|&uv| inside(uv + share(uv - place) * by)).collect()
+        };
+        moves.map(moved).collect()
     }
 
     /// Pairs of moves, in open directions those, as even along u as along v.
@@ -160,6 +191,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_moved_around_a_place_stays_elsewhere() {
+        let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
+        let space = SplineSpace::new(knots, [false; 2]).unwrap();
+        let uv = [DVec2::ZERO, DVec2::splat(0.5), DVec2::new(0.5, 1.0)];
+        let starts = Starts { space: &space, uv: &uv }.moved_around(DVec2::new(0.5, 1.0));
+        assert_eq!(starts.len(), 32);
+        let spans = DVec2::new(3.0, 4.0);
+        for start in &starts {
+            let by = [0, 1, 2].map(|i| ((start[i] - uv[i]) * spans).length());
+            assert!(by[0] < 0.1 && by[1] < 0.5 && by[0] <= by[1], "{by:?}");
+            assert!(start.iter().all(|uv| uv.clamp(DVec2::ZERO, DVec2::ONE) == *uv));
+        }
+        // Upwards, from the end of the domain, nothing moves.
+        assert!(starts.iter().any(|start| start[2].distance(uv[2]) < 1e-12));
+        assert!(starts.iter().any(|start| (start[2].y - 0.8).abs() < 1e-12));
     }
 
     #[test]

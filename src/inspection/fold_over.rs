@@ -62,7 +62,7 @@ pub fn fold_over(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<Option<FoldOver>> {
-    Ok(FoldOver::of(&folds(surface, points, observer)?))
+    Ok(FoldOver::of(&folds(&Samples::of(surface, observer)?, points)))
 }
 
 impl FoldOver {
@@ -72,19 +72,14 @@ impl FoldOver {
 }
 
 /// The first of each pair of neighbouring samples that [`fold_over`] counts.
-pub(crate) fn folds(
-    surface: &NurbsSurface,
-    points: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<Vec<Flaw>> {
-    let samples = Samples::of(surface, observer)?;
+pub(crate) fn folds(samples: &Samples, points: &[DVec3]) -> Vec<Flaw> {
     let (rows, cols) = (samples.rows, samples.cols);
     let right = (0..rows * cols).filter(|at| at % cols + 1 < cols).map(|at| (at, at + 1));
     let below = (0..(rows - 1) * cols).map(|at| (at, at + cols));
     let flips = |&(a, b): &(usize, usize)| samples.normals[a].dot(samples.normals[b]) < 0.0;
     let folded: Vec<usize> = right.chain(below).filter(flips).map(|(a, _)| a).collect();
     if folded.is_empty() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let tree = KdTree::new(points);
     let smooth = |at: &usize| {
@@ -93,5 +88,5 @@ pub(crate) fn folds(
         let [_, second, third] = Plane::of(around).deviations;
         third < CREASED * second
     };
-    Ok(folded.into_iter().filter(smooth).map(|at| samples.flaw(at)).collect())
+    folded.into_iter().filter(smooth).map(|at| samples.flaw(at)).collect()
 }

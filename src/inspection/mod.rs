@@ -16,5 +16,6 @@ pub(crate) use self::layers::not_followed;
 pub use self::layers::{DoubleLayer, double_layer};
 pub(crate) use self::overshoot::{OUTSIDE, runaways};
 pub use self::overshoot::{Overshoot, overshoot};
+pub(crate) use self::samples::{Flaw, Samples};
 pub(crate) use self::units::UNEVEN;
 pub use self::units::{UnevenExtents, uneven_extents};

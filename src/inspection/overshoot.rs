@@ -87,7 +87,8 @@ pub fn overshoot(
     closed: (bool, bool),
     observer: &mut dyn Observer,
 ) -> Result<Option<Overshoot>> {
-    Ok(Overshoot::of(&runaways(surface, points, uv, closed, (OUTSIDE, 0.0), observer)?))
+    let samples = Samples::of(surface, observer)?;
+    Ok(Overshoot::of(&runaways(&samples, points, uv, closed, (OUTSIDE, 0.0))))
 }
 
 impl Overshoot {
@@ -105,30 +106,28 @@ impl Overshoot {
 /// The samples that [`overshoot`] counts, and their distances from the nearest points, if the surface may lie
 /// outside of the points' hull by such a share of their longest chord and so many mean spacings.
 pub(crate) fn runaways(
-    surface: &NurbsSurface,
+    samples: &Samples,
     points: &[DVec3],
     uv: &[DVec2],
     closed: (bool, bool),
     (share, wanted): (f64, f64),
-    observer: &mut dyn Observer,
-) -> Result<Vec<(f64, Flaw)>> {
-    let samples = Samples::of(surface, observer)?;
+) -> Vec<(f64, Flaw)> {
     let slack = SLACK * Bounds::of(points).diagonal();
-    let feet = Feet::of(surface, &samples, uv, closed);
+    let feet = Feet::of(samples, uv, closed);
     // Hardly any place is so far from a point whose foot is near, and only those are looked at.
     let near = |place: usize, point: u32| {
         samples.places[place].distance_squared(points[point as usize]) <= slack * slack
     };
     let far: Vec<usize> = feet.unsupported(near);
     if far.is_empty() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let tree = KdTree::new(points);
     let nearest = |place: usize| tree.nearest(samples.places[place], 1).first().copied();
     let far = far.par_iter().filter_map(|&place| Some((place, nearest(place)?)));
     let far: Vec<(usize, Neighbor)> = far.filter(|(_, near)| near.distance() > slack).collect();
     if far.is_empty() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
     let places = feet.repeated();
     let ways = KdTree::new(&places);
@@ -141,7 +140,7 @@ pub(crate) fn runaways(
         let too_far = found > slack + STEEPEST * way || is_outside();
         too_far.then(|| (found, samples.flaw(place)))
     };
-    Ok(far.par_iter().filter_map(beyond).collect())
+    far.par_iter().filter_map(beyond).collect()
 }
 
 /// How far the point that is farthest from the middle is from the one farthest from it: hardly less than the longest
@@ -199,9 +198,8 @@ struct Feet {
 }
 
 impl Feet {
-    fn of(surface: &NurbsSurface, samples: &Samples, uv: &[DVec2], closed: (bool, bool)) -> Self {
-        let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
-        let (low, size) = (DVec2::new(u.0, v.0), DVec2::new(u.1 - u.0, v.1 - v.0));
+    fn of(samples: &Samples, uv: &[DVec2], closed: (bool, bool)) -> Self {
+        let (low, size) = samples.domain();
         let places = uv.iter().map(|uv| (*uv - low) / size).collect();
         let (rows, cols) = (samples.rows, samples.cols);
         let at = |i: usize, j: usize| samples.places[i * cols + j];
@@ -275,9 +273,8 @@ mod tests {
             let net = (0..36).map(|i| DVec3::new(place(i / 6), place(i % 6), 0.0));
             let surface = NurbsSurface::clamped(net.collect(), (6, 6), 1).unwrap();
             let uv: Vec<DVec2> = square.iter().map(|p| (p.truncate() + beyond) / size).collect();
-            runaways(&surface, &square, &uv, (false, false), (OUTSIDE, wanted), &mut Silent)
-                .unwrap()
-                .len()
+            let samples = Samples::of(&surface, &mut Silent).unwrap();
+            runaways(&samples, &square, &uv, (false, false), (OUTSIDE, wanted)).len()
         };
         // Three tenths of the diagonal are 0.42.
         assert_eq!(seen(0.2, 0.0), 0);

@@ -13,7 +13,7 @@ const PER_SPAN: usize = 4;
 const MOST: usize = 400;
 
 /// Places and normals on a grid over the domain, row by row.
-pub(super) struct Samples {
+pub(crate) struct Samples {
     pub(super) rows: usize,
     pub(super) cols: usize,
     pub(super) uv: Vec<DVec2>,
@@ -29,7 +29,7 @@ pub(crate) struct Flaw {
 }
 
 impl Samples {
-    pub(super) fn of(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Self> {
+    pub(crate) fn of(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Self> {
         let (u, v) = (parameters(surface.knots_u()), parameters(surface.knots_v()));
         let uv: Vec<DVec2> =
             u.iter().flat_map(|&u| v.iter().map(move |&v| DVec2::new(u, v))).collect();
@@ -38,6 +38,12 @@ impl Samples {
         surface.evaluate(&uv, &mut places, Outside::Refuse, observer)?;
         surface.normals(&uv, &mut normals, Outside::Refuse, observer)?;
         Ok(Self { rows: u.len(), cols: v.len(), uv, places, normals })
+    }
+
+    /// Where the domain begins, and its size.
+    pub(super) fn domain(&self) -> (DVec2, DVec2) {
+        let low = self.uv[0];
+        (low, self.uv[self.uv.len() - 1] - low)
     }
 
     pub(super) fn flaw(&self, sample: usize) -> Flaw {

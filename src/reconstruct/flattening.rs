@@ -32,6 +32,9 @@ const EMPTIER: f64 = 0.02;
 /// looked for, in turn, and how far that may be from them, as a share of its own distance by root mean square.
 const STICKING_OUT: [(f64, f64); 2] = [(0.25, 2.0), (0.2, 1.2)];
 
+/// The least of these shares.
+const LEAST_OUTSIDE: f64 = STICKING_OUT[STICKING_OUT.len() - 1].0;
+
 impl Job<'_> {
     /// The fit without the flaws that its points do not have, as far as there is one, and drawn in where it sticks out
     /// of their hull. Keeps a tolerance that was kept, and stays near pieces: it may have no way through them.
@@ -41,6 +44,11 @@ impl Job<'_> {
         growth: Option<Growth>,
         observer: &mut dyn Observer,
     ) -> Result<(Fit, Flaws)> {
+        // What has no flaws by the least bound has none by the others.
+        let none = Flaws::of(&fit.surface, &fit.uv, self, LEAST_OUTSIDE, observer)?;
+        if none.count() == 0 {
+            return Ok((fit, none));
+        }
         let flaws = self.flaws(&fit, observer)?;
         if self.options.fairness.is_some() {
             return Ok((fit, flaws));
@@ -243,6 +251,6 @@ impl Job<'_> {
         &self,
         outside: f64,
     ) -> impl FnMut(&NurbsSurface, &[DVec2], &mut dyn Observer) -> Result<Vec<DVec2>> {
-        move |surface, uv, observer| Ok(Flaws::of(surface, uv, self, outside, observer)?.places)
+        move |surface, uv, observer| Ok(Flaws::of(surface, uv, self, outside, observer)?.places())
     }
 }

@@ -6,16 +6,15 @@ use super::job::{BORDER, Fit, Job};
 use super::own_frame::Frame;
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::inspection::{FoldOver, Overshoot, folds, runaways};
+use crate::inspection::{Flaw, FoldOver, Overshoot, Samples, folds, runaways};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// Where a surface folds over or runs away, though its points do not.
 pub(super) struct Flaws {
-    fold: Option<FoldOver>,
-    overshoot: Option<Overshoot>,
-    /// Where on the surface.
-    pub(super) places: Vec<DVec2>,
+    folds: Vec<Flaw>,
+    /// With their distances from the points.
+    runaways: Vec<(f64, Flaw)>,
 }
 
 impl Flaws {
@@ -33,10 +32,11 @@ impl Flaws {
         let points: Vec<_> = counted.iter().map(|&i| job.points[i]).collect();
         let uv: Vec<_> = counted.iter().map(|&i| uv[i]).collect();
         let closed = job.shape.closed().closed();
+        let samples = Samples::of(surface, observer)?;
         // Heights are a function, which cannot fold over however steep it is.
         let folds = match job.shape.base {
             Some(_) => Vec::new(),
-            None => folds(surface, &points, observer)?,
+            None => folds(&samples, &points),
         };
         // How far they go was looked at when they were fitted; in another unit nothing else tells.
         let runaways = if job.shape.straight {
@@ -45,19 +45,32 @@ impl Flaws {
             // Heights end with the rectangle that they stand on.
             let heights = job.shape.base.is_some();
             let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
-            runaways(surface, &points, &uv, closed, (outside, wanted), observer)?
+            runaways(&samples, &points, &uv, closed, (outside, wanted))
         };
-        let runaway_places = runaways.iter().map(|(_, flaw)| flaw.uv);
-        Ok(Self {
-            fold: FoldOver::of(&folds),
-            overshoot: Overshoot::of(&runaways),
-            places: folds.iter().map(|flaw| flaw.uv).chain(runaway_places).collect(),
-        })
+        Ok(Self { folds, runaways })
     }
 
     /// At how many places.
     pub(super) fn count(&self) -> usize {
-        self.places.len()
+        self.folds.len() + self.runaways.len()
+    }
+
+    /// Where on the surface.
+    pub(super) fn places(&self) -> Vec<DVec2> {
+        let runaways = self.runaways.iter().map(|(_, flaw)| flaw);
+        self.folds.iter().chain(runaways).map(|flaw| flaw.uv).collect()
+    }
+
+    /// These without the folds that have a foot within a span of them: where no other surface goes through the
+    /// points, it is they that fold.
+    pub(super) fn without_folds_beside(mut self, feet: &[DVec2], surface: &NurbsSurface) -> Self {
+        let span = [surface.knots_u(), surface.knots_v()].map(|knots| {
+            let (start, end) = knots.domain();
+            (end - start) / (knots.breaks().len() - 1) as f64
+        });
+        let near = |a: DVec2, b: DVec2| (a - b).abs().cmple(span.into()).all();
+        self.folds.retain(|fold| !feet.iter().any(|&foot| near(foot, fold.uv)));
+        self
     }
 
     /// Whether there are any that no tolerance, kept, excuses.
@@ -67,8 +80,9 @@ impl Flaws {
 
     /// In words, in the points' own frame.
     pub(super) fn warnings(&self, frame: &Frame) -> impl Iterator<Item = String> {
-        let fold = self.fold.map(|fold| FoldOver { place: frame.undo(fold.place), ..fold });
-        let overshoot = self.overshoot.map(|found| Overshoot {
+        let fold = FoldOver::of(&self.folds);
+        let fold = fold.map(|fold| FoldOver { place: frame.undo(fold.place), ..fold });
+        let overshoot = Overshoot::of(&self.runaways).map(|found| Overshoot {
             distance: frame.length(found.distance),
             place: frame.undo(found.place),
             ..found

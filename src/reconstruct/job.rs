@@ -288,11 +288,14 @@ impl<'a> Job<'a> {
             iterations: fit.iterations,
             ended_by: EndedBy::Exact,
         };
-        let flaws = self.flaws(&found, observer)?;
+        let mut flaws = self.flaws(&found, observer)?;
         let error = self.rms(&found.distances) / size;
         let doubtful = error > SURE && flaws.count() > self.flaws(fit, observer)?.count();
         if doubtful || error > THROUGH {
             return Ok(None);
+        }
+        if error <= SURE {
+            flaws = flaws.without_folds_beside(&found.uv, &found.surface);
         }
         if let Some(weights) = &mut self.weights {
             for (i, (weight, distance)) in weights.iter_mut().zip(&found.distances).enumerate() {

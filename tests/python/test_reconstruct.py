@@ -97,6 +97,35 @@ def test_nets_that_are_finer_at_one_end_come_back(powers: tuple[float, float]) -
         assert distances.max() < 1e-6 * result.report.diagonal
 
 
+@pytest.mark.parametrize(
+    ("net", "seed", "several", "rolled"),
+    [
+        # Slides off the ends of its domain by 5e-4, which hardly shows in distances along normals.
+        ((5, 6), 8, 2000, True),
+        # No step leads on where a part of it lies otherwise; and it folds over in a corner.
+        ((12, 12), 4, 1500, False),
+        ((12, 12), 4, 1000, True),
+    ],
+)
+def test_nets_come_back_where_most_searches_end_beside_them(
+    net: tuple[int, int], seed: int, several: int, rolled: bool
+) -> None:
+    rng = np.random.default_rng([seed, *net])
+    u, v = np.meshgrid(np.linspace(0, 1, net[0]), np.linspace(0, 1, net[1]), indexing="ij")
+    angle = rng.uniform(*((4, 6) if rolled else (1, 3.5))) * u
+    radius = 0.3 + 0.05 * angle if rolled else 1
+    arc = np.stack([radius * np.cos(angle), rng.uniform(1, 2) * v, radius * np.sin(angle)], axis=-1)
+    bumps = (0.05 if rolled else 0.3) / min(max(net) - 1, 8) * rng.standard_normal(arc.shape)
+    truth = neurbs.NurbsSurface(arc + bumps)
+    uv = rng.random((several, 2))
+    result = neurbs.reconstruct(truth.evaluate(uv), grid=net, aspect="fixed", topology="sheet")
+    assert result.report.ended_by == "exact"
+    assert not result.report.warnings
+    others = truth.evaluate(rng.uniform(uv.min(axis=0), uv.max(axis=0), (400, 2)))
+    distances = result.surface.closest_points(others).distances
+    assert distances.max() < 1e-6 * result.report.diagonal
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_points_that_were_left_out_but_lie_on_a_net_that_came_back_are_inliers(seed: int) -> None:
     u, v = np.meshgrid(np.linspace(0, 1, 4), np.linspace(0, 1, 4), indexing="ij")
