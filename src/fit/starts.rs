@@ -80,18 +80,20 @@ impl Starts<'_> {
         let ends = space.knots.each_ref().map(KnotVector::domain);
         let [low, high] = [ends.map(|end| end.0), ends.map(|end| end.1)].map(DVec2::from);
         let breaks = space.knots.each_ref().map(|knots| (knots.breaks().len() - 1) as f64);
-        let span = (high - low) / DVec2::from(breaks);
+        let (size, closed) = (high - low, BVec2::from(space.closed));
+        let span = size / DVec2::from(breaks);
         let inside = |uv: DVec2| {
-            let round = low + (uv - low).rem_euclid(high - low);
-            DVec2::select(BVec2::from(space.closed), round, uv.clamp(low, high))
+            let round = low + (uv - low).rem_euclid(size);
+            DVec2::select(closed, round, uv.clamp(low, high))
         };
+        let nearer_way = |by: DVec2| DVec2::select(closed, by - size * (by / size).round(), by);
         let turn = TAU / DIRECTIONS as f64;
         let ways = (0..DIRECTIONS).map(|i| span * DVec2::from_angle(turn * i as f64));
         let moves = ways.flat_map(|way| LENGTHS.map(|length| length * way));
         let moves = moves.flat_map(|by| RADII.map(|radius| (by, radius)));
         let moved = |(by, radius): (DVec2, f64)| {
             let share = |apart: DVec2| (-0.5 * (apart / (radius * span)).length_squared()).exp();
-            uv.iter().map(|&uv| inside(uv + share(uv - place) * by)).collect()
+            uv.iter().map(|&uv| inside(uv + share(nearer_way(uv - place)) * by)).collect()
         };
         moves.map(moved).collect()
     }
@@ -209,6 +211,17 @@ mod tests {
         // Upwards, from the end of the domain, nothing moves.
         assert!(starts.iter().any(|start| start[2].distance(uv[2]) < 1e-12));
         assert!(starts.iter().any(|start| (start[2].y - 0.8).abs() < 1e-12));
+    }
+
+    #[test]
+    fn what_is_moved_around_a_place_on_a_seam_moves_on_both_sides() {
+        let knots = KnotVector::periodic_uniform(3, 6).unwrap();
+        let space = SplineSpace::new([knots.clone(), knots], [true; 2]).unwrap();
+        let uv = [0.05, 0.95].map(|at| DVec2::new(at, 0.5));
+        for start in (Starts { space: &space, uv: &uv }).moved_around(DVec2::new(0.0, 0.5)) {
+            let by = [0, 1].map(|i| (start[i] - uv[i]) - (start[i] - uv[i]).round());
+            assert!(by[0].length() > 0.03 && by[0].distance(by[1]) < 1e-12, "{by:?}");
+        }
     }
 
     #[test]

@@ -27,26 +27,22 @@ impl Flaws {
         outside: f64,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
+        if job.shape.straight {
+            // How far heights go was looked at when they were fitted; in another unit nothing else tells.
+            return Ok(Self { folds: Vec::new(), runaways: Vec::new() });
+        }
         let counts = |i: &usize| job.weight(*i) > 0.0;
         let counted: Vec<usize> = (0..job.points.len()).filter(counts).collect();
         let points: Vec<_> = counted.iter().map(|&i| job.points[i]).collect();
         let uv: Vec<_> = counted.iter().map(|&i| uv[i]).collect();
         let closed = job.shape.closed().closed();
         let samples = Samples::of(surface, observer)?;
+        let heights = job.shape.base.is_some();
         // Heights are a function, which cannot fold over however steep it is.
-        let folds = match job.shape.base {
-            Some(_) => Vec::new(),
-            None => folds(&samples, &points),
-        };
-        // How far they go was looked at when they were fitted; in another unit nothing else tells.
-        let runaways = if job.shape.straight {
-            Vec::new()
-        } else {
-            // Heights end with the rectangle that they stand on.
-            let heights = job.shape.base.is_some();
-            let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
-            runaways(&samples, &points, &uv, closed, (outside, wanted))
-        };
+        let folds = if heights { Vec::new() } else { folds(&samples, &points) };
+        // Heights end with the rectangle that they stand on.
+        let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
+        let runaways = runaways(&samples, &points, &uv, closed, (outside, wanted));
         Ok(Self { folds, runaways })
     }
 
