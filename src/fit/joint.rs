@@ -36,7 +36,7 @@ use crate::progress::{self, Observer, Progress, Stage};
 
 /// Root mean square distances, as shares of the points' diameter: what a surface near
 /// points of the same net has at most; what one through all of them has, which may be rounded to the
-/// digits of single precision; what no other one has; and where steps end.
+/// digits of single precision; what hardly any other one has; and where steps end.
 const ROUGH: f64 = 5e-2;
 pub(crate) const THROUGH: f64 = 3e-8;
 pub(crate) const SURE: f64 = 2e-9;
@@ -122,7 +122,7 @@ const RIDGE: f64 = 1e-9;
 /// the surface ends.
 const LAST_STEPS: usize = 6;
 
-/// Steps that draw a surface to where points end; it takes eight to sixteen.
+/// Steps that draw a surface to where points end; four to sixteen did.
 const HELD_STEPS: usize = 24;
 
 /// Mean gaps between points that may lie between them and an end of the domain.

@@ -57,8 +57,8 @@ impl Flaws {
         self.folds.iter().chain(runaways).map(|flaw| flaw.uv).collect()
     }
 
-    /// These without the folds that have a foot within a span of them: where no other surface goes through the
-    /// points, it is they that fold.
+    /// These without the folds that have a foot within a span of them: where hardly any other surface goes through
+    /// the points, it is they that fold.
     pub(super) fn without_folds_beside(mut self, feet: &[DVec2], surface: &NurbsSurface) -> Self {
         let span = [surface.knots_u(), surface.knots_v()].map(|knots| {
             let (start, end) = knots.domain();
