@@ -8,6 +8,9 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::substitution::{ROWS, Substitution};
+use crate::nurbs::window;
+
 /// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
 /// processor busy.
 const TILES: [usize; 2] = [32, 64];
@@ -25,6 +28,8 @@ const PARALLEL: usize = 256;
 #[derive(Clone, Debug)]
 pub(super) struct Band {
     size: usize,
+    /// How far from the diagonal entries are at most.
+    width: usize,
     /// Side of a tile, a power of two.
     side: usize,
     /// Tiles in a column: the diagonal one and those below it.
@@ -48,7 +53,7 @@ impl Band {
             values.clear();
             values.resize(length, 0.0);
         }
-        let mut band = Self { size, side, reach, values };
+        let mut band = Self { size, width, side, reach, values };
         band.complete();
         band
     }
@@ -61,12 +66,28 @@ impl Band {
         }
     }
 
-    fn columns(&self) -> usize {
+    pub(super) fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Columns of tiles.
+    pub(super) fn columns(&self) -> usize {
         self.size.div_ceil(self.side)
+    }
+
+    /// The tiles of a column, from the diagonal one down.
+    pub(super) fn tiles(&self, col: usize) -> impl Iterator<Item = &[f64]> {
+        let tiles = self.values[col * self.reach * self.tile_len()..].chunks(self.tile_len());
+        tiles.take(self.reach.min(self.columns() - col))
     }
 
     fn tile_len(&self) -> usize {
         self.side * self.side
+    }
+
+    /// The rows of a tile so many below a diagonal one that lie in the band: of the last one hardly any may.
+    pub(super) fn rows_inside(&self, below: usize) -> usize {
+        (self.width + self.side).saturating_sub(below * self.side).min(self.side)
     }
 
     /// Where an entry on or below the diagonal stands.
@@ -168,19 +189,17 @@ impl Band {
         (0..self.size).for_each(|i| self.add(i, i, ridge));
     }
 
-    /// The sum of the products of all entries with those of another matrix: the trace of the
-    /// product of both.
+    /// The sum of the products of all entries with those of another matrix, whose diagonal tiles have a lower half
+    /// alone, as sums have: the trace of the product of both.
     pub(super) fn inner_product(&self, other: &Self) -> f64 {
-        let tiles = self.values.chunks(self.tile_len()).zip(other.values.chunks(self.tile_len()));
-        let products = tiles.enumerate().map(|(number, (a, b))| {
-            let (col, row) = (number / self.reach, number % self.reach);
-            if row > 0 {
-                return 2.0 * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-            }
-            let inside = (self.size - col * self.side).min(self.side);
-            let entry = |i: usize, j: usize| a[j * self.side + i] * b[j * self.side + i];
-            let below = |j: usize| (j + 1..inside).map(|i| 2.0 * entry(i, j)).sum::<f64>();
-            (0..inside).map(|j| entry(j, j) + below(j)).sum()
+        let (tile, side) = (self.tile_len(), self.side);
+        let tiles = self.values.chunks(tile).zip(other.values.chunks(tile)).enumerate();
+        let products = tiles.map(|(number, (a, b))| {
+            let (col, below) = (number / self.reach, number % self.reach);
+            let inside = (self.size.saturating_sub(col * side)).min(side);
+            let twice = 2.0 * dot(&a[..inside * side], &b[..inside * side]);
+            let diagonal = (0..inside).map(|j| j * side + j).filter(|_| below == 0);
+            twice - diagonal.map(|at| a[at] * b[at]).sum::<f64>()
         });
         products.sum()
     }
@@ -193,6 +212,7 @@ impl Band {
         check: &mut dyn FnMut() -> Result<(), E>,
     ) -> Result<bool, E> {
         let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
+        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
         for j in 0..columns {
             check()?;
             let (own, later) = self.values[j * reach * tile..].split_at_mut(reach * tile);
@@ -203,9 +223,10 @@ impl Band {
             let below = (columns - 1 - j).min(reach - 1);
             let panel = &mut panel[..below * tile];
             let lower = MatRef::from_column_major_slice(diagonal, side, side);
-            let solve = |panel: &mut [f64]| {
+            let solve = |(row, panel): (usize, &mut [f64])| {
                 // X Lᵀ = A is L Xᵀ = Aᵀ.
                 let panel = MatMut::from_column_major_slice_mut(panel, side, side);
+                let panel = panel.subrows_mut(0, inside[row]);
                 triangular::solve_lower_triangular_in_place(lower, panel.transpose_mut(), Par::Seq);
             };
             let panel_ref: &[f64];
@@ -214,20 +235,22 @@ impl Band {
                 let (col, row) = (number / reach, number / reach + number % reach);
                 if row < below {
                     let at = |k: usize| {
-                        MatRef::from_column_major_slice(&panel[k * tile..][..tile], side, side)
+                        let panel = &panel[k * tile..][..tile];
+                        MatRef::from_column_major_slice(panel, side, side).subrows(0, inside[k])
                     };
                     let target = MatMut::from_column_major_slice_mut(target, side, side);
+                    let target = target.submatrix_mut(0, 0, inside[row], inside[col]);
                     matmul(target, Accum::Add, at(row), at(col).transpose(), -1.0, Par::Seq);
                 }
             };
             let later = &mut later[..below * reach * tile];
             if below * side >= PARALLEL {
-                panel.par_chunks_mut(tile).for_each(solve);
+                panel.par_chunks_mut(tile).enumerate().for_each(solve);
                 panel_ref = panel;
                 let tiles = later.par_chunks_mut(tile).enumerate();
                 tiles.for_each(|target| update(target, panel_ref));
             } else {
-                panel.chunks_mut(tile).for_each(solve);
+                panel.chunks_mut(tile).enumerate().for_each(solve);
                 panel_ref = panel;
                 later.chunks_mut(tile).enumerate().for_each(|target| update(target, panel_ref));
             }
@@ -238,7 +261,11 @@ impl Band {
     /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
     pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
         debug_assert_eq!(x.len(), self.size);
-        Arch::new().dispatch(Substitution { factor: self, x });
+        // As many as the tiles have.
+        let mut whole = vec![[0.0; WIDTH]; self.columns() * self.side];
+        whole[..self.size].copy_from_slice(x);
+        Arch::new().dispatch(Substitution { factor: self, x: &mut whole });
+        x.copy_from_slice(&whole[..self.size]);
     }
 
     /// The solution by this factor for points whose coordinates are coupled, three rows for each.
@@ -255,6 +282,7 @@ impl Band {
         let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
         let mut inverse = Self { values: vec![0.0; self.values.len()], ..*self };
         let mut scaled = vec![0.0; reach * tile];
+        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
         for j in (0..columns).rev() {
             let column = &self.values[j * reach * tile..][..reach * tile];
             let lower = MatRef::from_column_major_slice(&column[..tile], side, side);
@@ -265,23 +293,25 @@ impl Band {
             for i in 0..below {
                 let w = &mut scaled[i * tile..][..tile];
                 w.copy_from_slice(&column[(i + 1) * tile..][..tile]);
-                let w = MatMut::from_column_major_slice_mut(w, side, side).transpose_mut();
+                let w = MatMut::from_column_major_slice_mut(w, side, side);
+                let w = w.subrows_mut(0, inside[i]).transpose_mut();
                 triangular::solve_upper_triangular_in_place(lower.transpose(), w, Par::Seq);
             }
-            let w =
-                |i: usize| MatRef::from_column_major_slice(&scaled[i * tile..][..tile], side, side);
+            let w = |i: usize| {
+                let w = &scaled[i * tile..][..tile];
+                MatRef::from_column_major_slice(w, side, side).subrows(0, inside[i])
+            };
             for i in 0..below {
                 let target = &mut panel[i * tile..][..tile];
                 for l in 0..below {
                     let (row, col) = (i.max(l), i.min(l));
                     let known = &later[(col * reach + row - col) * tile..][..tile];
                     let known = MatRef::from_column_major_slice(known, side, side);
+                    let known = if i >= l { known } else { known.transpose() };
+                    let known = known.submatrix(0, 0, inside[i], inside[l]);
                     let target = MatMut::from_column_major_slice_mut(&mut *target, side, side);
-                    if i >= l {
-                        matmul(target, Accum::Add, known, w(l), -1.0, Par::Seq);
-                    } else {
-                        matmul(target, Accum::Add, known.transpose(), w(l), -1.0, Par::Seq);
-                    }
+                    let target = target.subrows_mut(0, inside[i]);
+                    matmul(target, Accum::Add, known, w(l), -1.0, Par::Seq);
                 }
             }
             for k in 0..side {
@@ -296,6 +326,7 @@ impl Band {
             );
             for i in 0..below {
                 let known = MatRef::from_column_major_slice(&panel[i * tile..][..tile], side, side);
+                let known = known.subrows(0, inside[i]);
                 matmul(target.as_mut(), Accum::Add, known.transpose(), w(i), -1.0, Par::Seq);
             }
         }
@@ -303,70 +334,13 @@ impl Band {
     }
 }
 
-/// A solution by a factor.
-struct Substitution<'a, const WIDTH: usize> {
-    factor: &'a Band,
-    x: &'a mut [[f64; WIDTH]],
-}
-
-impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
-    type Output = ();
-
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { factor, x } = self;
-        let (side, tile) = (factor.side, factor.tile_len());
-        let rows = |number: usize| {
-            let (col, row) = (number / factor.reach, number / factor.reach + number % factor.reach);
-            let range = |k: usize| (k * side).min(factor.size)..((k + 1) * side).min(factor.size);
-            (range(col), range(row))
-        };
-        // L y = b.
-        for (number, values) in factor.values.chunks(tile).enumerate() {
-            let (cols, rows) = rows(number);
-            let diagonal = cols == rows;
-            for (j, col) in cols.enumerate() {
-                let column = &values[j * side..][..side];
-                if diagonal {
-                    x[col] = x[col].map(|value| value / column[j]);
-                }
-                let known = x[col];
-                let from = if diagonal { j + 1 } else { 0 };
-                for (x, value) in x[rows.clone()].iter_mut().zip(column).skip(from) {
-                    (0..WIDTH).for_each(|k| x[k] -= value * known[k]);
-                }
-            }
-        }
-        // Lᵀ x = y: a column's tiles from below, its diagonal one last.
-        for col in (0..factor.columns()).rev() {
-            for number in (col * factor.reach..(col + 1) * factor.reach).rev() {
-                let values = &factor.values[number * tile..][..tile];
-                let (cols, rows) = rows(number);
-                let diagonal = cols == rows;
-                for (j, col) in cols.enumerate().rev() {
-                    let column = &values[j * side..][..rows.len()];
-                    let from = if diagonal { j + 1 } else { 0 };
-                    let known = product(&column[from..], &x[rows.clone()][from..]);
-                    let sum: [f64; WIDTH] = std::array::from_fn(|k| x[col][k] - known[k]);
-                    x[col] = if diagonal { sum.map(|value| value / column[j]) } else { sum };
-                }
-            }
-        }
+/// The sum of the products of numbers with others.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; ROWS];
+    for (a, b) in a.as_chunks::<ROWS>().0.iter().zip(b.as_chunks::<ROWS>().0) {
+        (0..ROWS).for_each(|k| sums[k] += a[k] * b[k]);
     }
-}
-
-/// The sum of numbers times vectors, in four parts that do not wait for one another.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
-#[inline(always)]
-fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f64; WIDTH] {
-    let mut sums = [[0.0; WIDTH]; 4];
-    for (numbers, vectors) in numbers.chunks(4).zip(vectors.chunks(4)) {
-        for ((sum, number), vector) in sums.iter_mut().zip(numbers).zip(vectors) {
-            (0..WIDTH).for_each(|k| sum[k] += number * vector[k]);
-        }
-    }
-    std::array::from_fn(|k| sums.iter().map(|sum| sum[k]).sum())
+    sums.iter().sum()
 }
 
 /// Cholesky's factor of one tile in place, its upper half zero; false if there is none.
@@ -385,13 +359,19 @@ impl WithSimd for TileFactor<'_> {
         for j in 0..side {
             let (before, rest) = values.split_at_mut(j * side);
             let column = &mut rest[..side];
-            column[..j].fill(0.0);
-            for known in before.chunks(side) {
-                let factor = known[j];
-                for (value, known) in column[j..].iter_mut().zip(&known[j..]) {
-                    *value -= factor * known;
+            // Some rows at a time, which stay in registers; those above the diagonal come to nothing.
+            let above = j - j % ROWS;
+            for (number, rows) in column[above..].as_chunks_mut::<ROWS>().0.iter_mut().enumerate() {
+                let mut left = *rows;
+                for known in before.chunks(side) {
+                    let (factor, known) = (known[j], window(known, above + number * ROWS));
+                    for (value, known) in left.iter_mut().zip::<&[f64; ROWS]>(known) {
+                        *value -= factor * known;
+                    }
                 }
+                *rows = left;
             }
+            column[..j].fill(0.0);
             let pivot = column[j];
             if !(pivot > 0.0 && pivot.is_finite()) {
                 return false;

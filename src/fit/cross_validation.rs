@@ -5,6 +5,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::POINTS_PER_TASK;
 use super::anisotropy;
 use super::band::Band;
 use super::fairness::Energy;
@@ -12,7 +13,7 @@ use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Quad, Question, add, answers};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
-use crate::nurbs::{Row, padded};
+use crate::nurbs::values_at;
 
 /// Decimal logarithms of the weights that are tried: 1 gives the energy as large a say as the
 /// points. Below the least of them it would no longer hold what points leave open; with the
@@ -116,30 +117,52 @@ pub(super) fn best(
 /// The heights of samples over surfaces of one space.
 struct Heights<'a> {
     space: &'a SplineSpace,
-    judged: Vec<Judged<'a>>,
+    /// Of the net's control points in the order of solution.
+    places: Vec<usize>,
+    judged: Vec<Judged>,
+    /// Their basis functions that differ from zero: those in u, then those in v.
+    functions: Vec<f64>,
+    /// What they count together.
+    weight: f64,
     /// How many samples count.
     count: f64,
 }
 
-/// A sample whose height is asked for, and the basis functions at its parameters.
-struct Judged<'a> {
-    sample: &'a Sample,
-    firsts: [usize; 2],
-    rows: Row,
-    cols: Row,
+/// A sample whose height is asked for: no more of it than that takes, as all of them are read for each weight.
+#[derive(Clone, Copy)]
+struct Judged {
+    point: DVec3,
+    normal: DVec3,
+    weight: f64,
+    /// The first control point of the net that it touches.
+    first: usize,
 }
 
 impl<'a> Heights<'a> {
     fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
-        let judged = |i: usize| {
-            let sample = &samples[i];
-            let [u, v] = [0, 1].map(|d| padded(&space.knots[d], sample.uv[d]));
-            Judged { sample, firsts: [u.first, v.first], rows: u.values, cols: v.values }
-        };
         let step = samples.len().div_ceil(JUDGED).max(1);
-        let judged = (0..samples.len()).into_par_iter().step_by(step).map(judged).collect();
+        let some: Vec<&Sample> = samples.iter().step_by(step).collect();
+        let [rows, cols] = Self::orders(space);
+        let width = space.knots[1].control_points();
+        let mut functions = vec![0.0; some.len() * (rows + cols)];
+        let judged = |(sample, functions): (&&Sample, &mut [f64])| {
+            let &&Sample { point, uv, normal, weight, .. } = sample;
+            let (of_u, of_v) = functions.split_at_mut(rows);
+            let [u, v] = [(0, of_u), (1, of_v)]
+                .map(|(d, functions)| values_at(&space.knots[d], uv[d], functions));
+            Judged { point, normal, weight, first: u * width + v }
+        };
+        let functions_of = functions.par_chunks_mut(rows + cols);
+        let some = some.par_iter().with_min_len(POINTS_PER_TASK).zip(functions_of);
+        let judged: Vec<Judged> = some.map(judged).collect();
+        let weight = judged.iter().map(|judged| judged.weight).sum();
         let count = samples.iter().filter(|sample| sample.weight > 0.0).count() as f64;
-        Self { space, judged, count }
+        Self { space, places: space.places(), judged, functions, weight, count }
+    }
+
+    /// How many basis functions differ from zero in u and in v.
+    fn orders(space: &SplineSpace) -> [usize; 2] {
+        [0, 1].map(|d| space.knots[d].degree() + 1)
     }
 
     /// The mean square of the error to be expected with so many times this energy; `None` if the
@@ -168,10 +191,9 @@ impl<'a> Heights<'a> {
     /// The mean square of the heights over the surface with these control points, in the order of
     /// solution.
     fn mean_square(&self, solution: &[Quad]) -> f64 {
-        let net = self.space.places().into_iter().map(|at| solution[at]).collect();
+        let net = self.places.iter().map(|&at| solution[at]).collect();
         let squares = answers(&Squares { heights: self, net }, self.judged.len());
-        let weights: f64 = self.judged.iter().map(|judged| judged.sample.weight).sum();
-        squares.iter().sum::<f64>() / weights
+        squares.iter().sum::<f64>() / self.weight
     }
 }
 
@@ -187,21 +209,32 @@ impl Question for Squares<'_> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn answer(&self, index: usize) -> f64 {
-        let Heights { space, judged, .. } = self.heights;
-        let [rows, cols] = [0, 1].map(|d| space.knots[d].degree() + 1);
-        let width = space.knots[1].control_points();
-        let Judged { sample, firsts: [first, left], rows: by_row, cols: by_col } = &judged[index];
-        let mut place = [0.0; 4];
-        for (i, row) in by_row[..rows].iter().enumerate() {
-            let mut along = [0.0; 4];
-            let net = &self.net[(first + i) * width + left..][..cols];
-            for (point, col) in net.iter().zip(by_col) {
-                add(&mut along, *col, point);
-            }
-            add(&mut place, *row, &along);
+        // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
+        match Heights::orders(self.heights.space) {
+            [4, 4] => self.square(index, [4, 4]),
+            orders => self.square(index, orders),
         }
-        let Sample { point, normal, weight, .. } = sample;
+    }
+}
+
+impl Squares<'_> {
+    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[inline(always)]
+    fn square(&self, index: usize, [rows, cols]: [usize; 2]) -> f64 {
+        let Heights { space, judged, functions, .. } = self.heights;
+        let width = space.knots[1].control_points();
+        let (by_row, by_col) = functions[index * (rows + cols)..][..rows + cols].split_at(rows);
+        let Judged { point, normal, weight, first } = judged[index];
+        let mut place = [0.0; 4];
+        for (i, row) in by_row.iter().enumerate() {
+            let mut of_row = [0.0; 4];
+            let net = &self.net[first + i * width..][..cols];
+            for (point, col) in net.iter().zip(by_col) {
+                add(&mut of_row, *col, point);
+            }
+            add(&mut place, *row, &of_row);
+        }
         let [x, y, z, _] = place;
-        weight * (point - DVec3::new(x, y, z)).dot(*normal).powi(2)
+        weight * (point - DVec3::new(x, y, z)).dot(normal).powi(2)
     }
 }

@@ -38,6 +38,7 @@ mod robust;
 mod sides;
 mod space;
 mod starts;
+mod substitution;
 mod trend;
 mod trial;
 mod unfolding;

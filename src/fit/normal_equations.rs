@@ -13,7 +13,7 @@ use super::band::Band;
 use super::space::SplineSpace;
 use super::{POINTS_PER_LOOK, POINTS_PER_TASK};
 use crate::error::Result;
-use crate::nurbs::{MAX_ORDER, padded, window};
+use crate::nurbs::{MAX_ORDER, values_at, window};
 use crate::progress::Listen;
 
 /// Numbers in the blocks that are added up at a time, 16 MB.
@@ -263,8 +263,9 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
         for together in members.chunks(TOGETHER) {
             for (k, &member) in together.iter().enumerate() {
                 let sample = &samples[member as usize];
-                let u = padded(&space.knots[0], sample.uv.x).values;
-                let v = padded(&space.knots[1], sample.uv.y).values;
+                let (mut u, mut v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
+                values_at(&space.knots[0], sample.uv.x, &mut u[..rows]);
+                values_at(&space.knots[1], sample.uv.y, &mut v[..cols]);
                 let (factors, target) = coefficients(sample);
                 let target = target.extend(0.0).to_array();
                 let mut pairs = [0.0; MAX_ORDER * (MAX_ORDER + 1) / 2];

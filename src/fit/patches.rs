@@ -12,6 +12,9 @@ use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
 const TOGETHER: usize = 32;
 const LEAST: usize = 256;
 
+/// Patches that a thread lays out at least.
+const LEAST_PATCHES: usize = 512;
+
 /// Tangents whose cross product is under this share of their lengths' product give no direction.
 pub(super) const DEGENERATE: f64 = 1e-12;
 
@@ -119,12 +122,12 @@ impl<'a> Patches<'a> {
         let mut patches = Self { knots, net: net.collect(), width, cubics: Vec::new() };
         if knots.iter().all(|knots| knots.degree() == 3) {
             let [rows, cols] = knots.map(powers);
-            let all = rows.par_iter().enumerate().flat_map_iter(|(row, by_u)| {
-                let cols = cols.iter().enumerate();
-                cols.map(move |(col, by_v)| (row, col, by_u, by_v))
-            });
-            patches.cubics =
-                all.map(|(row, col, by_u, by_v)| patches.cubic((row, col), by_u, by_v)).collect();
+            let cubic = |at: usize| {
+                let (row, col) = (at / cols.len(), at % cols.len());
+                patches.cubic((row, col), &rows[row], &cols[col])
+            };
+            let all = (0..rows.len() * cols.len()).into_par_iter();
+            patches.cubics = all.with_min_len(LEAST_PATCHES).map(cubic).collect();
         }
         patches
     }

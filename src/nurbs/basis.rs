@@ -101,6 +101,22 @@ pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
     if knots.degree() == 3 { Basis::<4>::at(knots, u).padded() } else { padded_of_any(knots, u) }
 }
 
+/// As [`Basis::at`], for a degree that is only known at run time, into `degree + 1` numbers; says which control point
+/// the first belongs to.
+#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[inline(always)]
+pub(crate) fn values_at(knots: &KnotVector, u: f64, values: &mut [f64]) -> usize {
+    // What pads them would be written to memory, too.
+    if knots.degree() == 3 {
+        let basis = Basis::<4>::at(knots, u);
+        values.copy_from_slice(&basis.values);
+        return basis.first;
+    }
+    let basis = padded_of_any(knots, u);
+    values.copy_from_slice(&basis.values[..values.len()]);
+    basis.first
+}
+
 fn padded_of_any(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
     with_order!(knots.degree(), ORDER => Basis::<ORDER>::at(knots, u).padded())
 }
@@ -223,6 +239,8 @@ mod tests {
             let fast = Basis::<ORDER>::at(&knots, u);
             let any = BasisDerivatives::<2>::at(&knots, u);
             assert_eq!(fast.values, padded(&knots, u).values[..ORDER]);
+            let mut values = [0.0; ORDER];
+            assert_eq!((values_at(&knots, u, &mut values), values), (fast.first, fast.values));
             assert_eq!(fast.first, any.first);
             for k in 0..ORDER {
                 let size = 1.0 + any.rows[1][k].abs();

@@ -45,7 +45,7 @@ mod surface;
 mod swept;
 mod vertices;
 
-pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, window};
+pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, values_at, window};
 pub(crate) use self::batch::share;
 pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier::halve;
