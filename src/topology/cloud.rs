@@ -128,17 +128,11 @@ impl Cloud {
     pub(super) fn by_loops(&self, observer: &mut dyn Observer) -> Result<Topology> {
         // Who asks for a tube knows that the loop is none around a hole.
         let asked = self.wanted == Some(Kind::Tube);
-        let landmarks = || {
-            let landmarks = Landmarks::of(&self.points, &self.graph);
-            let found = landmarks.loops(circle::REACH);
-            (landmarks, found)
-        };
-        // At once, as neither keeps two threads busy.
-        let pipe = || asked.then(|| self.around_axis(axis::WITHOUT_LOOPS)).flatten();
-        let (pipe, (landmarks, found)) = rayon::join(pipe, landmarks);
-        if let Some(pipe) = pipe {
+        if asked && let Some(pipe) = self.around_axis(axis::WITHOUT_LOOPS) {
             return Ok(pipe);
         }
+        let landmarks = Landmarks::of(&self.points, &self.graph);
+        let found = landmarks.loops(circle::REACH);
         let spread = if asked { [f64::INFINITY; 3] } else { SPREAD };
         let mut judged = self.torus(&found).or_else(|| self.tube(&found, spread[0]));
         let doubtful = match &judged {
