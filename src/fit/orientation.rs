@@ -25,6 +25,9 @@ use crate::progress::Observer;
 /// Solutions at most.
 const SOLUTIONS: usize = 12;
 
+/// Where more places have flaws, these hardly ever become none.
+const MOST_FLAWS: usize = 32;
+
 /// How many times farther from its points the surface may become, if that can be seen: what turns at a few places
 /// hardly goes away from them.
 const FARTHEST: f64 = 1.1;
@@ -46,7 +49,8 @@ const NEAR_LEAST: f64 = 4.0;
 const FIRST: f64 = 0.01;
 const STRONGER: f64 = 10.0;
 
-/// The surface without any flaws; `None` if some are left, or if it went away from its points.
+/// The surface with this fairness and without any flaws, which it may have had none of before; `None` if some are left,
+/// or if it went away from its points.
 ///
 /// # Errors
 ///
@@ -92,6 +96,9 @@ impl Fitting<'_> {
             flaws = inspect(&surface, &self.uv, self.observer)?;
             if flaws.is_empty() {
                 return Ok(Some((surface, feet)));
+            }
+            if flaws.len() > MOST_FLAWS {
+                return Ok(None);
             }
         }
         Ok(None)
@@ -214,25 +221,60 @@ mod tests {
         assert!(asked.near([0, 31], 1).contains(&[31, 0]));
     }
 
-    #[test]
-    fn what_folds_is_turned_and_stays_near_its_points() {
-        // A bowl whose corner, where no points are, is turned in.
+    /// A bowl whose corner, where no points are, is turned in; its points, and their parameters.
+    fn bowl() -> (NurbsSurface, Vec<DVec3>, Vec<DVec2>) {
         let control = |i: u32| {
             let place = DVec2::new(f64::from(i / 8), f64::from(i % 8)) / 7.0;
             let place = if i == 0 { DVec2::splat(0.25) } else { place };
             place.extend(place.length_squared())
         };
         let surface = NurbsSurface::clamped((0..64).map(control).collect(), (8, 8), 3).unwrap();
-        assert!(!down(&surface, &mut Silent).unwrap().is_empty());
         let uv: Vec<DVec2> = folded().2.into_iter().filter(|uv| uv.x + uv.y > 0.4).collect();
-        let points: Vec<DVec3> = uv.iter().map(|uv| surface.point(uv.x, uv.y)).collect();
+        let points = uv.iter().map(|uv| surface.point(uv.x, uv.y)).collect();
+        (surface, points, uv)
+    }
+
+    fn inspect(
+        surface: &NurbsSurface,
+        _: &[DVec2],
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<DVec2>> {
+        down(surface, observer)
+    }
+
+    #[test]
+    fn what_folds_is_turned_and_stays_near_its_points() {
+        let (surface, points, uv) = bowl();
+        assert!(!down(&surface, &mut Silent).unwrap().is_empty());
         let flat = Flat { surface: &surface, uv: &uv, fairness: 1e-6, closed: (false, false) };
-        let mut inspect = |surface: &NurbsSurface, _: &[DVec2], observer: &mut dyn Observer| {
-            down(surface, observer)
-        };
         let found = turned(&points, None, &flat, &mut inspect, &mut Silent).unwrap().unwrap();
         assert!(down(&found.surface, &mut Silent).unwrap().is_empty());
         let farthest = found.distances.iter().copied().fold(0.0, f64::max);
         assert!(farthest < 2e-4, "{farthest}");
+    }
+
+    #[test]
+    fn what_was_flattened_comes_back_to_its_points() {
+        let (_, points, uv) = bowl();
+        let net = (0..64).map(|i| DVec2::new(f64::from(i / 8), f64::from(i % 8)).extend(4.9) / 7.0);
+        let plane = NurbsSurface::clamped(net.collect(), (8, 8), 3).unwrap();
+        let flat = Flat { surface: &plane, uv: &uv, fairness: 1e-6, closed: (false, false) };
+        let found = turned(&points, None, &flat, &mut inspect, &mut Silent).unwrap().unwrap();
+        assert!(down(&found.surface, &mut Silent).unwrap().is_empty());
+        let farthest = found.distances.iter().copied().fold(0.0, f64::max);
+        assert!(farthest < 1e-2, "{farthest}");
+    }
+
+    #[test]
+    fn what_folds_in_too_many_places_is_given_up_at_once() {
+        let (surface, points, uv) = bowl();
+        let flat = Flat { surface: &surface, uv: &uv, fairness: 1e-6, closed: (false, false) };
+        let mut times = 0;
+        let mut inspect = |_: &NurbsSurface, _: &[DVec2], _: &mut dyn Observer| {
+            times += 1;
+            Ok(vec![DVec2::ZERO; MOST_FLAWS + 1])
+        };
+        assert!(turned(&points, None, &flat, &mut inspect, &mut Silent).unwrap().is_none());
+        assert_eq!(times, 2);
     }
 }

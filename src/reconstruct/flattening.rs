@@ -32,6 +32,11 @@ const EMPTIER: f64 = 0.02;
 /// looked for, in turn, and how far that may be from them, as a share of its own distance by root mean square.
 const STICKING_OUT: [(f64, f64); 2] = [(0.25, 2.0), (0.2, 1.2)];
 
+/// How many times farther than before from its points a mended surface is not far from them, by root mean square, and
+/// the share of that which a turn back to them leaves at most for another.
+const NOT_FAR: f64 = 1.1;
+const WORTH_A_TURN: f64 = 0.95;
+
 /// The least of these shares.
 const LEAST_OUTSIDE: f64 = STICKING_OUT[STICKING_OUT.len() - 1].0;
 
@@ -109,7 +114,8 @@ impl Job<'_> {
         outside: f64,
         observer: &mut dyn Observer,
     ) -> Result<Option<Fit>> {
-        if let Some(turned) = self.turned(fit, count, outside, observer)? {
+        let few = (1..=FEW_FLAWS).contains(&count) && self.shape.base.is_none();
+        if few && let Some(turned) = self.turned(fit, fit.fairness, outside, observer)? {
             return Ok(Some(turned));
         }
         let net = self.different(&fit.surface);
@@ -135,7 +141,36 @@ impl Job<'_> {
         }
         let Some(flat) = flat else { return Ok(None) };
         let found = self.relaxed(&flat, fit.fairness, outside, observer)?;
-        self.drawn_in(found, fit, outside, observer).map(Some)
+        let found = self.drawn_in(found, fit, outside, observer)?;
+        self.brought_back(found, fit, outside, observer).map(Some)
+    }
+
+    /// A mended fit, brought back to the points where it went far away from them: with no more fairness than before it
+    /// was flattened, and turned wherever that folds it over, in turns, as long as they bring it nearer.
+    fn brought_back(
+        &self,
+        mut mended: Fit,
+        folded: &Fit,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Fit> {
+        let near = NOT_FAR * self.rms(&folded.distances);
+        let mut error = self.rms(&mended.distances);
+        let fine = error <= near || self.shape.base.is_some();
+        if fine || Flaws::of(&mended.surface, &mended.uv, self, outside, observer)?.count() > 0 {
+            return Ok(mended);
+        }
+        while error > near {
+            let fairness = folded.fairness;
+            let Some(found) = self.turned(&mended, fairness, outside, observer)? else { break };
+            let nearer = self.rms(&found.distances);
+            if nearer > WORTH_A_TURN * error {
+                break;
+            }
+            error = nearer;
+            mended = Fit { iterations: mended.iterations + found.iterations, ..found };
+        }
+        Ok(mended)
     }
 
     /// What was found instead of a fit with these flaws, or the fit, if that alone keeps a tolerance or
@@ -159,18 +194,15 @@ impl Job<'_> {
         Ok((Fit { ended_by: fit.ended_by, iterations, ..found }, flaws))
     }
 
-    /// The fit turned the right way where it has flaws, if it has so few that this leaves none.
+    /// The fit with this fairness, turned the right way where it has flaws, if that leaves none.
     fn turned(
         &self,
         fit: &Fit,
-        count: usize,
+        fairness: f64,
         outside: f64,
         observer: &mut dyn Observer,
     ) -> Result<Option<Fit>> {
-        if !(1..=FEW_FLAWS).contains(&count) || self.shape.base.is_some() {
-            return Ok(None);
-        }
-        let (flat, weights) = (self.flat(fit), self.weights.as_deref());
+        let (flat, weights) = (Flat { fairness, ..self.flat(fit) }, self.weights.as_deref());
         let inspect = &mut self.inspection(outside);
         let found = fit::turned(self.points, weights, &flat, inspect, observer)?;
         let Some(found) = found.map(Fit::from) else { return Ok(None) };

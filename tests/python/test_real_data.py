@@ -84,6 +84,19 @@ def test_few_points_out_of_order_leave_a_face_its_map() -> None:
     assert result.report.rms < 2.5e-3 * result.report.diagonal
 
 
+@pytest.mark.filterwarnings("ignore::neurbs.ConvergenceWarning")
+def test_what_rounding_moves_leaves_a_face_near_its_points() -> None:
+    points = neurbs.read_points(Path(FOLDER or "", "npy", "mediapipe_face.npy"))
+    errors = []
+    for seed in range(24):
+        moved = np.random.default_rng(seed).normal(0, 1e-11, points.shape) * np.ptp(points)
+        report = neurbs.reconstruct(points + moved).report
+        errors.append(1e4 * report.rms / report.diagonal)
+    # The net folds over and is flattened; what does not come back from there stays at 20 and more.
+    assert np.median(errors) < 11, errors
+    assert sum(error > 16 for error in errors) <= 1, errors
+
+
 # Root mean square distances in 1e-4 of the diagonal that are met by a tenth or more.
 DISTANCES = {
     "am_wave_sheet": 14,
@@ -93,7 +106,7 @@ DISTANCES = {
     "claudius_h060": 0.9,
     "claudius_h250": 1.5,
     "claudius_h330": 5,
-    "mediapipe_face": 17,
+    "mediapipe_face": 13,
     "milk_carton": 15,
     "soybean_leaf": 34,
     "teapot_body": 0.25,
