@@ -26,6 +26,7 @@ use super::edge::extremes;
 use super::ground::Ground;
 use super::growth::diameter;
 use super::normal_equations::{NormalEquations, Sample};
+use super::relaxation::Flat;
 use super::residuals::correlation;
 use super::space::SplineSpace;
 use super::starts::Starts;
@@ -34,10 +35,11 @@ use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Root mean square distances, as shares of the points' diameter: what a surface near
-/// points of the same net has at most; what one through all of them has, which may be rounded to the
-/// digits of single precision; what hardly any other one has; and where steps end.
+/// Root mean square distances, as shares of the points' diameter: what a surface near points of the same net has at
+/// most; from which on these may have been taken in a wrong order; what one through all of them has, which may be
+/// rounded to the digits of single precision; what hardly any other one has; and where steps end.
 const ROUGH: f64 = 5e-2;
+const WRONG_ORDER: f64 = 1e-2;
 pub(crate) const THROUGH: f64 = 3e-8;
 pub(crate) const SURE: f64 = 2e-9;
 const ENOUGH: f64 = 1e-9;
@@ -128,9 +130,17 @@ const HELD_STEPS: usize = 24;
 /// Mean gaps between points that may lie between them and an end of the domain.
 const GAPS: f64 = 10.0;
 
-/// A surface through the points that count, as many as are looked at, with the net of another one
-/// near them, on which they have these parameters; `None` if none was found, or there are too few
-/// points to tell. It ends where those do that lie on it of all whose `given` weight is not zero.
+/// What comes of a search for the net of points.
+pub(crate) enum Recovery {
+    Found(Box<NurbsSurface>),
+    /// From another parametrization, or by longer searches, there may be more to find.
+    InVain,
+    /// The points are noisy or too few, or lie on no surface with this net.
+    Hopeless,
+}
+
+/// A surface through the points that count, as many as are looked at, with the net of another one near them. It ends
+/// where those do that lie on it of all whose `given` weight is not zero. Searches are long where they are `thorough`.
 ///
 /// # Errors
 ///
@@ -139,11 +149,10 @@ pub(crate) fn recovered(
     points: &[DVec3],
     weights: Option<&[f64]>,
     given: Option<&[f64]>,
-    near: &NurbsSurface,
-    uv: &[DVec2],
-    closed: (bool, bool),
+    &Flat { surface: near, uv, closed, .. }: &Flat<'_>,
+    thorough: bool,
     observer: &mut dyn Observer,
-) -> Result<Option<NurbsSurface>> {
+) -> Result<Recovery> {
     let knots = [near.knots_u().clone(), near.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
     let given = |i: usize| given.map_or(1.0, |given| given[i]);
@@ -152,7 +161,7 @@ pub(crate) fn recovered(
         (0..points.len()).filter(|&i| given(i) > 0.0).partition(|&i| weight(i) > 0.0);
     let unknowns = space.unknowns();
     if unknowns > MOST_CONTROL_POINTS || counted.len() < LEAST_POINTS * 3 * unknowns {
-        return Ok(None);
+        return Ok(Recovery::Hopeless);
     }
     let all: Vec<DVec3> = counted.iter().map(|&i| points[i]).collect();
     let size = diameter(&all);
@@ -166,11 +175,17 @@ pub(crate) fn recovered(
     let few = of(&counted, (counted.len() / (MOST_POINTS * unknowns)).max(1));
     let feet = few.feet_inside(near, &few.uv);
     let first = few.rms(&feet);
+    let ordered = thorough || first < WRONG_ORDER * size;
+    let hopeless = if ordered { Recovery::Hopeless } else { Recovery::InVain };
     if !(few.enough..ROUGH * size).contains(&first) || !are_smooth(&feet, SMOOTH) {
-        return Ok(None);
+        return Ok(hopeless);
     }
     let through = |trial: &Trial| trial.error <= THROUGH * size;
-    let Some(found) = few.found(first, through, observer)?.filter(through) else { return Ok(None) };
+    let found = match few.found(first, through, thorough, observer)? {
+        Some(found) if through(&found) => found,
+        Some(found) if few.promises(&found, first) => return Ok(Recovery::InVain),
+        _ => return Ok(hopeless),
+    };
     // Where the surface ends, all points say that lie on it, or on what goes on beyond its border.
     let mut counted = counted;
     if !left_out.is_empty()
@@ -181,7 +196,7 @@ pub(crate) fn recovered(
         counted.extend(on_it.map(|(i, _)| *i));
     }
     let joint = of(&counted, 1);
-    let Some(found) = joint.like(&found, &few)? else { return Ok(None) };
+    let Some(found) = joint.like(&found, &few)? else { return Ok(Recovery::InVain) };
     let trimmed = joint.trimmed(&found)?;
     let mut tried: Vec<Trial> = trimmed.into_iter().chain([found]).collect();
     for _ in 0..LAST_STEPS {
@@ -193,15 +208,15 @@ pub(crate) fn recovered(
         joint.rms(&joint.feet_inside(&trial.surface, &trial.uv())) <= THROUGH * size
     };
     if let Some(found) = tried.iter().find(|trial| ends_there(trial)) {
-        return Ok(Some(found.surface.clone()));
+        return Ok(Recovery::Found(Box::new(found.surface.clone())));
     }
     for trial in &tried {
         let held = joint.held(trial, observer)?;
         if ends_there(&held) {
-            return Ok(Some(held.surface));
+            return Ok(Recovery::Found(Box::new(held.surface)));
         }
     }
-    Ok(None)
+    Ok(Recovery::InVain)
 }
 
 /// Points that shall all lie on a surface of one space.
@@ -220,20 +235,20 @@ pub(super) struct Joint {
 
 impl Joint {
     /// The surface that comes nearest, of all that searches find until one comes near enough or no more is to be
-    /// expected. One near the points has this `first` error.
+    /// expected, or of the first search alone. One near the points has this `first` error.
     fn found(
         &self,
         first: f64,
         through: impl Fn(&Trial) -> bool,
+        thorough: bool,
         observer: &mut dyn Observer,
     ) -> Result<Option<Trial>> {
         let starts = Starts { space: &self.space, uv: &self.uv };
         let mut found = self.best(&starts.first(), first, &ROUNDS, observer)?;
-        for again in AGAIN {
+        for again in AGAIN.into_iter().filter(|_| thorough) {
             let Some(last) = found.as_ref().filter(|last| !through(last)) else { break };
             let hopeful = last.error <= HOPEFUL * first;
-            let smooth = are_smooth(&last.feet, SMOOTH_IN_VAIN);
-            if self.space.closed == [true, true] || !(hopeful || smooth) {
+            if !self.promises(last, first) {
                 break;
             }
             let mut quick =
@@ -250,6 +265,12 @@ impl Joint {
             found = other.filter(|other| other.error < last.error).or(found);
         }
         Ok(found)
+    }
+
+    /// Whether there may be more to find than a search has that ended with this surface.
+    fn promises(&self, last: &Trial, first: f64) -> bool {
+        let near = last.error <= HOPEFUL * first || are_smooth(&last.feet, SMOOTH_IN_VAIN);
+        near && self.space.closed != [true, true]
     }
 
     /// The surface that comes nearest when parameters are moved where this one is farthest from the points, and

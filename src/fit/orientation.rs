@@ -49,7 +49,7 @@ const NEAR_LEAST: f64 = 4.0;
 const FIRST: f64 = 0.01;
 const STRONGER: f64 = 10.0;
 
-/// The surface with this fairness and without any flaws, which it may have had none of before; `None` if some are left,
+/// The surface with this fairness and without any flaws, whether it had some before or none; `None` if some are left,
 /// or if it went away from its points.
 ///
 /// # Errors

@@ -57,6 +57,7 @@ impl Placed {
 }
 
 /// What a surface is wanted for.
+#[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub(super) placed: &'a Placed,
     pub(super) weights: Option<&'a [f64]>,
@@ -66,6 +67,9 @@ pub(super) struct Wanted<'a> {
     pub(super) budget: (usize, usize),
     pub(super) growth: Option<Growth>,
     pub(super) options: &'a ReconstructOptions<'a>,
+    /// Whether long searches are made for a surface with the given net through all points; a sheet may be found from
+    /// another order sooner.
+    pub(super) thorough: bool,
 }
 
 /// A map, and the net that a surface begins with.
@@ -130,7 +134,7 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { placed: placed @ Placed { points, .. }, layers, options, .. } = self;
+        let &Self { placed: placed @ Placed { points, .. }, layers, options, thorough, .. } = self;
         let Learned { map, net, creases } = learned;
         let uv = if shape.base.is_some() {
             Vec::new()
@@ -140,7 +144,9 @@ impl<'a> Wanted<'a> {
         };
         clock.lap("training");
         let weights = self.weights.map(<[f64]>::to_vec);
-        let mut job = Job { points, weights, uv, creases, shape, layers, options };
+        let in_vain = false;
+        let mut job =
+            Job { points, weights, uv, creases, shape, layers, options, thorough, in_vain };
         let (fit, flaws) = job.done(net, growth, observer)?;
         clock.lap("fitting");
         Ok(Candidate { placed, map, job, fit, flaws })
@@ -161,14 +167,15 @@ impl<'a> Wanted<'a> {
         heights.or_nearer(sheet, NEARER, 0.0)
     }
 
-    /// The surface that is closed in one direction more, where that was not seen at first, or another one where it
-    /// has flaws.
+    /// The surface through all points with the given net, or that is closed in one direction more, where that was not
+    /// seen at first, or another one where it has flaws.
     pub(super) fn or_better(
         &self,
         found: Candidate<'a>,
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
+        let found = self.or_exact(found, clock, observer)?;
         let found = self.or_tube(found, clock, observer)?;
         let found = self.or_torus(found, clock, observer)?;
         self.or_sound(found, clock, observer)

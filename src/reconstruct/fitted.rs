@@ -149,6 +149,7 @@ fn attempt(
         budget,
         growth: growth(options, &placed.frame, first),
         options,
+        thorough: first != Kind::Sheet || options.init != Start::Auto,
     };
     let candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
     let candidate = match &beside {
@@ -159,7 +160,6 @@ fn attempt(
     let frame = &placed.frame;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
     let unexplained = job.misses_heights(&fit);
-    let unlike = job.shape.straight && unexplained;
 
     let surface = fit.surface.map_control_points(|point| frame.undo(point))?;
     let (straight, points) = (job.shape.straight, of(cloud, &counted.indices));
@@ -218,7 +218,7 @@ fn attempt(
     };
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
-    Ok(Attempt { found, apart: counted.apart, spoilt, unlike })
+    Ok(Attempt { found, apart: counted.apart, spoilt, unlike: straight && unexplained })
 }
 
 /// The points along their own axes, or upright where they are heights, and where these are steep beside that
@@ -327,7 +327,7 @@ fn warning(
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.
-fn default_grid(count: usize) -> (usize, usize) {
+pub(super) fn default_grid(count: usize) -> (usize, usize) {
     let side = (count / POINTS_PER_FIRST).isqrt().clamp(LEAST_SIDE, FIRST_SIDE);
     (side, side)
 }

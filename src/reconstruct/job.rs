@@ -10,8 +10,8 @@ use super::shape::Shape;
 use super::{Aspect, ReconstructOptions, heights};
 use crate::error::{Error, Result};
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, SURE, THROUGH, approximate,
-    continued, diameter, recovered,
+    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, Recovery, SURE, THROUGH,
+    approximate, continued, diameter, recovered,
 };
 use crate::inspection::OUTSIDE;
 use crate::nurbs::NurbsSurface;
@@ -52,6 +52,10 @@ pub(super) struct Job<'a> {
     /// What its pieces may be, if they do not hang together.
     pub(super) layers: Option<Layers>,
     pub(super) options: &'a ReconstructOptions<'a>,
+    /// Whether long searches are made for the surface through all points.
+    pub(super) thorough: bool,
+    /// Whether one was looked for, and may still be found in another way.
+    pub(super) in_vain: bool,
 }
 
 /// A surface near them.
@@ -273,14 +277,14 @@ impl<'a> Job<'a> {
         if !fixed || !free || topology == Some(Kind::Height) {
             return Ok(None);
         }
-        let (closed, weights) = (self.shape.closed().closed(), self.weights.as_deref());
-        let found =
-            recovered(self.points, weights, given, &fit.surface, &fit.uv, closed, observer)?;
-        let Some(surface) = found else { return Ok(None) };
+        let (near, weights) = (self.flat(fit), self.weights.as_deref());
+        let found = recovered(self.points, weights, given, &near, self.thorough, observer)?;
+        self.in_vain = matches!(found, Recovery::InVain);
+        let Recovery::Found(surface) = found else { return Ok(None) };
         let (uv, distances) = feet(&surface, self.points, observer)?;
         let size = diameter(self.points);
         let found = Fit {
-            surface,
+            surface: *surface,
             base: None,
             uv,
             distances,

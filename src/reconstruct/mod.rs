@@ -4,6 +4,7 @@ mod alternatives;
 mod candidate;
 mod corners;
 mod counted;
+
 mod feet;
 mod fitted;
 mod flattening;
@@ -15,6 +16,7 @@ mod options;
 mod outline;
 mod own_frame;
 mod paper;
+mod recovery;
 mod region;
 mod relay;
 mod relief;

@@ -105,6 +105,12 @@ def test_nets_that_are_finer_at_one_end_come_back(powers: tuple[float, float]) -
         # No step leads on where a part of it lies otherwise; and it folds over in a corner.
         ((12, 12), 4, 1500, False),
         ((12, 12), 4, 1000, True),
+        # Only the order of a larger net leads there.
+        ((4, 4), 4, 1000, True),
+        ((4, 4), 18, 5000, True),
+        ((6, 6), 17, 2000, True),
+        ((7, 10), 16, 1000, True),
+        ((7, 10), 13, 2000, False),
     ],
 )
 def test_nets_come_back_where_most_searches_end_beside_them(
