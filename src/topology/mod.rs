@@ -23,6 +23,7 @@ mod kind;
 mod laplacian;
 mod lengthwise;
 mod nearest_circle;
+mod pairs;
 mod ring;
 mod spread_out;
 mod start;
