@@ -10,8 +10,14 @@ use crate::nurbs::NurbsSurface;
 use crate::point_cloud::{KdTree, Neighbor, Plane};
 use crate::progress::Observer;
 
-/// Points around a fold that show whether they are folded themselves.
-const AROUND: usize = 16;
+/// Points around a fold that show whether they are folded themselves: a sixteenth of them, since more of few reach around
+/// what they lie on, but eight at least and sixteen at most.
+const SHARE: usize = 16;
+const AROUND: (usize, usize) = (8, 16);
+
+/// How far a fold is from the middle of these at most that they are around, as a multiple of their deviation along their
+/// plane: of a disc full of points the rim is at two.
+const BESIDE: f64 = 3.0;
 
 /// Deviation of these from their plane, as a share of that along it, from which on they are: a
 /// crease of ninety degrees has 0.5.
@@ -39,7 +45,7 @@ impl fmt::Display for FoldOver {
 }
 
 /// Looks for places where the surface's normal flips between neighbouring samples, four to a span,
-/// and the points around are not creased.
+/// and the points around are not creased, or none are around.
 ///
 /// ```
 /// use neurbs::{DVec3, NurbsSurface, inspection::fold_over, progress::Silent};
@@ -82,11 +88,13 @@ pub(crate) fn folds(samples: &Samples, points: &[DVec3]) -> Vec<Flaw> {
         return Vec::new();
     }
     let tree = KdTree::new(points);
+    let around = (points.len() / SHARE).clamp(AROUND.0, AROUND.1);
     let smooth = |at: &usize| {
-        let near = tree.nearest(samples.places[*at], AROUND);
+        let near = tree.nearest(samples.places[*at], around);
         let around = near.iter().map(|n: &Neighbor| points[n.index as usize]);
-        let [_, second, third] = Plane::of(around).deviations;
-        third < CREASED * second
+        let Plane { centre, deviations: [first, second, third], .. } = Plane::of(around);
+        let among = centre.distance(samples.places[*at]) <= BESIDE * first;
+        third < CREASED * second || !among
     };
     folded.into_iter().filter(smooth).map(|at| samples.flaw(at)).collect()
 }

@@ -14,7 +14,7 @@ pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
 pub(crate) use self::layers::not_followed;
 pub use self::layers::{DoubleLayer, double_layer};
-pub(crate) use self::overshoot::{OUTSIDE, runaways};
+pub(crate) use self::overshoot::{OUTSIDE, run_out, runaways};
 pub use self::overshoot::{Overshoot, overshoot};
 pub(crate) use self::samples::{Flaw, Samples};
 pub(crate) use self::units::UNEVEN;

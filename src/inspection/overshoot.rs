@@ -143,6 +143,14 @@ pub(crate) fn runaways(
     far.par_iter().filter_map(beyond).collect()
 }
 
+/// Whether any of these places lies farther outside of the points' hull than a surface may.
+pub(crate) fn run_out(points: &[DVec3], places: impl IntoIterator<Item = DVec3>) -> bool {
+    let most = OUTSIDE * chord(points);
+    points
+        .first()
+        .is_some_and(|&first| places.into_iter().any(|place| outside(points, place, first, most)))
+}
+
 /// How far the point that is farthest from the middle is from the one farthest from it: hardly less than the longest
 /// chord, and no longer than the diagonal of any box around the points, however it is turned.
 fn chord(points: &[DVec3]) -> f64 {
@@ -155,16 +163,16 @@ fn chord(points: &[DVec3]) -> f64 {
     end.distance(farthest(end))
 }
 
-/// Whether a place lies farther than this outside of the convex hull of points, of which one is the nearest. The hull's
+/// Whether a place lies farther than this outside of the convex hull of points, of which one is near. The hull's
 /// nearest place is sought among few of its corners by Gilbert's iteration (An iterative procedure for computing the
 /// minimum of a quadratic form on a convex set, 1966), from where the farthest point towards the place is one more of
 /// them: it comes near enough, or there is a plane that parts the place from the hull.
-fn outside(points: &[DVec3], place: DVec3, nearest: DVec3, most: f64) -> bool {
+fn outside(points: &[DVec3], place: DVec3, near: DVec3, most: f64) -> bool {
     let farthest = |points: &[DVec3], away: DVec3| {
         let along = |point: &&DVec3| point.dot(away);
         points.iter().max_by(|a, b| along(a).total_cmp(&along(b))).copied()
     };
-    let (mut corners, mut inside) = (vec![nearest], nearest);
+    let (mut corners, mut inside) = (vec![near], near);
     for _ in 0..CORNERS {
         for _ in 0..STEPS {
             let Some(way) = farthest(&corners, place - inside).map(|to| to - inside) else { break };

@@ -50,9 +50,9 @@ pub(super) fn reconstruct(
     };
     let (units, others) = Units::of(&data(), options, observer)?;
     let attempt = |units: Units, options: &ReconstructOptions<'_>, observer: &mut dyn Observer| {
-        attempt(cloud, bounds, no_data, units, options, observer)
+        attempt(cloud, bounds, no_data, units, options, Gaps::Kept, observer)
     };
-    let Attempt { found, apart, spoilt, unlike } = attempt(units, options, observer)?;
+    let Attempt { found, apart, spoilt, wild, unlike } = attempt(units, options, observer)?;
     let others = match others.filter(|_| spoilt || unlike) {
         Some(others) => others.of(&data(), options, observer)?,
         None => None,
@@ -65,7 +65,7 @@ pub(super) fn reconstruct(
         }
     }
     let given = options.fairness.is_some() || matches!(options.init, Start::Given { .. });
-    let wanted = spoilt && !given && options.topology != Some(Kind::Height);
+    let wanted = (spoilt || wild) && !given && options.topology != Some(Kind::Height);
     let Some(apart) = apart.filter(|_| wanted) else { return Ok(found) };
     for piece in 0..apart.large {
         let spent = started.elapsed();
@@ -81,7 +81,23 @@ pub(super) fn reconstruct(
             return Ok(alone);
         }
     }
+    if !wild {
+        return Ok(found);
+    }
+    let spent = started.elapsed();
+    let tame = self::attempt(cloud, bounds, no_data, units, options, Gaps::Spanned, observer)?;
+    let mut found = tame.found;
+    found.report.times.insert(0, (SPANNING, spent));
     Ok(found)
+}
+
+/// What is made of the gaps between pieces.
+#[derive(Clone, Copy, PartialEq)]
+enum Gaps {
+    /// They are spanned only by what is near all pieces, though it may be wild: one piece alone may be better.
+    Kept,
+    /// They are spanned by what is not wild, wherever that passes.
+    Spanned,
 }
 
 /// What was found of points.
@@ -91,6 +107,8 @@ struct Attempt {
     apart: Option<Apart>,
     /// Whether the surface has flaws that no tolerance excuses.
     spoilt: bool,
+    /// Whether it is wild.
+    wild: bool,
     /// Whether the points are hardly the heights that they seemed to be in other units.
     unlike: bool,
 }
@@ -99,7 +117,9 @@ struct Attempt {
 /// small for one.
 fn unspoilt(attempt: Result<Attempt>) -> Result<Option<Reconstruction>> {
     match attempt {
-        Ok(Attempt { found, spoilt, unlike, .. }) => Ok(Some(found).filter(|_| !spoilt && !unlike)),
+        Ok(Attempt { found, spoilt, wild, unlike, .. }) => {
+            Ok(Some(found).filter(|_| !(spoilt || wild || unlike)))
+        }
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(_) => Ok(None),
     }
@@ -111,6 +131,7 @@ fn attempt(
     no_data: Option<NoData>,
     units: Units,
     options: &ReconstructOptions<'_>,
+    gaps: Gaps,
     observer: &mut dyn Observer,
 ) -> Result<Attempt> {
     let mut clock = Clock::start();
@@ -141,10 +162,11 @@ fn attempt(
     let first = shape.kind;
     let chart = found.chart.as_ref().filter(|_| shape.kind == found.kind);
     let (placed, beside) = placed(&mut counted, upright, &shape, in_lines);
+    let apart = counted.apart.as_ref().filter(|_| gaps == Gaps::Kept);
     let wanted = |placed| Wanted {
         placed,
         weights: counted.weights.as_deref(),
-        layers: counted.apart.as_ref().map(|apart| apart.layers.within(&placed.frame)),
+        layers: apart.map(|apart| apart.layers.within(&placed.frame)),
         seen: seen.as_ref(),
         budget,
         growth: growth(options, &placed.frame, first),
@@ -156,7 +178,7 @@ fn attempt(
         Some(beside) => wanted(beside).or_sheet(candidate, &mut clock, observer)?,
         None => wanted(&placed).or_better(candidate, &mut clock, observer)?,
     };
-    let Candidate { placed, map, job, fit, flaws } = candidate;
+    let (wild, Candidate { placed, map, job, fit, flaws }) = (candidate.is_wild(), candidate);
     let frame = &placed.frame;
     let spoilt = flaws.spoil(&fit) || !job.through_pieces(&fit);
     let unexplained = job.misses_heights(&fit);
@@ -181,12 +203,11 @@ fn attempt(
 
     let near = measured.near();
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
-    let within = options.tolerance.map(|tolerance| 1.0 - far(tolerance) as f64 / near.len() as f64);
-    let missed = options.tolerance.map_or(0, far);
-    // Growth asks for more of heights, and of feet that are still on their way, than the distances in the end.
-    let kept = options.tolerance.is_some() && missed == 0;
-    let ended_by = if kept { EndedBy::Tolerance } else { fit.ended_by };
+    let missed = options.tolerance.map(far);
     let (count, off) = (near.len(), Distances::of(near));
+    let within = missed.map(|missed| 1.0 - missed as f64 / count as f64);
+    // Growth asks for more of heights, and of feet that are still on their way, than the distances in the end.
+    let ended_by = if missed == Some(0) { EndedBy::Tolerance } else { fit.ended_by };
     let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
     let astray = gone_astray(&counted, ground || units.differ(), off.rms, observer)?;
     let spoilt = spoilt || astray.is_some();
@@ -194,7 +215,7 @@ fn attempt(
     warnings.extend(astray);
     warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
     warnings.extend(warning(&found, job.shape.kind, unexplained, options));
-    warnings.extend(shortcoming(ended_by, options.tolerance, missed));
+    warnings.extend(shortcoming(ended_by, options.tolerance, missed.unwrap_or(0)));
     warnings.extend(flaws.warnings(frame));
     let report = Report {
         points: cloud.len(),
@@ -218,7 +239,7 @@ fn attempt(
     };
     let Measured { uv, distances, inliers } = measured;
     let found = Reconstruction { surface, som, uv, distances, inliers, report };
-    Ok(Attempt { found, apart: counted.apart, spoilt, unlike: straight && unexplained })
+    Ok(Attempt { found, apart: counted.apart, spoilt, wild, unlike: straight && unexplained })
 }
 
 /// The points along their own axes, or upright where they are heights, and where these are steep beside that
@@ -294,6 +315,9 @@ fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Opt
         (Kind::Height, Kind::Sheet) if first == Kind::Height => {
             ", but a sheet comes nearer to the points"
         }
+        (_, Kind::Height) if first != Kind::Height => {
+            ", but sheets through them fold over or run away: these are heights over a plane"
+        }
         (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
         (Kind::Tube | Kind::Torus, Kind::Sheet) => {
             ", but a sheet neither folds over nor runs away from them"
@@ -342,12 +366,14 @@ fn growth(options: &ReconstructOptions<'_>, frame: &Frame, kind: Kind) -> Option
 
 /// What is to be said of a fit that did not come out as it was asked for.
 fn shortcoming(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Option<String> {
-    let tolerance = tolerance?;
+    let tolerance = tolerance.filter(|_| far > 0)?;
     let why = match ended_by {
         EndedBy::Noise => "a larger net would follow the noise of the points: raise the tolerance",
         EndedBy::Points => "the points hold no more control points: raise the tolerance",
         EndedBy::MaxControlPoints => "the net may have no more: raise max_control_points",
-        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => return None,
+        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => {
+            "what is nearer to them folds over or runs away: raise the tolerance"
+        }
     };
     Some(format!(
         "{far} points lie farther than the tolerance {tolerance:?} from the surface; {why}"

@@ -6,7 +6,7 @@ use super::job::{BORDER, Fit, Job};
 use super::own_frame::Frame;
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::inspection::{Flaw, FoldOver, Overshoot, Samples, folds, runaways};
+use crate::inspection::{Flaw, FoldOver, Overshoot, Samples, folds, run_out, runaways};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
@@ -31,10 +31,8 @@ impl Flaws {
             // How far heights go was looked at when they were fitted; in another unit nothing else tells.
             return Ok(Self { folds: Vec::new(), runaways: Vec::new() });
         }
-        let counts = |i: &usize| job.weight(*i) > 0.0;
-        let counted: Vec<usize> = (0..job.points.len()).filter(counts).collect();
-        let points: Vec<_> = counted.iter().map(|&i| job.points[i]).collect();
-        let uv: Vec<_> = counted.iter().map(|&i| uv[i]).collect();
+        let points = job.counted();
+        let uv: Vec<_> = (0..uv.len()).filter(|&i| job.weight(i) > 0.0).map(|i| uv[i]).collect();
         let closed = job.shape.closed().closed();
         let samples = Samples::of(surface, observer)?;
         let heights = job.shape.base.is_some();
@@ -49,6 +47,14 @@ impl Flaws {
     /// At how many places.
     pub(super) fn count(&self) -> usize {
         self.folds.len() + self.runaways.len()
+    }
+
+    /// Whether it folds over there, or runs out of the hull of the job's points.
+    pub(super) fn are_wild(&self, job: &Job<'_>) -> bool {
+        let places = self.runaways.iter().map(|(_, flaw)| flaw.place);
+        // Heights end with the rectangle that they stand on.
+        let bounded = job.shape.base.is_none();
+        !self.folds.is_empty() || bounded && run_out(&job.counted(), places)
     }
 
     /// Where on the surface.

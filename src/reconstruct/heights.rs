@@ -185,9 +185,7 @@ fn strip(points: &[DVec3], base: &Base) -> Option<Arms> {
 /// The base of points with noise of this size: a strip ends where they end without it.
 fn under(job: &Job<'_>, base: &Base, noise: f64) -> Base {
     let around = |strip: &Arms| {
-        let counted: Vec<DVec3> =
-            (0..job.points.len()).filter(|&i| job.weight(i) > 0.0).map(|i| job.points[i]).collect();
-        let bounding: Vec<DVec3> = every(&counted, BOUNDING).copied().collect();
+        let bounding: Vec<DVec3> = every(&job.counted(), BOUNDING).copied().collect();
         strip.around(&base.places(&bounding), noise).unwrap_or_else(|| strip.clone())
     };
     Base { strip: base.strip.as_ref().map(around), ..base.clone() }

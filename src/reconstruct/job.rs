@@ -82,6 +82,11 @@ impl<'a> Job<'a> {
         self.weights.as_ref().map_or(1.0, |weights| weights[index])
     }
 
+    /// The points that have weight.
+    pub(super) fn counted(&self) -> Vec<DVec3> {
+        (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).map(|i| self.points[i]).collect()
+    }
+
     /// The degree that a side of the net has room for.
     pub(super) fn degree(&self, side: usize) -> usize {
         self.options.degree.min(side - 1)
@@ -201,7 +206,12 @@ impl<'a> Job<'a> {
             }
             found = robust::weights(self.points, &fit.distances, tree, observer)?;
         }
+        let before = self.weights.clone();
         self.count_again(found.as_ref(), given);
+        if self.weights != before {
+            // Whether points are folded where the surface is, others tell now.
+            (fit, flaws) = self.flattened(fit, growth, observer)?;
+        }
         Ok((fit, flaws))
     }
 

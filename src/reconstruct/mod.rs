@@ -4,7 +4,6 @@ mod alternatives;
 mod candidate;
 mod corners;
 mod counted;
-
 mod feet;
 mod fitted;
 mod flattening;
@@ -22,6 +21,7 @@ mod relay;
 mod relief;
 mod report;
 mod robust;
+mod round;
 mod shape;
 mod start;
 mod strip;

@@ -175,15 +175,21 @@ impl Girth {
 
 /// Whether points lie all around the axis.
 pub(super) fn is_closed(uv: &[DVec2]) -> bool {
+    let gaps = gaps(uv);
+    let count = uv.len() as f64;
+    let open = OPEN.max((count.ln() + BY_CHANCE) / count);
+    gaps[0] < open || gaps.get(COLUMNS - 1).is_some_and(|gap| gaps[0] < WIDER * gap)
+}
+
+/// Those between points around the axis, in turns, the widest first.
+pub(super) fn gaps(uv: &[DVec2]) -> Vec<f64> {
     let mut turns: Vec<f64> = uv.iter().map(|uv| uv.x).collect();
     turns.sort_by(f64::total_cmp);
     let around = turns[0] + 1.0 - turns[turns.len() - 1];
     let mut gaps: Vec<f64> = turns.windows(2).map(|pair| pair[1] - pair[0]).collect();
     gaps.push(around);
     gaps.sort_by(|a, b| b.total_cmp(a));
-    let count = uv.len() as f64;
-    let open = OPEN.max((count.ln() + BY_CHANCE) / count);
-    gaps[0] < open || gaps.get(COLUMNS - 1).is_some_and(|gap| gaps[0] < WIDER * gap)
+    gaps
 }
 
 /// The line nearest to places over their first coordinate.

@@ -57,6 +57,12 @@ pub(super) struct Loops {
     pub(super) sum: Option<Circle>,
 }
 
+impl Loops {
+    pub(super) fn all(&self) -> impl Iterator<Item = &Circle> {
+        self.shortest.iter().chain(&self.sum)
+    }
+}
+
 /// Points spread out over all, and the ways to those around them.
 pub(super) struct Landmarks<'a> {
     graph: &'a NeighborGraph,

@@ -10,7 +10,7 @@ use super::axis::{self, Pipe};
 use super::border;
 use super::circle::{self, Circle, Landmarks, Loops};
 use super::conjugate::Conjugate;
-use super::cylinder::cylinder;
+use super::cylinder::{cylinder, groove};
 use super::form::Course;
 use super::kind::{Kind, Topology};
 use super::start::{self, Chart};
@@ -169,12 +169,18 @@ impl Cloud {
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
         judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
-        let unsure = judged.as_ref().is_none_or(|found| found.warning.is_some());
-        if asked
-            && unsure
-            && let Some(pipe) = self.around_axis(axis::LONG_IF_ROUND)
-        {
-            return Ok(pipe);
+        let even = found.all().any(|circle| circle.course.spread <= SPREAD[0]);
+        // Accidental ones of few points may be even, but wind through what lies apart.
+        let few = self.points.len() < CERTAIN;
+        let winds_once = |chart: &Chart| !few || start::winds_once(chart, &self.graph);
+        let unsure = judged.as_ref().is_none_or(|found| {
+            found.warning.is_some() || !even || !found.chart.as_ref().is_some_and(winds_once)
+        });
+        if asked && unsure {
+            let groove = || groove(&self.points).map(Topology::around_axis);
+            if let Some(pipe) = self.around_axis(axis::LONG_IF_ROUND).or_else(groove) {
+                return Ok(pipe);
+            }
         }
         Ok(judged.unwrap_or_else(|| self.open(&found)))
     }
@@ -237,7 +243,7 @@ impl Cloud {
         let asked = self.wanted == Some(Kind::Tube);
         // Around a body without a border there are no holes.
         let sure = asked || self.is_closed();
-        let mut around: Vec<&Circle> = loops.shortest.iter().chain(&loops.sum).collect();
+        let mut around: Vec<&Circle> = loops.all().collect();
         around.retain(|circle| circle.course.spread <= spread);
         around.sort_by(|a, b| a.course.spread.total_cmp(&b.course.spread));
         let mut charts = around.iter().map(|circle| start::tube(&self.points, circle, &self.graph));

@@ -138,7 +138,7 @@ impl Annotations {
         let sides = self.by_way_of(edge, vertex);
         let Self { of_edges, classes, around, .. } = self;
         around.clear();
-        for (side, sign) in sides.chain(of_edges.len().checked_sub(1).map(|last| (last, -1))) {
+        for (side, sign) in sides.chain([(of_edges.len() - 1, -1)]) {
             add(around, &of_edges[side], sign);
         }
         let Some(&(youngest, coefficient)) = around.last() else { return };

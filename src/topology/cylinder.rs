@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat2, DMat3, DMat4, DVec2, DVec3, DVec4};
 
-use super::axis::is_closed;
+use super::axis::{gaps, is_closed};
 use super::nearest_circle::nearest_circle;
 use super::start::{Chart, covered};
 use crate::point_cloud::Plane;
@@ -23,20 +23,25 @@ const OFF_UNASKED: f64 = 0.1;
 /// one.
 const PARTS: usize = 3;
 
+/// The widest gap around a cylinder, in turns, that leaves enough to tell it by.
+const GROOVE: f64 = 0.75;
+
 /// Where the points are on the cylinder nearest to them, if they are near to one, in all parts of it; and all around
 /// it, if no tube is asked for.
 pub(super) fn cylinder(points: &[DVec3], asked: bool) -> Option<Chart> {
-    let Plane { centre, axes, .. } = Plane::of(points.iter().copied());
-    let axes = DMat3::from_cols(axes[0], axes[1], axes[2]);
-    let found = DIRECTIONS.iter().map(|&way| Cylinder::near(points, centre, axes * way));
-    // Of what is no cylinder, numbers need not be finite.
     let most = if asked { OFF } else { OFF_UNASKED };
-    let nearest = found.filter(|found| found.off < most).min_by(|a, b| a.off.total_cmp(&b.off))?;
-    let chart = nearest.chart(points);
-    let is_tube = |chart: &Chart| {
-        nearest.off * nearest.radius < most * chart.lengths.1 && is_closed(&chart.uv)
-    };
-    chart.filter(|chart| asked || is_tube(chart))
+    let nearest = Cylinder::nearest(points).filter(|found| found.off < most)?;
+    let chart = nearest.chart(points)?;
+    let whole = covered::<PARTS>(&chart.uv) == PARTS * PARTS;
+    let is_tube = || nearest.is_long(&chart, most) && is_closed(&chart.uv);
+    (whole && (asked || is_tube())).then_some(chart)
+}
+
+/// The same, if they are near to a part of one, a quarter of its way around at least.
+pub(super) fn groove(points: &[DVec3]) -> Option<Chart> {
+    let nearest = Cylinder::nearest(points).filter(|found| found.off < OFF_UNASKED)?;
+    let chart = nearest.chart(points)?;
+    (nearest.is_long(&chart, OFF_UNASKED) && gaps(&chart.uv)[0] < GROOVE).then_some(chart)
 }
 
 /// Directions so many that one is near to any axis, which need not be a principal one.
@@ -69,6 +74,16 @@ struct Cylinder {
 }
 
 impl Cylinder {
+    /// The nearest.
+    fn nearest(points: &[DVec3]) -> Option<Self> {
+        let Plane { centre, axes, .. } = Plane::of(points.iter().copied());
+        let axes = DMat3::from_cols(axes[0], axes[1], axes[2]);
+        let found = DIRECTIONS.iter().map(|&way| Self::near(points, centre, axes * way));
+        // Of what is no cylinder, numbers need not be finite.
+        let found = found.filter(|found| found.off.is_finite());
+        found.min_by(|a, b| a.off.total_cmp(&b.off))
+    }
+
     /// The nearest, found from this axis.
     fn near(points: &[DVec3], centre: DVec3, way: DVec3) -> Self {
         let (axis, bend) = (way.normalize(), DVec3::ZERO);
@@ -122,7 +137,12 @@ impl Cylinder {
         (along, DVec2::new(apart.dot(x), apart.dot(y)))
     }
 
-    /// Where the points are around it and along, if they are all over it.
+    /// Whether it is longer than the points are far from it, as a multiple of this share of that.
+    fn is_long(&self, chart: &Chart, share: f64) -> bool {
+        self.off * self.radius < share * chart.lengths.1
+    }
+
+    /// Where the points are around it and along.
     fn chart(&self, points: &[DVec3]) -> Option<Chart> {
         // From the first point on, towards the end that it is nearer to, so that turning the cloud changes nothing.
         let [x, y] = self.across();
@@ -143,8 +163,7 @@ impl Cylinder {
         };
         let uv: Vec<DVec2> = places.iter().map(uv).collect();
         let lengths = (TAU * self.radius, high - low);
-        let whole = covered::<PARTS>(&uv) == PARTS * PARTS;
-        whole.then(|| Chart { points: points.to_vec(), uv, lengths, closed_v: false })
+        Some(Chart { points: points.to_vec(), uv, lengths, closed_v: false })
     }
 }
 
@@ -175,6 +194,20 @@ mod tests {
             let rings = uv.chunks(24).map(|ring| ring[0].y).collect::<Vec<_>>();
             assert!(rings.is_sorted() || rings.iter().rev().is_sorted(), "{rings:?}");
         }
+    }
+
+    #[test]
+    fn half_a_pipe_tells_the_whole_but_a_plate_tells_none() {
+        for (around, bend) in [(0.5, 1e-3), (0.5, 0.5), (0.35, 1e-3)] {
+            let part = rings(5, 6.0, bend, around);
+            assert!(cylinder(&part, true).is_none());
+            let Chart { uv, lengths, .. } = groove(&part).unwrap();
+            assert!((lengths.0 / TAU - 1.0).abs() < 0.1 && (lengths.1 / 6.0 - 1.0).abs() < 0.2);
+            assert!((gaps(&uv)[0] - (1.0 - around)).abs() < 0.1);
+        }
+        assert!(groove(&rings(5, 6.0, 1e-3, 0.2)).is_none());
+        let plate = (0..120).map(|i| DVec3::new(f64::from(i % 12), f64::from(i / 12), 0.0));
+        assert!(groove(&plate.collect::<Vec<_>>()).is_none());
     }
 
     #[test]
