@@ -216,8 +216,8 @@ def reconstruct(
         chunk by chunk, in bounded memory, to the same result.
     tolerance : float, optional
         Distance from the surface within which all points shall lie, in their unit: the net grows
-        until they do, or says why it did not. By default it grows until cross-validation says that
-        it would follow noise.
+        until they do, or says why it did not. No surface folds over to keep it. By default the net
+        grows until cross-validation says that it would follow noise.
     method : {"fit", "paper"}, default "fit"
         How the surface comes from the points: by least squares, or by the paper's method, where
         the trained lattice itself makes the surface.
@@ -237,7 +237,9 @@ def reconstruct(
         What kind of surface the points lie on: open (sheet, or height for heights over a plane),
         closed in u (tube) or in both directions (torus). Closed directions are smooth across the
         seam. By default it is found out, and the report says why; sheets that turn out to be
-        heights over a rectangle, or a ground that trees stand on, are fitted as such.
+        heights over a rectangle, or a ground that trees stand on, are fitted as such. So are those
+        that would fold over or run away whatever their net; where tubes and tori would, they become
+        round ones.
     init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
         Where the nodes of the map lie before it learns: in order along the surface, in the
         principal plane, or as given. By default along the surface, or in the plane if that turns

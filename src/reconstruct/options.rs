@@ -28,7 +28,8 @@ pub struct ReconstructOptions<'a> {
     pub degree: usize,
     /// What kind of surface the points lie on; `None`: as [`detect`](crate::topology::detect) finds.
     /// Sheets that are heights over a rectangle, or over a strip that bends at corners and has straight
-    /// sides, are fitted as such, as is a ground on which things stand. Of [`Method::Fit`].
+    /// sides, are fitted as such, as is a ground on which things stand, and what would fold over or run away as a sheet
+    /// whatever its net; where tubes and tori would, they become round ones. Of [`Method::Fit`].
     pub topology: Option<Kind>,
     /// Where the nodes lie before the map learns. Of [`Method::Fit`].
     pub init: Start<'a>,
