@@ -33,8 +33,8 @@ class Report:
     ended_by : str
         What ended the growth of the net: ``"tolerance"`` (all points lie within it), ``"noise"``
         (a larger net would follow the noise of the points), ``"exact"`` (nobody would see what it
-        does), ``"grid"`` (its size was given), ``"points"`` (they cannot hold more) or
-        ``"max_control_points"``.
+        does), ``"grid"`` (its size was given, or what grows further folds over or runs away),
+        ``"points"`` (they cannot hold more) or ``"max_control_points"``.
     fairness : float or None
         Weight of the fairness that the fit ended with; None if nothing was fitted.
     iterations : int

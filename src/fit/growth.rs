@@ -29,7 +29,7 @@ pub enum EndedBy {
     Noise,
     /// The error is so small that a larger net would not be seen.
     Exact,
-    /// The size of the net was given.
+    /// The size of the net was given, or what grows further folds over or runs away.
     Grid,
     /// The points cannot hold more control points.
     Points,

@@ -154,8 +154,8 @@ impl<'a> Wanted<'a> {
         let free = self.growth.filter(|growth| growth.tolerance.is_some() && self.keeps(&best));
         let free = free.map(|growth| Growth { tolerance: None, ..growth });
         let others = begun[..begun.len() - 1].iter().map(|learned| (learned, self.growth));
-        let freed = begun.iter().rev().map(|learned| (learned, free));
-        for (learned, growth) in others.chain(freed.filter(|_| free.is_some())) {
+        let freed = begun.iter().rev().filter(|_| free.is_some()).map(|learned| (learned, free));
+        for (learned, growth) in others.chain(freed) {
             if !enough(&best) {
                 let shape = Shape::new(kind, None);
                 let other = self.fitted(learned.clone(), shape, growth, clock, observer);

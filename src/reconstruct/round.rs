@@ -17,7 +17,7 @@ const RING: f64 = 0.5;
 const THIN: f64 = 0.1;
 const THICK: f64 = 0.4;
 
-/// Places on it for each control point along each side of a net of this shape, and where they are.
+/// Places on either along each side of a net, for each control point.
 const PLACES: usize = 4;
 
 /// Places on the tube around the first principal axis, as long as the points reach along it, or on the torus in the

@@ -169,14 +169,14 @@ impl Cloud {
             judged = torus.or_else(|| closest.iter().find_map(|loops| self.tube(loops, spread[2])));
         }
         judged = judged.map(|found| self.closed_across(&found).unwrap_or(found));
-        let even = found.all().any(|circle| circle.course.spread <= SPREAD[0]);
+        let even = || found.all().any(|circle| circle.course.spread <= SPREAD[0]);
         // Accidental ones of few points may be even, but wind through what lies apart.
         let few = self.points.len() < CERTAIN;
         let winds_once = |chart: &Chart| !few || start::winds_once(chart, &self.graph);
-        let unsure = judged.as_ref().is_none_or(|found| {
-            found.warning.is_some() || !even || !found.chart.as_ref().is_some_and(winds_once)
-        });
-        if asked && unsure {
+        let is_sure = |found: &Topology| {
+            found.warning.is_none() && even() && found.chart.as_ref().is_some_and(winds_once)
+        };
+        if asked && !judged.as_ref().is_some_and(is_sure) {
             let groove = || groove(&self.points).map(Topology::around_axis);
             if let Some(pipe) = self.around_axis(axis::LONG_IF_ROUND).or_else(groove) {
                 return Ok(pipe);
