@@ -9,9 +9,9 @@ pub enum Error {
     /// A coordinate is NaN or infinite.
     ///
     /// ```
-    /// use neurbs::{DVec3, Error, point_cloud};
+    /// use neurbs::{DVec3, Error, cloud};
     /// let points = [DVec3::ZERO, DVec3::new(0.0, f64::NAN, 1.0)];
-    /// let error = point_cloud::check(&points).unwrap_err();
+    /// let error = cloud::check(&points).unwrap_err();
     /// assert!(matches!(error, Error::NotFinite { index: 1, .. }));
     /// ```
     #[error(
@@ -28,8 +28,8 @@ pub enum Error {
     /// There are not enough different points to span a surface.
     ///
     /// ```
-    /// use neurbs::{DVec3, Error, point_cloud};
-    /// let error = point_cloud::check(&[DVec3::X, DVec3::Y, DVec3::X]).unwrap_err();
+    /// use neurbs::{DVec3, Error, cloud};
+    /// let error = cloud::check(&[DVec3::X, DVec3::Y, DVec3::X]).unwrap_err();
     /// assert!(matches!(error, Error::TooFewPoints { distinct: 2, given: 3, .. }));
     /// ```
     #[error(
@@ -48,8 +48,8 @@ pub enum Error {
     /// All points coincide.
     ///
     /// ```
-    /// use neurbs::{DVec3, Error, point_cloud};
-    /// let error = point_cloud::check(&[DVec3::ONE; 5]).unwrap_err();
+    /// use neurbs::{DVec3, Error, cloud};
+    /// let error = cloud::check(&[DVec3::ONE; 5]).unwrap_err();
     /// assert!(matches!(error, Error::AllEqual { given: 5, .. }));
     /// ```
     #[error(
@@ -66,9 +66,9 @@ pub enum Error {
     /// All points lie on one straight line.
     ///
     /// ```
-    /// use neurbs::{DVec3, Error, point_cloud};
+    /// use neurbs::{DVec3, Error, cloud};
     /// let points: Vec<DVec3> = (0..9).map(|i| DVec3::splat(f64::from(i))).collect();
-    /// let error = point_cloud::check(&points).unwrap_err();
+    /// let error = cloud::check(&points).unwrap_err();
     /// assert!(matches!(error, Error::Collinear { given: 9, .. }));
     /// ```
     #[error(
@@ -88,9 +88,9 @@ pub enum Error {
     /// The cloud is too large or too small for squares of distances to be numbers.
     ///
     /// ```
-    /// use neurbs::{DVec3, Error, point_cloud};
+    /// use neurbs::{DVec3, Error, cloud};
     /// let points = [DVec3::ZERO, DVec3::X * 1e200, DVec3::Y * 1e200, DVec3::ONE];
-    /// assert!(matches!(point_cloud::check(&points), Err(Error::Extent { .. })));
+    /// assert!(matches!(cloud::check(&points), Err(Error::Extent { .. })));
     /// ```
     #[error(
         "points must extend between {least:e} and {most:e}, but extend {extent:e}: change their unit"

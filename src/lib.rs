@@ -30,9 +30,9 @@
 //! ```
 //!
 //! [`reconstruct()`] is the whole job. Its stages are public, each over plain values that can be
-//! saved, looked at and replaced: [`point_cloud`] (checks, cleaning, normalization), [`topology`]
+//! saved, looked at and replaced: [`cloud`] (checks, cleaning, normalization), [`topology`]
 //! (what closes), [`som`] (the network), [`fit`] (least squares), [`nurbs`] (the surface),
-//! [`inspection`] (what could be wrong), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long
+//! [`validate`] (what could be wrong), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long
 //! jobs take an [`Observer`], which is told how far they are and may stop them.
 //!
 //! Points are [`DVec3`] of the `glam` crate, in any unit; u runs along the rows of a net, v along
@@ -40,27 +40,27 @@
 
 #![forbid(unsafe_code)]
 
+pub mod cloud;
 pub mod error;
 pub mod export;
 pub mod fit;
-pub mod inspection;
 pub mod mesh;
 pub mod nurbs;
-pub mod point_cloud;
+pub mod pipeline;
 pub mod progress;
 #[cfg(feature = "python")]
 mod python;
-pub mod reconstruct;
 pub mod som;
 pub mod topology;
+pub mod validate;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
 pub use crate::error::{Error, Result};
 pub use crate::mesh::TriangleMesh;
 pub use crate::nurbs::{NurbsCurve, NurbsSurface};
+pub use crate::pipeline::{ReconstructOptions, Reconstruction, reconstruct};
 pub use crate::progress::{Observer, Progress};
-pub use crate::reconstruct::{ReconstructOptions, Reconstruction, reconstruct};
 pub use crate::som::SelfOrganizingMap;
 
 #[cfg(doctest)]

@@ -7,31 +7,18 @@ use std::path::{Path, PathBuf};
 const ALLOWED: [(&str, &[&str]); 12] = [
     ("error", &[]),
     ("progress", &[]),
-    ("point_cloud", &[]),
-    ("topology", &["point_cloud"]),
-    ("som", &["point_cloud"]),
+    ("cloud", &[]),
+    ("topology", &["cloud"]),
+    ("som", &["cloud"]),
     ("nurbs", &[]),
     ("fit", &["nurbs"]),
     ("mesh", &["nurbs"]),
     ("export", &["nurbs", "mesh"]),
-    ("inspection", &["point_cloud", "nurbs"]),
-    (
-        "reconstruct",
-        &["point_cloud", "topology", "inspection", "som", "nurbs", "fit", "mesh", "export"],
-    ),
+    ("validate", &["cloud", "nurbs"]),
+    ("pipeline", &["cloud", "topology", "validate", "som", "nurbs", "fit", "mesh", "export"]),
     (
         "python",
-        &[
-            "point_cloud",
-            "topology",
-            "inspection",
-            "som",
-            "nurbs",
-            "fit",
-            "mesh",
-            "export",
-            "reconstruct",
-        ],
+        &["cloud", "topology", "validate", "som", "nurbs", "fit", "mesh", "export", "pipeline"],
     ),
 ];
 

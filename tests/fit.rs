@@ -1,11 +1,11 @@
 //! What must hold of fitted surfaces, whatever the points.
 
 use glam::{DMat3, DQuat, DVec2};
+use neurbs::cloud::Bounds;
 use neurbs::fit::EndedBy;
 use neurbs::nurbs::{ClosestPointSearch, KnotVector};
-use neurbs::point_cloud::Bounds;
+use neurbs::pipeline::Aspect;
 use neurbs::progress::{Progress, Silent};
-use neurbs::reconstruct::Aspect;
 use neurbs::topology::Kind;
 use neurbs::{DVec3, Error, NurbsSurface, ReconstructOptions, Reconstruction, Result, reconstruct};
 use std::f64::consts::TAU;

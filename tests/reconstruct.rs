@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use neurbs::point_cloud::Bounds;
+use neurbs::cloud::Bounds;
+use neurbs::pipeline::Method;
 use neurbs::progress::{Progress, Silent};
-use neurbs::reconstruct::Method;
 use neurbs::som::StoppedBy;
 use neurbs::{DVec3, Error, ReconstructOptions, Reconstruction, reconstruct};
 

@@ -9,8 +9,8 @@ use super::arrays::{self, Numbers};
 use super::surface::NurbsSurface;
 use super::surface_arguments::degrees;
 use super::{arguments, call};
+use crate::cloud;
 use crate::fit::{self, HeightOptions};
-use crate::point_cloud;
 
 /// What :func:`fit_heights` found.
 #[pyclass(frozen, module = "neurbs")]
@@ -114,7 +114,7 @@ pub(super) fn fit_heights(
     let weights = weights.map(|weights| Numbers::sequence(weights, "weights")).transpose()?;
     let weights = weights.as_ref().map(Numbers::as_slice).transpose()?;
     let found = call::run(py, None, |watcher| {
-        point_cloud::checked_bounds(points, watcher)?;
+        cloud::checked_bounds(points, watcher)?;
         fit::fit_heights(points, weights, up, &options, watcher)
     })?;
     Ok(HeightFit {
@@ -177,7 +177,7 @@ pub(super) fn free_weights(
     let weights = weights.as_ref().map(Numbers::as_slice).transpose()?;
     let core = surface.get().core();
     let found = call::run(py, None, |watcher| {
-        point_cloud::check_finite(points)?;
+        cloud::check_finite(points)?;
         fit::rational(core, points, weights, watcher)
     })?;
     NurbsSurface::new(py, found)

@@ -11,8 +11,8 @@ use pyo3::prelude::*;
 use super::arrays::{self, Numbers};
 use super::surface::NurbsSurface;
 use super::{arguments, call};
-use crate::point_cloud::{self, Fate};
-use crate::{inspection, topology};
+use crate::cloud::{self, Fate};
+use crate::{topology, validate};
 
 /// What :func:`clean` found.
 #[pyclass(frozen, module = "neurbs")]
@@ -82,8 +82,8 @@ pub(super) fn clean(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> P
     let numbers = Numbers::points(points, "points")?;
     let points: &[DVec3] = numbers.as_slice()?;
     let found = call::run(py, progress, |watcher| {
-        point_cloud::checked_bounds(points, watcher)?;
-        point_cloud::clean(points, watcher)
+        cloud::checked_bounds(points, watcher)?;
+        cloud::clean(points, watcher)
     })?;
     let of = |wanted: Fate| {
         let pairs = (0_i64..).zip(&found.fates);
@@ -165,8 +165,8 @@ pub(super) fn pieces(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> 
     let numbers = Numbers::points(points, "points")?;
     let points: &[DVec3] = numbers.as_slice()?;
     let found = call::run(py, progress, |watcher| {
-        point_cloud::checked_bounds(points, watcher)?;
-        point_cloud::pieces(points, watcher)
+        cloud::checked_bounds(points, watcher)?;
+        cloud::pieces(points, watcher)
     })?;
     let labels: Vec<i64> = found.labels.iter().map(|&label| i64::from(label)).collect();
     let warning = found.warning();
@@ -300,7 +300,7 @@ pub(super) fn detect_topology(
     let numbers = Numbers::points(points, "points")?;
     let points: &[DVec3] = numbers.as_slice()?;
     let found = call::run(py, progress, |watcher| {
-        point_cloud::checked_bounds(points, watcher)?;
+        cloud::checked_bounds(points, watcher)?;
         topology::detect(points, watcher)
     })?;
     let up = found.height.map(|height| reals(py, &[3], &height.up.to_array())).transpose()?;
@@ -330,13 +330,13 @@ pub(super) fn detect_topology(
 /// >>> len(sample.points) <= 100
 /// True
 #[pyclass(frozen, module = "neurbs")]
-pub(super) struct EvenSample(Mutex<point_cloud::EvenSample>);
+pub(super) struct EvenSample(Mutex<cloud::EvenSample>);
 
 #[pymethods]
 impl EvenSample {
     #[new]
     fn new(most: &Bound<'_, PyAny>) -> PyResult<Self> {
-        Ok(Self(Mutex::new(point_cloud::EvenSample::new(arguments::count("most", most)?))))
+        Ok(Self(Mutex::new(cloud::EvenSample::new(arguments::count("most", most)?))))
     }
 
     /// Look at the next points of the stream.
@@ -354,7 +354,7 @@ impl EvenSample {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         call::run(points.py(), None, |_| {
-            point_cloud::check_finite(slice)?;
+            cloud::check_finite(slice)?;
             self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(slice);
             Ok(())
         })
@@ -418,16 +418,16 @@ pub(super) fn inspect(
     let points: &[DVec3] = numbers.as_slice()?;
     let surface = surface.map(|surface| surface.get().core());
     call::run(py, progress, |watcher| {
-        point_cloud::checked_bounds(points, watcher)?;
+        cloud::checked_bounds(points, watcher)?;
         let mut words = Vec::new();
-        words.extend(inspection::uneven_extents(points).map(|found| found.to_string()));
-        words.extend(point_cloud::pieces(points, watcher)?.warning());
-        words.extend(inspection::double_layer(points, watcher)?.map(|found| found.to_string()));
+        words.extend(validate::uneven_extents(points).map(|found| found.to_string()));
+        words.extend(cloud::pieces(points, watcher)?.warning());
+        words.extend(validate::double_layer(points, watcher)?.map(|found| found.to_string()));
         if let Some(surface) = surface {
             words.extend(
-                inspection::fold_over(surface, points, watcher)?.map(|found| found.to_string()),
+                validate::fold_over(surface, points, watcher)?.map(|found| found.to_string()),
             );
-            let excursion = inspection::excursion(surface, points, watcher)?;
+            let excursion = validate::excursion(surface, points, watcher)?;
             words.extend((excursion.share > 0.0).then(|| excursion.to_string()));
         }
         Ok(words)

@@ -10,9 +10,9 @@ use super::history::Recorder;
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, arrays, call};
+use crate::cloud;
 use crate::nurbs::OrderedSurface;
-use crate::point_cloud;
-use crate::reconstruct::{Aspect, Method, PERCENTILES, ReconstructOptions, Report, Start};
+use crate::pipeline::{Aspect, Method, PERCENTILES, ReconstructOptions, Report, Start};
 use crate::topology::Kind;
 
 /// The kinds of surface that may be asked for; `None` is found out.
@@ -84,7 +84,7 @@ pub(super) fn reconstruct<'py>(
     let points = points.as_slice()?;
     let job = |watcher: &mut Watcher| {
         let mut recorder = Recorder::new(watcher);
-        let result = crate::reconstruct::reconstruct(points, &options, &mut recorder)?;
+        let result = crate::pipeline::reconstruct(points, &options, &mut recorder)?;
         Ok((result, recorder.into_history()))
     };
     let (result, history) = call::run(py, progress, job)?;
@@ -165,7 +165,7 @@ pub(super) fn ordered_surface(
     let (shape, points) = ((numbers.shape()[0], numbers.shape()[1]), numbers.as_slice()?);
     let make = |watcher: &mut Watcher| {
         kind.check_shape(shape)?;
-        point_cloud::checked_bounds(points, watcher)?;
+        cloud::checked_bounds(points, watcher)?;
         kind.through(points.to_vec(), shape, degree)
     };
     NurbsSurface::new(py, call::run(py, progress, make)?)

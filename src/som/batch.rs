@@ -6,8 +6,8 @@ use super::search::Ordered;
 use super::smoothing::smooth;
 use super::sums::BatchSums;
 use super::{SelfOrganizingMap, StoppedBy};
+use crate::cloud::Bounds;
 use crate::error::Result;
-use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 
 /// Runs epochs until a criterion ends them.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::point_cloud::Bounds;
+use crate::cloud::Bounds;
 
 /// A box is divided while it can be expected to hold more than this many points of a surface; its
 /// parts then have some points each to share what the division costs.

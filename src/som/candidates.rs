@@ -241,7 +241,7 @@ fn nearest_two(nodes: impl Iterator<Item = (u32, f64)>) -> [(u32, f64); 2] {
 mod tests {
     use super::super::random::Random;
     use super::*;
-    use crate::point_cloud::Bounds;
+    use crate::cloud::Bounds;
 
     fn brute(nodes: &[DVec3], point: DVec3) -> [usize; 2] {
         let mut order: Vec<usize> = (0..nodes.len()).collect();

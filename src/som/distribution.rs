@@ -7,8 +7,8 @@ use super::lattice::Lattice;
 use super::options::{SomOptions, Training};
 use super::sums::BatchSums;
 use super::{SelfOrganizingMap, StoppedBy, batch, online};
+use crate::cloud::{self, Bounds};
 use crate::error::{Error, Result};
-use crate::point_cloud::{self, Bounds};
 use crate::progress::Observer;
 
 /// Points of a distribution that make an epoch, for each node: their mean lies within a sixth of
@@ -53,7 +53,7 @@ impl SelfOrganizingMap {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let epoch = (EPOCH_PER_NODE * lattice.len()).max(LEAST_EPOCH) as u64;
-        let bounds = point_cloud::checked_bounds(first, observer)?;
+        let bounds = cloud::checked_bounds(first, observer)?;
         Self::within(&bounds, first, epoch, lattice, options, observer)
     }
 
@@ -239,7 +239,7 @@ impl SelfOrganizingMap {
         if points.is_empty() {
             return Err(Error::parameter("points", "at least one", "none"));
         }
-        let bounds = point_cloud::finite_bounds(points, &mut || self.report(observer))?;
+        let bounds = cloud::finite_bounds(points, &mut || self.report(observer))?;
         self.frame.check(&bounds)?;
         Ok(bounds)
     }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use crate::cloud::Bounds;
 use crate::error::{Error, Result};
-use crate::point_cloud::Bounds;
 
 /// Grains in the extent of the points: one grain is finer than the last bit of most of their
 /// coordinates.

@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::eigen;
+use crate::cloud::{Edge, NeighborGraph, Roads, least_rectangle, turned};
 use crate::error::Result;
-use crate::point_cloud::{Edge, NeighborGraph, Roads, least_rectangle, turned};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// How many times farther apart on the map than in space the ends of a way are that leads to another fold
@@ -162,7 +162,7 @@ mod tests {
 
     use super::super::random::Random;
     use super::*;
-    use crate::point_cloud::KdTree;
+    use crate::cloud::KdTree;
 
     #[test]
     fn a_rolled_sheet_unrolls_to_its_own_size() {

@@ -8,8 +8,8 @@ use super::lattice::Lattice;
 use super::options::Init;
 use super::random::Random;
 use super::{ordered_start, search};
+use crate::cloud::{self, Bounds};
 use crate::error::{Error, Result};
-use crate::point_cloud::{self, Bounds};
 use crate::progress::Listen;
 
 /// "Small" random values: the start's spread as a share of the diagonal of the bounding box.
@@ -41,7 +41,7 @@ pub(super) fn nodes(
         Init::Geodesic => return ordered_start::geodesic(points, lattice, random, listen),
         Init::Auto => return better_order(points, lattice, random, listen),
         Init::Given(nodes) => return check_given(nodes, lattice).map(|()| nodes.clone()),
-        Init::Centroid => point_cloud::listened_centroid(points, listen)?,
+        Init::Centroid => cloud::listened_centroid(points, listen)?,
         Init::DensestCluster => densest_cluster(points, listen)?,
         Init::Random => DVec3::ZERO,
     };
@@ -195,7 +195,7 @@ mod tests {
         let points = [DVec3::splat(100.0), DVec3::splat(101.0), DVec3::new(100.0, 101.0, 100.0)];
         let lattice = Lattice::quad(3, 3).unwrap();
         for (init, centre) in
-            [(Init::Centroid, point_cloud::centroid(&points)), (Init::Random, DVec3::ZERO)]
+            [(Init::Centroid, cloud::centroid(&points)), (Init::Random, DVec3::ZERO)]
         {
             let (bounds, mut random) = (Bounds::of(&points), Random::new(0));
             let listen = &mut || Ok(());

@@ -79,8 +79,8 @@ pub use self::schedule::Schedule;
 pub use self::stop::StoppedBy;
 pub use self::sums::BatchSums;
 pub use self::topology::{Cells, Topology};
+use crate::cloud::{self, Bounds};
 use crate::error::{Error, Result};
-use crate::point_cloud::{self, Bounds};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// A lattice of nodes in space that learns points.
@@ -140,7 +140,7 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// Those of [`point_cloud::check`]; [`Error::Parameter`] for an option out of its range or one
+    /// Those of [`cloud::check`]; [`Error::Parameter`] for an option out of its range or one
     /// that the lattice does not allow; [`Error::Interrupted`] if the observer stops it;
     /// [`Error::Memory`] if there is not enough of it.
     pub fn new(
@@ -149,7 +149,7 @@ impl SelfOrganizingMap {
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let bounds = point_cloud::checked_bounds(points, observer)?;
+        let bounds = cloud::checked_bounds(points, observer)?;
         Self::within(&bounds, points, points.len() as u64, lattice, options, observer)
     }
 
@@ -216,7 +216,7 @@ impl SelfOrganizingMap {
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let bounds = point_cloud::checked_bounds(points, observer)?;
+        let bounds = cloud::checked_bounds(points, observer)?;
         Self::fit_within(&bounds, points, lattice, options, observer)
     }
 
@@ -261,7 +261,7 @@ impl SelfOrganizingMap {
     /// be trained on with the same result as without the interruption. [`Error::Parameter`] if
     /// these are not the points that the map was made for.
     pub fn train(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
-        let bounds = point_cloud::finite_bounds(points, &mut || self.report(observer))?;
+        let bounds = cloud::finite_bounds(points, &mut || self.report(observer))?;
         let same =
             points.len() as u64 == self.plan.epoch_points && Frame::of(&bounds) == self.frame;
         if !same {

@@ -10,8 +10,8 @@ use super::options::Neighborhood;
 use super::presentation::Order;
 use super::smoothing::edges_within;
 use super::{SelfOrganizingMap, StoppedBy, search};
+use crate::cloud::Bounds;
 use crate::error::Result;
-use crate::point_cloud::Bounds;
 use crate::progress::Observer;
 
 /// Pairs of point and node compared between two reports: a few milliseconds.

@@ -15,8 +15,8 @@ use super::options::{Kernel, Neighborhood};
 use super::random::Random;
 use super::smoothing::{Channels, smooth};
 use super::topology::{Cells, Topology};
+use crate::cloud::{self, Bounds};
 use crate::error::Result;
-use crate::point_cloud::{self, Bounds};
 use crate::progress::{self, Listen, Observer, Stage};
 
 /// Points that distances along the surface are found for; the cost grows with their square.
@@ -52,7 +52,7 @@ pub(super) fn principal(
         return closed(points, lattice, &frame, listen);
     }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for piece in point_cloud::portions(points, listen) {
+    for piece in cloud::portions(points, listen) {
         for &point in piece? {
             let local = frame.apply(point);
             (low, high) = (low.min(local), high.max(local));
@@ -299,9 +299,9 @@ struct PrincipalFrame {
 
 impl PrincipalFrame {
     fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
-        let centre = point_cloud::listened_centroid(points, listen)?;
+        let centre = cloud::listened_centroid(points, listen)?;
         let mut covariance = [0.0; 9];
-        for piece in point_cloud::portions(points, listen) {
+        for piece in cloud::portions(points, listen) {
             for &point in piece? {
                 let p = (point - centre).to_array();
                 for (place, sum) in covariance.iter_mut().enumerate() {

@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::candidates::Walk;
 use super::{SelfOrganizingMap, search};
+use crate::cloud;
 use crate::error::{Error, Result};
-use crate::point_cloud;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Nodes looked at between two reports: a few milliseconds.
@@ -241,7 +241,7 @@ impl SelfOrganizingMap {
             let progress = Progress::of_stage(Stage::Measuring, done as u64, total as u64, total);
             progress::report(observer, &progress)
         };
-        let bounds = point_cloud::finite_bounds(points, &mut || report(0))?;
+        let bounds = cloud::finite_bounds(points, &mut || report(0))?;
         let farthest = self.frame.farthest(&bounds);
         if farthest > FARTHEST && !points.is_empty() {
             let must = format!("at most {FARTHEST:e} from where the first points lay");

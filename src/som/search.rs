@@ -9,8 +9,8 @@ use super::boxes::Boxes;
 use super::candidates::{Candidates, Walk};
 use super::frame::Frame;
 use super::sums::{BatchSums, PartSums};
+use crate::cloud::Bounds;
 use crate::error::Result;
-use crate::point_cloud::Bounds;
 use crate::progress::Listen;
 
 /// Points between two reports, some ten milliseconds.

@@ -280,7 +280,7 @@ fn whole(units: f64) -> i64 {
 mod tests {
     use super::super::random::Random;
     use super::*;
-    use crate::point_cloud::Bounds;
+    use crate::cloud::Bounds;
 
     #[test]
     fn parts_are_exact_far_outside_too() {

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use glam::{DMat2, DVec2, DVec3};
 
 use super::start::Chart;
-use crate::point_cloud::NeighborGraph;
+use crate::cloud::NeighborGraph;
 
 /// Points in a section at least, the mean of which is on the axis; and sections at least.
 const SECTION: usize = 24;

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::point_cloud::{KdTree, Neighbor, Plane};
+use crate::cloud::{KdTree, Neighbor, Plane};
 
 /// Neighbours that must lie all around a point inside the surface.
 const AROUND: usize = 16;

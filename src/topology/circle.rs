@@ -12,7 +12,7 @@ use super::cohomology::{Edge, loops};
 use super::form::{Course, Form, evenest, shorten, weight};
 use super::laplacian::Laplacian;
 use super::spread_out::spread_out;
-use crate::point_cloud::{Front, NeighborGraph};
+use crate::cloud::{Front, NeighborGraph};
 
 /// One of so many points is a landmark, between which loops are looked for. With fewer points to a
 /// landmark, accidental holes between points look like loops.

@@ -14,8 +14,8 @@ use super::cylinder::{cylinder, groove};
 use super::form::Course;
 use super::kind::{Kind, Topology};
 use super::start::{self, Chart};
+use crate::cloud::{NEIGHBORS, NeighborGraph, Neighborhoods, own_sample, rough_sample};
 use crate::error::Result;
-use crate::point_cloud::{NEIGHBORS, NeighborGraph, Neighborhoods, own_sample, rough_sample};
 use crate::progress::{Observer, Progress, Stage, report};
 
 /// Points among which loops are looked for: windings are told apart that are five spacings apart.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::circle::Circle;
 use super::form::Course;
 use super::laplacian::Laplacian;
-use crate::point_cloud::{NeighborGraph, Plane};
+use crate::cloud::{NeighborGraph, Plane};
 
 /// Cosine of the angle from which on neighbours' vectors point to opposite sides: 120 degrees.
 const OPPOSITE: f64 = -0.5;

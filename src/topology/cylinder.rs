@@ -8,7 +8,7 @@ use glam::{DMat2, DMat3, DMat4, DVec2, DVec3, DVec4};
 use super::axis::{gaps, is_closed};
 use super::nearest_circle::nearest_circle;
 use super::start::{Chart, covered};
-use crate::point_cloud::Plane;
+use crate::cloud::Plane;
 
 /// Rounds in which axis and circle follow one another.
 const ROUNDS: usize = 20;

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::point_cloud::{area, hull, least_rectangle, turned, upward};
+use crate::cloud::{area, hull, least_rectangle, turned, upward};
 
 /// Fewer points fill any rectangle by chance, and have hardly a slope.
 pub(super) const FEWEST: usize = 300;

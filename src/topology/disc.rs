@@ -8,8 +8,8 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use super::{Chart, FEWEST, border, tube_by_loops};
+use crate::cloud::{NEIGHBORS, NeighborGraph};
 use crate::error::Result;
-use crate::point_cloud::{NEIGHBORS, NeighborGraph};
 use crate::progress::Observer;
 
 /// Radii of the cap around the pole beyond which angles are those of a tube, as shares of the way to the

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::height_field::{
     HeightField, STEEPER, Tangent, WALL_DEGREES, covers, mostly_smooth, slope, tangents,
 };
+use crate::cloud::{NEIGHBORS, NeighborGraph, any_of};
 use crate::error::Result;
-use crate::point_cloud::{NEIGHBORS, NeighborGraph, any_of};
 use crate::progress::Observer;
 
 /// Points that are looked at, and how many fewer the next time where these scatter too much about a

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::direction::{FEWEST, across_rectangle, fills_as_well, least};
-use crate::point_cloud::{KdTree, NeighborGraph, Plane, upward};
+use crate::cloud::{KdTree, NeighborGraph, Plane, upward};
 
 /// One of so many places may be steeper than the slope that counts.
 pub(super) const STEEPER: usize = 50;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::point_cloud::NeighborGraph;
+use crate::cloud::NeighborGraph;
 
 /// Steps of the conjugate gradients; some tens suffice for a thousand nodes.
 const MOST_STEPS: usize = 400;

@@ -10,7 +10,7 @@ use super::axis::ranked;
 use super::conjugate::Conjugate;
 use super::laplacian::Laplacian;
 use super::start::{between_rims, rims};
-use crate::point_cloud::NeighborGraph;
+use crate::cloud::NeighborGraph;
 
 /// One of so many points lies at an end, into which or from which it flows.
 const END: usize = 50;

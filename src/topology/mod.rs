@@ -31,8 +31,8 @@ mod start;
 use glam::DVec3;
 
 use self::cloud::MOST_FOR_LOOPS;
+use crate::cloud::{Neighborhoods, own_sample};
 use crate::error::Result;
-use crate::point_cloud::{Neighborhoods, own_sample};
 use crate::progress::Observer;
 
 pub(crate) use self::axis::Pipe;
@@ -65,7 +65,7 @@ const CLOSED: &str = "the points lie on a body that is closed, or nearly so: a s
     by great stretching";
 
 /// Finds out what kind of surface the points lie on. They should be
-/// [clean](crate::point_cloud::clean).
+/// [clean](crate::cloud::clean).
 ///
 /// Looks at 5,000 points at most for slopes, chosen evenly over space, at 10,000 for loops, at 20,000 for
 /// layers above one another, and at 200,000 for a ground on which things stand, unless it has walls.

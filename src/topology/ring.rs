@@ -6,7 +6,7 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use super::nearest_circle::nearest_circle;
 use super::start::{Chart, covered};
-use crate::point_cloud::{Plane, centroid};
+use crate::cloud::{Plane, centroid};
 
 /// Rounds in which circle and section follow one another: ten settle to a thousandth of the section.
 const ROUNDS: usize = 12;

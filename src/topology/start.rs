@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::circle::Circle;
 use super::conjugate::Conjugate;
-use crate::point_cloud::{KdTree, Neighbor, NeighborGraph};
+use crate::cloud::{KdTree, Neighbor, NeighborGraph};
 
 /// Sectors of a tube in which its ends are looked for.
 const SECTORS: usize = 24;

@@ -1,0 +1,96 @@
+//! What is wrong with a surface, whatever its distance from the points.
+
+use glam::DVec2;
+
+use super::job::{BORDER, Fit, Job};
+use super::own_frame::Frame;
+use crate::error::Result;
+use crate::fit::EndedBy;
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+use crate::validate::{Flaw, FoldOver, Overshoot, Samples, folds, run_out, runaways};
+
+/// Where a surface folds over or runs away, though its points do not.
+pub(super) struct Flaws {
+    folds: Vec<Flaw>,
+    /// With their distances from the points.
+    runaways: Vec<(f64, Flaw)>,
+}
+
+impl Flaws {
+    /// Of a surface on which the job's points have their feet there, and which may lie outside of their hull by such
+    /// a share of their longest chord.
+    pub(super) fn of(
+        surface: &NurbsSurface,
+        uv: &[DVec2],
+        job: &Job<'_>,
+        outside: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        if job.shape.straight {
+            // How far heights go was looked at when they were fitted; in another unit nothing else tells.
+            return Ok(Self { folds: Vec::new(), runaways: Vec::new() });
+        }
+        let points = job.counted();
+        let uv: Vec<_> = (0..uv.len()).filter(|&i| job.weight(i) > 0.0).map(|i| uv[i]).collect();
+        let closed = job.shape.closed().closed();
+        let samples = Samples::of(surface, observer)?;
+        let heights = job.shape.base.is_some();
+        // Heights are a function, which cannot fold over however steep it is.
+        let folds = if heights { Vec::new() } else { folds(&samples, &points) };
+        // Heights end with the rectangle that they stand on.
+        let wanted = if heights { f64::INFINITY } else { (job.border() - BORDER).max(0.0) };
+        let runaways = runaways(&samples, &points, &uv, closed, (outside, wanted));
+        Ok(Self { folds, runaways })
+    }
+
+    /// At how many places.
+    pub(super) fn count(&self) -> usize {
+        self.folds.len() + self.runaways.len()
+    }
+
+    /// Whether it folds over there, or runs out of the hull of the job's points.
+    pub(super) fn are_wild(&self, job: &Job<'_>) -> bool {
+        let places = self.runaways.iter().map(|(_, flaw)| flaw.place);
+        // Heights end with the rectangle that they stand on.
+        let bounded = job.shape.base.is_none();
+        !self.folds.is_empty() || bounded && run_out(&job.counted(), places)
+    }
+
+    /// Where on the surface.
+    pub(super) fn places(&self) -> Vec<DVec2> {
+        let runaways = self.runaways.iter().map(|(_, flaw)| flaw);
+        self.folds.iter().chain(runaways).map(|flaw| flaw.uv).collect()
+    }
+
+    /// These without the folds that have a foot within a span of them: where hardly any other surface goes through
+    /// the points, it is they that fold.
+    pub(super) fn without_folds_beside(mut self, feet: &[DVec2], surface: &NurbsSurface) -> Self {
+        let span = [surface.knots_u(), surface.knots_v()].map(|knots| {
+            let (start, end) = knots.domain();
+            (end - start) / (knots.breaks().len() - 1) as f64
+        });
+        let near = |a: DVec2, b: DVec2| (a - b).abs().cmple(span.into()).all();
+        self.folds.retain(|fold| !feet.iter().any(|&foot| near(foot, fold.uv)));
+        self
+    }
+
+    /// Whether there are any that no tolerance, kept, excuses.
+    pub(super) fn spoil(&self, fit: &Fit) -> bool {
+        self.count() > 0 && fit.ended_by != EndedBy::Tolerance
+    }
+
+    /// In words, in the points' own frame.
+    pub(super) fn warnings(&self, frame: &Frame) -> impl Iterator<Item = String> {
+        let fold = FoldOver::of(&self.folds);
+        let fold = fold.map(|fold| FoldOver { place: frame.undo(fold.place), ..fold });
+        let overshoot = Overshoot::of(&self.runaways).map(|found| Overshoot {
+            distance: frame.length(found.distance),
+            place: frame.undo(found.place),
+            ..found
+        });
+        fold.map(|fold| fold.to_string())
+            .into_iter()
+            .chain(overshoot.map(|overshoot| overshoot.to_string()))
+    }
+}
