@@ -40,12 +40,15 @@
 
 #![forbid(unsafe_code)]
 
+pub mod chart;
 pub mod cloud;
 pub mod error;
 pub mod export;
 pub mod fit;
 pub mod mesh;
+mod numeric;
 pub mod nurbs;
+pub mod observe;
 pub mod pipeline;
 pub mod progress;
 #[cfg(feature = "python")]

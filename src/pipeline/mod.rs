@@ -22,6 +22,8 @@ mod relief;
 mod report;
 mod robust;
 mod round;
+mod score;
+mod select;
 mod shape;
 mod start;
 mod strip;
@@ -42,6 +44,8 @@ use crate::som::SelfOrganizingMap;
 
 pub use self::options::{Aspect, Method, ReconstructOptions, Start};
 pub use self::report::{Distances, PERCENTILES, Report, TrainingReport};
+pub use self::score::{Score, ScoreSettings};
+pub use self::select::{DropSettings, Model, Ranking, SelectSettings, rank};
 
 /// What [`reconstruct`] returns; everything in the points' own frame and unit.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,19 +3,23 @@
 mod body;
 mod excursion;
 mod fold_over;
+mod grid;
 mod layers;
 mod overshoot;
 mod samples;
+mod terms;
 mod units;
 
 pub(crate) use self::body::Body;
 pub use self::excursion::{Excursion, excursion};
 pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
+pub use self::grid::CellGrid;
 pub(crate) use self::layers::not_followed;
 pub use self::layers::{DoubleLayer, double_layer};
 pub(crate) use self::overshoot::{OUTSIDE, run_out, runaways};
 pub use self::overshoot::{Overshoot, overshoot};
 pub(crate) use self::samples::{Flaw, Samples};
+pub use self::terms::{Compared, TermSettings, Terms};
 pub(crate) use self::units::UNEVEN;
 pub use self::units::{UnevenExtents, uneven_extents};

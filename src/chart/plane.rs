@@ -1,0 +1,104 @@
+//! Heights over a plane: z as given, or the direction that most normals point along.
+
+use glam::{DVec2, DVec3};
+
+use super::hypothesis::Hypothesis;
+use super::input::ChartInput;
+use super::kind::Kind;
+use super::rectangle::Rectangle;
+use super::traits::Chart;
+
+/// Cosine of the steepest slope of a height field, 78 degrees.
+const STEEP: f64 = 0.2;
+
+/// Share of the local normals that must be no steeper.
+const UPRIGHT: f64 = 0.8;
+
+/// Share of its rectangle that the footprint along z may fill less than the one along the normals:
+/// a footprint along z that leans fills less.
+const LESS_FILLED: f64 = 0.02;
+
+/// Heights over a plane, and the sheet that starts from them.
+pub struct Plane;
+
+impl Chart for Plane {
+    fn name(&self) -> &'static str {
+        "plane"
+    }
+
+    fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
+        let seen = input.seen;
+        let steep = |up: DVec3| seen.share_along(up, STEEP) < UPRIGHT;
+        let z = input.given.z_axis;
+        if input.asked == Some(Kind::Height) {
+            return vec![Footprint::along("plane z", input, z).heights()];
+        }
+        let mut normal = seen.normal_axes()[0];
+        if normal.dot(z) < 0.0 {
+            normal = -normal;
+        }
+        let along_z = (!steep(z)).then(|| Footprint::along("plane z", input, z));
+        let along_normal =
+            (!steep(normal)).then(|| Footprint::along("plane normal", input, normal));
+        let mut found = Vec::new();
+        match (along_z, along_normal) {
+            (Some(z), Some(normal)) => {
+                if z.filled + LESS_FILLED >= normal.filled {
+                    found.push(z.heights());
+                }
+                found.push(normal.heights());
+                found.push(normal.sheet());
+            }
+            (Some(one), None) | (None, Some(one)) => found.extend([one.heights(), one.sheet()]),
+            (None, None) => {}
+        }
+        found
+    }
+}
+
+/// The points' places in a plane.
+struct Footprint {
+    name: &'static str,
+    axes: [DVec3; 3],
+    uv: Vec<DVec2>,
+    lengths: [f64; 2],
+    filled: f64,
+}
+
+impl Footprint {
+    fn along(name: &'static str, input: &ChartInput<'_>, up: DVec3) -> Self {
+        // Along z the plane's axes are the given ones; else they turn with the points.
+        let first = if up == input.given.z_axis {
+            input.given.x_axis
+        } else {
+            let [a, b, _] = input.seen.axes().axes;
+            let flat = |axis: DVec3| axis.reject_from(up);
+            let longer = if flat(a).length() >= flat(b).length() { a } else { b };
+            flat(longer).normalize()
+        };
+        let second = up.cross(first);
+        let place = |point: &DVec3| DVec2::new(first.dot(*point), second.dot(*point));
+        let places: Vec<DVec2> = input.seen.points().iter().map(place).collect();
+        let rectangle = Rectangle::around(&places);
+        let along = rectangle.along.x * first + rectangle.along.y * second;
+        Self {
+            name,
+            axes: [along, up.cross(along), up],
+            uv: places.iter().map(|place| rectangle.uv(*place)).collect(),
+            lengths: rectangle.size.to_array(),
+            filled: rectangle.filled(&places),
+        }
+    }
+
+    fn heights(&self) -> Hypothesis {
+        let heights = Some(self.axes);
+        Hypothesis {
+            heights,
+            ..Hypothesis::new(self.name, Kind::Height, self.uv.clone(), self.lengths)
+        }
+    }
+
+    fn sheet(&self) -> Hypothesis {
+        Hypothesis::new(self.name, Kind::Sheet, self.uv.clone(), self.lengths)
+    }
+}

@@ -1,0 +1,13 @@
+//! What a chart is.
+
+use super::hypothesis::Hypothesis;
+use super::input::ChartInput;
+
+/// A way to put points on a parameter domain.
+pub trait Chart: Sync {
+    /// Its name in reports.
+    fn name(&self) -> &'static str;
+
+    /// The hypotheses that it has for these points; none where it does not apply.
+    fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis>;
+}

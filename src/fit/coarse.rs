@@ -1,0 +1,304 @@
+//! A coarse fit of a small net to a few thousand points, by which hypotheses are compared.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::band::Band;
+use super::correct::feet;
+use super::fairness::Energy;
+use super::folds::{FOLDS, Folds};
+use super::normal_equations::{NormalEquations, Sample};
+use super::patches::Patches;
+use super::robust::biweight;
+use super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::numeric::{median, rms, whole};
+use crate::nurbs::{KnotVector, NurbsSurface};
+
+/// How coarse fits are made. Sources: the study that the scoreboard repeats.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoarseSettings {
+    /// Points for each control point.
+    pub points_per_control_point: usize,
+    /// Control points at least and at most.
+    pub control_points: (usize, usize),
+    /// Control points at most while hopeless hypotheses are dropped.
+    pub quick_control_points: usize,
+    /// Control points along a side at most.
+    pub side: usize,
+    /// How many times longer than wide a surface may count.
+    pub aspect: f64,
+    /// Solutions, each but the last followed by a step of all parameters towards their feet.
+    pub rounds: usize,
+    /// Weight of the fairness against the points, at least in the first round.
+    pub first_fairness: f64,
+}
+
+impl Default for CoarseSettings {
+    fn default() -> Self {
+        Self {
+            points_per_control_point: 5,
+            control_points: (20, 144),
+            quick_control_points: 80,
+            side: 36,
+            aspect: 12.0,
+            rounds: 5,
+            first_fairness: 0.02,
+        }
+    }
+}
+
+/// Decimal logarithms of the weights of the fairness among which generalized cross-validation
+/// chooses.
+const TRIED: std::ops::RangeInclusive<i32> = -4..=3;
+
+/// Degrees of freedom that parameters add to those of the net, as a share of these.
+const FREEDOM: f64 = 1.2;
+
+/// Standard deviations of normal noise for each median absolute deviation.
+const NORMAL: f64 = 1.4826;
+
+/// Steps of left-out points towards their feet.
+const HELD_OUT_STEPS: usize = 2;
+
+/// A share of the mean diagonal entry that keeps matrices definite.
+const RIDGE: f64 = 1e-9;
+
+/// Points with rough parameters, to be fitted coarsely.
+#[derive(Clone, Copy, Debug)]
+pub struct CoarseProblem<'a> {
+    /// The points.
+    pub points: &'a [DVec3],
+    /// Their parameters in [0, 1]².
+    pub uv: &'a [DVec2],
+    /// Lengths of the surface along u and v.
+    pub lengths: [f64; 2],
+    /// Directions that close.
+    pub closed: [bool; 2],
+    /// Whether parameters stay as they are, as those of heights do.
+    pub fixed: bool,
+    /// The noise of the points, under which no distance makes an outlier.
+    pub noise: f64,
+}
+
+/// What a coarse fit has found.
+#[derive(Clone, Debug)]
+pub struct CoarseFit {
+    /// The surface over [0, 1]².
+    pub surface: NurbsSurface,
+    /// The points' parameters on it.
+    pub uv: Vec<DVec2>,
+    /// Their distances from it.
+    pub distances: Vec<f64>,
+    /// Weight of the fairness.
+    pub fairness: f64,
+    /// Root mean square distance of points left out at random and by blocks in space.
+    pub held_out: [f64; 2],
+}
+
+/// Root mean square distance of the points from a surface of few control points, after one solution
+/// and one step of their parameters.
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if the points cannot hold the net.
+pub fn quick_error(problem: &CoarseProblem<'_>, settings: &CoarseSettings) -> Result<f64> {
+    let mut fitting = Fitting::new(problem, settings, settings.quick_control_points)?;
+    let surface = fitting.solve(settings.first_fairness)?;
+    fitting.follow(&surface);
+    Ok(rms(fitting.distances(&surface)))
+}
+
+/// The coarse fit: parameters follow the surface, outliers lose their weight, and the fairness is
+/// the one that predicts left-out points best.
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if the points cannot hold the net.
+pub fn coarse(
+    problem: &CoarseProblem<'_>,
+    folds: &Folds,
+    settings: &CoarseSettings,
+) -> Result<CoarseFit> {
+    let mut fitting = Fitting::new(problem, settings, settings.control_points.1)?;
+    let mut fairness = fitting.cross_validated()?.max(settings.first_fairness);
+    for round in 1..settings.rounds {
+        let surface = fitting.solve(fairness)?;
+        fitting.follow(&surface);
+        fitting.weigh(&surface, round);
+    }
+    fairness = fitting.cross_validated()?;
+    let (fairness, held_out) = fitting.smoothed(fairness, folds)?;
+    let surface = fitting.solve(fairness)?;
+    let distances = fitting.distances(&surface);
+    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out })
+}
+
+/// A coarse fit in progress.
+struct Fitting<'a> {
+    problem: &'a CoarseProblem<'a>,
+    rounds: usize,
+    space: SplineSpace,
+    energy: Band,
+    uv: Vec<DVec2>,
+    weights: Vec<f64>,
+}
+
+impl<'a> Fitting<'a> {
+    fn new(problem: &'a CoarseProblem<'a>, settings: &CoarseSettings, most: usize) -> Result<Self> {
+        let [rows, cols] = net(problem, settings, most);
+        let knots = |count, closed| {
+            if closed {
+                KnotVector::periodic_uniform(3, count)
+            } else {
+                KnotVector::clamped_uniform(3, count)
+            }
+        };
+        let [closed_u, closed_v] = problem.closed;
+        let knots = [knots(rows, closed_u)?, knots(cols, closed_v)?];
+        let space = SplineSpace::new(knots, problem.closed)?;
+        let [along_u, along_v] = problem.lengths;
+        let energy = Energy::new((along_u, along_v), 2).matrix(&space);
+        let (uv, weights) = (problem.uv.to_vec(), vec![1.0; problem.points.len()]);
+        Ok(Self { problem, rounds: settings.rounds, space, energy, uv, weights })
+    }
+
+    fn samples(&self, wanted: impl Fn(usize) -> bool) -> Vec<Sample> {
+        let sample = |i: usize| Sample {
+            point: self.problem.points[i],
+            uv: self.uv[i],
+            weight: self.weights[i],
+            normal: DVec3::ZERO,
+            tangential: 1.0,
+        };
+        (0..self.uv.len()).filter(|&i| wanted(i)).map(sample).collect()
+    }
+
+    fn equations(&self, wanted: impl Fn(usize) -> bool) -> Result<NormalEquations> {
+        NormalEquations::of_distances(&self.space, &self.samples(wanted), &mut || Ok(()))
+    }
+
+    fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
+        let equations = self.equations(|_| true)?;
+        Ok(self.solved(&equations, &equations, fairness)?.0)
+    }
+
+    /// The surface, and the factor of the matrix; the fairness counts against all points.
+    fn solved(
+        &self,
+        equations: &NormalEquations,
+        all: &NormalEquations,
+        fairness: f64,
+    ) -> Result<(NurbsSurface, Band)> {
+        let mut matrix = equations.matrix.clone();
+        matrix.add_scaled(fairness * all.matrix.trace() / self.energy.trace(), &self.energy);
+        matrix.add_ridge(RIDGE);
+        if !matrix.factor::<Error>(&mut || Ok(()))? {
+            let got = format!("{} points", self.uv.len());
+            return Err(Error::parameter("points", "enough for a surface", got));
+        }
+        let mut net = equations.right.clone();
+        matrix.solve(&mut net);
+        let net: Vec<DVec3> = net.into_iter().map(DVec3::from_array).collect();
+        Ok((self.space.surface(&net)?, matrix))
+    }
+
+    /// The weight of the fairness with the least expected error (G. Golub, M. Heath, G. Wahba,
+    /// *Generalized cross-validation as a method for choosing a good ridge parameter*, 1979).
+    fn cross_validated(&self) -> Result<f64> {
+        let equations = self.equations(|_| true)?;
+        let count = self.weights.iter().sum::<f64>();
+        let expected = |exponent: i32| -> Result<(f64, f64)> {
+            let fairness = 10.0_f64.powi(exponent);
+            let (surface, factor) = self.solved(&equations, &equations, fairness)?;
+            let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
+            let squares = self.distances(&surface).into_iter().zip(&self.weights);
+            let error: f64 = squares.map(|(distance, weight)| weight * distance * distance).sum();
+            let left = (1.0 - freedom / count).max(FREEDOM - 1.0);
+            Ok((error / (left * left), fairness))
+        };
+        let tried: Vec<i32> = TRIED.collect();
+        let found = tried.par_iter().map(|e| expected(*e)).collect::<Result<Vec<_>>>()?;
+        let best = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(best.map_or(1.0, |(_, fairness)| fairness))
+    }
+
+    /// More fairness than generalized cross-validation wants, as long as points that are left out,
+    /// in blocks too, are predicted better; and how well they are.
+    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2])> {
+        let equations = self.equations(|_| true)?;
+        let errors = |fairness: f64| -> Result<[f64; 2]> {
+            let [random, blocks] = [&folds.random, &folds.blocks]
+                .map(|folds| self.held_out(&equations, folds, fairness));
+            Ok([random?, blocks?])
+        };
+        let product = |[a, b]: [f64; 2]| a * b;
+        let mut best = (fairness, errors(fairness)?);
+        while best.0 < 10.0_f64.powi(*TRIED.end()) {
+            let more = 10.0 * best.0;
+            let found = errors(more)?;
+            if product(found) >= product(best.1) {
+                break;
+            }
+            best = (more, found);
+        }
+        Ok(best)
+    }
+
+    /// Root mean square distance of the points from surfaces that do not know them.
+    fn held_out(&self, all: &NormalEquations, folds: &[u8], fairness: f64) -> Result<f64> {
+        let fold = |fold: usize| -> Result<f64> {
+            let out: Vec<usize> =
+                (0..folds.len()).filter(|&i| usize::from(folds[i]) == fold).collect();
+            let left = self.equations(|i| usize::from(folds[i]) == fold)?;
+            let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
+            rest.matrix.add_scaled(-1.0, &left.matrix);
+            for (sum, part) in rest.right.iter_mut().zip(&left.right) {
+                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum -= part);
+            }
+            let (surface, _) = self.solved(&rest, all, fairness)?;
+            let points: Vec<DVec3> = out.iter().map(|&i| self.problem.points[i]).collect();
+            let uv: Vec<DVec2> = out.iter().map(|&i| self.uv[i]).collect();
+            let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
+            Ok(feet.iter().map(|foot| foot.offset.length_squared()).sum())
+        };
+        let numbers: Vec<usize> = (0..FOLDS).collect();
+        let sums = numbers.par_iter().map(|n| fold(*n)).collect::<Result<Vec<f64>>>()?;
+        Ok((sums.iter().sum::<f64>() / folds.len() as f64).sqrt())
+    }
+
+    /// Moves the parameters one step towards the points' feet, but for those of heights.
+    fn follow(&mut self, surface: &NurbsSurface) {
+        if !self.problem.fixed {
+            let feet = feet(surface, self.problem.closed, self.problem.points, &self.uv, 1);
+            self.uv = feet.into_iter().map(|foot| foot.uv).collect();
+        }
+    }
+
+    /// Weights by Tukey's biweight, whose reach narrows from round to round.
+    fn weigh(&mut self, surface: &NurbsSurface, round: usize) {
+        let distances = self.distances(surface);
+        let usual = median(distances.iter().copied()).max(self.problem.noise / NORMAL);
+        let reach = usual * (self.rounds - round) as f64;
+        self.weights = distances.iter().map(|d| biweight(*d, reach).max(RIDGE)).collect();
+    }
+
+    /// Each point's distance from the surface at its parameters.
+    fn distances(&self, surface: &NurbsSurface) -> Vec<f64> {
+        let points = self.problem.points;
+        let apart = |i: usize, place: super::patches::Tangents| points[i].distance(place.point);
+        Patches::of(surface).each(points.len(), |i| self.uv[i], apart)
+    }
+}
+
+/// Rows and columns of control points, the different ones where a direction closes.
+fn net(problem: &CoarseProblem<'_>, settings: &CoarseSettings, most: usize) -> [usize; 2] {
+    let count = problem.points.len() / settings.points_per_control_point;
+    let total = count.clamp(settings.control_points.0, most) as f64;
+    let [along_u, along_v] = problem.lengths;
+    let aspect = (along_u / along_v).clamp(1.0 / settings.aspect, settings.aspect);
+    let least = problem.closed.map(|closed| if closed { 6 } else { 4 });
+    let rows = whole((total * aspect).sqrt().round()).clamp(least[0], settings.side);
+    let cols = whole((total / rows as f64).round()).clamp(least[1], settings.side);
+    [rows, cols]
+}

@@ -1,0 +1,50 @@
+//! Small numerical helpers that every module may use.
+
+/// The upper median; 0 of nothing.
+pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+/// The value that this share of the others does not exceed; 0 of nothing.
+pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let place = whole(share * values.len() as f64).min(values.len() - 1);
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+/// The root of the mean square; 0 of nothing.
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value * value;
+        count += 1.0;
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+}
+
+/// The whole part of a number, 0 of negative ones.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+pub(crate) fn whole(number: f64) -> usize {
+    number as usize
+}
+
+/// An index as the 32 bits in which neighbours and edges are stored.
+pub(crate) fn index(place: usize) -> u32 {
+    u32::try_from(place).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_values_of_the_list() {
+        assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(quantile([3.0, 1.0, 2.0], 1.0), 3.0);
+        assert_eq!(median([]), 0.0);
+        assert_eq!(rms([3.0, 4.0, 0.0, 0.0]), 2.5);
+    }
+}

@@ -1,0 +1,168 @@
+//! All that is observed of a cloud's sample.
+
+use std::sync::OnceLock;
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::border::border;
+use super::links::{surface_graph, tight_graph};
+use super::local_planes::LocalPlanes;
+use super::settings::ObserveSettings;
+use crate::cloud::{KdTree, Neighbor, NeighborGraph, Plane};
+use crate::numeric::{median, quantile, rms};
+
+/// Observations of a few thousand points, evenly taken from a cloud.
+///
+/// ```
+/// use neurbs::{DVec3, observe::{Observations, ObserveSettings}};
+/// let points: Vec<DVec3> =
+///     (0..400).map(|i| DVec3::new(f64::from(i / 20), f64::from(i % 20), 0.0)).collect();
+/// let seen = Observations::of(&points, ObserveSettings::default());
+/// assert_eq!(seen.noise(), 0.0);
+/// assert!(seen.normal_axes()[0].z.abs() > 0.999);
+/// ```
+pub struct Observations<'a> {
+    settings: ObserveSettings,
+    tree: KdTree<'a>,
+    near: Vec<Vec<Neighbor>>,
+    planes: LocalPlanes,
+    /// Principal directions of the points.
+    axes: Plane,
+    graph: OnceLock<NeighborGraph>,
+    tight: OnceLock<NeighborGraph>,
+    border: OnceLock<Vec<bool>>,
+}
+
+impl<'a> Observations<'a> {
+    /// Of these points, at least four.
+    #[must_use]
+    pub fn of(points: &'a [DVec3], settings: ObserveSettings) -> Self {
+        let tree = KdTree::new(points);
+        let count = settings.neighbors.min(points.len() - 1);
+        let nearest = |&at: &u32| {
+            let mut found = Vec::new();
+            tree.nearest_to(at, count, &mut found);
+            found
+        };
+        let all: Vec<u32> = (0..).take(points.len()).collect();
+        let near = all.par_iter().map(nearest).collect();
+        let planes = LocalPlanes::of(points, &tree, &settings);
+        let axes = Plane::of(points.iter().copied());
+        let [graph, tight] = [(); 2].map(|()| OnceLock::new());
+        Self { settings, tree, near, planes, axes, graph, tight, border: OnceLock::new() }
+    }
+
+    /// The points.
+    #[must_use]
+    pub fn points(&self) -> &'a [DVec3] {
+        self.tree.points()
+    }
+
+    /// The tree over them.
+    #[must_use]
+    pub fn tree(&self) -> &KdTree<'a> {
+        &self.tree
+    }
+
+    /// The nearest of each point, nearest first.
+    #[must_use]
+    pub fn near(&self) -> &[Vec<Neighbor>] {
+        &self.near
+    }
+
+    /// The local planes.
+    #[must_use]
+    pub fn planes(&self) -> &LocalPlanes {
+        &self.planes
+    }
+
+    /// The noise floor: the median distance of points from their local planes, by root mean square.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.planes.noise
+    }
+
+    /// The principal directions of the points, the longest first.
+    #[must_use]
+    pub fn axes(&self) -> &Plane {
+        &self.axes
+    }
+
+    /// Root mean square distance of the points from their mean.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        DVec3::from_array(self.axes.deviations).length()
+    }
+
+    /// Median distance of the points to their 6th neighbour.
+    #[must_use]
+    pub fn spacing(&self) -> f64 {
+        median(self.sixth())
+    }
+
+    /// The distance to the 6th neighbour that 95 % of the points do not exceed.
+    #[must_use]
+    pub fn wide_spacing(&self) -> f64 {
+        quantile(self.sixth(), 0.95)
+    }
+
+    fn sixth(&self) -> impl Iterator<Item = f64> + '_ {
+        self.near.iter().filter_map(|near| near.iter().take(6).next_back()).map(Neighbor::distance)
+    }
+
+    /// The principal directions of the local normals, the one that most point along first.
+    #[must_use]
+    pub fn normal_axes(&self) -> [DVec3; 3] {
+        // A normal and its opposite are one direction, so that their mean is no centre.
+        let both = self.planes.normals.iter().flat_map(|normal| [*normal, -*normal]);
+        let both: Vec<DVec3> = both.collect();
+        Plane::of(both.iter().copied()).axes
+    }
+
+    /// Share of the local normals within the angle of this cosine of a direction.
+    #[must_use]
+    pub fn share_along(&self, direction: DVec3, cosine: f64) -> f64 {
+        let normals = &self.planes.normals;
+        let along = normals.iter().filter(|normal| normal.dot(direction).abs() > cosine);
+        along.count() as f64 / normals.len() as f64
+    }
+
+    /// The graph of neighbours along the surface, in one part.
+    #[must_use]
+    pub fn graph(&self) -> &NeighborGraph {
+        self.graph
+            .get_or_init(|| surface_graph(&self.tree, &self.near, &self.planes, &self.settings))
+    }
+
+    /// The graph of the nearest neighbours alone, in one part: it parts layers that are close.
+    #[must_use]
+    pub fn tight_graph(&self) -> &NeighborGraph {
+        self.tight.get_or_init(|| tight_graph(&self.tree, &self.near, &self.settings))
+    }
+
+    /// Whether each point lies on a border.
+    #[must_use]
+    pub fn border(&self) -> &[bool] {
+        self.border.get_or_init(|| border(&self.tree, &self.planes.normals, &self.settings))
+    }
+
+    /// Share of the points that lie on a border.
+    #[must_use]
+    pub fn border_share(&self) -> f64 {
+        let border = self.border();
+        border.iter().filter(|open| **open).count() as f64 / border.len() as f64
+    }
+
+    /// Axes of the points as a matrix, with their mean.
+    #[must_use]
+    pub fn principal_frame(&self) -> (DVec3, DMat3) {
+        (self.axes.centre, DMat3::from_cols_array_2d(&self.axes.axes.map(|axis| axis.to_array())))
+    }
+
+    /// Root mean square of distances, in units of the points' size.
+    #[must_use]
+    pub fn relative(&self, distances: &[f64]) -> f64 {
+        rms(distances.iter().copied()) / self.size()
+    }
+}

@@ -1,0 +1,77 @@
+//! Distances along a graph from landmarks, and the flat map that keeps them: landmark Isomap.
+//!
+//! J. Tenenbaum, V. de Silva, J. Langford, *A global geometric framework for nonlinear
+//! dimensionality reduction*, 2000; V. de Silva, J. Tenenbaum, *Sparse multidimensional scaling
+//! using landmark points*, 2004.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::eigen;
+use crate::cloud::NeighborGraph;
+use crate::numeric::index;
+
+/// Places in the plane whose distances are nearly those along a graph.
+#[derive(Clone, Debug)]
+pub struct LandmarkMap {
+    /// Nodes from which distances were found, each as far as can be from those before.
+    pub landmarks: Vec<usize>,
+    /// Of each landmark, the lengths of the shortest ways to all nodes.
+    pub distances: Vec<Vec<f64>>,
+    /// Each node's place, the longer direction along x.
+    pub places: Vec<DVec2>,
+}
+
+impl LandmarkMap {
+    /// Of a connected graph over these points; `None` if they have no two dimensions.
+    #[must_use]
+    pub fn of(graph: &NeighborGraph, points: &[DVec3], landmarks: usize) -> Option<Self> {
+        let landmarks = spread_out(points, landmarks.min(points.len()));
+        let distances: Vec<Vec<f64>> =
+            landmarks.par_iter().map(|&from| graph.distances_from(&[index(from)])).collect();
+        let places = embedded(&landmarks, &distances)?;
+        Some(Self { landmarks, distances, places })
+    }
+}
+
+/// `count` points, each as far as can be from those chosen before.
+fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
+    let mut chosen = vec![0];
+    let mut nearest: Vec<f64> = points.iter().map(|p| p.distance_squared(points[0])).collect();
+    while chosen.len() < count {
+        let farthest = (0..points.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
+        let farthest = farthest.unwrap_or(0);
+        chosen.push(farthest);
+        for (nearest, point) in nearest.iter_mut().zip(points) {
+            *nearest = nearest.min(point.distance_squared(points[farthest]));
+        }
+    }
+    chosen
+}
+
+/// Classical scaling of the landmarks by their distances, then every node by its distances to them.
+fn embedded(landmarks: &[usize], distances: &[Vec<f64>]) -> Option<Vec<DVec2>> {
+    let count = landmarks.len();
+    let square = |a: usize, b: usize| distances[a][landmarks[b]].powi(2);
+    let between = |a: usize, b: usize| 0.5 * (square(a, b) + square(b, a));
+    let mean = |a: usize| (0..count).map(|b| between(a, b)).sum::<f64>() / count as f64;
+    let means: Vec<f64> = (0..count).map(mean).collect();
+    let whole = means.iter().sum::<f64>() / count as f64;
+    let centred = |i: usize| {
+        let (a, b) = (i / count, i % count);
+        -0.5 * (between(a, b) - means[a] - means[b] + whole)
+    };
+    let axes = eigen::largest((0..count * count).map(centred).collect(), count, 2);
+    let [(first, along), (second, across)] = &axes[..] else { return None };
+    if *second <= f64::EPSILON * first {
+        return None;
+    }
+    let place = |node: usize| {
+        let coordinate = |value: f64, axis: &[f64]| {
+            let terms = (0..count).map(|l| axis[l] * (distances[l][node].powi(2) - means[l]));
+            -0.5 * terms.sum::<f64>() / value.sqrt()
+        };
+        DVec2::new(coordinate(*first, along), coordinate(*second, across))
+    };
+    Some((0..distances[0].len()).into_par_iter().map(place).collect())
+}
