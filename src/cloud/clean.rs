@@ -1,9 +1,8 @@
 //! Duplicates merged, gross outliers set aside.
 //!
-//! Least squares suffer from gross outliers, and neighbourhoods from both: eight copies of a point
-//! are its eight nearest neighbours, and an outlier bridges two folds. An outlier is far from its
-//! neighbours as compared with these from theirs, and off the surface that they may form. So sparse
-//! regions, scan lines, contour lines and ship tracks stay.
+//! Eight copies of a point are its eight nearest neighbours, and an outlier bridges two folds. An
+//! outlier is far from its neighbours as compared with these from theirs, and off the surface that
+//! they may form. So sparse regions, scan lines, contour lines and ship tracks stay.
 
 use glam::DVec3;
 use rayon::prelude::*;

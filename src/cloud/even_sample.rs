@@ -235,7 +235,7 @@ pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     if points.len() <= most {
         return (0..).take(points.len()).collect();
     }
-    let Some(side) = side(points, most, STEPS) else { return vec![0] };
+    let Some(side) = side(points, most.max(1), STEPS) else { return vec![0] };
     let mut voxels = Voxels::default();
     for (index, &point) in (0..).zip(points) {
         prefer(&mut voxels, side, Chosen::new(point, index));
