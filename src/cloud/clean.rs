@@ -1,58 +1,39 @@
 //! Duplicates merged, gross outliers set aside.
 //!
-//! Least squares suffer from gross outliers, and neighbourhoods from both: eight copies of a point
-//! are its eight nearest neighbours, and a stray point bridges two folds. What distinguishes a
-//! stray point from the sparse part of a surface is that it lies neither in the plane of its
-//! neighbours nor where they bend to: scan lines, contour lines, ship tracks and densities that vary
-//! tenfold stay whole.
+//! Eight copies of a point are its eight nearest neighbours, and an outlier bridges two folds. An
+//! outlier is far from its neighbours as compared with these from theirs, and off the surface that
+//! they may form. So sparse regions, scan lines, contour lines and ship tracks stay.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Bounds;
+use super::bounds::POINTS_PER_REPORT;
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
-use super::quadric::Quadric;
 use crate::error::Result;
+use crate::numeric::{index, median, quantile};
 use crate::progress::{Observer, Progress, Stage, report};
 
-/// Points nearer than this share of the typical spacing are one point measured twice, or one that
-/// a file format has rounded in two ways. It is far below what could carry shape.
-const SAME: f32 = 1e-4;
+/// Points nearer than this share of the typical spacing are duplicates: one point measured twice, or
+/// rounded in two ways by a file format.
+const SAME: f64 = 1e-4;
 
-/// Neighbours over which the spacing at a point is averaged.
-const NEIGHBORS: usize = 8;
+/// The spacing at a point is the distance to the neighbour of this rank.
+const RANK: usize = 3;
 
-/// Neighbours whose spacings are compared with that of a point: enough to see past a handful of
-/// other strays.
+/// Neighbours that are the surroundings of a point, enough to see past a few outliers, and those
+/// with which it may fill space.
 const AROUND: usize = 32;
+const BESIDE: usize = 8;
 
-/// A point may be this many times farther from its neighbours than they are from theirs, or than is
-/// usual in the cloud. Poisson scatter reaches 2.
-const SPARSE: f32 = 2.5;
+/// An outlier that fills space with its neighbours has so many times the usual spacing, at least.
+const SPARSE: f64 = 2.5;
 
-/// Beyond this a point is on its own even if it lies in the plane of its neighbours.
-const ALONE: f32 = 6.0;
-
-/// Distance of a point from the plane of its neighbours, or of them from it, as a share of their
-/// distance: curvature and noise of a surface stay below where it is sparse, points scattered in
-/// space have about 0.3. The first holds near the surface, the second where all around is stray.
-const OFF_PLANE: [f64; 2] = [0.15, 0.2];
-
-/// Neighbours whose quadric shows where a sparse end of a bent surface goes on, and the distance of
-/// the point and of them from it, as a share of theirs: three fifths of such ends' points stay below, of
-/// strays one in fifty.
-const BENT: usize = 16;
-const OFF_QUADRIC: f64 = 0.15;
-
-/// Only points this much sparser than usual are looked at more closely.
-const SUSPECT: f32 = 1.5;
-
-/// Suspects between two reports, some ten milliseconds.
-const SUSPECTS_PER_REPORT: usize = 1 << 13;
-
-/// Outliers uncover others that they had hidden; the third round finds next to none.
+/// Outliers uncover others that they had hidden; after three rounds next to none are left.
 const ROUNDS: usize = 3;
+
+/// A point whose spacing is so many times the radius of the cloud is an outlier in any case.
+const ALONE: f64 = 4.0;
 
 /// What became of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +42,9 @@ pub enum Fate {
     /// It is used.
     #[default]
     Kept,
-    /// It lies where another point lies, which counts for both.
+    /// It lies where a kept point lies, which counts for both.
     Duplicate,
-    /// It lies far from all surface that its neighbours could form.
+    /// It lies far from any surface that its neighbours may form.
     Outlier,
 }
 
@@ -79,16 +60,18 @@ impl Fate {
     }
 }
 
-/// What [`clean`] found.
+/// The result of [`clean`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cleaning {
-    /// What became of each point.
+    /// The fate of each point. Duplicates of an outlier are outliers.
     pub fates: Vec<Fate>,
     /// Indices of the points that were kept, ascending.
     pub kept: Vec<u32>,
     /// How many points each kept one stands for; empty if all stand for themselves.
     pub multiplicity: Vec<u32>,
-    /// Median of the kept points' mean distance to their 8 nearest, in the points' unit.
+    /// Each duplicate with the kept point that counts for it, ascending.
+    pub merged: Vec<(u32, u32)>,
+    /// Median distance of the kept points to their third nearest, in the points' unit.
     pub spacing: f64,
 }
 
@@ -102,9 +85,11 @@ impl Cleaning {
 
 /// Finds duplicates and gross outliers among points that have passed [`check`](super::check).
 ///
-/// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. It
-/// is an outlier if it is 2.5 times as far from its 8 nearest as is usual there (or in the whole
-/// cloud), off the plane that they lie in and off where they bend to, or 6 times as far in any case.
+/// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. The
+/// spacing at a point is the distance to its third nearest. A point is an outlier if its spacing is
+/// twice that of its surroundings and it lies steeply above the plane through them. It is also one
+/// if its spacing is 2.5 times the usual and it fills space with its neighbours. Of few points, only
+/// those go that are far outside the cloud.
 ///
 /// O(n log n); needs about 60 bytes a point.
 ///
@@ -117,6 +102,7 @@ impl Cleaning {
 /// let cleaning = clean(&points, &mut Silent)?;
 /// assert_eq!(cleaning.fates[400..], [Fate::Outlier, Fate::Duplicate]);
 /// assert_eq!((cleaning.kept.len(), cleaning.multiplicity[7]), (400, 2));
+/// assert_eq!(cleaning.merged, [(401, 7)]);
 /// # Ok::<(), neurbs::Error>(())
 /// ```
 ///
@@ -125,11 +111,10 @@ impl Cleaning {
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> {
     let mut fates = vec![Fate::Kept; points.len()];
-    let mut multiplicity = Vec::new();
+    let mut keepers: Vec<u32> = (0..).take(points.len()).collect();
     let mut spacings = Spacings::of(points, &fates, observer)?;
     // Crowds of duplicates hide how far distinct points are apart; merging them shows it.
-    while merge(points, &spacings, &mut fates, &mut multiplicity) {
-        drop(spacings);
+    while merge(&spacings, &mut fates, &mut keepers) {
         spacings = Spacings::of(points, &fates, observer)?;
     }
     for _ in 0..ROUNDS {
@@ -140,37 +125,42 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
         for index in outliers {
             fates[index as usize] = Fate::Outlier;
         }
-        spacings.look_again(&fates, observer)?;
+        spacings = Spacings::of(points, &fates, observer)?;
     }
+    let mut merged = Vec::new();
+    for duplicate in (0..points.len()).filter(|&i| fates[i] == Fate::Duplicate) {
+        let mut keeper = keepers[duplicate];
+        while keepers[keeper as usize] != keeper {
+            keeper = keepers[keeper as usize];
+        }
+        merged.push((index(duplicate), keeper));
+    }
+    let mut counts = vec![1; points.len()];
+    for &(duplicate, keeper) in &merged {
+        counts[keeper as usize] += 1;
+        if fates[keeper as usize] == Fate::Outlier {
+            fates[duplicate as usize] = Fate::Outlier;
+        }
+    }
+    merged.retain(|&(duplicate, _)| fates[duplicate as usize] == Fate::Duplicate);
     let kept = indices(&fates);
-    if !multiplicity.is_empty() {
-        multiplicity = kept.iter().map(|&index| multiplicity[index as usize]).collect();
-    }
-    Ok(Cleaning { fates, kept, multiplicity, spacing: f64::from(spacings.typical) / spacings.unit })
+    let multiplicity = kept.iter().map(|&index| counts[index as usize]);
+    let multiplicity = if merged.is_empty() { vec![] } else { multiplicity.collect() };
+    Ok(Cleaning { fates, kept, multiplicity, merged, spacing: spacings.typical })
 }
 
-/// Marks points near an earlier one as its duplicates, and counts them there; whether there were
-/// any.
-fn merge(
-    points: &[DVec3],
-    spacings: &Spacings<'_>,
-    fates: &mut [Fate],
-    multiplicity: &mut Vec<u32>,
-) -> bool {
+/// Marks points near an earlier one as its duplicates; whether there were any.
+fn merge(spacings: &Spacings<'_>, fates: &mut [Fate], keepers: &mut [u32]) -> bool {
     let same = SAME * spacings.typical;
-    let crowded: Vec<u32> =
-        (0..).zip(&spacings.each).filter(|(_, at)| at.nearest <= same).map(|(i, _)| i).collect();
-    let radius = f64::from(same) / spacings.unit;
-    let mut any = false;
-    for index in crowded {
-        if fates[index as usize] != Fate::Kept {
+    let (tree, mut any) = (&spacings.tree, false);
+    for own in (0..tree.points().len()).filter(|&i| spacings.nearest[i] <= same) {
+        if fates[own] != Fate::Kept {
             continue;
         }
-        for other in spacings.tree.within(points[index as usize], radius) {
-            if other != index && fates[other as usize] == Fate::Kept {
-                multiplicity.resize(points.len(), 1);
-                fates[other as usize] = Fate::Duplicate;
-                multiplicity[index as usize] += multiplicity[other as usize];
+        for other in tree.within(tree.points()[own], same) {
+            let other = other as usize;
+            if other != own && fates[other] == Fate::Kept {
+                (fates[other], keepers[other]) = (Fate::Duplicate, index(own));
                 any = true;
             }
         }
@@ -182,210 +172,179 @@ fn indices(fates: &[Fate]) -> Vec<u32> {
     (0..).zip(fates).filter(|(_, fate)| **fate == Fate::Kept).map(|(index, _)| index).collect()
 }
 
-/// How far points are apart, as shares of the cloud's diagonal: half the memory.
+/// How far the kept points are apart; infinite at others.
 struct Spacings<'a> {
     tree: KdTree<'a>,
-    unit: f64,
-    each: Vec<Spacing>,
-    /// The median of the means.
-    typical: f32,
-}
-
-/// How far a point is from its nearest ones; not finite if it has none or is not in the tree.
-#[derive(Clone, Copy)]
-struct Spacing {
-    nearest: f32,
-    /// Over the 8 nearest.
-    mean: f32,
-}
-
-impl Default for Spacing {
-    fn default() -> Self {
-        Self { nearest: f32::INFINITY, mean: f32::INFINITY }
-    }
-}
-
-impl Spacing {
-    /// From the nearest of a point, in order.
-    fn of(found: &[Neighbor], unit: f64) -> Self {
-        let Some(nearest) = found.first() else { return Self::default() };
-        let sum: f64 = found.iter().map(Neighbor::distance).sum();
-        #[expect(clippy::cast_possible_truncation, reason = "seven digits of a spacing suffice")]
-        let share = |length: f64| (length * unit) as f32;
-        Self { nearest: share(nearest.distance()), mean: share(sum / found.len() as f64) }
-    }
+    /// Distance to the nearest.
+    nearest: Vec<f64>,
+    /// Distance to the neighbour of rank [`RANK`].
+    each: Vec<f64>,
+    /// Median of the finite ones.
+    typical: f64,
 }
 
 impl<'a> Spacings<'a> {
-    /// Of the points that are kept.
     fn of(points: &'a [DVec3], fates: &[Fate], observer: &mut dyn Observer) -> Result<Self> {
-        let tree = KdTree::of_subset(points, indices(fates), observer)?;
-        let unit = Bounds::of(points).diagonal().recip();
-        let each = tree.map(observer, |index, found| {
-            tree.nearest_to(index, NEIGHBORS, found);
-            Spacing::of(found, unit)
+        let kept = indices(fates);
+        // Of few points, less than half must be near.
+        let rank = RANK.min(kept.len().saturating_sub(1) / 2).max(1);
+        let tree = KdTree::of_subset(points, kept, observer)?;
+        let pairs = tree.map(observer, |index, found| {
+            tree.nearest_to(index, rank, found);
+            let distances = [found.first(), found.last()];
+            Some(distances.map(|near| near.map_or(f64::INFINITY, Neighbor::distance)))
         })?;
-        let typical = typical(&each);
-        Ok(Self { tree, unit, each, typical })
+        let of =
+            |k: usize| pairs.iter().map(move |pair| pair.map_or(f64::INFINITY, |pair| pair[k]));
+        let (nearest, each) = (of(0).collect(), of(1).collect());
+        let typical = median(of(1).filter(|spacing| spacing.is_finite()));
+        Ok(Self { tree, nearest, each, typical })
     }
 
-    /// What was known before outliers went is known of all but suspects: what has near neighbours
-    /// does not miss a far one.
-    fn look_again(&mut self, fates: &[Fate], observer: &mut dyn Observer) -> Result<()> {
-        self.each = self.tree.map(observer, |index, found| {
-            if fates[index as usize] != Fate::Kept {
-                return Spacing::default();
-            }
-            let before = self.each[index as usize];
-            if before.mean <= SUSPECT * self.typical {
-                return before;
-            }
-            self.nearest_kept(index, NEIGHBORS, fates, found);
-            Spacing::of(found, self.unit)
-        })?;
-        self.typical = typical(&self.each);
-        Ok(())
-    }
-
-    /// The points nearest to one of them that are kept.
-    fn nearest_kept(&self, index: u32, count: usize, fates: &[Fate], found: &mut Vec<Neighbor>) {
-        let place = self.tree.points()[index as usize];
-        let wanted = |other: u32| other != index && fates[other as usize] == Fate::Kept;
-        self.tree.nearest_where(place, count, f64::INFINITY, found, wanted);
-    }
-
-    /// Points far from all surface that their neighbours could form.
     fn outliers(&self, fates: &[Fate], observer: &mut dyn Observer) -> Result<Vec<u32>> {
-        let suspects: Vec<u32> = (0..)
-            .zip(&self.each)
-            .filter(|(_, at)| at.mean.is_finite() && at.mean > SUSPECT * self.typical)
-            .map(|(index, _)| index)
-            .collect();
+        let (points, kept) = (self.tree.points(), indices(fates));
+        let radius = radius(points, &kept);
+        let wide = |&index: &u32| self.each[index as usize] > 2.0 * self.typical;
+        let suspects: Vec<u32> = kept.iter().copied().filter(wide).collect();
         let mut outliers = Vec::new();
-        for slab in suspects.chunks(SUSPECTS_PER_REPORT) {
+        for slab in suspects.chunks(POINTS_PER_REPORT) {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, fates.len()))?;
-            let stray = |index: &u32| self.is_stray(*index, fates).then_some(*index);
-            outliers.par_extend(slab.par_iter().filter_map(stray));
+            let is_outlier = |&&index: &&u32| {
+                self.each[index as usize] > ALONE * radius
+                    || kept.len() > AROUND && self.is_off(index)
+            };
+            outliers.par_extend(slab.par_iter().filter(is_outlier));
         }
         Ok(outliers)
     }
 
-    fn is_stray(&self, index: u32, fates: &[Fate]) -> bool {
+    /// Whether a point is off the surface of its surroundings, or fills space with its neighbours.
+    fn is_off(&self, index: u32) -> bool {
         let (points, mut found) = (self.tree.points(), Vec::new());
-        self.nearest_kept(index, AROUND, fates, &mut found);
-        let mut means: Vec<f32> = found.iter().map(|n| self.each[n.index as usize].mean).collect();
-        let mean = self.each[index as usize].mean;
-        let (beside, usual) = (mean / median(&mut means), mean / self.typical);
-        if beside > ALONE {
+        self.tree.nearest_to(index, AROUND, &mut found);
+        let (own, spacing) = (points[index as usize], self.each[index as usize]);
+        let around = found.iter().map(|near| points[near.index as usize]);
+        if spacing > SPARSE * self.typical
+            && Plane::of(around.clone().take(BESIDE).chain([own])).is_thick()
+        {
             return true;
         }
-        if beside <= SPARSE && usual <= SPARSE {
-            return false;
-        }
-        let near = found.iter().take(NEIGHBORS);
-        let plane = Plane::of(near.map(|n| points[n.index as usize]));
-        let off = plane.height(points[index as usize]).abs().max(plane.deviations[2]);
-        let off = off * self.unit / f64::from(mean);
-        ((beside > SPARSE && off > OFF_PLANE[0]) || (usual > SPARSE && off > OFF_PLANE[1]))
-            && !self.goes_on(index, &found)
-    }
-
-    /// Whether a point lies where its nearest ones bend to.
-    fn goes_on(&self, index: u32, found: &[Neighbor]) -> bool {
-        let points = self.tree.points();
-        let near = &found[..found.len().min(BENT)];
-        let near: Vec<DVec3> = near.iter().map(|n| points[n.index as usize]).collect();
-        let most = OFF_QUADRIC * f64::from(self.each[index as usize].mean) / self.unit;
-        near.len() == BENT
-            && Quadric::of(&near, points[index as usize])
-                .is_some_and(|quadric| quadric.off.max(quadric.deviation) < most)
+        let usual = median(found.iter().map(|near| self.each[near.index as usize]));
+        let plane = Plane::of(around);
+        let height = plane.height(own).abs();
+        // Sparse parts of a surface are not as steep, 30 degrees, or bend as much all around.
+        spacing > 2.0 * usual && height > 0.5 * spacing && height > 2.0 * plane.deviations[2]
     }
 }
 
-/// The median of the means.
-fn typical(each: &[Spacing]) -> f32 {
-    let mut means: Vec<f32> = each.iter().map(|at| at.mean).filter(|m| m.is_finite()).collect();
-    median(&mut means)
-}
-
-/// The upper median; infinite of nothing.
-fn median(values: &mut [f32]) -> f32 {
-    let middle = values.len() / 2;
-    if values.is_empty() {
-        return f32::INFINITY;
-    }
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+/// Three quarters of the points are so near to their coordinates' medians.
+fn radius(points: &[DVec3], kept: &[u32]) -> f64 {
+    let kept = kept.iter().map(|&index| points[index as usize]);
+    let centre = [0, 1, 2].map(|axis| median(kept.clone().map(|point| point[axis])));
+    quantile(kept.map(|point| point.distance(DVec3::from_array(centre))), 0.75)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::bounds::Bounds;
+    use super::super::test_points::{cube, hill, random, square, tube};
     use super::*;
     use crate::progress::Silent;
 
+    fn cleaned(points: &[DVec3]) -> Cleaning {
+        clean(points, &mut Silent).unwrap()
+    }
+
     fn kept(points: &[DVec3]) -> usize {
-        clean(points, &mut Silent).unwrap().kept.len()
-    }
-
-    fn hill(x: f64, y: f64) -> DVec3 {
-        DVec3::new(x, y, 0.2 * (3.0 * x).sin() * (2.0 * y).cos())
-    }
-
-    /// Two numbers in the unit interval that fill the square evenly (R2 sequence, M. Roberts).
-    fn unit(i: u32) -> (f64, f64) {
-        let i = f64::from(i);
-        ((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
+        cleaned(points).kept.len()
     }
 
     #[test]
     fn sparse_parts_of_surfaces_stay() {
+        let wave = |p: DVec3| DVec3::new(p.x, p.y, 0.3 * (3.0 * p.x).sin() * (2.0 * p.y).cos());
+        for seed in 0..6 {
+            let dense = square(1500, 2 * seed).into_iter().map(|p| p * DVec3::new(0.3, 1.0, 0.0));
+            let sparse = square(30, 2 * seed + 1).into_iter();
+            let sparse = sparse.map(|p| DVec3::new(0.3 + 0.7 * p.x, p.y, 0.0));
+            assert_eq!(kept(&dense.chain(sparse).map(wave).collect::<Vec<_>>()), 1530);
+        }
         // Density falls a hundredfold from left to right.
-        let varying: Vec<DVec3> = (0..5000)
-            .map(unit)
-            .map(|(a, y)| hill(-(1.0 - a * 0.99).ln() / 100.0_f64.ln(), y))
-            .collect();
-        assert_eq!(kept(&varying), 5000);
-        let lines: Vec<DVec3> = (0..10_000)
-            .map(|i| hill(f64::from(i / 400) / 25.0, f64::from(i % 400) / 400.0))
-            .collect();
-        assert_eq!(kept(&lines), 10_000);
-        // A scan beside one ten times as fine.
-        let fine = (0..4000).map(unit).map(|(x, y)| hill(0.5 * x, y));
-        let coarse = (0..400).map(unit).map(|(x, y)| hill(0.5 + 0.5 * x, y));
-        assert_eq!(kept(&fine.chain(coarse).collect::<Vec<_>>()), 4400);
+        let fall = |a: f64| -(1.0 - a * 0.99).ln() / 100.0_f64.ln();
+        let varying = square(5000, 1).into_iter().map(|p| hill(DVec3::new(fall(p.x), p.y, 0.0)));
+        assert_eq!(kept(&varying.collect::<Vec<_>>()), 5000);
     }
 
     #[test]
-    fn strays_in_space_go() {
-        let sheet = (0..2000).map(unit).map(|(x, y)| hill(x, y));
-        let stray = (0..200).map(|i| {
-            let ((x, y), (z, _)) = (unit(i), unit(7 * i + 3));
-            DVec3::new(x, y, 0.4 + z)
-        });
-        let far = [DVec3::new(40.0, 0.0, 0.0)];
-        let points: Vec<DVec3> = sheet.chain(stray).chain(far).collect();
-        let cleaning = clean(&points, &mut Silent).unwrap();
-        assert!(cleaning.fates[..2000].iter().all(|fate| *fate == Fate::Kept));
-        assert_eq!(cleaning.fates[2200], Fate::Outlier);
-        assert!(cleaning.count(Fate::Outlier) > 190, "{}", cleaning.count(Fate::Outlier));
+    fn scan_lines_and_grids_stay() {
+        // The lines are twenty spacings apart.
+        let lines = |jitter: f64| -> Vec<DVec3> {
+            let point = |i: u32| {
+                let noise = [0, 1].map(|salt| jitter * (random(i, salt) - 0.5));
+                let place = DVec3::new(f64::from(i / 400) / 25.0, f64::from(i % 400) / 500.0, 0.0);
+                hill(place + DVec3::new(noise[0], noise[1], 0.0)) + DVec3::Z * noise[0]
+            };
+            (0..10_000).map(point).collect()
+        };
+        for jitter in [0.0, 0.002, 0.01] {
+            assert_eq!(kept(&lines(jitter)), 10_000);
+        }
+        let grid = |i: u32| DVec3::new(f64::from(i % 30), f64::from(i / 30), 0.0);
+        assert_eq!(kept(&(0..900).map(grid).collect::<Vec<_>>()), 900);
     }
 
     #[test]
-    fn copies_count_for_the_first() {
-        let points: Vec<DVec3> = (0..600)
-            .map(|i| hill(f64::from(i % 20) / 20.0, f64::from(i % 200 / 20) / 10.0))
-            .collect();
-        let shaken = points.iter().enumerate().map(|(i, &p)| p + DVec3::splat(1e-9 * i as f64));
-        for points in [points.clone(), shaken.collect()] {
-            let cleaning = clean(&points, &mut Silent).unwrap();
-            assert_eq!(cleaning.kept, (0..200).collect::<Vec<_>>());
-            assert_eq!(cleaning.multiplicity, [3; 200]);
-            assert_eq!(cleaning.count(Fate::Duplicate), 400);
+    fn outliers_far_from_the_surface_go() {
+        for (surface, percent) in [(hill as fn(DVec3) -> DVec3, 5), (tube, 10), (hill, 20)] {
+            let good: Vec<DVec3> = square(3000, 5).into_iter().map(surface).collect();
+            let bounds = Bounds::of(&good);
+            let place = |p: DVec3| bounds.centre() + 1.4 * (p - 0.5) * (bounds.max - bounds.min);
+            let bad: Vec<DVec3> = cube(30 * percent, 7).into_iter().map(place).collect();
+            let found = cleaned(&[good.clone(), bad.clone()].concat());
+            let (of_good, of_bad) = found.fates.split_at(3000);
+            let lost = of_good.iter().filter(|fate| **fate != Fate::Kept).count();
+            assert!(lost <= 3, "{lost}");
+            let tree = KdTree::new(&good);
+            let distance = 3.0 * bounds.diagonal() / 3000_f64.sqrt();
+            let is_far = |p: &DVec3| tree.nearest(*p, 1)[0].distance() > distance;
+            let far: Vec<Fate> =
+                bad.iter().zip(of_bad).filter(|(p, _)| is_far(p)).map(|(_, fate)| *fate).collect();
+            let left = far.iter().filter(|fate| **fate == Fate::Kept).count();
+            assert!(left * 10 < far.len(), "{left} of {}", far.len());
         }
     }
 
     #[test]
-    fn few_points_are_all_kept() {
-        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE];
+    fn groups_of_wild_values_in_corners_go() {
+        let point = |k: u32| {
+            let (i, j) = (f64::from(k / 9), f64::from(k % 9));
+            let is_wild = (i - 4.0).abs() + (j - 4.0).abs() >= 7.0;
+            let z = if is_wild { 130.0 + 0.1 * ((i + 2.0 * j) % 5.0) } else { 0.05 * i * j / 8.0 };
+            DVec3::new(10.0 * i, 10.0 * j, z)
+        };
+        assert_eq!(kept(&(0..81).map(point).collect::<Vec<_>>()), 69);
+    }
+
+    #[test]
+    fn copies_count_for_the_first() {
+        let grid = |i: u32| hill(DVec3::new(f64::from(i % 20), f64::from(i / 20 % 10), 0.0) / 20.0);
+        let points: Vec<DVec3> = (0..600).map(grid).collect();
+        let shaken = points.iter().enumerate().map(|(i, &p)| p + DVec3::splat(1e-9 * i as f64));
+        for points in [points.clone(), shaken.collect()] {
+            let cleaning = cleaned(&points);
+            assert_eq!(cleaning.kept, (0..200).collect::<Vec<_>>());
+            assert_eq!(cleaning.multiplicity, [3; 200]);
+            assert_eq!(cleaning.count(Fate::Duplicate), 400);
+            assert_eq!(cleaning.merged, (200..600).map(|i| (i, i % 200)).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn of_few_points_only_those_far_outside_go() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 2.0)];
         assert_eq!(kept(&corners), 4);
+        let mut few = square(12, 3);
+        assert_eq!(kept(&few), 12);
+        few.push(DVec3::X * 40.0);
+        assert_eq!(cleaned(&few).fates[12], Fate::Outlier);
     }
 }

@@ -1,33 +1,20 @@
 //! A few points, evenly over space, from as many as there are.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, DefaultHasher};
 
 use glam::DVec3;
-use rayon::prelude::*;
 
-use super::plane::Plane;
+use super::bounds::{Bounds, POINTS_PER_REPORT};
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Smallest voxels, as a share of the first points' extent: so small that none holds two, so large
-/// that a place among them is a number of `PLACES` bits, even rounded down to a power of two.
-const LEAST_VOXEL: f64 = 2e-6;
-const PLACES: usize = 21;
+/// Doublings of the smallest voxels until one holds all points.
+const DOUBLINGS: i32 = 20;
 
-/// Sizes of voxels between two doublings that are tried for a cloud's own sample: it has seven tenths of the
-/// points that it may have, at least.
-const STEPS: usize = 4;
-
-/// How far the axes of a cloud run from the sides of voxels: rounding must not say in which points on an axis
-/// lie.
-const ASIDE: DVec3 = DVec3::new(0.381_966, 0.276_393, 0.175_571);
-
-/// Side of the cells of space that say the hash of a place, as a share of the cloud's first principal deviation.
-const DISTINCT: f64 = 1e-3;
-
-/// Points that are put into voxels between two looks at the observer.
-const POINTS_PER_LOOK: usize = 1 << 15;
+/// Sizes of voxels between two doublings that [`even_sample`] tries: on a surface it takes seven
+/// tenths of the points that it may take, at least.
+const STEPS: i32 = 4;
 
 /// Chooses points evenly over space from a stream, in memory for twice as many as it keeps.
 ///
@@ -80,16 +67,8 @@ fn voxel(point: DVec3, side: f64) -> [i64; 3] {
 }
 
 /// A number that scatters whatever points do, and depends on nothing else.
-pub(crate) fn hash(point: DVec3) -> u64 {
+fn hash(point: DVec3) -> u64 {
     bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits))
-}
-
-/// About so many points, any of the cloud: unlike those of an even sample, they lie as densely in some places
-/// as compared with others as all do.
-pub(crate) fn any_of(points: &[DVec3], count: usize) -> Vec<DVec3> {
-    let share = count as f64 / points.len() as f64;
-    let chosen = |point: &&DVec3| hash(**point) as f64 <= share * u64::MAX as f64;
-    points.iter().filter(chosen).copied().collect()
 }
 
 /// The bits of a point, by which equal ones are known.
@@ -106,27 +85,11 @@ fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The points kept by voxel, found by scattered numbers: nobody chooses points so that they collide.
-type Voxels = HashMap<[i64; 3], Chosen, BuildHasherDefault<Scatter>>;
+/// The same numbers in each run, unlike those of a hash map by default.
+type Fixed = BuildHasherDefault<DefaultHasher>;
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Scatter(u64);
-
-impl Hasher for Scatter {
-    fn write(&mut self, bytes: &[u8]) {
-        for bytes in bytes.as_chunks::<8>().0 {
-            self.0 = mix(self.0 ^ u64::from_le_bytes(*bytes));
-        }
-    }
-
-    fn write_usize(&mut self, _: usize) {
-        // Voxels have three numbers all.
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
-}
+/// The points kept by voxel.
+type Voxels = HashMap<[i64; 3], Chosen, Fixed>;
 
 impl EvenSample {
     /// Nothing yet; `most` points at most, one at least.
@@ -169,8 +132,8 @@ impl EvenSample {
 
     /// The first voxels.
     fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
-        let division = Division::of(&self.first, |chosen| chosen.point, self.most);
-        let Some(Division { side, .. }) = division else {
+        let points: Vec<DVec3> = self.first.iter().map(|chosen| chosen.point).collect();
+        let Some(side) = side(&points, self.most, 1) else {
             // Copies of one point: one is as good as all.
             self.first.truncate(1);
             return Ok(());
@@ -188,7 +151,7 @@ impl EvenSample {
     ) -> Result<()> {
         self.voxels.reserve(self.most.min(chosen.len()));
         for (k, chosen) in chosen.enumerate() {
-            if k % POINTS_PER_LOOK == 0 {
+            if k % POINTS_PER_REPORT == 0 {
                 listen()?;
             }
             prefer(&mut self.voxels, self.side, chosen);
@@ -222,126 +185,65 @@ impl EvenSample {
     }
 }
 
-/// Voxels in which points lie.
-struct Division {
-    side: f64,
-    /// How many hold points.
-    voxels: usize,
-}
-
-impl Division {
-    /// Into as many as are allowed at most; `None` of copies of one point.
-    fn of<T: Sync>(points: &[T], place: impl Fn(&T) -> DVec3 + Sync, most: usize) -> Option<Self> {
-        let low = points.iter().map(&place).fold(DVec3::INFINITY, DVec3::min);
-        let high = points.iter().map(&place).fold(DVec3::NEG_INFINITY, DVec3::max);
-        let extent = (high - low).max_element();
-        if extent == 0.0 {
-            return None;
-        }
-        // Numbers of voxels stay far within 64 bits.
-        let far = low.abs().max(high.abs()).max_element();
-        let least = (extent * LEAST_VOXEL).max(far * f64::EPSILON).log2().floor().exp2();
-        // Where a voxel of every size begins.
-        let origin = voxel(low, least).map(|lowest| lowest >> (PLACES - 1) << (PLACES - 1));
-        let code = |point: &T| {
-            let voxel = voxel(place(point), least);
-            interleaved([0, 1, 2].map(|axis| voxel[axis].abs_diff(origin[axis])))
-        };
-        let mut codes: Vec<u64> = points.par_iter().map(code).collect();
-        codes.par_sort_unstable();
-        // In this order the points of a voxel of any size follow one another; the highest bit in
-        // which neighbours differ says up to which size they lie apart.
-        let mut apart = [0; PLACES + 1];
-        for pair in codes.windows(2) {
-            let differing = u64::BITS - (pair[0] ^ pair[1]).leading_zeros();
-            apart[differing.div_ceil(3) as usize] += 1;
-        }
-        let (mut voxels, mut doublings) = (1 + apart[1..].iter().sum::<usize>(), 0);
-        while voxels > most {
-            doublings += 1;
-            voxels -= apart[doublings];
-        }
-        Some(Self { side: least * (doublings as f64).exp2(), voxels })
+/// The side of the smallest voxels of which at most so many hold points, of this many sizes for each
+/// doubling; `None` of copies of one point.
+fn side(points: &[DVec3], most: usize, steps: i32) -> Option<f64> {
+    let Bounds { min, max } = Bounds::of(points);
+    let extent = (max - min).max_element();
+    if extent == 0.0 {
+        return None;
     }
+    // Numbers of voxels stay far within 64 bits.
+    let far = min.abs().max(max.abs()).max_element();
+    let unit = extent.log2().ceil().exp2();
+    let size = |step: i32| unit * (f64::from(step) / f64::from(steps)).exp2();
+    let fit = |step: i32| {
+        let side = size(step);
+        let mut voxels: HashSet<[i64; 3], Fixed> = HashSet::default();
+        side > far * f64::EPSILON
+            && points.iter().all(|&point| {
+                voxels.insert(voxel(point, side));
+                voxels.len() <= most
+            })
+    };
+    let (mut small, mut large) = (-DOUBLINGS * steps, 0);
+    while !fit(large) {
+        (small, large) = (large, large + steps);
+    }
+    while large - small > 1 {
+        let middle = small.midpoint(large);
+        *(if fit(middle) { &mut large } else { &mut small }) = middle;
+    }
+    Some(size(large))
 }
 
-/// At most so many of the points, as [`EvenSample`] chooses them.
-pub(crate) fn even_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
+/// The indices, ascending, of at most so many points, evenly over space.
+///
+/// Space is cut into voxels as by [`EvenSample`], but in finer steps: on a surface at least seven
+/// tenths of `most` are chosen, if there are as many points. The choice does not depend on the
+/// points' order. O(n log n).
+///
+/// ```
+/// use neurbs::{DVec3, cloud::even_sample};
+/// let points: Vec<DVec3> = (0..90_000_u32)
+///     .map(|i| DVec3::new(f64::from(i % 300), f64::from(i / 300), 0.0))
+///     .collect();
+/// assert!((700..=1000).contains(&even_sample(&points, 1000).len()));
+/// ```
+#[must_use]
+pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     if points.len() <= most {
-        return points.to_vec();
+        return (0..).take(points.len()).collect();
     }
-    let division = Division::of(points, |point| *point, most);
-    let Some(Division { side, .. }) = division else { return vec![points[0]] };
-    let chosen = (0..).zip(points).map(|(index, &point)| Chosen::new(point, index));
-    of_each_voxel(chosen, side, points)
-}
-
-/// The points that are preferred of those in each voxel of this side, in their own order.
-fn of_each_voxel(chosen: impl Iterator<Item = Chosen>, side: f64, points: &[DVec3]) -> Vec<DVec3> {
+    let Some(side) = side(points, most.max(1), STEPS) else { return vec![0] };
     let mut voxels = Voxels::default();
-    chosen.for_each(|chosen| prefer(&mut voxels, side, chosen));
-    let mut kept: Vec<u64> = voxels.into_values().map(|chosen| chosen.index).collect();
-    kept.sort_unstable();
-    let kept = kept.into_iter().filter_map(|index| usize::try_from(index).ok());
-    kept.map(|index| points[index]).collect()
-}
-
-/// At most so many points, evenly over space, and hardly fewer if there are as many: the same however the
-/// cloud is turned, moved and scaled, and in which order its points come.
-pub(crate) fn own_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
-    fullest(points, most, STEPS)
-}
-
-/// As [`own_sample`], but perhaps a quarter as many, in a fraction of the time.
-pub(crate) fn rough_sample(points: &[DVec3], most: usize) -> Vec<DVec3> {
-    fullest(points, most, 1)
-}
-
-/// The fullest of even samples of the cloud in a frame of its own, at this many scales: voxels that double leave
-/// a quarter of those on a surface in the worst case.
-fn fullest(points: &[DVec3], most: usize, steps: usize) -> Vec<DVec3> {
-    if points.len() <= most {
-        return points.to_vec();
+    for (index, &point) in (0..).zip(points) {
+        prefer(&mut voxels, side, Chosen::new(point, index));
     }
-    let plane = Plane::of(points.iter().copied());
-    let size = plane.deviations[0].max(f64::MIN_POSITIVE);
-    let places: Vec<DVec3> = points.iter().map(|&point| plane.local(point) / size).collect();
-    // Axes have no sense but the one in which the cloud reaches farther.
-    let sense = places.iter().map(|&place| place * place * place).sum::<DVec3>().signum();
-    // Rounding must not say which point of a voxel is chosen either.
-    let hashed = |place: DVec3| (sense * place, hash((sense * place / DISTINCT).round()));
-    let places: Vec<(DVec3, u64)> = places.into_iter().map(hashed).collect();
-    let scale = |step: usize| (step as f64 / steps as f64).exp2();
-    let scaled = |step: usize, place: DVec3| scale(step) * place + ASIDE;
-    let division = |step: usize| {
-        let division = Division::of(&places, |(place, _)| scaled(step, *place), most);
-        division.map(|division| (step, division))
-    };
-    let found: Vec<(usize, Division)> = (0..steps).into_par_iter().filter_map(division).collect();
-    let fullest = found.into_iter().max_by_key(|(_, division)| division.voxels);
-    let Some((step, Division { side, .. })) = fullest else { return vec![points[0]] };
-    let chosen = (0..).zip(&places).map(|(index, &(place, hash))| Chosen {
-        point: scaled(step, place),
-        index,
-        hash,
-    });
-    of_each_voxel(chosen, side, points)
-}
-
-/// The bits of a voxel's place, taken in turns from its three numbers (G. M. Morton, 1966).
-fn interleaved(place: [u64; 3]) -> u64 {
-    let spread = |along: u64| {
-        let steps = [
-            (32, 0x1f_0000_0000_ffff),
-            (16, 0x1f_0000_ff00_00ff),
-            (8, 0x100f_00f0_0f00_f00f),
-            (4, 0x10c3_0c30_c30c_30c3),
-            (2, 0x1249_2492_4924_9249),
-        ];
-        steps.iter().fold(along, |bits, (shift, mask)| (bits | bits << shift) & mask)
-    };
-    let [x, y, z] = place.map(spread);
-    x | y << 1 | z << 2
+    let kept = voxels.into_values().filter_map(|chosen| u32::try_from(chosen.index).ok());
+    let mut kept: Vec<u32> = kept.collect();
+    kept.sort_unstable();
+    kept
 }
 
 /// Keeps the better one of a voxel's point and another.
@@ -354,11 +256,8 @@ fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashSet;
-
-    use glam::DMat3;
-
     use super::*;
+    use crate::numeric::index;
 
     fn cloud() -> Vec<DVec3> {
         // A spiral that is a hundred times denser in the middle, far from the origin.
@@ -414,21 +313,17 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_their_own_frame_go_with_their_points_in_any_order() {
-        let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, -1.1, 2.0);
-        let moved = |point: DVec3| 1e-3 * (turn * (point - DVec3::X * 5e6)) + DVec3::Y;
+    fn even_samples_are_full_and_the_same_in_any_order() {
         let points: Vec<DVec3> = cloud().into_iter().step_by(7).collect();
-        let elsewhere: Vec<DVec3> = points.iter().map(|&point| moved(point)).collect();
+        let backwards: Vec<DVec3> = points.iter().rev().copied().collect();
         for most in [100, 1000, 4000] {
-            let (sample, there) = (own_sample(&points, most), own_sample(&elsewhere, most));
+            let sample = even_sample(&points, most);
             assert!((7 * most / 10..=most).contains(&sample.len()), "{most}: {}", sample.len());
-            assert!(sample.iter().map(|&point| moved(point)).eq(there), "{most}");
-            let backwards: Vec<DVec3> = points.iter().rev().copied().collect();
-            let mut there = own_sample(&backwards, most);
-            there.reverse();
-            assert_eq!(sample, there, "{most}");
+            let last = index(points.len() - 1);
+            let there = even_sample(&backwards, most).into_iter().rev().map(|i| last - i);
+            assert!(there.eq(sample), "{most}");
         }
-        assert_eq!(own_sample(&points, points.len()), points);
+        assert_eq!(even_sample(&points, points.len()).len(), points.len());
     }
 
     #[test]

@@ -30,17 +30,9 @@ pub(crate) fn area(polygon: &[DVec2]) -> f64 {
     0.5 * (0..count).map(|i| polygon[i].perp_dot(polygon[(i + 1) % count])).sum::<f64>()
 }
 
-/// The corners of the convex hull, counter-clockwise (Andrew's monotone chain, of what lies outside of the eight
-/// outermost places: S. G. Akl, G. T. Toussaint, *A fast convex hull algorithm*, 1978).
+/// The corners of the convex hull, counter-clockwise (A. Andrew's monotone chain, 1979).
 pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
-    let outermost = outermost(places);
-    // Most places lie in a circle inside of these, which is a single comparison.
-    let (centre, radius) = inscribed(&outermost);
-    let sides = sides(&outermost);
-    let is_inside = |place: &DVec2| {
-        place.distance_squared(centre) < radius * radius || is_inside(&sides, *place)
-    };
-    let mut sorted: Vec<DVec2> = places.iter().filter(|place| !is_inside(place)).copied().collect();
+    let mut sorted = places.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |places: &mut dyn Iterator<Item = DVec2>| {
         let mut chain: Vec<DVec2> = Vec::new();
@@ -59,52 +51,6 @@ pub(crate) fn hull(places: &[DVec2]) -> Vec<DVec2> {
     let mut corners = half(&mut sorted.iter().copied());
     corners.extend(half(&mut sorted.iter().rev().copied()));
     corners
-}
-
-/// The outermost places in eight directions, counter-clockwise.
-fn outermost(places: &[DVec2]) -> Vec<DVec2> {
-    let reaches = |DVec2 { x, y }: DVec2| [x, x + y, y, y - x, -x, -x - y, -y, x - y];
-    // First how far they reach, then which do: to keep both at once takes a quarter longer in all.
-    let mut farthest = [f64::NEG_INFINITY; 8];
-    for &place in places {
-        let reaches = reaches(place);
-        farthest.iter_mut().zip(reaches).for_each(|(far, reach)| *far = far.max(reach));
-    }
-    let mut found = [None; 8];
-    for &place in places {
-        let reached: [bool; 8] = std::array::from_fn(|k| reaches(place)[k] == farthest[k]);
-        if reached.iter().fold(false, |any, reached| any | reached) {
-            let first = found.iter_mut().zip(reached).filter(|(found, is)| *is && found.is_none());
-            first.for_each(|(found, _)| *found = Some(place));
-        }
-    }
-    let mut corners: Vec<DVec2> = found.into_iter().flatten().collect();
-    corners.dedup();
-    corners
-}
-
-/// A circle inside a convex polygon: about the mean of its corners, as far as its sides are.
-fn inscribed(polygon: &[DVec2]) -> (DVec2, f64) {
-    let centre = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
-    let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let distance = |(a, b): (&DVec2, &DVec2)| (b - a).normalize_or_zero().perp_dot(centre - a);
-    (centre, sides.map(distance).fold(f64::INFINITY, f64::min).max(0.0))
-}
-
-/// Where each side of a polygon ends, and the way along it; none if it is no polygon.
-fn sides(polygon: &[DVec2]) -> Vec<(DVec2, DVec2)> {
-    if polygon.len() < 3 {
-        return Vec::new();
-    }
-    let sides = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    sides.filter(|(a, b)| a != b).map(|(&a, &b)| (b, b - a)).collect()
-}
-
-/// Whether a place lies inside a polygon with these sides, and not on them.
-fn is_inside(sides: &[(DVec2, DVec2)], place: DVec2) -> bool {
-    // All of them without a branch, which would be as often wrong as right.
-    let outside = sides.iter().map(|&(end, way)| way.perp_dot(place - end) <= 0.0);
-    !sides.is_empty() && !outside.fold(false, std::ops::BitOr::bitor)
 }
 
 #[cfg(test)]

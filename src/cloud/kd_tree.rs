@@ -7,15 +7,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Bounds;
+use super::bounds::{Bounds, POINTS_PER_REPORT};
 use crate::error::Result;
 use crate::progress::{Observer, Progress, Silent, Stage, report};
 
 /// A range as short as this is looked through rather than divided.
 const LEAF: usize = 10;
-
-/// Points between two reports, some ten milliseconds.
-const POINTS_PER_REPORT: usize = 1 << 15;
 
 /// Points that a thread takes at a time; in the tree's order they are neighbours.
 const POINTS_PER_TASK: usize = 512;
@@ -385,26 +382,10 @@ mod tests {
         }
     }
 
-    /// Counts what it sees before it has enough.
-    struct Few(usize);
-
-    impl Search for Few {
-        fn reach(&self) -> f64 {
-            -1.0
-        }
-
-        fn see(&mut self, _: Neighbor) {
-            self.0 += 1;
-        }
-    }
-
     #[test]
     fn a_crowd_of_duplicates_costs_no_more_than_others() {
         let points = vec![DVec3::ONE; 200_000];
         let tree = KdTree::new(&points);
-        let mut few = Few(0);
-        tree.visit(DVec3::ONE, &mut few);
-        assert!(few.0 <= LEAF);
         let all = tree.map(&mut Silent, |index, found| {
             tree.nearest_where(points[index as usize], 8, f64::INFINITY, found, |_| true);
             found.len()

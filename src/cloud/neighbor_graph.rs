@@ -2,24 +2,17 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::OnceLock;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::kd_tree::{KdTree, Neighbor};
-use super::neighborhoods::Neighborhoods;
+use super::partition::{Partition, shortest_links};
+use super::plane::Plane;
 use crate::error::Result;
+use crate::numeric::index;
 use crate::progress::Observer;
 
-/// What lies beside a line is seen from it at more than this cosine's angle, 45 degrees.
-const BESIDE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-
-/// Points beside a line that each of its points is joined to.
-const BESIDE_COUNT: usize = 2;
-
-/// A graph whose edges join points that are among the nearest of one another, for clouds of some
-/// ten thousand points.
+/// A graph whose edges join points near one another.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::NeighborGraph, progress::Silent};
@@ -52,44 +45,49 @@ impl From<&Neighbor> for Edge {
 
 impl NeighborGraph {
     /// Each point joined to its `count` nearest, and to those that it is among the nearest of. Where
-    /// these lie in a line, as on scan lines, also to the nearest two beside it.
+    /// these lie in a line, as on scan lines, also to the nearest two beside it. O(n log n).
     ///
     /// # Errors
     ///
     /// [`crate::Error::Interrupted`] if the observer stops it.
     pub fn of(points: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
-        let tree = KdTree::new(points);
-        let known = Neighborhoods::of(&tree, count, observer)?;
-        Ok(Self::over(points, &known, &OnceLock::from(tree)))
+        Ok(Self::symmetric(nearest(&KdTree::over(points, observer)?, count, observer)?))
     }
 
-    /// As [`Self::of`], of points around which is known what is near.
-    pub(crate) fn among(points: &[DVec3], known: &Neighborhoods) -> Self {
-        Self::over(points, known, &OnceLock::new())
+    /// As [`Self::of`], its parts joined as by [`Self::joined`].
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Interrupted`] if the observer stops it.
+    pub fn connected(points: &[DVec3], count: usize, observer: &mut dyn Observer) -> Result<Self> {
+        let tree = KdTree::over(points, observer)?;
+        let lists = nearest(&tree, count, observer)?;
+        Ok(Self::joined(&tree, lists))
     }
 
-    /// The tree over the points is made where it is needed first.
-    fn over<'a>(
-        points: &'a [DVec3],
-        Neighborhoods { near, planes }: &Neighborhoods,
-        tree: &OnceLock<KdTree<'a>>,
-    ) -> Self {
-        let edges = |found: &mut Vec<Neighbor>, own: usize| {
-            let mut edges: Vec<Edge> = near[own].iter().map(Edge::from).collect();
-            let (plane, own) = (&planes[own], points[own]);
-            if plane.is_line() {
-                let tree = tree.get_or_init(|| KdTree::new(points));
-                tree.nearest_where(own, BESIDE_COUNT, f64::INFINITY, found, |other| {
-                    let apart = points[other as usize] - own;
-                    apart.dot(plane.axes[0]).abs() < BESIDE * apart.length()
-                });
-                found.retain(|near| edges.iter().all(|edge| edge.to != near.index));
-                edges.extend(found.iter().map(Edge::from));
+    /// The graph of these edges between the points of a tree, its parts joined: each part but the
+    /// largest to the nearest other one, until there is one (O. Borůvka's algorithm).
+    #[must_use]
+    pub fn joined(tree: &KdTree<'_>, mut lists: Vec<Vec<Edge>>) -> Self {
+        let mut parts = Partition::new(lists.len());
+        for (from, list) in lists.iter().enumerate() {
+            for edge in list {
+                parts.unite(index(from), edge.to);
             }
-            edges
-        };
-        let nodes = (0..points.len()).into_par_iter();
-        Self::symmetric(nodes.map_init(Vec::new, edges).collect())
+        }
+        loop {
+            let links = shortest_links(tree, &parts.roots());
+            if links.is_empty() {
+                return Self::symmetric(lists);
+            }
+            for link in links {
+                // Two parts may be joined by links of the same length.
+                if parts.root(link.from) != parts.root(link.to) {
+                    parts.unite(link.from, link.to);
+                    lists[link.from as usize].push(Edge { to: link.to, length: link.length });
+                }
+            }
+        }
     }
 
     /// The graph of these edges, each listed at one of its ends at least.
@@ -131,76 +129,56 @@ impl NeighborGraph {
         &self.edges[self.starts[node]..self.starts[node + 1]]
     }
 
-    /// The mean length of the edges at a node; 0 if there are none.
-    #[must_use]
-    pub fn spacing(&self, node: usize) -> f64 {
-        let edges = self.edges(node);
-        let sum: f64 = edges.iter().map(|edge| edge.length).sum();
-        sum / edges.len().max(1) as f64
-    }
-
-    /// Lengths of the shortest ways from the nearest of some nodes to all; infinite where there is
-    /// none (Dijkstra).
+    /// Lengths of the shortest paths from the nearest of some nodes to all; infinite where there is
+    /// none (Dijkstra's algorithm).
     #[must_use]
     pub fn distances_from(&self, sources: &[u32]) -> Vec<f64> {
         let mut distances = vec![f64::INFINITY; self.len()];
-        self.walk(sources, f64::INFINITY, &mut distances, &mut Front::default());
-        distances
-    }
-
-    /// Writes the lengths of the ways that are no longer than `limit` into `distances`, which are
-    /// infinite before, and to which nodes these lead into `front`.
-    pub(crate) fn walk(
-        &self,
-        sources: &[u32],
-        limit: f64,
-        distances: &mut [f64],
-        Front { reached, queue }: &mut Front,
-    ) {
-        reached.clear();
+        // The bits of positive numbers are in the numbers' order.
+        let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
         for &source in sources {
             distances[source as usize] = 0.0;
-            reached.push(source);
-            queue.push(stop(0.0, source));
+            queue.push(Reverse((0, source)));
         }
-        while let Some(Reverse(next)) = queue.pop() {
-            #[expect(clippy::cast_possible_truncation, reason = "its lower half")]
-            let node = next as u32;
+        while let Some(Reverse((bits, node))) = queue.pop() {
             let distance = distances[node as usize];
-            if Reverse(next) < stop(distance, node) {
-                // It has been come to by a shorter way.
+            if bits > distance.to_bits() {
+                // There was a shorter path.
                 continue;
             }
             for &Edge { to, length } in self.edges(node as usize) {
                 let there = distance + length;
-                let known = &mut distances[to as usize];
-                if there < *known && there <= limit {
-                    if known.is_infinite() {
-                        reached.push(to);
-                    }
-                    *known = there;
-                    queue.push(stop(there, to));
+                if there < distances[to as usize] {
+                    distances[to as usize] = there;
+                    queue.push(Reverse((there.to_bits(), to)));
                 }
             }
         }
+        distances
     }
 }
 
-/// How far a search has come. It is kept for the next one of the same thread: to get and give back memory that
-/// grows takes longer than many a search, where another thread does so, too.
-#[derive(Default)]
-pub(crate) struct Front {
-    /// The nodes that were reached.
-    pub(crate) reached: Vec<u32>,
-    /// Those to go on from.
-    queue: BinaryHeap<Reverse<u64>>,
-}
-
-/// A place in Dijkstra's queue; the nearest is the greatest. The upper halves of positive numbers' bits are in their
-/// order, to a millionth of them: of nodes that are as nearly as far one may have to wait for the other, and is then
-/// come to once more.
-fn stop(distance: f64, node: u32) -> Reverse<u64> {
-    Reverse(distance.to_bits() >> 32 << 32 | u64::from(node))
+/// From each point the edges to its `count` nearest, and to the nearest beside the line that these
+/// may lie in.
+fn nearest(tree: &KdTree<'_>, count: usize, observer: &mut dyn Observer) -> Result<Vec<Vec<Edge>>> {
+    let points = tree.points();
+    tree.map(observer, |own, found| {
+        tree.nearest_to(own, count, found);
+        let mut edges: Vec<Edge> = found.iter().map(Edge::from).collect();
+        let own = points[own as usize];
+        let around = found.iter().map(|near| points[near.index as usize]);
+        let plane = Plane::of(std::iter::once(own).chain(around));
+        if plane.is_line() {
+            tree.nearest_where(own, 2, f64::INFINITY, found, |other| {
+                let apart = points[other as usize] - own;
+                // More than 45 degrees from the line.
+                2.0 * apart.dot(plane.axes[0]).powi(2) < apart.length_squared()
+            });
+            found.retain(|near| edges.iter().all(|edge| edge.to != near.index));
+            edges.extend(found.iter().map(Edge::from));
+        }
+        edges
+    })
 }
 
 #[cfg(test)]
@@ -251,14 +229,13 @@ mod tests {
     }
 
     #[test]
-    fn walks_end_at_their_limit() {
-        let line: Vec<DVec3> = (0..50).map(|i| DVec3::X * f64::from(i)).collect();
-        let graph = NeighborGraph::of(&line, 2, &mut Silent).unwrap();
-        let mut distances = vec![f64::INFINITY; 50];
-        let mut front = Front::default();
-        graph.walk(&[10], 3.0, &mut distances, &mut front);
-        front.reached.sort_unstable();
-        assert_eq!(front.reached, [7, 8, 9, 10, 11, 12, 13]);
-        assert_eq!(distances[14], f64::INFINITY);
+    fn parts_are_joined_by_their_shortest_links() {
+        let pair = |x: f64| [DVec3::X * x, DVec3::new(x + 1.0, 0.0, 0.0)];
+        let points: Vec<DVec3> = [0.0, 20.0, 9.0, 50.0].into_iter().flat_map(pair).collect();
+        let lists = (0..8).map(|i: u32| vec![Edge { to: i ^ 1, length: 1.0 }]).collect();
+        let graph = NeighborGraph::joined(&KdTree::new(&points), lists);
+        let ends = |node: usize| graph.edges(node).iter().map(|edge| edge.to).collect::<Vec<_>>();
+        assert_eq!([ends(1), ends(5), ends(3)], [vec![0, 4], vec![4, 2], vec![2, 6]]);
+        assert_eq!(graph.distances_from(&[0])[7], 51.0);
     }
 }

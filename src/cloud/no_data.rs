@@ -7,9 +7,6 @@ use glam::DVec3;
 /// A value that stands for no data is so many times farther from all others than these are from one another.
 const FAR: f64 = 10.0;
 
-/// Share of the points that may have it at most: where more have, it may be the ground.
-const MOST: f64 = 0.5;
-
 /// A value of one coordinate that many points have and that lies far from all others, as -9999 below heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoData {
@@ -64,7 +61,7 @@ pub fn no_data(points: &[DVec3]) -> Option<NoData> {
                 return None;
             }
             let count = values().filter(|other| *other == value).count();
-            let several = count > 1 && (count as f64) < MOST * points.len() as f64;
+            let several = count > 1 && (count as f64) < 0.5 * points.len() as f64;
             several.then_some(NoData { axis, value, count })
         })
     };

@@ -5,8 +5,9 @@ use glam::{DMat3, DVec3};
 /// Sweeps of Jacobi's method; three axes need five or six.
 const SWEEPS: usize = 12;
 
-/// Share of a second principal deviation in the first below which points lie in a line.
-const LINE: f64 = 0.25;
+/// Share of the first principal deviation in the second below which points lie in a line, and in the
+/// third above which they fill space. Random points in a disc have shares of 1 and 0, in a ball 1.
+const THIN: f64 = 0.25;
 
 /// The principal directions of points: the plane nearest to them, and how they lie about it.
 ///
@@ -63,7 +64,17 @@ impl Plane {
 
     /// Whether the points lie in a line, as neighbours on scan lines do.
     pub(crate) fn is_line(&self) -> bool {
-        self.deviations[1] < LINE * self.deviations[0]
+        self.deviations[1] < THIN * self.deviations[0]
+    }
+
+    /// Whether the points lie along a plane, and in no line.
+    pub(crate) fn is_flat(&self) -> bool {
+        !self.is_line() && self.deviations[2] < THIN * self.deviations[1]
+    }
+
+    /// Whether the points fill space, as those around an outlier do.
+    pub(crate) fn is_thick(&self) -> bool {
+        self.deviations[2] > THIN * self.deviations[0]
     }
 
     /// Distance of a point from the plane, with the sign of its side.

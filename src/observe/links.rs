@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use super::local_planes::LocalPlanes;
 use super::settings::ObserveSettings;
 use crate::cloud::{Edge, KdTree, Neighbor, NeighborGraph};
-use crate::numeric::index;
 
 /// Links that each point keeps whatever their angle.
 const KEPT: usize = 2;
@@ -34,7 +33,7 @@ pub(super) fn surface_graph(
         let kept = kept.filter(|(rank, (sine, _))| *rank < KEPT || *sine < settings.link_sine);
         kept.map(|(_, (_, edge))| *edge).collect()
     };
-    joined(tree, (0..points.len()).into_par_iter().map(links).collect())
+    NeighborGraph::joined(tree, (0..points.len()).into_par_iter().map(links).collect())
 }
 
 /// The links of a graph of few neighbours that are not much longer than is usual at both ends.
@@ -54,61 +53,7 @@ pub(super) fn tight_graph(
         };
         few(from).filter(short).map(Edge::from).collect()
     };
-    joined(tree, (0..near.len()).map(links).collect())
-}
-
-/// The graph of these links, its parts joined: the smallest by its shortest way to another, until
-/// one is left.
-fn joined(tree: &KdTree<'_>, mut links: Vec<Vec<Edge>>) -> NeighborGraph {
-    let points = tree.points();
-    let mut parts = parts(&links);
-    while let Some(smallest) = smallest(&parts) {
-        let own: Vec<usize> = (0..points.len()).filter(|&i| parts[i] == smallest).collect();
-        let foreign = |other: u32| parts[other as usize] != smallest;
-        let shortest = |found: &mut Vec<Neighbor>, &from: &usize| {
-            tree.nearest_where(points[from], 1, f64::INFINITY, found, foreign);
-            found.first().map(|near| (near.distance_squared, from, near.index))
-        };
-        let ways = own.par_iter().map_init(Vec::new, shortest).flatten();
-        let nearer = |a: &(f64, usize, u32), b: &(f64, usize, u32)| {
-            a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2)))
-        };
-        let Some((square, from, to)) = ways.min_by(nearer) else { break };
-        links[from].push(Edge { to, length: square.sqrt() });
-        let other = parts[to as usize];
-        own.into_iter().for_each(|i| parts[i] = other);
-    }
-    NeighborGraph::symmetric(links)
-}
-
-/// The number of its part for each node.
-fn parts(links: &[Vec<Edge>]) -> Vec<u32> {
-    fn root(parents: &mut [u32], mut node: u32) -> u32 {
-        while parents[node as usize] != node {
-            let parent = parents[parents[node as usize] as usize];
-            parents[node as usize] = parent;
-            node = parent;
-        }
-        node
-    }
-    let mut parents: Vec<u32> = (0..).take(links.len()).collect();
-    for (from, links) in links.iter().enumerate() {
-        for link in links {
-            let (a, b) = (root(&mut parents, index(from)), root(&mut parents, link.to));
-            parents[a.max(b) as usize] = a.min(b);
-        }
-    }
-    (0..links.len()).map(|node| root(&mut parents, index(node))).collect()
-}
-
-/// The part with the fewest nodes, of equal ones the first; `None` if there is only one.
-fn smallest(parts: &[u32]) -> Option<u32> {
-    let mut counts = vec![0_usize; parts.len()];
-    parts.iter().for_each(|&part| counts[part as usize] += 1);
-    let mut left = (0..).zip(&counts).filter(|(_, count)| **count > 0);
-    let several = left.clone().nth(1).is_some();
-    let least = left.by_ref().min_by_key(|(_, count)| **count);
-    least.filter(|_| several).map(|(part, _)| part)
+    NeighborGraph::joined(tree, (0..near.len()).map(links).collect())
 }
 
 #[cfg(test)]

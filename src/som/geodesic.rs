@@ -4,72 +4,55 @@
 //! Reduction, Science 290 (2000); de Silva and Tenenbaum, Sparse multidimensional scaling using
 //! landmark points (2004).
 
+use std::ops::ControlFlow;
+
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
-use super::eigen;
-use crate::cloud::{Edge, NeighborGraph, Roads, least_rectangle, turned};
+use super::landmark_map::{LandmarkMap, spread_out};
+use crate::cloud::{Edge, NeighborGraph, least_rectangle, turned};
 use crate::error::Result;
-use crate::progress::{self, Listen, Observer, Stage};
+use crate::progress::{self, Listen, Observer, Progress, Stage};
 
-/// How many times farther apart on the map than in space the ends of a way are that leads to another fold
-/// for sure; and what another counts, as noise makes some steep: so many are only where the map has not
-/// parted the folds.
-const FAR: f64 = 4.0;
-const NEAR: f64 = 0.1;
+/// Neighbours that each point is joined to: enough to connect a sheet, too few to reach the next fold.
+const NEIGHBORS: usize = 8;
 
 /// Points from which distances to all others are found.
 const LANDMARKS: usize = 60;
 
-/// Distances that are found between two reports: some ten milliseconds.
-const DISTANCES_PER_REPORT: usize = 160_000;
-
 /// Places in the plane whose distances are nearly those along the surface through the points, the
 /// long side of the rectangle around them along x; `None` if the points have no two dimensions.
 ///
-/// Costs O(n log n) for n points in one piece, O(n²) in several: a thousand spread evenly over the
-/// surface are enough for its shape.
+/// Costs O(n log n) for n points: a thousand spread evenly over the surface are enough for its shape.
 ///
 /// # Errors
 ///
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
+    let graph = NeighborGraph::connected(points, NEIGHBORS, observer)?;
+    unroll_along(points, &graph, observer)
+}
+
+/// As [`unroll`], by distances along the edges of a connected graph.
+///
+/// # Errors
+///
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+pub fn unroll_along(
+    points: &[DVec3],
+    graph: &NeighborGraph,
+    observer: &mut dyn Observer,
+) -> Result<Option<Vec<DVec2>>> {
     let mut listen = progress::listener(observer, Stage::Training, points.len());
-    Ok(unrolled(points, points, &mut listen)?.map(|unrolled| unrolled.places))
+    embed(graph, spread_out(points, LANDMARKS), &mut listen)
 }
 
-/// A flat map of points.
-pub(crate) struct Unrolled {
-    pub(crate) places: Vec<DVec2>,
-    /// Share of the ways between neighbours that led to another fold: with many, folds are too close for so
-    /// few points.
-    pub(crate) crossing: f64,
-}
-
-/// As [`unroll`], of some points of a cloud, which tells better where folds are.
-pub(super) fn unrolled(
-    points: &[DVec3],
-    cloud: &[DVec3],
-    listen: &mut Listen<'_>,
-) -> Result<Option<Unrolled>> {
-    let roads = Roads::of(points, cloud, listen)?;
-    unroll_along(points, &roads, listen)
-}
-
-/// As [`unroll`], along ways that are known.
-pub(crate) fn unroll_along(
-    points: &[DVec3],
-    Roads { graph, ways, crossing }: &Roads,
-    listen: &mut Listen<'_>,
-) -> Result<Option<Unrolled>> {
-    let landmarks = spread_out(points, LANDMARKS.min(points.len()));
-    let Some(places) = embed(graph, &landmarks, listen)? else { return Ok(None) };
-    let counts = |(from, way): &(usize, Edge)| {
-        let far = places[*from].distance(places[way.to as usize]) > FAR * way.length;
-        if far { 1.0 } else { NEAR }
+/// As [`unroll`].
+pub(super) fn unrolled(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
+    let mut observer = |_: &Progress| match listen() {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(_) => ControlFlow::Break(()),
     };
-    let crossing = crossing.iter().map(counts).sum::<f64>() / *ways as f64;
-    Ok(Some(Unrolled { places, crossing }))
+    unroll(points, &mut observer)
 }
 
 /// Places in the plane for the nodes of a graph whose edges have length 1.
@@ -85,69 +68,22 @@ pub(super) fn draw(
     let roads = NeighborGraph::symmetric(lists);
     let step = nodes.div_ceil(LANDMARKS);
     let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
-    embed(&roads, &landmarks, listen)
+    embed(&roads, landmarks, listen)
 }
 
 fn edge(to: usize, length: f64) -> Edge {
     Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length }
 }
 
-/// `count` points, each as far as can be from those chosen before.
-fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
-    let mut chosen = vec![0];
-    let mut nearest: Vec<f64> = points.iter().map(|p| p.distance_squared(points[0])).collect();
-    while chosen.len() < count {
-        let farthest = (0..points.len()).max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]));
-        let farthest = farthest.unwrap_or(0);
-        chosen.push(farthest);
-        for (nearest, point) in nearest.iter_mut().zip(points) {
-            *nearest = nearest.min(point.distance_squared(points[farthest]));
-        }
-    }
-    chosen
-}
-
-/// Classical scaling of the landmarks by their distances, then every other point by its distances
-/// to them; turned into the rectangle of least area, its long side along x.
+/// The flat map by distances from these nodes; turned into the rectangle of least area, its long side
+/// along x.
 fn embed(
-    roads: &NeighborGraph,
-    landmarks: &[usize],
+    graph: &NeighborGraph,
+    landmarks: Vec<usize>,
     listen: &mut Listen<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
-    let count = landmarks.len();
-    let mut squared: Vec<Vec<f64>> = Vec::with_capacity(count);
-    let squares = |&from: &usize| {
-        let from = u32::try_from(from).unwrap_or(u32::MAX);
-        roads.distances_from(&[from]).iter().map(|d| d * d).collect()
-    };
-    for piece in landmarks.chunks((DISTANCES_PER_REPORT / roads.len().max(1)).max(1)) {
-        listen()?;
-        squared.par_extend(piece.par_iter().map(squares));
-    }
-    let between = |a: usize, b: usize| 0.5 * (squared[a][landmarks[b]] + squared[b][landmarks[a]]);
-    let mean = |a: usize| (0..count).map(|b| between(a, b)).sum::<f64>() / count as f64;
-    let means: Vec<f64> = (0..count).map(mean).collect();
-    let whole = means.iter().sum::<f64>() / count as f64;
-    let centred = |i: usize| {
-        let (a, b) = (i / count, i % count);
-        -0.5 * (between(a, b) - means[a] - means[b] + whole)
-    };
-    listen()?;
-    let axes = eigen::largest((0..count * count).map(centred).collect(), count, 2);
-    let [(first, along), (second, across)] = &axes[..] else { return Ok(None) };
-    if *second <= f64::EPSILON * first {
-        return Ok(None);
-    }
-    listen()?;
-    let place = |point: usize| {
-        let coordinate = |value: f64, axis: &[f64]| {
-            let terms = (0..count).map(|l| axis[l] * (squared[l][point] - means[l]));
-            -0.5 * terms.sum::<f64>() / value.sqrt()
-        };
-        DVec2::new(coordinate(*first, along), coordinate(*second, across))
-    };
-    let places: Vec<DVec2> = (0..roads.len()).into_par_iter().map(place).collect();
-    Ok(Some(straighten(&places)))
+    let found = LandmarkMap::from(graph, landmarks, listen)?;
+    Ok(found.map(|map| straighten(&map.places)))
 }
 
 /// Turns places so that the rectangle of least area around them has its long side along x.
@@ -162,7 +98,7 @@ mod tests {
 
     use super::super::random::Random;
     use super::*;
-    use crate::cloud::KdTree;
+    use crate::progress::Silent;
 
     #[test]
     fn a_rolled_sheet_unrolls_to_its_own_size() {
@@ -173,7 +109,7 @@ mod tests {
             (0..2000).map(|_| DVec2::new(random.unit() * arc, random.unit() * height)).collect();
         let rolled: Vec<DVec3> =
             flat.iter().map(|p| DVec3::new(p.x.cos(), p.x.sin(), p.y)).collect();
-        let places = unrolled(&rolled, &rolled, &mut || Ok(())).unwrap().unwrap().places;
+        let places = unroll(&rolled, &mut Silent).unwrap().unwrap();
         let (mut worst, mut sum) = (0.0_f64, 0.0);
         for _ in 0..1000 {
             let (a, b) = (random.index(2000), random.index(2000));
@@ -183,52 +119,6 @@ mod tests {
         }
         // Ways over the edges of the graph are some percent longer than straight ones.
         assert!(worst < 0.5 && sum < 0.15, "worst {worst}, mean {sum}");
-    }
-
-    #[test]
-    fn no_way_leads_from_one_winding_to_the_next() {
-        let mut random = Random::new(3);
-        // Three turns, as far apart as some nearest neighbours are.
-        let turned: Vec<f64> = (0..12_000).map(|_| (3.0 + 6.0 * random.unit()) * PI).collect();
-        let rolled: Vec<DVec3> = turned
-            .iter()
-            .map(|&t| DVec3::new(t * t.cos(), 70.0 * random.unit(), t * t.sin()))
-            .collect();
-        let few = &rolled[..3000];
-        let tree = KdTree::new(few);
-        let leaves = |from: &u32| {
-            let mut found = Vec::new();
-            tree.nearest_to(*from, 8, &mut found);
-            let turn = |index: u32| turned[index as usize];
-            found.iter().any(|near| (turn(near.index) - turn(*from)).abs() > PI)
-        };
-        assert!((0..3000).filter(leaves).count() > 20);
-        let Unrolled { places, crossing } =
-            unrolled(few, &rolled, &mut || Ok(())).unwrap().unwrap();
-        assert!(crossing > 0.0);
-        let straight = straighten(&places);
-        let low = straight.iter().fold(DVec2::INFINITY, |low, p| low.min(*p));
-        let high = straight.iter().fold(DVec2::NEG_INFINITY, |high, p| high.max(*p));
-        let longer = (high - low).max_element();
-        // The way along the roll is half t squared.
-        let along = |t: f64| t * t / 2.0;
-        assert!((longer / (along(9.0 * PI) - along(3.0 * PI)) - 1.0).abs() < 0.1, "{longer}");
-    }
-
-    #[test]
-    fn sections_far_apart_lead_to_no_other_fold() {
-        // Of a hull that tapers: points lie close together around each section only.
-        let section = |x: f64| {
-            (0..=100).map(move |i| {
-                let (sin, cos) = (f64::from(i) / 100.0 * PI).sin_cos();
-                let radius = 3.0 - 0.02 * x * x;
-                DVec3::new(x, radius * cos, radius * sin)
-            })
-        };
-        let cloud: Vec<DVec3> = (0..20).flat_map(|i| section(0.5 * f64::from(i))).collect();
-        let points: Vec<DVec3> = cloud.iter().copied().step_by(4).collect();
-        let crossing = unrolled(&points, &cloud, &mut || Ok(())).unwrap().unwrap().crossing;
-        assert!(crossing == 0.0, "{crossing}");
     }
 
     #[test]

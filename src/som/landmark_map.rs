@@ -9,7 +9,12 @@ use rayon::prelude::*;
 
 use super::eigen;
 use crate::cloud::NeighborGraph;
+use crate::error::Result;
 use crate::numeric::index;
+use crate::progress::Listen;
+
+/// Distances that are found between two reports: some ten milliseconds.
+const DISTANCES_PER_REPORT: usize = 160_000;
 
 /// Places in the plane whose distances are nearly those along a graph.
 #[derive(Clone, Debug)]
@@ -26,16 +31,30 @@ impl LandmarkMap {
     /// Of a connected graph over these points; `None` if they have no two dimensions.
     #[must_use]
     pub fn of(graph: &NeighborGraph, points: &[DVec3], landmarks: usize) -> Option<Self> {
-        let landmarks = spread_out(points, landmarks.min(points.len()));
-        let distances: Vec<Vec<f64>> =
-            landmarks.par_iter().map(|&from| graph.distances_from(&[index(from)])).collect();
-        let places = embedded(&landmarks, &distances)?;
-        Some(Self { landmarks, distances, places })
+        // Nothing interrupts it.
+        Self::from(graph, spread_out(points, landmarks), &mut || Ok(())).ok().flatten()
+    }
+
+    /// By the distances from these nodes.
+    pub(super) fn from(
+        graph: &NeighborGraph,
+        landmarks: Vec<usize>,
+        listen: &mut Listen<'_>,
+    ) -> Result<Option<Self>> {
+        let mut distances: Vec<Vec<f64>> = Vec::with_capacity(landmarks.len());
+        for several in landmarks.chunks((DISTANCES_PER_REPORT / graph.len().max(1)).max(1)) {
+            listen()?;
+            distances
+                .par_extend(several.par_iter().map(|&from| graph.distances_from(&[index(from)])));
+        }
+        let places = embedded(&landmarks, &distances);
+        Ok(places.map(|places| Self { landmarks, distances, places }))
     }
 }
 
-/// `count` points, each as far as can be from those chosen before.
-fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
+/// At most `count` points, each as far as can be from those chosen before.
+pub(super) fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
+    let count = count.min(points.len());
     let mut chosen = vec![0];
     let mut nearest: Vec<f64> = points.iter().map(|p| p.distance_squared(points[0])).collect();
     while chosen.len() < count {

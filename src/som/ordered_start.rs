@@ -79,9 +79,9 @@ pub(super) fn geodesic(
     }
     let chosen = random.sample(points.len().min(UNROLLED), points.len());
     let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
-    match geodesic::unrolled(&sample, &sample, listen)? {
-        Some(unrolled) => {
-            let uv = in_unit_square(&unrolled.places);
+    match geodesic::unrolled(&sample, listen)? {
+        Some(places) => {
+            let uv = in_unit_square(&places);
             settle(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), listen)
         }
         None => principal(points, lattice, listen),

@@ -1,0 +1,102 @@
+//! The box around points, and their mean.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::progress::Listen;
+
+/// Points looked at between two reports: some ten milliseconds where neighbours are searched.
+pub(super) const POINTS_PER_REPORT: usize = 1 << 14;
+
+/// The axis-aligned box around points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The corner with the smallest coordinates.
+    pub min: DVec3,
+    /// The corner with the largest coordinates.
+    pub max: DVec3,
+}
+
+impl Bounds {
+    /// The box around `points`; of none at all, an empty one (`min` above `max`).
+    ///
+    /// ```
+    /// use neurbs::{DVec3, cloud::Bounds};
+    /// let bounds = Bounds::of(&[DVec3::ZERO, DVec3::new(2.0, 3.0, 6.0)]);
+    /// assert_eq!(bounds.diagonal(), 7.0);
+    /// ```
+    #[must_use]
+    pub fn of(points: &[DVec3]) -> Self {
+        points.par_iter().map(|&p| Self { min: p, max: p }).reduce(Self::empty, Self::join)
+    }
+
+    pub(super) fn empty() -> Self {
+        Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }
+    }
+
+    pub(super) fn join(self, other: Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Length of the diagonal, in the points' unit.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        (self.max - self.min).length()
+    }
+
+    /// The middle of the box.
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
+        // Halved first: the sum of two large coordinates may overflow.
+        0.5 * self.min + 0.5 * self.max
+    }
+
+    /// The longest side, in the points' unit.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        (self.max - self.min).max_element()
+    }
+}
+
+/// The mean of the points, summed about the first one so that large offsets keep their digits.
+///
+/// # Panics
+///
+/// If there are no points.
+#[must_use]
+pub fn centroid(points: &[DVec3]) -> DVec3 {
+    // Nothing interrupts it.
+    listened_centroid(points, &mut || Ok(())).unwrap_or(points[0])
+}
+
+/// As [`centroid`], in portions.
+pub(crate) fn listened_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
+    let origin = points[0];
+    let mut sum = DVec3::ZERO;
+    for portion in portions(points, listen) {
+        portion?.iter().for_each(|&p| sum += p - origin);
+    }
+    Ok(origin + sum / points.len() as f64)
+}
+
+/// The points in portions that take a few milliseconds to look at, each after listening.
+pub(crate) fn portions<'a>(
+    points: &'a [DVec3],
+    listen: &'a mut Listen<'_>,
+) -> impl Iterator<Item = Result<&'a [DVec3]>> {
+    points.chunks(POINTS_PER_REPORT).map(move |portion| listen().map(|()| portion))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centroid_keeps_the_digits_of_large_offsets() {
+        let offset = DVec3::splat(1e9);
+        let points: Vec<DVec3> =
+            (0..1000).map(|i| offset + DVec3::X * (f64::from(i) / 1024.0)).collect();
+        assert_eq!(centroid(&points), offset + DVec3::X * (999.0 / 2048.0));
+    }
+}

@@ -1,0 +1,163 @@
+//! Whether points can be a surface at all.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::bounds::{Bounds, POINTS_PER_REPORT, portions};
+use super::normalization::Normalization;
+use crate::error::{Error, Result};
+use crate::progress::{self, Listen, Observer, Stage};
+
+/// A bicubic Bézier patch or its linear ancestor needs four corners.
+const LEAST_DISTINCT: usize = 4;
+
+/// Largest sides of a bounding box for which neither squared distances nor squares of areas, as
+/// normals need them, overflow or vanish.
+const EXTENT_RANGE: (f64, f64) = (1e-70, 1e70);
+
+/// Points count as collinear when their distance from a line is under this share of their
+/// extent: rounding in single precision, which points often have been stored in.
+const COLLINEAR_WIDTH: f64 = 4.0 * f32::EPSILON as f64;
+
+/// Checks that the points can be a surface: finite, at least four distinct ones, neither in one
+/// place nor on one line.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`], [`Error::AllEqual`], [`Error::TooFewPoints`], [`Error::Extent`],
+/// [`Error::Collinear`].
+pub fn check(points: &[DVec3]) -> Result<()> {
+    checked_bounds(points, &mut progress::Silent).map(|_| ())
+}
+
+/// The bounds of points that pass [`check`].
+pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
+    let mut listen = progress::listener(observer, Stage::Checking, points.len());
+    let bounds = finite_bounds(points, &mut listen)?;
+    let given = points.len();
+    match count_distinct(points) {
+        1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
+        LEAST_DISTINCT => {}
+        distinct => {
+            return Err(Error::TooFewPoints { needed: LEAST_DISTINCT, distinct, given });
+        }
+    }
+    let (least, most) = EXTENT_RANGE;
+    let extent = bounds.extent();
+    if !(least..=most).contains(&extent) {
+        return Err(Error::Extent { extent, least, most });
+    }
+    check_width(points, &bounds, &mut listen)?;
+    Ok(bounds)
+}
+
+/// The bounds of points whose coordinates are all finite numbers.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] with the first that is not.
+pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Bounds> {
+    let mut bounds = Bounds::empty();
+    for (number, portion) in portions(points, listen).enumerate() {
+        let portion = portion?;
+        check_finite(portion).map_err(|error| match error {
+            Error::NotFinite { index, point } => {
+                Error::NotFinite { index: number * POINTS_PER_REPORT + index, point }
+            }
+            other => other,
+        })?;
+        bounds = bounds.join(Bounds::of(portion));
+    }
+    Ok(bounds)
+}
+
+/// Checks that all coordinates are finite numbers.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] with the first that is not.
+pub fn check_finite(points: &[DVec3]) -> Result<()> {
+    match points.par_iter().position_first(|p| !p.is_finite()) {
+        Some(index) => Err(Error::NotFinite { index, point: points[index] }),
+        None => Ok(()),
+    }
+}
+
+/// Counts distinct points, but no further than needed.
+fn count_distinct(points: &[DVec3]) -> usize {
+    let mut seen: Vec<DVec3> = Vec::with_capacity(LEAST_DISTINCT);
+    for &p in points {
+        if !seen.contains(&p) {
+            seen.push(p);
+            if seen.len() == LEAST_DISTINCT {
+                break;
+            }
+        }
+    }
+    seen.len()
+}
+
+/// Refuses points on one line: the one through the first point and the point farthest from it.
+fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Result<()> {
+    let frame = Normalization::within(bounds);
+    let first = frame.apply(points[0]);
+    let mut along = DVec3::ZERO;
+    let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
+    for portion in portions(points, listen) {
+        let local = portion?.par_iter().map(|&p| frame.apply(p) - first);
+        along = farther(along, local.reduce(|| DVec3::ZERO, farther));
+    }
+    let (length, mut width) = (along.length(), 0.0_f64);
+    for portion in portions(points, listen) {
+        let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
+        width = width.max(portion?.par_iter().map(aside).reduce(|| 0.0, f64::max));
+    }
+    // Coordinates far from the origin carry rounding of their own size, not of the extent's.
+    let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let rounding = 8.0 * f64::EPSILON * frame.scale * magnitude;
+    if width > COLLINEAR_WIDTH.max(rounding) {
+        return Ok(());
+    }
+    let (length, width) = (length / frame.scale, width / frame.scale);
+    Err(Error::Collinear { given: points.len(), length, width })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn far_away_millimetres_are_not_a_line() {
+        let corner = DVec3::new(5e6, 7.8e6, 120.0);
+        let square = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE].map(|d| corner + 0.001 * d);
+        assert!(check(&square).is_ok());
+    }
+
+    #[test]
+    fn rounding_does_not_widen_a_line() {
+        let from = DVec3::new(5e6, 7.8e6, 120.0);
+        let line: Vec<DVec3> =
+            (0..100).map(|i| from + f64::from(i) * DVec3::new(0.1, 0.3, 0.7)).collect();
+        assert!(matches!(check(&line), Err(Error::Collinear { .. })));
+    }
+
+    #[test]
+    fn single_precision_does_not_widen_a_line() {
+        let thirds = |i: u16| f32::from(i) / 3.0;
+        let line: Vec<DVec3> = (0..100)
+            .map(|i| Vec3::new(0.1, 0.3, 0.7) * thirds(i) + Vec3::splat(11.0))
+            .map(DVec3::from)
+            .collect();
+        assert!(matches!(check(&line), Err(Error::Collinear { .. })));
+        let bent: Vec<DVec3> = line.iter().map(|p| *p + DVec3::Z * (1e-4 * p.x * p.x)).collect();
+        assert!(check(&bent).is_ok());
+    }
+
+    #[test]
+    fn no_points_are_too_few() {
+        assert!(matches!(check(&[]), Err(Error::TooFewPoints { distinct: 0, given: 0, .. })));
+        assert!(matches!(check(&[DVec3::X]), Err(Error::TooFewPoints { distinct: 1, .. })));
+    }
+}
