@@ -3,26 +3,28 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// For each top-level module, the others that it may import. `error` and `progress` are for all.
-const ALLOWED: [(&str, &[&str]); 12] = [
+/// For each top-level module, the others that it may import, beside those that are for all.
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("error", &[]),
+    ("diagnostic", &["chart"]),
     ("progress", &[]),
     ("cloud", &[]),
-    ("topology", &["cloud"]),
+    ("chart", &["cloud", "som"]),
+    ("topology", &["cloud", "chart"]),
     ("som", &["cloud"]),
     ("nurbs", &[]),
     ("fit", &["nurbs"]),
     ("mesh", &["nurbs"]),
     ("export", &["nurbs", "mesh"]),
     ("validate", &["cloud", "nurbs"]),
-    ("pipeline", &["cloud", "topology", "validate", "som", "nurbs", "fit", "mesh", "export"]),
+    ("pipeline", &["cloud", "chart", "topology", "validate", "som", "nurbs", "fit", "mesh"]),
     (
         "python",
-        &["cloud", "topology", "validate", "som", "nurbs", "fit", "mesh", "export", "pipeline"],
+        &["cloud", "chart", "validate", "som", "nurbs", "fit", "mesh", "export", "pipeline"],
     ),
 ];
 
-const FOR_ALL: [&str; 2] = ["error", "progress"];
+const FOR_ALL: [&str; 3] = ["error", "diagnostic", "progress"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

@@ -76,7 +76,7 @@ impl<'a> Wanted<'a> {
         if kind == Kind::Sheet {
             return self.or_over_plane(found, clock, observer);
         }
-        if options.topology.is_some() {
+        if options.kind.is_some() {
             return self.or_round(found, observer);
         }
         if self.is_sound(&found) {
@@ -137,7 +137,7 @@ impl<'a> Wanted<'a> {
         let starts = match kind {
             Kind::Sheet => self.other_starts(None, observer)?,
             // Of one that was found out, a sheet is tried before.
-            _ if self.options.topology.is_some() => vec![self.round_start(&found.job, observer)?],
+            _ if self.options.kind.is_some() => vec![self.round_start(&found.job, observer)?],
             _ => Vec::new(),
         };
         let learned = |start: OrderedStart| {

@@ -67,9 +67,6 @@ pub(super) struct Wanted<'a> {
     pub(super) budget: (usize, usize),
     pub(super) growth: Option<Growth>,
     pub(super) options: &'a ReconstructOptions<'a>,
-    /// Whether long searches are made for a surface with the given net through all points; a sheet may be found from
-    /// another order sooner.
-    pub(super) thorough: bool,
 }
 
 /// A map, and the net that a surface begins with.
@@ -134,7 +131,7 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let &Self { placed: placed @ Placed { points, .. }, layers, options, thorough, .. } = self;
+        let &Self { placed: placed @ Placed { points, .. }, layers, options, .. } = self;
         let Learned { map, net, creases } = learned;
         let uv = if shape.base.is_some() {
             Vec::new()
@@ -144,9 +141,7 @@ impl<'a> Wanted<'a> {
         };
         clock.lap("training");
         let weights = self.weights.map(<[f64]>::to_vec);
-        let in_vain = false;
-        let mut job =
-            Job { points, weights, uv, creases, shape, layers, options, thorough, in_vain };
+        let mut job = Job { points, weights, uv, creases, shape, layers, options };
         let (fit, flaws) = job.done(net, growth, observer)?;
         clock.lap("fitting");
         Ok(Candidate { placed, map, job, fit, flaws })
@@ -175,7 +170,6 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let found = self.or_exact(found, clock, observer)?;
         let found = self.or_tube(found, clock, observer)?;
         let found = self.or_torus(found, clock, observer)?;
         self.or_sound(found, clock, observer)

@@ -12,6 +12,7 @@ use crate::cloud::{
     self, EvenSample, Fate, Neighborhoods, NoData, Pieces, across_lines, hang_together,
     pieces_across, rough_sample,
 };
+use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::validate;
@@ -62,15 +63,13 @@ pub(super) struct Counted {
     pub(super) double: bool,
     /// Whether there are more points than were looked at.
     pub(super) thinned: bool,
-    pub(super) warnings: Vec<String>,
+    pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 /// What is known of points that do not hang together.
 pub(super) struct Apart {
-    /// The pieces, in words.
-    pub(super) told: String,
-    /// What a user should know of one surface for all.
-    pub(super) warning: String,
+    /// Points of each, the largest first.
+    pub(super) sizes: Vec<usize>,
     /// What they are, if they are layers.
     pub(super) layers: Layers,
     /// How many are not much smaller than the largest.
@@ -98,10 +97,9 @@ impl Apart {
         if found.sizes.iter().filter(|&&size| size >= fewest).count() < 2 {
             return None;
         }
-        let (told, warning) = (found.told()?, found.warning()?);
         let large = found.sizes.iter().filter(|&&size| LARGE * size >= found.sizes[0]).count();
         let layers = Layers { normal: found.normal_of_largest(points), gap: found.gap };
-        Some(Self { told, warning, layers, large })
+        Some(Self { sizes: found.sizes.clone(), layers, large })
     }
 }
 
@@ -120,10 +118,13 @@ impl Counted {
         let given = indices.len();
         indices.retain(|&index| !no_data.is_some_and(|found| found.has(cloud[index as usize])));
         let (mut duplicates, mut outliers) = (0, given - indices.len());
-        let mut warnings: Vec<String> = no_data.iter().map(NoData::to_string).collect();
-        let uneven =
-            || validate::uneven_extents(&of(cloud, &indices)).map(|found| found.to_string());
-        warnings.extend(units.warning().or_else(uneven));
+        let mut diagnostics = Vec::new();
+        if let Some(NoData { value, count, .. }) = no_data {
+            diagnostics.push(Diagnostic::NoData { value, count });
+        }
+        if units.differ() && options.axis_scale.is_none() {
+            diagnostics.push(Diagnostic::MixedUnits { scale: units.by.recip().to_array() });
+        }
         let mut weights = options.weights.map(|weights| of(weights, &indices));
         if let Some(given) = &mut weights {
             let counts: Vec<bool> = given.iter().map(|weight| *weight > 0.0).collect();
@@ -148,7 +149,7 @@ impl Counted {
         let mut points = of_cloud(&indices);
         let mut telling = telling_of(&points);
         let (mut one, mut known, mut across) = (false, None, None);
-        if options.piece.is_none() {
+        if options.component.is_none() {
             let few = rough_sample(&telling, TELLING.1);
             let near;
             (one, near) = hang_together(&few, observer)?;
@@ -163,7 +164,7 @@ impl Counted {
         };
         let glimpsed = found.is_none() && telling.len() > TELLING.1;
         let mut apart = None;
-        match (options.piece, found) {
+        match (options.component, found) {
             (None, None) => {}
             (None, Some(found)) => apart = Apart::of(&found, &points),
             (Some(piece), Some(found)) if piece < found.sizes.len() => {
@@ -188,7 +189,6 @@ impl Counted {
         // What is left must still be a surface.
         cloud::check(&points)?;
         let double = validate::double_layer(&telling, observer)?;
-        warnings.extend(double.map(|found| found.to_string()));
         let order = outwards_from_centroid(&points);
         Ok(Self {
             points: of(&points, &order),
@@ -203,7 +203,7 @@ impl Counted {
             across,
             double: double.is_some(),
             thinned: cloud.len() > MOST,
-            warnings,
+            diagnostics,
         })
     }
 

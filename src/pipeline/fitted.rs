@@ -10,17 +10,21 @@ use super::counted::{Apart, Counted, of};
 use super::feet::{self, feet};
 use super::measured::{Feet, Measured};
 use super::own_frame::Frame;
-use super::report::{Clock, Distances, Report, TrainingReport};
+use super::reconstruction::Reconstruction;
+use super::report::{Clock, Deviations, Report, TrainingReport};
 use super::shape::Shape;
 use super::start::{LEAST_SIDE, POINTS_PER_FIRST, in_own_frame};
 use super::units::Units;
-use super::{ReconstructOptions, Reconstruction, Start};
+use super::{ReconstructOptions, Start};
+use crate::chart::Kind;
 use crate::cloud::{Bounds, NoData, no_data};
+use crate::diagnostic::{Cause, Diagnostic};
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, Growth, diameter};
+use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
-use crate::topology::{Cloud, Kind, Topology, detect_among};
-use crate::validate::not_followed;
+use crate::topology::{Cloud, Topology, detect_among};
+use crate::validate::{defects, not_followed};
 
 /// The longest side of the net that growth begins with.
 const FIRST_SIDE: usize = 12;
@@ -60,24 +64,18 @@ pub(super) fn reconstruct(
     if let Some(units) = others {
         let spent = started.elapsed();
         if let Some(mut other) = unspoilt(attempt(units, options, observer))? {
-            other.report.times.insert(0, (OTHER_UNITS, spent));
+            other.report.seconds.insert(0, (OTHER_UNITS, spent.as_secs_f64()));
             return Ok(other);
         }
     }
     let given = options.fairness.is_some() || matches!(options.init, Start::Given { .. });
-    let wanted = (spoilt || wild) && !given && options.topology != Some(Kind::Height);
+    let wanted = (spoilt || wild) && !given && options.kind != Some(Kind::Height);
     let Some(apart) = apart.filter(|_| wanted) else { return Ok(found) };
     for piece in 0..apart.large {
         let spent = started.elapsed();
-        let options = ReconstructOptions { piece: Some(piece), ..*options };
+        let options = ReconstructOptions { component: Some(piece), ..*options };
         if let Some(mut alone) = unspoilt(attempt(units, &options, observer))? {
-            alone.report.times.insert(0, (SPANNING, spent));
-            let warning = format!(
-                "{}; through all of them goes no surface that neither folds over, runs away nor \
-                 passes between them: this is one of the largest alone; choose a piece, or fit each",
-                apart.told
-            );
-            alone.report.warnings.insert(0, warning);
+            alone.report.seconds.insert(0, (SPANNING, spent.as_secs_f64()));
             return Ok(alone);
         }
     }
@@ -87,7 +85,7 @@ pub(super) fn reconstruct(
     let spent = started.elapsed();
     let tame = self::attempt(cloud, bounds, no_data, units, options, Gaps::Spanned, observer)?;
     let mut found = tame.found;
-    found.report.times.insert(0, (SPANNING, spent));
+    found.report.seconds.insert(0, (SPANNING, spent.as_secs_f64()));
     Ok(found)
 }
 
@@ -137,7 +135,7 @@ fn attempt(
     let mut clock = Clock::start();
     let mut counted = Counted::of(cloud, no_data, &units, options, observer)?;
     clock.lap("cleaning");
-    let known = units.heights().filter(|_| options.topology.is_none());
+    let known = units.heights().filter(|_| options.kind.is_none());
     let (mut found, mut seen) = kind(&counted, known, options, observer)?;
     let ground = found.height.is_some_and(|height| height.ground);
     let mut in_lines = false;
@@ -171,7 +169,6 @@ fn attempt(
         budget,
         growth: growth(options, &placed.frame, first),
         options,
-        thorough: first != Kind::Sheet || options.init != Start::Auto,
     };
     let candidate = wanted(&placed).candidate(shape, chart, &mut clock, observer)?;
     let candidate = match &beside {
@@ -204,41 +201,41 @@ fn attempt(
     let near = measured.near();
     let far = |tolerance| near.iter().filter(|distance| **distance > tolerance).count();
     let missed = options.tolerance.map(far);
-    let (count, off) = (near.len(), Distances::of(near));
+    let (count, off) = (near.len(), Deviations::of(near));
     let within = missed.map(|missed| 1.0 - missed as f64 / count as f64);
     // Growth asks for more of heights, and of feet that are still on their way, than the distances in the end.
     let ended_by = if missed == Some(0) { EndedBy::Tolerance } else { fit.ended_by };
-    let topology_reason = reason(&found, first, job.shape.kind, fit.ended_by);
     let astray = gone_astray(&counted, ground || units.differ(), off.rms, observer)?;
-    let spoilt = spoilt || astray.is_some();
-    let mut warnings = counted.warnings;
-    warnings.extend(astray);
-    warnings.extend(counted.apart.iter().map(|apart| apart.warning.clone()));
-    warnings.extend(warning(&found, job.shape.kind, unexplained, options));
-    warnings.extend(shortcoming(ended_by, options.tolerance, missed.unwrap_or(0)));
-    warnings.extend(flaws.warnings(frame));
+    let spoilt = spoilt || astray;
+    let mut diagnostics = diagnosed(cloud, &counted, &measured, &surface, straight, observer)?;
+    diagnostics.extend(shortcoming(ended_by, options.tolerance, missed.unwrap_or(0), count));
+    let height = job.shape.kind == Kind::Height;
     let report = Report {
         points: cloud.len(),
         inliers: count,
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: off,
+        deviations: off,
         tolerance: options.tolerance,
         within,
         ended_by,
         fairness: Some(fit.fairness),
         iterations: fit.iterations,
-        topology: job.shape.kind,
-        topology_reason,
+        kind: job.shape.kind,
+        direction: found.height.map(|height| height.up).filter(|_| height),
+        axis_scale: units.by.recip(),
+        valid: !diagnostics.iter().any(Diagnostic::is_defect),
+        converged: missed.unwrap_or(0) == 0,
+        candidates: Vec::new(),
+        diagnostics,
         duplicates: counted.duplicates,
         outliers: counted.outliers + shown,
         training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
-        warnings,
-        times: clock.times(),
+        seconds: clock.seconds(),
     };
-    let Measured { uv, distances, inliers } = measured;
-    let found = Reconstruction { surface, som, uv, distances, inliers, report };
+    let Measured { uv, distances: deviations, inliers } = measured;
+    let found = Reconstruction { surface, som, uv, deviations, inliers, report };
     Ok(Attempt { found, apart: counted.apart, spoilt, wild, unlike: straight && unexplained })
 }
 
@@ -266,28 +263,23 @@ fn placed(
     }
 }
 
-/// In words, that a surface so far off the points has nothing of their shape, or passes between two layers of them,
-/// where no others are told of, and it is not known that it should.
+/// Whether a surface is so far off the points that it has nothing of their shape, or passes between two layers.
 fn gone_astray(
     counted: &Counted,
     known: bool,
     off: f64,
     observer: &mut dyn Observer,
-) -> Result<Option<String>> {
+) -> Result<bool> {
     if known {
-        return Ok(None);
+        return Ok(false);
     }
-    let across = diameter(&counted.telling);
-    if off > SHAPELESS * across {
-        return Ok(Some(format!(
-            "the surface is {off:.4} from the points by root mean square, which are {across:.4} across: no order \
-             was found in them; give another kind, start or grid"
-        )));
+    if off > SHAPELESS * diameter(&counted.telling) {
+        return Ok(true);
     }
     if counted.double || counted.apart.is_some() {
-        return Ok(None);
+        return Ok(false);
     }
-    not_followed(&counted.telling, off, observer)
+    Ok(not_followed(&counted.telling, off, observer)?.is_some())
 }
 
 /// What kind of surface the points lie on, and those that have shown it, if that was not known already.
@@ -301,53 +293,8 @@ fn kind(
         return Ok((known, None));
     }
     let (points, around) = (&counted.telling, counted.known.as_ref());
-    let (found, seen) = detect_among(points, &counted.points, options.topology, around, observer)?;
+    let (found, seen) = detect_among(points, &counted.points, options.kind, around, observer)?;
     Ok((found, Some(seen)))
-}
-
-/// Why a surface has become of this kind, and not of the first that was fitted.
-fn reason(found: &Topology, first: Kind, became: Kind, ended_by: EndedBy) -> Option<String> {
-    let instead = match (found.kind, became) {
-        (found, became) if found == became => "",
-        (Kind::Height, Kind::Sheet) if ended_by == EndedBy::Exact && first == Kind::Height => {
-            ", but a sheet passes through all points"
-        }
-        (Kind::Height, Kind::Sheet) if first == Kind::Height => {
-            ", but a sheet comes nearer to the points"
-        }
-        (_, Kind::Height) if first != Kind::Height => {
-            ", but sheets through them fold over or run away: these are heights over a plane"
-        }
-        (Kind::Sheet, Kind::Tube) => ", but the points lie around an axis, and a tube follows them",
-        (Kind::Tube | Kind::Torus, Kind::Sheet) => {
-            ", but a sheet neither folds over nor runs away from them"
-        }
-        (Kind::Sheet | Kind::Tube, Kind::Torus) => ", but the points lie all over a torus",
-        _ => return None,
-    };
-    Some(format!("{}{instead}", found.reason))
-}
-
-/// What is to be said of the kind that was found, if no other was wanted, nor is the surface the tube that a
-/// closed body turned out to be; and of heights that were wanted, and leave points unexplained that lie around
-/// something.
-fn warning(
-    found: &Topology,
-    became: Kind,
-    unexplained: bool,
-    options: &ReconstructOptions<'_>,
-) -> Option<String> {
-    if options.topology == Some(Kind::Height) && found.kind != Kind::Height {
-        let around = match found.kind {
-            Kind::Sheet => found.warning.clone()?,
-            kind => format!("{}: ask for a {}", found.reason, kind.name()),
-        };
-        return unexplained
-            .then(|| format!("heights pass between what lies above one another: {around}"));
-    }
-    let free = options.topology.is_none_or(|kind| kind == found.kind);
-    let closed = found.kind != became && matches!(became, Kind::Tube | Kind::Torus);
-    found.warning.clone().filter(|_| free && !closed)
 }
 
 /// The net that growth begins with: few control points, but no fewer than the degree needs.
@@ -364,18 +311,40 @@ fn growth(options: &ReconstructOptions<'_>, frame: &Frame, kind: Kind) -> Option
     free.then_some(Growth { tolerance, most: options.max_control_points })
 }
 
-/// What is to be said of a fit that did not come out as it was asked for.
-fn shortcoming(ended_by: EndedBy, tolerance: Option<f64>, far: usize) -> Option<String> {
-    let tolerance = tolerance.filter(|_| far > 0)?;
-    let why = match ended_by {
-        EndedBy::Noise => "a larger net would follow the noise of the points: raise the tolerance",
-        EndedBy::Points => "the points hold no more control points: raise the tolerance",
-        EndedBy::MaxControlPoints => "the net may have no more: raise max_control_points",
-        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => {
-            "what is nearer to them folds over or runs away: raise the tolerance"
-        }
+/// What is to be said of the points, and of the surface unless its axes have different units.
+fn diagnosed(
+    cloud: &[DVec3],
+    counted: &Counted,
+    measured: &Measured,
+    surface: &NurbsSurface,
+    straight: bool,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Diagnostic>> {
+    let mut found = counted.diagnostics.clone();
+    if let Some(Apart { sizes, .. }) = &counted.apart {
+        found.push(Diagnostic::Components { sizes: sizes.clone(), fitted: None });
+    }
+    if !straight {
+        let all = cloud.iter().zip(&measured.inliers);
+        let points: Vec<DVec3> = all.filter(|(_, inlier)| **inlier).map(|(p, _)| *p).collect();
+        found.extend(defects(surface, &points, Deviations::of(measured.near()).rms, observer)?);
+    }
+    Ok(found)
+}
+
+/// A tolerance that was missed, and why.
+fn shortcoming(
+    ended_by: EndedBy,
+    tolerance: Option<f64>,
+    missed: usize,
+    points: usize,
+) -> Option<Diagnostic> {
+    let tolerance = tolerance.filter(|_| missed > 0)?;
+    let cause = match ended_by {
+        EndedBy::Noise => Cause::Noise,
+        EndedBy::Points => Cause::Points,
+        EndedBy::MaxControlPoints => Cause::MaxControlPoints,
+        EndedBy::Tolerance | EndedBy::Exact | EndedBy::Grid => Cause::Defects,
     };
-    Some(format!(
-        "{far} points lie farther than the tolerance {tolerance:?} from the surface; {why}"
-    ))
+    Some(Diagnostic::ToleranceMissed { tolerance, missed, points, cause })
 }

@@ -3,12 +3,11 @@
 use glam::DVec2;
 
 use super::job::{BORDER, Fit, Job};
-use super::own_frame::Frame;
 use crate::error::Result;
 use crate::fit::EndedBy;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
-use crate::validate::{Flaw, FoldOver, Overshoot, Samples, folds, run_out, runaways};
+use crate::validate::{Flaw, Samples, folds, run_out, runaways};
 
 /// Where a surface folds over or runs away, though its points do not.
 pub(super) struct Flaws {
@@ -63,34 +62,8 @@ impl Flaws {
         self.folds.iter().chain(runaways).map(|flaw| flaw.uv).collect()
     }
 
-    /// These without the folds that have a foot within a span of them: where hardly any other surface goes through
-    /// the points, it is they that fold.
-    pub(super) fn without_folds_beside(mut self, feet: &[DVec2], surface: &NurbsSurface) -> Self {
-        let span = [surface.knots_u(), surface.knots_v()].map(|knots| {
-            let (start, end) = knots.domain();
-            (end - start) / (knots.breaks().len() - 1) as f64
-        });
-        let near = |a: DVec2, b: DVec2| (a - b).abs().cmple(span.into()).all();
-        self.folds.retain(|fold| !feet.iter().any(|&foot| near(foot, fold.uv)));
-        self
-    }
-
     /// Whether there are any that no tolerance, kept, excuses.
     pub(super) fn spoil(&self, fit: &Fit) -> bool {
         self.count() > 0 && fit.ended_by != EndedBy::Tolerance
-    }
-
-    /// In words, in the points' own frame.
-    pub(super) fn warnings(&self, frame: &Frame) -> impl Iterator<Item = String> {
-        let fold = FoldOver::of(&self.folds);
-        let fold = fold.map(|fold| FoldOver { place: frame.undo(fold.place), ..fold });
-        let overshoot = Overshoot::of(&self.runaways).map(|found| Overshoot {
-            distance: frame.length(found.distance),
-            place: frame.undo(found.place),
-            ..found
-        });
-        fold.map(|fold| fold.to_string())
-            .into_iter()
-            .chain(overshoot.map(|overshoot| overshoot.to_string()))
     }
 }

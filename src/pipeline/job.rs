@@ -7,12 +7,12 @@ use super::feet::feet;
 use super::flaws::Flaws;
 use super::robust::{self, Robust};
 use super::shape::Shape;
-use super::{Aspect, ReconstructOptions, heights};
+use super::{ReconstructOptions, heights};
 use crate::cloud::{KdTree, centroid};
 use crate::error::{Error, Result};
 use crate::fit::{
-    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, Recovery, SURE, THROUGH,
-    approximate, continued, diameter, recovered,
+    self, ApproximateOptions, Approximation, Base, EndedBy, Growth, approximate, continued,
+    diameter,
 };
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
@@ -52,10 +52,6 @@ pub(super) struct Job<'a> {
     /// What its pieces may be, if they do not hang together.
     pub(super) layers: Option<Layers>,
     pub(super) options: &'a ReconstructOptions<'a>,
-    /// Whether long searches are made for the surface through all points.
-    pub(super) thorough: bool,
-    /// Whether one was looked for, and may still be found in another way.
-    pub(super) in_vain: bool,
 }
 
 /// A surface near them.
@@ -158,9 +154,6 @@ impl<'a> Job<'a> {
         if self.weights != given {
             let found = robust::weights(self.points, &fit.distances, &mut tree, observer)?;
             self.count_again(found.as_ref(), given.as_deref());
-        }
-        if let Some(found) = self.recovered(&fit, given.as_deref(), growth, observer)? {
-            return Ok(found);
         }
         let (mut fit, mut flaws) = self.flattened(fit, growth, observer)?;
         if self.options.robust {
@@ -269,60 +262,6 @@ impl<'a> Job<'a> {
         let found =
             approximate(self.points, &self.uv, self.weights.as_deref(), &options, observer)?;
         Ok(found.into())
-    }
-
-    /// The surface with the same net through all points, where there is one: if the net was given, and
-    /// nothing else that a surface is to obey. Points that were let go from the first fit count again,
-    /// as was `given`, if they lie on it.
-    fn recovered(
-        &mut self,
-        fit: &Fit,
-        given: Option<&[f64]>,
-        growth: Option<Growth>,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<(Fit, Flaws)>> {
-        let &ReconstructOptions { aspect, fairness, border, rational, topology, .. } = self.options;
-        let fixed = growth.is_none() && aspect == Aspect::Fixed;
-        let free = fairness.is_none() && border.is_none() && !rational;
-        if !fixed || !free || topology == Some(Kind::Height) {
-            return Ok(None);
-        }
-        let (near, weights) = (self.flat(fit), self.weights.as_deref());
-        let found = recovered(self.points, weights, given, &near, self.thorough, observer)?;
-        self.in_vain = matches!(found, Recovery::InVain);
-        let Recovery::Found(surface) = found else { return Ok(None) };
-        let (uv, distances) = feet(&surface, self.points, observer)?;
-        let size = diameter(self.points);
-        let found = Fit {
-            surface: *surface,
-            base: None,
-            uv,
-            distances,
-            fairness: 0.0,
-            iterations: fit.iterations,
-            ended_by: EndedBy::Exact,
-        };
-        let mut flaws = self.flaws(&found, observer)?;
-        let error = self.rms(&found.distances) / size;
-        let doubtful = error > SURE && flaws.count() > self.flaws(fit, observer)?.count();
-        if doubtful || error > THROUGH {
-            return Ok(None);
-        }
-        if error <= SURE {
-            flaws = flaws.without_folds_beside(&found.uv, &found.surface);
-        }
-        if let Some(weights) = &mut self.weights {
-            for (i, (weight, distance)) in weights.iter_mut().zip(&found.distances).enumerate() {
-                if *distance <= THROUGH * size {
-                    *weight = given.map_or(1.0, |given| given[i]);
-                }
-            }
-        }
-        // Its control points are not even in the plane, as those of heights are.
-        if self.shape.kind == Kind::Height {
-            self.shape = Shape::new(Kind::Sheet, None);
-        }
-        Ok(Some((found, flaws)))
     }
 
     /// Heights over the largest of several pieces, if they have no flaws and are near all points: layers

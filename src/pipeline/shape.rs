@@ -41,7 +41,7 @@ impl Shape {
     ) -> Result<Self> {
         let known = found.height;
         let along_z = known.is_some_and(|height| height.up == DVec3::Z);
-        Ok(match options.topology {
+        Ok(match options.kind {
             Some(Kind::Height) => {
                 Self::over(points, known.map_or(DVec3::Z, |height| height.up), units)
             }
@@ -91,7 +91,7 @@ impl Shape {
 
     pub(super) fn closed(&self) -> som::Topology {
         match self.kind {
-            Kind::Sheet | Kind::Height => som::Topology::Sheet,
+            Kind::Sheet | Kind::Height | Kind::Body => som::Topology::Sheet,
             Kind::Tube => som::Topology::Tube,
             Kind::Torus => som::Topology::Torus,
         }

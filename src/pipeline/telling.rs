@@ -241,7 +241,7 @@ impl<'a> Telling<'a> {
     ) -> Result<bool> {
         let is_body = self.is_body(by, flat.by)
             || !self.are_flat_across_lines(by, flat.by, observer)?
-            || options.topology.is_none() && self.is_tube(flat.by.with_z(by.z), observer)?;
+            || options.kind.is_none() && self.is_tube(flat.by.with_z(by.z), observer)?;
         Ok(!is_body)
     }
 

@@ -51,7 +51,7 @@ impl<'a> Wanted<'a> {
         clock: &mut Clock,
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
-        let free = self.options.topology.is_none() && self.options.init == Start::Auto;
+        let free = self.options.kind.is_none() && self.options.init == Start::Auto;
         let (kind, sample) = (found.job.shape.kind, &self.placed.sample);
         if !free || !matches!(kind, Kind::Sheet | Kind::Tube) {
             return Ok(found);

@@ -26,7 +26,7 @@ impl<'a> Wanted<'a> {
         observer: &mut dyn Observer,
     ) -> Result<Candidate<'a>> {
         let &Self { placed: Placed { frame, sample, .. }, seen, options, .. } = self;
-        let free = options.topology.is_none() && options.init == Start::Auto;
+        let free = options.kind.is_none() && options.init == Start::Auto;
         if !free || sheet.job.shape.kind != Kind::Sheet {
             return Ok(sheet);
         }

@@ -44,10 +44,13 @@ impl Units {
         options: &ReconstructOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<(Self, Option<Others>)> {
+        if let Some(scale) = options.axis_scale {
+            return Ok((Self { by: scale.recip(), heights: None }, None));
+        }
         let telling = Telling::of(cloud);
         let by = telling.evened(observer)?;
         let units = Self { by, heights: None };
-        let may_be_heights = options.topology.is_none_or(|kind| kind == Kind::Height);
+        let may_be_heights = options.kind.is_none_or(|kind| kind == Kind::Height);
         let laid_flat = if may_be_heights { telling.laid_flat(by, observer)? } else { None };
         Ok(match laid_flat {
             Some((flat, true)) if telling.are_no_body(by, &flat, options, observer)? => {
@@ -61,24 +64,6 @@ impl Units {
     /// That the points are heights, where that is what their units were told by.
     pub(super) fn heights(&self) -> Option<Topology> {
         self.heights.map(Topology::of_heights)
-    }
-
-    /// In words.
-    pub(super) fn warning(&self) -> Option<String> {
-        let counted = |(axis, by): (&str, f64)| match by {
-            1.0 => None,
-            by if by < 1.0 => Some(format!("1/{} of {axis}", 1.0 / by)),
-            by => Some(format!("{by} times {axis}")),
-        };
-        let axes = ["x", "y", "z"].into_iter().zip(self.by.to_array());
-        let counted: Vec<String> = axes.filter_map(counted).collect();
-        (!counted.is_empty()).then(|| {
-            format!(
-                "the axes seem to have different units: the fit counts {}, as do lengths and places in \
-                 other warnings; bring them to one unit where you know better",
-                counted.join(" and ")
-            )
-        })
     }
 }
 
@@ -140,7 +125,6 @@ mod tests {
         assert_eq!(counted([1.0, 1.0, 32.0]), [1.0, 1.0, 1.0 / 32.0]);
         let (units, _) = found(&ground, [1024.0, 1.0, 1024.0]);
         assert_eq!(units.by, DVec3::new(1.0, 1024.0, 1.0));
-        assert!(units.warning().unwrap().contains("the fit counts 1024 times y, as do"));
     }
 
     #[test]

@@ -4,36 +4,11 @@ use glam::DVec3;
 
 use super::height_field::HeightField;
 use super::start::Chart;
+pub(crate) use crate::chart::Kind;
 
 /// What a user should know of a ground that things stand on.
 const STANDING: &str = "things stand on the ground, as trees do, and the surface rises to the middle of them; for \
     the ground alone, give only points that lie on it";
-
-/// The kind of a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Open in both directions.
-    Sheet,
-    /// Heights over a plane.
-    Height,
-    /// Closed in u.
-    Tube,
-    /// Closed in both directions.
-    Torus,
-}
-
-impl Kind {
-    /// The kind's name, as Python spells it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sheet => "sheet",
-            Self::Height => "height",
-            Self::Tube => "tube",
-            Self::Torus => "torus",
-        }
-    }
-}
 
 /// What [`detect`](super::detect) found.
 #[derive(Clone, Debug, PartialEq)]

@@ -40,7 +40,8 @@ pub(crate) use self::cloud::Cloud;
 pub(crate) use self::disc::disc;
 pub use self::height_field::HeightField;
 pub(crate) use self::height_field::WALL_DEGREES;
-pub use self::kind::{Kind, Topology};
+pub(crate) use self::kind::Kind;
+pub use self::kind::Topology;
 pub(crate) use self::lengthwise::{Lengthwise, lengthwise};
 pub(crate) use self::ring::ring;
 pub use self::start::Chart;
@@ -71,7 +72,7 @@ const CLOSED: &str = "the points lie on a body that is closed, or nearly so: a s
 /// layers above one another, and at 200,000 for a ground on which things stand, unless it has walls.
 ///
 /// ```
-/// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect}};
+/// use neurbs::{DVec3, chart::Kind, progress::Silent, topology::detect};
 /// let points: Vec<DVec3> = (0..1000)
 ///     .map(|i| (f64::from(i) * 2.4, f64::from(i) / 250.0))
 ///     .map(|(angle, z)| DVec3::new(angle.cos(), angle.sin(), z))
@@ -95,7 +96,7 @@ pub fn detect(points: &[DVec3], observer: &mut dyn Observer) -> Result<Topology>
 /// tube that shows at first sight is not looked at again for the second loop of a torus.
 ///
 /// ```
-/// use neurbs::{DVec3, progress::Silent, topology::{Kind, detect_wanted}};
+/// use neurbs::{DVec3, chart::Kind, progress::Silent, topology::detect_wanted};
 /// let points: Vec<DVec3> = (0..1000)
 ///     .map(|i| (f64::from(i) * 2.4, f64::from(i) / 250.0))
 ///     .map(|(angle, z)| DVec3::new(angle.cos(), angle.sin(), z))

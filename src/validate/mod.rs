@@ -1,6 +1,7 @@
 //! What could be wrong with points or with a surface through them, in numbers and in words.
 
 mod body;
+mod defects;
 mod excursion;
 mod fold_over;
 mod layers;
@@ -9,6 +10,8 @@ mod samples;
 mod units;
 
 pub(crate) use self::body::Body;
+pub(crate) use self::defects::defects;
+pub use self::defects::validate;
 pub use self::excursion::{Excursion, excursion};
 pub(crate) use self::fold_over::folds;
 pub use self::fold_over::{FoldOver, fold_over};
