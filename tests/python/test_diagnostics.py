@@ -162,7 +162,7 @@ def test_old_keywords_and_attributes_give_the_new_ones(result: Reconstruction) -
     ]:
         with pytest.raises(AttributeError, match=f"no attribute '{old}': it is now {new}"):
             getattr(thing, old)
-    with pytest.raises(AttributeError, match="'Report' object has no attribute 'speed'$"):
+    with pytest.raises(AttributeError, match=r"'Report' object has no attribute 'speed'$"):
         getattr(result.report, "speed")  # noqa: B009
 
 
