@@ -240,6 +240,7 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, *_MODULES})
 
 
-if "numpy" in sys.modules:
+if "numpy" in sys.modules or any("neurbs." in option for option in sys.warnoptions):
     # Who has loaded NumPy has points, and the first call need not wait for what takes them.
+    # An option -W that names a class of ours applies from here on.
     importlib.import_module("neurbs.reconstruction_fit")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+import sys
 import warnings
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -65,6 +67,28 @@ ToleranceMissedWarning = CATEGORIES["tolerance-missed"]
 TornWarning = CATEGORIES["torn"]
 TwoLayersWarning = CATEGORIES["two-layers"]
 UncoveredWarning = CATEGORIES["uncovered"]
+
+
+_ACTIONS = ("default", "always", "all", "ignore", "module", "once", "error")
+"""What an option ``-W`` may ask for; its first letters suffice."""
+
+
+def _apply_options(options: Iterable[str]) -> None:
+    """Apply the options ``-W`` that name classes of this package.
+
+    Python reads them before it can import packages, says that they are invalid, and ignores them.
+    Filters that a program has set go before.
+    """
+    classes = {f"neurbs.{category.__name__}": category for category in CATEGORIES.values()}
+    classes["neurbs.NeurbsWarning"] = NeurbsWarning
+    for option in options:
+        word, message, name, *_ = (*map(str.strip, option.split(":")), "", "", "")
+        action = next((action for action in _ACTIONS if word and action.startswith(word)), None)
+        if action is not None and name in classes:
+            warnings.filterwarnings(action, re.escape(message), classes[name], append=True)  # type: ignore[arg-type]
+
+
+_apply_options(sys.warnoptions)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -136,9 +136,7 @@ def wrapped(
     """Make a result of what the core has found since a start."""
     surface, trained, uv, deviations, inliers, facts, history = found
     training = ("seed", "max_steps", "reach", "min_change")
-    som = SelfOrganizingMap._of_core(
-        trained, **{name: options[name] for name in training if name in options}
-    )
+    som = SelfOrganizingMap._of_core(trained, **{name: options.get(name) for name in training})
     facts["candidates"] = candidate.of_core(facts["candidates"])
     facts["diagnostics"] = diagnostics.of_core(facts["diagnostics"])
     facts["seconds"] = _accounted(facts["seconds"], start)

@@ -182,8 +182,8 @@ impl Counted {
             }
             (Some(piece), found) => {
                 let count = found.map_or(1, |found| found.sizes.len());
-                let must = format!("less than the number of pieces, {count}");
-                return Err(Error::parameter("pieces", must, piece));
+                let must = format!("less than the number of components, {count}");
+                return Err(Error::parameter("component", must, piece));
             }
         }
         // What is left must still be a surface.

@@ -166,6 +166,14 @@ def test_old_keywords_and_attributes_give_the_new_ones(result: Reconstruction) -
         getattr(result.report, "speed")  # noqa: B009
 
 
+def test_python_filters_by_class() -> None:
+    program = "import warnings, neurbs; warnings.warn('x', neurbs.ToleranceMissedWarning)"
+    for category, code in [("FoldedWarning", 0), ("ToleranceMissedWarning", 1)]:
+        command = [sys.executable, "-W", f"error::neurbs.{category}", "-c", program]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert done.returncode == code, done.stderr
+
+
 def test_pytest_filters_by_class(tmp_path: Path) -> None:
     (tmp_path / "test_it.py").write_text(
         "import warnings, neurbs\ndef test_it():\n"

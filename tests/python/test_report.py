@@ -79,7 +79,7 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     [
         ({"rational": True, "clean": False}, "--no-clean --rational", "clean=False, rational=True"),
         ({"weights": np.ones(400)}, "# Not by a command: weights are an array.", "weights=weights"),
-        ({"kind": "sheet"}, "--kind sheet", "kind=&#x27;sheet&#x27;"),
+        ({"seed": 3, "init": "pca"}, "--init pca --seed 3", "init=&#x27;pca&#x27;, seed=3"),
     ],
 )
 def test_each_kind_of_setting_can_be_repeated(
