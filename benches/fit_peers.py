@@ -314,7 +314,7 @@ def run_neurbs(
     shape: Shape, points: Array, side: int, topology: str | None = None
 ) -> tuple[Array, NDArray[np.int64], float]:
     start = time.perf_counter()
-    result = neurbs.reconstruct(points, grid=(side, side), topology=topology or shape.topology)
+    result = neurbs.reconstruct(points, grid=(side, side), kind=topology or shape.topology)
     seconds = time.perf_counter() - start
     mesh = result.surface.tessellate(shape=(250, 250))
     return mesh.vertices, mesh.triangles.astype(np.int64), seconds

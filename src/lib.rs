@@ -22,7 +22,7 @@
 //! let result = reconstruct(&points, &options, &mut Silent)?;
 //!
 //! assert_eq!(result.surface.shape(), (8, 6));
-//! assert!(result.report.distances.rms < 1e-3);
+//! assert!(result.report.deviations.rms < 1e-3);
 //!
 //! let mut file = Vec::new(); // or a std::fs::File
 //! neurbs::export::write_step(&result.surface, &mut file)?;
@@ -42,6 +42,7 @@
 
 pub mod chart;
 pub mod cloud;
+pub mod diagnostic;
 pub mod error;
 pub mod export;
 pub mod fit;
@@ -59,10 +60,14 @@ pub mod validate;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
+pub use crate::diagnostic::{Cause, Diagnostic};
 pub use crate::error::{Error, Result};
 pub use crate::mesh::TriangleMesh;
 pub use crate::nurbs::{NurbsCurve, NurbsSurface};
-pub use crate::pipeline::{ReconstructOptions, Reconstruction, reconstruct};
+pub use crate::pipeline::{
+    Candidate, PaperOptions, ReconstructOptions, Reconstruction, candidates, reconstruct,
+    reconstruct_paper, recover_net,
+};
 pub use crate::progress::{Observer, Progress};
 pub use crate::som::SelfOrganizingMap;
 

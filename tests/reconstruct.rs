@@ -2,11 +2,14 @@
 
 use std::ops::ControlFlow;
 
+use neurbs::chart::Kind;
 use neurbs::cloud::Bounds;
-use neurbs::pipeline::Method;
 use neurbs::progress::{Progress, Silent};
 use neurbs::som::StoppedBy;
-use neurbs::{DVec3, Error, ReconstructOptions, Reconstruction, reconstruct};
+use neurbs::{
+    DVec3, Diagnostic, Error, PaperOptions, ReconstructOptions, Reconstruction, candidates,
+    reconstruct, reconstruct_paper,
+};
 
 fn terrain() -> Vec<DVec3> {
     let lines = include_str!("../examples/jacksboro.xyz").lines();
@@ -18,20 +21,16 @@ fn terrain() -> Vec<DVec3> {
     rows.map(point).collect()
 }
 
-/// The paper's method with everything derived.
-fn paper() -> ReconstructOptions<'static> {
-    ReconstructOptions { method: Method::Paper, ..ReconstructOptions::default() }
-}
-
 fn quick(points: &[DVec3]) -> Reconstruction {
-    let options = ReconstructOptions { grid: Some((9, 8)), max_steps: Some(20_000), ..paper() };
-    reconstruct(points, &options, &mut Silent).unwrap()
+    let options =
+        PaperOptions { grid: Some((9, 8)), max_steps: Some(20_000), ..PaperOptions::default() };
+    reconstruct_paper(points, &options, &mut Silent).unwrap()
 }
 
 #[test]
 fn terrain_becomes_a_surface_over_the_terrain() {
     let points = terrain();
-    let result = reconstruct(&points, &paper(), &mut Silent).unwrap();
+    let result = reconstruct_paper(&points, &PaperOptions::default(), &mut Silent).unwrap();
     let (report, data) = (&result.report, Bounds::of(&points));
     assert_eq!(report.training.stopped_by, StoppedBy::Settled);
     assert_eq!(result.surface.shape(), (28, 29));
@@ -51,7 +50,7 @@ fn terrain_becomes_a_surface_over_the_terrain() {
 #[test]
 fn few_points_end_on_the_lattice() {
     let points = &terrain()[..13];
-    let result = reconstruct(points, &paper(), &mut Silent).unwrap();
+    let result = reconstruct_paper(points, &PaperOptions::default(), &mut Silent).unwrap();
     assert_eq!(result.report.training.stopped_by, StoppedBy::Reached);
     let reach = 1e-3 * result.report.diagonal;
     for point in points {
@@ -71,9 +70,9 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
         let mesh = |result: &Reconstruction| result.tessellate(&mut Silent).unwrap();
         assert_eq!(pool.install(|| mesh(&got)), mesh(&expected));
     }
-    let other = ReconstructOptions { seed: 1, max_steps: Some(1000), ..paper() };
-    let same = ReconstructOptions { seed: 0, ..other };
-    let run = |options| reconstruct(&points, options, &mut Silent).unwrap().surface;
+    let other = PaperOptions { seed: 1, max_steps: Some(1000), ..PaperOptions::default() };
+    let same = PaperOptions { seed: 0, ..other };
+    let run = |options| reconstruct_paper(&points, options, &mut Silent).unwrap().surface;
     assert_ne!(run(&other), run(&same));
 }
 
@@ -115,8 +114,8 @@ fn the_observer_sees_progress_and_can_stop() {
         assert!(progress.step <= progress.total);
         ControlFlow::Continue(())
     };
-    let options = ReconstructOptions { max_steps: Some(10_000), ..paper() };
-    reconstruct(&points, &options, &mut watch).unwrap().tessellate(&mut watch).unwrap();
+    let options = PaperOptions { max_steps: Some(10_000), ..PaperOptions::default() };
+    reconstruct_paper(&points, &options, &mut watch).unwrap().tessellate(&mut watch).unwrap();
     stages.dedup();
     assert_eq!(stages, ["checking", "training", "measuring", "tessellation"]);
     assert!(steps.len() > 4);
@@ -126,30 +125,83 @@ fn the_observer_sees_progress_and_can_stop() {
         calls += 1;
         if calls < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let stopped = reconstruct(&points, &options, &mut stop);
+    let stopped = reconstruct_paper(&points, &options, &mut stop);
     assert!(matches!(stopped, Err(Error::Interrupted)));
     assert_eq!(calls, 3);
 }
 
 #[test]
-fn options_out_of_range_are_refused_by_name() {
+fn options_of_the_paper_out_of_range_are_refused_by_name() {
     let points = terrain();
-    let message = |options: ReconstructOptions| {
-        reconstruct(&points, &options, &mut Silent).unwrap_err().to_string()
+    let message = |options: PaperOptions| {
+        reconstruct_paper(&points, &options, &mut Silent).unwrap_err().to_string()
     };
-    let options = paper();
+    let options = PaperOptions::default();
     let cases = [
-        (ReconstructOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
-        (ReconstructOptions { grid: Some((usize::MAX, 5)), ..options }, "grid", "at most 16777216"),
-        (ReconstructOptions { degree: 0, ..options }, "degree", "got 0"),
-        (ReconstructOptions { degree: 10, ..options }, "degree", "got 10"),
-        (ReconstructOptions { max_steps: Some(0), ..options }, "max_steps", "got 0"),
-        (ReconstructOptions { reach: Some(0.0), ..options }, "reach", "positive"),
-        (ReconstructOptions { reach: Some(f64::NAN), ..options }, "reach", "got NaN"),
-        (ReconstructOptions { min_change: Some(-1.0), ..options }, "min_change", "got -1"),
+        (PaperOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
+        (PaperOptions { grid: Some((usize::MAX, 5)), ..options }, "grid", "at most 16777216"),
+        (PaperOptions { degree: 0, ..options }, "degree", "got 0"),
+        (PaperOptions { degree: 10, ..options }, "degree", "got 10"),
+        (PaperOptions { max_steps: Some(0), ..options }, "max_steps", "got 0"),
+        (PaperOptions { reach: Some(0.0), ..options }, "reach", "positive"),
+        (PaperOptions { reach: Some(f64::NAN), ..options }, "reach", "got NaN"),
+        (PaperOptions { min_change: Some(-1.0), ..options }, "min_change", "got -1"),
     ];
     for (options, name, detail) in cases {
         let message = message(options);
         assert!(message.starts_with(name) && message.contains(detail), "{message}");
+    }
+}
+
+#[test]
+fn options_out_of_range_are_refused_by_name() {
+    let points = terrain();
+    let options = ReconstructOptions::default();
+    let cases = [
+        (ReconstructOptions { kind: Some(Kind::Body), ..options }, "kind", "not supported yet"),
+        (
+            ReconstructOptions { axis_scale: Some(DVec3::new(1.0, 0.0, 1.0)), ..options },
+            "axis_scale",
+            "positive",
+        ),
+        (ReconstructOptions { tolerance: Some(0.0), ..options }, "tolerance", "positive"),
+        (ReconstructOptions { fairness: Some(-1.0), ..options }, "fairness", "got -1"),
+        (ReconstructOptions { grid: Some((1, 5)), ..options }, "grid", "(1, 5)"),
+        (ReconstructOptions { degree: 0, ..options }, "degree", "got 0"),
+        (ReconstructOptions { max_control_points: 3, ..options }, "max_control_points", "got 3"),
+        (ReconstructOptions { weights: Some(&[1.0]), ..options }, "weights", "got 1"),
+    ];
+    for (options, name, detail) in cases {
+        let message = reconstruct(&points, &options, &mut Silent).unwrap_err().to_string();
+        assert!(message.starts_with(name) && message.contains(detail), "{message}");
+        assert!(candidates(&points, &options, &mut Silent).is_err());
+    }
+}
+
+#[test]
+fn the_stages_account_for_all_of_the_time() {
+    let points = terrain();
+    let started = std::time::Instant::now();
+    let options = ReconstructOptions { grid: Some((12, 12)), ..ReconstructOptions::default() };
+    let report = reconstruct(&points, &options, &mut Silent).unwrap().report;
+    let elapsed = started.elapsed().as_secs_f64();
+    let known: f64 = report.seconds.iter().map(|(_, seconds)| seconds).sum();
+    assert!(known <= elapsed && known > 0.95 * elapsed, "{known} of {elapsed}");
+}
+
+#[test]
+fn valid_and_converged_follow_the_diagnostics() {
+    let points = &terrain()[..400];
+    for tolerance in [None, Some(1e-9)] {
+        let options = ReconstructOptions {
+            tolerance,
+            max_control_points: 16,
+            ..ReconstructOptions::default()
+        };
+        let report = reconstruct(points, &options, &mut Silent).unwrap().report;
+        assert_eq!(report.valid, !report.diagnostics.iter().any(Diagnostic::is_defect));
+        let missed = report.diagnostics.iter().any(|found| found.code() == "tolerance-missed");
+        assert_eq!(report.converged, !missed);
+        assert_eq!(missed, tolerance.is_some());
     }
 }

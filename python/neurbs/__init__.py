@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         BatchSums,
         Cleaning,
         ClosestPoints,
+        Components,
         Curvatures,
         Epoch,
         EvenSample,
@@ -27,18 +28,40 @@ if TYPE_CHECKING:
         NeurbsError,
         NurbsCurve,
         NurbsSurface,
-        Pieces,
         Progress,
-        Topology,
         TriangleMesh,
         __version__,
         clean,
-        detect_topology,
+        components,
         fit_heights,
-        free_weights,
-        inspect,
-        pieces,
+        fit_weights,
+        recover_net,
         tessellate,
+    )
+    from neurbs.candidate import (
+        Candidate,
+        candidates,
+    )
+    from neurbs.diagnostics import (
+        ClosedBodyWarning,
+        ComponentsWarning,
+        ConvergenceWarning,
+        Diagnostic,
+        FoldedWarning,
+        KindDoubtfulWarning,
+        LeftOutWarning,
+        MixedUnitsWarning,
+        NeurbsWarning,
+        NoDataWarning,
+        OneSidedWarning,
+        OverlappingWarning,
+        OvershootWarning,
+        ThickWarning,
+        ToleranceMissedWarning,
+        TornWarning,
+        TwoLayersWarning,
+        UncoveredWarning,
+        validate,
     )
     from neurbs.interop import (
         from_geomdl,
@@ -56,56 +79,114 @@ if TYPE_CHECKING:
         read_points,
         save,
     )
-    from neurbs.reconstruction import Reconstruction, reconstruct
-    from neurbs.reconstruction_report import Report
-    from neurbs.som import ConvergenceWarning, SelfOrganizingMap
-    from neurbs.versions import show_versions
+    from neurbs.reconstruction import (
+        Reconstruction,
+    )
+    from neurbs.reconstruction_fit import (
+        reconstruct,
+    )
+    from neurbs.reconstruction_paper import (
+        reconstruct_paper,
+    )
+    from neurbs.reconstruction_report import (
+        Report,
+    )
+    from neurbs.som import (
+        SelfOrganizingMap,
+    )
+    from neurbs.versions import (
+        show_versions,
+    )
 
 __all__ = [
     "BatchSums",
+    "Candidate",
     "Cleaning",
+    "ClosedBodyWarning",
     "ClosestPoints",
+    "Components",
+    "ComponentsWarning",
     "ConvergenceWarning",
     "Curvatures",
+    "Diagnostic",
     "Epoch",
     "EvenSample",
+    "FoldedWarning",
     "HeightFit",
+    "KindDoubtfulWarning",
     "Lattice",
+    "LeftOutWarning",
+    "MixedUnitsWarning",
     "NeurbsError",
+    "NeurbsWarning",
+    "NoDataWarning",
     "NurbsCurve",
     "NurbsSurface",
-    "Pieces",
+    "OneSidedWarning",
+    "OverlappingWarning",
+    "OvershootWarning",
     "PointCloud",
     "Progress",
     "Reconstruction",
     "Report",
     "SelfOrganizingMap",
-    "Topology",
+    "ThickWarning",
+    "ToleranceMissedWarning",
+    "TornWarning",
     "TriangleMesh",
+    "TwoLayersWarning",
+    "UncoveredWarning",
     "__version__",
+    "candidates",
     "clean",
-    "detect_topology",
+    "components",
     "fit_heights",
-    "free_weights",
+    "fit_weights",
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
-    "inspect",
     "load_surface",
     "load_surfaces",
-    "pieces",
     "read_point_cloud",
     "read_points",
     "reconstruct",
+    "reconstruct_paper",
+    "recover_net",
     "save",
     "show_versions",
     "tessellate",
     "to_geomdl",
     "to_opencascade",
     "to_splipy",
+    "validate",
 ]
 
 _HOMES = {
+    "candidate": (
+        "Candidate",
+        "candidates",
+    ),
+    "diagnostics": (
+        "ClosedBodyWarning",
+        "ComponentsWarning",
+        "ConvergenceWarning",
+        "Diagnostic",
+        "FoldedWarning",
+        "KindDoubtfulWarning",
+        "LeftOutWarning",
+        "MixedUnitsWarning",
+        "NeurbsWarning",
+        "NoDataWarning",
+        "OneSidedWarning",
+        "OverlappingWarning",
+        "OvershootWarning",
+        "ThickWarning",
+        "ToleranceMissedWarning",
+        "TornWarning",
+        "TwoLayersWarning",
+        "UncoveredWarning",
+        "validate",
+    ),
     "interop": (
         "from_geomdl",
         "from_opencascade",
@@ -122,9 +203,11 @@ _HOMES = {
         "read_points",
         "save",
     ),
-    "reconstruction": ("Reconstruction", "reconstruct"),
+    "reconstruction": ("Reconstruction",),
+    "reconstruction_fit": ("reconstruct",),
+    "reconstruction_paper": ("reconstruct_paper",),
     "reconstruction_report": ("Report",),
-    "som": ("ConvergenceWarning", "SelfOrganizingMap"),
+    "som": ("SelfOrganizingMap",),
     "versions": ("show_versions",),
 }
 """The modules that hold the public names; `_core` holds all others."""
@@ -144,7 +227,9 @@ if not TYPE_CHECKING:  # A checker knows all names, and finds those that are mis
         if name in _MODULES:
             return importlib.import_module(f"neurbs.{name}")
         if name not in __all__:
-            raise AttributeError(f"module 'neurbs' has no attribute {name!r}")
+            from neurbs.renamed import missing_attribute
+
+            raise missing_attribute("module 'neurbs'", name)
         home = next((home for home, names in _HOMES.items() if name in names), "_core")
         value = getattr(importlib.import_module(f"neurbs.{home}"), name)
         globals()[name] = value
@@ -155,6 +240,7 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__, *_MODULES})
 
 
-if "numpy" in sys.modules:
+if "numpy" in sys.modules or any("neurbs." in option for option in sys.warnoptions):
     # Who has loaded NumPy has points, and the first call need not wait for what takes them.
-    importlib.import_module("neurbs.reconstruction")
+    # An option -W that names a class of ours applies from here on.
+    importlib.import_module("neurbs.reconstruction_fit")

@@ -2,16 +2,18 @@
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "DIAGNOSTIC_CODES",
     "LENGTH_UNITS",
     "BatchSums",
     "Cleaning",
     "ClosestPoints",
+    "Components",
     "Curvatures",
     "Epoch",
     "EvenSample",
@@ -21,29 +23,31 @@ __all__ = [
     "NeurbsError",
     "NurbsCurve",
     "NurbsSurface",
-    "Pieces",
     "Progress",
-    "Topology",
     "TriangleMesh",
     "__version__",
     "as_points",
+    "candidates",
     "clean",
+    "components",
     "default_options",
-    "detect_topology",
     "fit_heights",
-    "free_weights",
-    "inspect",
+    "fit_weights",
     "lattice_for_points",
-    "ordered_surface",
-    "pieces",
     "reconstruct",
+    "reconstruct_paper",
+    "recover_net",
     "som_options",
     "tessellate",
+    "validate",
     "write_iges",
     "write_obj",
     "write_obj_surface",
     "write_step",
 ]
+
+DIAGNOSTIC_CODES: list[tuple[str, str]]
+"""Codes of diagnostics, each with its meaning in one line."""
 
 LENGTH_UNITS: dict[str, float]
 """Symbols of the units of length that files can have, and how many millimetres each is."""
@@ -543,8 +547,8 @@ class Cleaning:
     def spacing(self) -> float: ...
 
 @final
-class Pieces:
-    """The pieces that points fall into."""
+class Components:
+    """The components of a cloud."""
 
     @property
     def labels(self) -> NDArray[np.int64]: ...
@@ -552,28 +556,6 @@ class Pieces:
     def sizes(self) -> list[int]: ...
     @property
     def gap(self) -> float: ...
-    @property
-    def warning(self) -> str | None: ...
-
-@final
-class Topology:
-    """The kind of surface that points lie on."""
-
-    @property
-    def kind(self) -> Literal["sheet", "height", "tube", "torus"]: ...
-    @property
-    def reason(self) -> str: ...
-    @property
-    def warning(self) -> str | None: ...
-    @property
-    def up(self) -> NDArray[np.float64] | None: ...
-    @property
-    def points(self) -> NDArray[np.float64] | None: ...
-    @property
-    def uv(self) -> NDArray[np.float64] | None: ...
-    @property
-    def lengths(self) -> tuple[float, float] | None: ...
-    def lattice(self, rows: int, cols: int) -> NDArray[np.float64] | None: ...
 
 @final
 class EvenSample:
@@ -599,28 +581,39 @@ class HeightFit:
     @property
     def fairness(self) -> float: ...
 
+_Found: TypeAlias = tuple[
+    NurbsSurface,
+    Map,
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.bool_],
+    dict[str, Any],
+    list[tuple[str, int, float]],
+]
+
 def as_points(points: ArrayLike) -> NDArray[np.float64]: ...
-def ordered_surface(
-    grid: ArrayLike,
-    surface: str,
-    degree: int,
-    progress: Callable[[Progress], object] | None,
-) -> NurbsSurface: ...
 def clean(
     points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
 ) -> Cleaning: ...
-def pieces(
+def components(
     points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
-) -> Pieces: ...
-def detect_topology(
-    points: ArrayLike, *, progress: Callable[[Progress], object] | None = None
-) -> Topology: ...
-def inspect(
+) -> Components: ...
+def candidates(
     points: ArrayLike,
-    surface: NurbsSurface | None = None,
+    kind: str,
+    progress: Callable[[Progress], object] | None,
+) -> tuple[dict[str, Any], ...]: ...
+def validate(
+    surface: NurbsSurface,
+    points: ArrayLike,
+    progress: Callable[[Progress], object] | None,
+) -> tuple[tuple[str, str, dict[str, Any], bool], ...]: ...
+def recover_net(
+    points: ArrayLike,
+    shape: tuple[int, int],
     *,
     progress: Callable[[Progress], object] | None = None,
-) -> list[str]: ...
+) -> NurbsSurface: ...
 def fit_heights(
     points: ArrayLike,
     net: tuple[int, int],
@@ -630,7 +623,7 @@ def fit_heights(
     weights: ArrayLike | None = None,
     fairness: float | None = None,
 ) -> HeightFit: ...
-def free_weights(
+def fit_weights(
     surface: NurbsSurface, points: ArrayLike, *, weights: ArrayLike | None = None
 ) -> NurbsSurface: ...
 def default_options() -> dict[str, Any]: ...
@@ -638,15 +631,12 @@ def reconstruct(
     points: ArrayLike,
     options: dict[str, Any],
     progress: Callable[[Progress], object] | None,
-) -> tuple[
-    NurbsSurface,
-    Map,
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.bool_],
-    dict[str, Any],
-    list[tuple[str, int, float]],
-]: ...
+) -> _Found: ...
+def reconstruct_paper(
+    points: ArrayLike,
+    options: dict[str, Any],
+    progress: Callable[[Progress], object] | None,
+) -> _Found: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
 def tessellate(

@@ -68,7 +68,7 @@ class Deviation:
     def of_result(cls, result: Reconstruction) -> Deviation:
         """Return the deviation of a result's inliers; what it has measured itself is not again."""
         inliers = result.inliers
-        measured = (result.points[inliers], result.uv[inliers], result.distances[inliers])
+        measured = (result.points[inliers], result.uv[inliers], result.deviations[inliers])
         return cls._with_sides(result.surface, *measured)
 
     @classmethod

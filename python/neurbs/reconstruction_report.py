@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from neurbs.candidate import Candidate, table
+from neurbs.diagnostics import Diagnostic
+from neurbs.renamed import missing_attribute
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,9 +26,9 @@ class Report:
     degree : (int, int)
         Degrees of the surface in u and v.
     inliers : int
-        Points that count: the rest are duplicates, outliers or of other pieces.
+        Points that were used in the fit.
     rms, max : float
-        Root mean square and largest of the inliers' distances from the surface, in their unit.
+        Root mean square and largest of the inliers' deviations, in their unit.
     percentiles : dict of int to float
         For 50, 90, 95 and 99 percent of the inliers, how far away they are at most.
     tolerance : float or None
@@ -32,31 +37,39 @@ class Report:
         Share of the inliers that lie within it.
     ended_by : str
         What ended the growth of the net: ``"tolerance"`` (all points lie within it), ``"noise"``
-        (a larger net would follow the noise of the points), ``"exact"`` (nobody would see what it
-        does), ``"grid"`` (its size was given, or what grows further folds over or runs away),
+        (a larger net would follow the noise of the points), ``"exact"`` (the error is too small to
+        matter), ``"grid"`` (its size was given, or larger nets have defects),
         ``"points"`` (they cannot hold more) or ``"max_control_points"``.
     fairness : float or None
         Weight of the fairness that the fit ended with; None if nothing was fitted.
     iterations : int
         Solutions for the control net.
-    topology : str
-        What kind of surface it is: ``"sheet"``, ``"height"``, ``"tube"`` or ``"torus"``.
-    topology_reason : str or None
-        Why, if that was found out.
+    kind : {"height", "sheet", "tube", "torus"}
+        The kind of surface.
+    direction : (float, float, float) or None
+        The direction of the heights, of a height field.
+    axis_scale : (float, float, float)
+        What each coordinate was divided by for the fit; 1 unless the axes have different units.
+    valid : bool
+        Whether the surface has no defects.
+    converged : bool
+        Whether the tolerance, if there was one, is reached. By the paper's method: whether
+        training ended by itself, not because its steps were over.
+    candidates : tuple of Candidate
+        Every hypothesis with its score and why it lost, the best first.
+    diagnostics : tuple of Diagnostic
+        What one should know, each with a stable code.
     duplicates : int
         Points that were merged with others, of those that were looked at.
     outliers : int
         Points that were left out: far from all that their neighbours could form, or from the
         surface.
-    warnings : tuple of str
-        What one should know, in words.
     steps : int
         Steps made in training the map: presentations by the paper's method, else epochs.
     ordered_at : int
         The step from which on its radius was less than an edge.
     stopped_by : str
-        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``; ``"ordered"`` for
-        points that were in order already, which need none.
+        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
     reached : int
         How many points are on the lattice.
     change : float or None
@@ -65,7 +78,7 @@ class Report:
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
-        Time spent, stage by stage.
+        Wall time of each stage; their sum is that of the whole call.
     """
 
     points: int
@@ -81,11 +94,15 @@ class Report:
     ended_by: str
     fairness: float | None
     iterations: int
-    topology: str
-    topology_reason: str | None
+    kind: str
+    direction: tuple[float, float, float] | None
+    axis_scale: tuple[float, float, float]
+    valid: bool
+    converged: bool
+    candidates: tuple[Candidate, ...]
+    diagnostics: tuple[Diagnostic, ...]
     duplicates: int
     outliers: int
-    warnings: tuple[str, ...]
     steps: int
     ordered_at: int
     stopped_by: str
@@ -94,34 +111,30 @@ class Report:
     quantization_error: float
     seconds: dict[str, float]
 
-    @property
-    def converged(self) -> bool:
-        """Whether all points lie within the tolerance, if there was one.
+    if not TYPE_CHECKING:  # A checker knows all attributes.
 
-        By the paper's method: whether training ended by itself, not because its steps were over.
-        """
-        if self.fairness is None:
-            return self.stopped_by != "max_steps"
-        return self.tolerance is None or self.ended_by == "tolerance"
+        def __getattr__(self, name: str) -> Any:
+            """Refuse a missing attribute; the error for an old name gives the new one."""
+            raise missing_attribute("'Report' object", name)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain values, as JSON has them."""
-        values = dataclasses.asdict(self) | {"converged": self.converged}
-        listed = {"grid": list(self.grid), "degree": list(self.degree)}
-        return values | listed | {"warnings": list(self.warnings)}
+        return {name: _plain(value) for name, value in dataclasses.asdict(self).items()}
 
     def lines(self) -> dict[str, str]:
-        """Return the main figures in words, line by line."""
+        """Return the main figures in words; the candidates take a line each."""
         rows, cols = self.grid
         within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
-        counting = "" if self.inliers == self.points else f", {self.inliers:,} of them count"
+        used = "" if self.inliers == self.points else f", {self.inliers:,} of them used"
         lines = {
-            "points": f"{self.points:,}{counting}, diagonal {self.diagonal:.6g}",
+            "points": f"{self.points:,}{used}, diagonal {self.diagonal:.6g}",
             "net": f"{rows} × {cols} control points, degrees {self.degree[0]} and {self.degree[1]}",
-            "kind": self.topology + (f": {self.topology_reason}" if self.topology_reason else ""),
-            "distances": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
+            "kind": self._kind(),
+            "deviations": f"rms {self.rms:.4g}, max {self.max:.4g}{within}",
             "percentiles": ", ".join(f"{n} % {d:.4g}" for n, d in self.percentiles.items()),
         }
+        if self.candidates:
+            lines["candidates"] = table(self.candidates)
         if self.duplicates or self.outliers:
             lines["left out"] = f"{self.duplicates:,} duplicates, {self.outliers:,} outliers"
         if self.fairness is None:
@@ -133,29 +146,50 @@ class Report:
         lines["time"] = ", ".join(f"{stage} {time:.2f} s" for stage, time in self.seconds.items())
         return lines
 
-    def __str__(self) -> str:
-        """Return the main figures as a table to be read, and the warnings."""
-        text = [f"{name:<12}{line}" for name, line in self.lines().items()]
-        return "\n".join(text + [f"{'warning':<12}{warning}" for warning in self.warnings])
+    def _kind(self) -> str:
+        """Return the kind in words, and whether the surface is valid."""
+        words = [self.kind]
+        if self.direction is not None:
+            words[0] += " along ({:.3g}, {:.3g}, {:.3g})".format(*self.direction)
+        for axis, scale in zip("xyz", self.axis_scale, strict=True):
+            if scale != 1:
+                words.append(f"{axis} divided by {scale:g}")
+        if not self.valid:
+            defects = [found.code for found in self.diagnostics if found.is_defect]
+            words.append(f"not valid: {' '.join(defects)}")
+        return ", ".join(words)
 
-    def shortcomings(self) -> list[str]:
-        """Return in words what did not come out as it was asked for."""
-        texts = list(self.warnings)
-        if self.fairness is None and not self.converged:
-            moved = (
-                ""
-                if self.change is None
-                else f", while the lattice still moved {self.change:.3g} an epoch"
-            )
-            texts.append(
-                f"training ended after max_steps={self.steps} steps{moved}: "
-                "give it more steps, or raise min_change"
-            )
-        return texts
+    def __str__(self) -> str:
+        """Return the main figures as a table to be read, and the diagnostics."""
+        lines = [
+            *self.lines().items(),
+            *((found.code, found.message) for found in self.diagnostics),
+        ]
+        return "\n".join(aligned(lines))
+
+
+def aligned(lines: Iterable[tuple[str, str]]) -> list[str]:
+    """Return names and texts in two columns; further lines of a text stand below its first."""
+    pairs = list(lines)
+    width = max(len(name) for name, _ in pairs) + 2
+    return [
+        f"{title:<{width}}{line}"
+        for name, text in pairs
+        for title, line in zip((name, *[""] * text.count("\n")), text.split("\n"), strict=True)
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value with lists for tuples, as JSON has it."""
+    match value:
+        case dict():
+            return {name: _plain(part) for name, part in value.items()}
+        case list() | tuple():
+            return [_plain(part) for part in value]
+    return value
 
 
 _WHY_STOPPED = {
-    "ordered": "the points were in order",
     "reached": "all points are on the lattice",
     "settled": "the lattice has settled",
     "max_steps": "the steps were over",

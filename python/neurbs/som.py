@@ -23,10 +23,6 @@ Schedule: TypeAlias = float | tuple[Any, ...] | Callable[[float], float]
 """How gain or radius change in time; see `SelfOrganizingMap`."""
 
 
-class ConvergenceWarning(UserWarning):
-    """A training ended because its steps were over, not because the lattice had learned."""
-
-
 class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
     """A lattice of nodes that learns scattered points.
 

@@ -25,6 +25,10 @@ impl Chart for CentreLine {
         "centre line"
     }
 
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Tube]
+    }
+
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         tube(input).into_iter().collect()
     }

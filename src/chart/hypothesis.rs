@@ -30,6 +30,6 @@ impl Hypothesis {
     /// Which directions close, u and v.
     #[must_use]
     pub fn closed(&self) -> [bool; 2] {
-        self.kind.closed()
+        self.kind.closed().into()
     }
 }

@@ -15,6 +15,10 @@ impl Chart for Isomap {
         "isomap"
     }
 
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Sheet]
+    }
+
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         let sheet = |(name, graph)| {
             let map = input.landmark_map(graph)?;

@@ -1,21 +1,31 @@
-//! The kinds of surface.
+//! The kind of a surface.
 
-/// What kind of surface points lie on.
+use std::fmt;
+
+/// The kind of a surface.
+///
+/// ```
+/// use neurbs::chart::Kind;
+/// assert_eq!(Kind::Tube.name(), "tube");
+/// assert_eq!(Kind::Torus.closed(), (true, true));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Heights along a direction: no two points lie above one another.
+    /// A height field: heights over a plane.
     Height,
-    /// A sheet with four sides.
+    /// Open in both directions.
     Sheet,
-    /// Closed along u, with two rims.
+    /// Closed in u.
     Tube,
-    /// Closed along u and v.
+    /// Closed in both directions.
     Torus,
+    /// A closed body of several faces; not supported yet.
+    Body,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Height, Self::Sheet, Self::Tube, Self::Torus];
+    pub const ALL: [Self; 5] = [Self::Height, Self::Sheet, Self::Tube, Self::Torus, Self::Body];
 
     /// The name, as Python and the command line spell it.
     #[must_use]
@@ -25,12 +35,19 @@ impl Kind {
             Self::Sheet => "sheet",
             Self::Tube => "tube",
             Self::Torus => "torus",
+            Self::Body => "body",
         }
     }
 
-    /// Which directions of the surface close, u and v.
+    /// Whether the surface closes in u and in v.
     #[must_use]
-    pub fn closed(self) -> [bool; 2] {
-        [matches!(self, Self::Tube | Self::Torus), self == Self::Torus]
+    pub fn closed(self) -> (bool, bool) {
+        (matches!(self, Self::Tube | Self::Torus), self == Self::Torus)
+    }
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }

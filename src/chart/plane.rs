@@ -26,6 +26,10 @@ impl Chart for Plane {
         "plane"
     }
 
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Height, Kind::Sheet]
+    }
+
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         let seen = input.seen;
         let steep = |up: DVec3| seen.share_along(up, STEEP) < UPRIGHT;

@@ -24,6 +24,10 @@ impl Chart for Polar {
         "polar"
     }
 
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Sheet]
+    }
+
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         let graphs = [("polar", Graph::Surface), ("polar tight", Graph::Tight)];
         graphs.into_iter().filter_map(|(name, graph)| polar(name, graph, input)).collect()

@@ -35,6 +35,10 @@ impl Chart for Revolved {
         "revolved"
     }
 
+    fn kinds(&self) -> &'static [Kind] {
+        &[Kind::Sheet, Kind::Tube, Kind::Torus]
+    }
+
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         const NAMES: [&str; 3] = ["revolved 1", "revolved 2", "revolved 3"];
         let around = NAMES.into_iter().enumerate().flat_map(|(axis, name)| {

@@ -217,6 +217,20 @@ fn side(points: &[DVec3], most: usize, steps: i32) -> Option<f64> {
     Some(size(large))
 }
 
+/// Places of `most` points of a cloud, any of them: as densely in some places as compared with others
+/// as all points lie. They depend on the points alone, not on their order.
+#[must_use]
+pub fn random_sample(points: &[DVec3], most: usize) -> Vec<u32> {
+    let mut keyed: Vec<(u64, u32)> = (0..).zip(points).map(|(i, p)| (hash(*p), i)).collect();
+    if most < keyed.len() {
+        keyed.select_nth_unstable(most);
+        keyed.truncate(most);
+    }
+    let mut kept: Vec<u32> = keyed.into_iter().map(|(_, index)| index).collect();
+    kept.sort_unstable();
+    kept
+}
+
 /// The indices, ascending, of at most so many points, evenly over space.
 ///
 /// Space is cut into voxels as by [`EvenSample`], but in finer steps: on a surface at least seven

@@ -37,11 +37,10 @@ use crate::progress::{self, Observer, Progress, Stage};
 
 /// Root mean square distances, as shares of the points' diameter: what a surface near points of the same net has at
 /// most; from which on these may have been taken in a wrong order; what one through all of them has, which may be
-/// rounded to the digits of single precision; what hardly any other one has; and where steps end.
+/// rounded to the digits of single precision; and where steps end.
 const ROUGH: f64 = 5e-2;
 const WRONG_ORDER: f64 = 1e-2;
-pub(crate) const THROUGH: f64 = 3e-8;
-pub(crate) const SURE: f64 = 2e-9;
+const THROUGH: f64 = 3e-8;
 const ENOUGH: f64 = 1e-9;
 
 /// Correlation between neighbours of the distances that are no noise, at least: noise could not vanish.

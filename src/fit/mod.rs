@@ -63,7 +63,7 @@ pub(crate) use self::growth::{EXACT, diameter};
 pub use self::growth::{EndedBy, Growth};
 pub use self::height::{HeightFit, HeightOptions, fit_heights};
 pub(crate) use self::height::{cosines, fit_heights_over, fit_heights_with};
-pub(crate) use self::joint::{Recovery, SURE, THROUGH, recovered};
+pub(crate) use self::joint::{Recovery, recovered};
 pub(crate) use self::left_out::Near;
 pub(crate) use self::lengths::lengths;
 pub(crate) use self::line::Line;

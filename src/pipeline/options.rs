@@ -2,73 +2,55 @@
 
 use glam::DVec3;
 
+use crate::chart::Kind;
 use crate::error::{Error, Result, positive};
-use crate::nurbs::{OrderedSurface, check_degree};
+use crate::nurbs::check_degree;
 use crate::som::Lattice;
-use crate::topology::Kind;
 
 /// How to reconstruct; the default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReconstructOptions<'a> {
     /// Distance from the surface within which points shall lie, in their unit: the net grows until
-    /// they do. `None`: it grows until cross-validation says that it would follow noise. Of
-    /// [`Method::Fit`].
+    /// they do. `None`: it grows until cross-validation says that it would follow noise.
     pub tolerance: Option<f64>,
-    /// How the surface comes from the points.
-    pub method: Method,
-    /// What the lattice is to the surface. Of [`Method::Paper`].
-    pub surface: OrderedSurface,
-    /// Rows and columns of the control net. [`Method::Fit`] takes their product as a budget, and
-    /// splits it as `aspect` says; `None`: as `tolerance` says. [`Method::Paper`] takes them as
-    /// those of the lattice; `None`: see [`Lattice::for_points`](crate::som::Lattice::for_points),
-    /// but no more of a Bézier surface than it can have.
+    /// Rows and columns of the control net. Their product is a budget, split as `aspect` says;
+    /// `None`: as `tolerance` says.
     pub grid: Option<(usize, usize)>,
     /// Degree of the surface in both directions, lowered where the net has too few rows or
     /// columns for it.
     pub degree: usize,
-    /// What kind of surface the points lie on; `None`: as [`detect`](crate::topology::detect) finds.
-    /// Sheets that are heights over a rectangle, or over a strip that bends at corners and has straight
-    /// sides, are fitted as such, as is a ground on which things stand, and what would fold over or run away as a sheet
-    /// whatever its net; where tubes and tori would, they become round ones. Of [`Method::Fit`].
-    pub topology: Option<Kind>,
-    /// Where the nodes lie before the map learns. Of [`Method::Fit`].
+    /// The kind of surface; `None`: the candidate with the best score decides. A height field that
+    /// is asked for is z = f(x, y). [`Kind::Body`] is not supported yet.
+    pub kind: Option<Kind>,
+    /// Where the nodes lie before the map learns.
     pub init: Start<'a>,
-    /// What each point's squared distance counts; `None`: 1. Those with 0 are left out. Of
-    /// [`Method::Fit`].
+    /// What each point's squared distance counts; `None`: 1. Those with 0 are left out.
     pub weights: Option<&'a [f64]>,
     /// Whether duplicates are merged and gross outliers left out first, as
-    /// [`clean`](crate::cloud::clean) finds them. Of [`Method::Fit`].
+    /// [`clean`](crate::cloud::clean) finds them.
     pub clean: bool,
     /// Whether points that the fitted surface shows to be outliers lose their weight, by
-    /// [`biweights`](crate::fit::biweights). Of [`Method::Fit`].
+    /// [`biweights`](crate::fit::biweights).
     pub robust: bool,
-    /// Which of the [`pieces`](crate::cloud::pieces) of the cloud is fitted, 0 being the
-    /// largest; `None`: all together. Of [`Method::Fit`].
-    pub piece: Option<usize>,
-    /// Whether the net's weights are optimized at last, see [`rational`](crate::fit::rational). Of
-    /// [`Method::Fit`].
+    /// Which component of the cloud is fitted, 0 being the largest; `None`: all together.
+    pub component: Option<usize>,
+    /// What each coordinate is divided by for the fit, where axes have different units. `None`: 1,
+    /// unless the extents show mixed units. The result is in the points' units.
+    pub axis_scale: Option<DVec3>,
+    /// Whether the net's weights are optimized at last, see [`rational`](crate::fit::rational).
     pub rational: bool,
     /// Weight of the energy of bending against the points: 1 gives it as large a say as all of
-    /// them. `None`: by cross-validation. Of [`Method::Fit`].
+    /// them. `None`: by cross-validation.
     pub fairness: Option<f64>,
     /// About how far the surface goes on beyond the points at open borders, in their mean spacings:
-    /// less where the border is sure, more where it is in doubt. `None`: half of one. Of
-    /// [`Method::Fit`].
+    /// less where the border is sure, more where it is in doubt. `None`: half of one.
     pub border: Option<f64>,
-    /// Control points at most, when the net grows. Of [`Method::Fit`].
+    /// Control points at most, when the net grows.
     pub max_control_points: usize,
-    /// How a budget of control points is split between rows and columns. Of [`Method::Fit`].
+    /// How a budget of control points is split between rows and columns.
     pub aspect: Aspect,
     /// Seed of everything random; the same seed gives the same bits.
     pub seed: u64,
-    /// See [`SomOptions::max_steps`](crate::som::SomOptions::max_steps). Of [`Method::Paper`].
-    pub max_steps: Option<u64>,
-    /// See [`SomOptions::reach`](crate::som::SomOptions::reach); in the points' unit. Of
-    /// [`Method::Paper`].
-    pub reach: Option<f64>,
-    /// See [`SomOptions::min_change`](crate::som::SomOptions::min_change); in the points' unit. Of
-    /// [`Method::Paper`].
-    pub min_change: Option<f64>,
 }
 
 /// Control points at most by default: what CAD systems still handle at ease.
@@ -81,34 +63,38 @@ impl Default for ReconstructOptions<'_> {
     fn default() -> Self {
         Self {
             tolerance: None,
-            method: Method::Fit,
-            surface: OrderedSurface::ControlNet,
             grid: None,
             degree: 3,
-            topology: None,
+            kind: None,
             init: Start::Auto,
             weights: None,
             clean: true,
             robust: true,
-            piece: None,
+            component: None,
+            axis_scale: None,
             rational: false,
             fairness: None,
             border: None,
             max_control_points: MAX_CONTROL_POINTS,
             aspect: Aspect::Data,
             seed: 0,
-            max_steps: None,
-            reach: None,
-            min_change: None,
         }
     }
 }
 
 impl ReconstructOptions<'_> {
-    /// Refuses what no method can work with, and what the method has no use for.
+    /// Refuses what no fit can work with.
     pub(super) fn check(&self, points: usize) -> Result<()> {
         check_degree(self.degree)?;
-        self.check_use()?;
+        if self.kind == Some(Kind::Body) {
+            let must = "'height', 'sheet', 'tube' or 'torus' (bodies are not supported yet)";
+            return Err(Error::parameter("kind", must, "'body'"));
+        }
+        if let Some(scale) =
+            self.axis_scale.filter(|by| !(by.is_finite() && by.min_element() > 0.0))
+        {
+            return Err(Error::parameter("axis_scale", "positive and finite", scale));
+        }
         if let Some(weights) = self.weights {
             check_weights(weights, points)?;
         }
@@ -135,44 +121,6 @@ impl ReconstructOptions<'_> {
             return Err(Error::parameter("max_control_points", must, self.max_control_points));
         }
         Ok(())
-    }
-}
-
-impl ReconstructOptions<'_> {
-    /// Refuses options of another method, which would have no effect.
-    fn check_use(&self) -> Result<()> {
-        let standard = Self { method: self.method, ..Self::default() };
-        let (other, useless): (_, &[(&'static str, bool)]) = match self.method {
-            Method::Fit => (
-                Method::Paper,
-                &[
-                    ("surface", self.surface != standard.surface),
-                    ("max_steps", self.max_steps.is_some()),
-                    ("reach", self.reach.is_some()),
-                    ("min_change", self.min_change.is_some()),
-                ],
-            ),
-            Method::Paper => (
-                Method::Fit,
-                &[
-                    ("tolerance", self.tolerance.is_some()),
-                    ("topology", self.topology.is_some()),
-                    ("init", self.init != standard.init),
-                    ("weights", self.weights.is_some()),
-                    ("piece", self.piece.is_some()),
-                    ("rational", self.rational),
-                    ("fairness", self.fairness.is_some()),
-                    ("border", self.border.is_some()),
-                ],
-            ),
-        };
-        match useless.iter().find(|(_, given)| *given) {
-            Some((name, _)) => {
-                let must = format!("left out unless method is '{}'", other.name());
-                Err(Error::parameter(name, must, format!("method '{}'", self.method.name())))
-            }
-            None => Ok(()),
-        }
     }
 }
 
@@ -223,40 +171,25 @@ impl Start<'_> {
     }
 }
 
-macro_rules! names {
-    ($kind:ident, $count:literal, $($variant:ident => $name:literal),+) => {
-        impl $kind {
-            /// All of them.
-            pub const ALL: [Self; $count] = [$(Self::$variant),+];
-
-            /// The name, as Python and the command line spell it.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
-            }
-        }
-    };
-}
-
-/// How the surface comes from the points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// The trained map gives parameters; least squares with parameter correction give the surface.
-    Fit,
-    /// The paper's method: the surface of the trained lattice, by [`ReconstructOptions::surface`].
-    Paper,
-}
-
-names!(Method, 2, Fit => "fit", Paper => "paper");
-
 /// How a budget of control points is split between rows and columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
     /// By the lengths of the surface in both directions.
     Data,
-    /// As given. Points of a surface with this net give it back, as far as it is found and nothing else
-    /// is asked for; see `docs/fitting.md`.
+    /// As given.
     Fixed,
 }
 
-names!(Aspect, 2, Data => "data", Fixed => "fixed");
+impl Aspect {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Data, Self::Fixed];
+
+    /// The name, as Python and the command line spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Data => "data",
+            Self::Fixed => "fixed",
+        }
+    }
+}

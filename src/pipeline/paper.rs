@@ -1,24 +1,86 @@
 //! The paper's method: the trained lattice becomes the surface.
 
+use std::time::Instant;
+
 use glam::DVec3;
 
-use super::feet::feet;
-use super::report::{Clock, Distances, Report, TrainingReport};
-use super::{ReconstructOptions, Reconstruction};
-use crate::cloud::Bounds;
+use super::measure::closest;
+use super::reconstruction::Reconstruction;
+use super::relay;
+use super::report::{Clock, Deviations, Report, TrainingReport};
+use crate::chart::Kind;
+use crate::cloud::{self, Bounds};
+use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::nurbs::{MAX_DEGREE, OrderedSurface};
+use crate::nurbs::{MAX_DEGREE, OrderedSurface, check_degree};
 use crate::progress::Observer;
-use crate::som::{Lattice, SelfOrganizingMap, SomOptions};
-use crate::topology::Kind;
+use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 
-/// A Kohonen network learns the points (the paper's section 4), and its lattice becomes the control
-/// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
-pub(super) fn reconstruct(
+/// How to reconstruct by the paper's method; the default derives everything from the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PaperOptions {
+    /// Rows and columns of the lattice; `None`: those of [`Lattice::for_points`], up to the limit
+    /// of a Bézier surface.
+    pub grid: Option<(usize, usize)>,
+    /// Degree of the surface in both directions, lowered where the lattice has too few rows or
+    /// columns for it. A Bézier surface's degrees are one less than rows and columns.
+    pub degree: usize,
+    /// What the lattice is to the surface.
+    pub surface: OrderedSurface,
+    /// See [`SomOptions::max_steps`].
+    pub max_steps: Option<u64>,
+    /// See [`SomOptions::reach`]; in the points' unit.
+    pub reach: Option<f64>,
+    /// See [`SomOptions::min_change`]; in the points' unit.
+    pub min_change: Option<f64>,
+    /// Seed of everything random; the same seed gives the same bits.
+    pub seed: u64,
+}
+
+impl Default for PaperOptions {
+    fn default() -> Self {
+        Self {
+            grid: None,
+            degree: 3,
+            surface: OrderedSurface::ControlNet,
+            max_steps: None,
+            reach: None,
+            min_change: None,
+            seed: 0,
+        }
+    }
+}
+
+/// Reconstructs by the paper's method alone.
+///
+/// A Kohonen network learns the points (the paper's section 4). Its lattice becomes the control
+/// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5). Points in
+/// order need no network: use [`OrderedSurface::through`].
+///
+/// # Errors
+///
+/// Those of [`cloud::check`]; [`crate::Error::Parameter`] for an option out of its range;
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn reconstruct_paper(
+    points: &[DVec3],
+    options: &PaperOptions,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    let started = Instant::now();
+    check_degree(options.degree)?;
+    let mut found = relay::in_pool(points.len(), observer, |observer| {
+        let bounds = cloud::checked_bounds(points, observer)?;
+        run(points, &bounds, options, observer)
+    })?;
+    found.report.account_for(started.elapsed());
+    Ok(found)
+}
+
+fn run(
     points: &[DVec3],
     bounds: &Bounds,
-    options: &ReconstructOptions<'_>,
+    options: &PaperOptions,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
     let mut clock = Clock::start();
@@ -26,36 +88,42 @@ pub(super) fn reconstruct(
     let quantization_error = som.quantization_error(points, observer)?;
     clock.lap("training");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
-    let (uv, distances) = feet(&surface, points, observer)?;
+    let (uv, deviations) = closest(&surface, points, observer)?;
     clock.lap("measuring");
+    let converged = som.stopped_by != StoppedBy::MaxSteps;
+    let not_settled = Diagnostic::NotSettled { steps: som.steps, change: som.change };
     let report = Report {
         points: points.len(),
         inliers: points.len(),
         diagonal: bounds.diagonal(),
         grid: surface.shape(),
         degree: (surface.knots_u().degree(), surface.knots_v().degree()),
-        distances: Distances::of(distances.clone()),
+        deviations: Deviations::of(deviations.clone()),
         tolerance: None,
         within: None,
         ended_by: EndedBy::Grid,
         fairness: None,
         iterations: 0,
         training: TrainingReport::of(&som, quantization_error),
-        topology: Kind::Sheet,
-        topology_reason: None,
+        kind: Kind::Sheet,
+        direction: None,
+        axis_scale: DVec3::ONE,
+        valid: true,
+        converged,
+        candidates: Vec::new(),
+        diagnostics: if converged { Vec::new() } else { vec![not_settled] },
         duplicates: 0,
         outliers: 0,
-        warnings: Vec::new(),
-        times: clock.times(),
+        seconds: clock.seconds(),
     };
     let inliers = vec![true; points.len()];
-    Ok(Reconstruction { surface, som, uv, distances, inliers, report })
+    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
 }
 
 fn learn(
     points: &[DVec3],
     bounds: &Bounds,
-    options: &ReconstructOptions<'_>,
+    options: &PaperOptions,
     observer: &mut dyn Observer,
 ) -> Result<SelfOrganizingMap> {
     let lattice = match options.grid {

@@ -2,16 +2,20 @@
 
 use std::time::Duration;
 
+use glam::DVec3;
+
+use super::candidates::Candidate;
+use crate::chart::Kind;
+use crate::diagnostic::Diagnostic;
 use crate::fit::EndedBy;
 use crate::som::{SelfOrganizingMap, StoppedBy};
-use crate::topology::Kind;
 
 /// How a reconstruction went. Lengths are in the points' unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     /// Number of points.
     pub points: usize,
-    /// Number of points that count: the rest are outliers, duplicates or of other pieces.
+    /// Number of points used in the fit.
     pub inliers: usize,
     /// Length of the diagonal of the points' bounding box.
     pub diagonal: f64,
@@ -19,8 +23,8 @@ pub struct Report {
     pub grid: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
-    /// How far the points that count (the inliers) are from the surface.
-    pub distances: Distances,
+    /// How far the inliers are from the surface.
+    pub deviations: Deviations,
     /// The tolerance that was asked for.
     pub tolerance: Option<f64>,
     /// Share of the inliers that lie within the tolerance; `None` without one.
@@ -31,10 +35,21 @@ pub struct Report {
     pub fairness: Option<f64>,
     /// Solutions for the control net.
     pub iterations: usize,
-    /// What kind of surface it is.
-    pub topology: Kind,
-    /// Why, if that was found out.
-    pub topology_reason: Option<String>,
+    /// The kind of surface.
+    pub kind: Kind,
+    /// The direction of the heights in the points' frame, of a height field.
+    pub direction: Option<DVec3>,
+    /// What each coordinate was divided by for the fit; 1 unless the axes have different units.
+    pub axis_scale: DVec3,
+    /// Whether the surface has no defects.
+    pub valid: bool,
+    /// Whether the tolerance, if there was one, is reached. Of the paper's method: whether training
+    /// ended by itself.
+    pub converged: bool,
+    /// Every hypothesis with its score and why it lost, the best first.
+    pub candidates: Vec<Candidate>,
+    /// What the user should know.
+    pub diagnostics: Vec<Diagnostic>,
     /// Points that were merged with others, of those that were looked at.
     pub duplicates: usize,
     /// Points that were left out: far from all that their neighbours could form, or from the
@@ -42,10 +57,16 @@ pub struct Report {
     pub outliers: usize,
     /// How the map was trained.
     pub training: TrainingReport,
-    /// What the user should know, in words.
-    pub warnings: Vec<String>,
-    /// Time spent, stage by stage.
-    pub times: Vec<(&'static str, Duration)>,
+    /// Wall time of each stage in seconds; their sum is that of the whole job.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+impl Report {
+    /// Adds what the stages leave of the whole job's time.
+    pub(super) fn account_for(&mut self, elapsed: Duration) {
+        let known: f64 = self.seconds.iter().map(|(_, seconds)| seconds).sum();
+        self.seconds.push(("other", (elapsed.as_secs_f64() - known).max(0.0)));
+    }
 }
 
 /// How a map was trained.
@@ -78,13 +99,13 @@ impl TrainingReport {
     }
 }
 
-/// Shares of the points for which [`Distances::percentiles`] says how far away they are at most,
+/// Shares of the points for which [`Deviations::percentiles`] says how far away they are at most,
 /// in percent.
 pub const PERCENTILES: [u32; 4] = [50, 90, 95, 99];
 
 /// What can be said of many distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Distances {
+pub struct Deviations {
     /// Root of the mean square.
     pub rms: f64,
     /// The largest.
@@ -93,7 +114,7 @@ pub struct Distances {
     pub percentiles: [f64; 4],
 }
 
-impl Distances {
+impl Deviations {
     /// Of these distances; zeros of none.
     pub(super) fn of(mut distances: Vec<f64>) -> Self {
         if distances.is_empty() {
@@ -133,7 +154,7 @@ impl Clock {
         self.last = now;
     }
 
-    pub(super) fn times(self) -> Vec<(&'static str, Duration)> {
-        self.times
+    pub(super) fn seconds(self) -> Vec<(&'static str, f64)> {
+        self.times.into_iter().map(|(stage, time)| (stage, time.as_secs_f64())).collect()
     }
 }

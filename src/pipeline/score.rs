@@ -61,7 +61,7 @@ impl Score {
     ) -> Self {
         let over = |error: f64| 0.25 * (0.5 * ((error / floor).powi(2) + 1.0)).ln();
         let grows = |share: f64, scale: f64| (share / scale).ln_1p();
-        let closed = kind.closed()[0];
+        let closed = kind.closed().0;
         let bounded = closed || kind == Kind::Height;
         let torn = terms.torn * (points as f64).sqrt();
         Self {

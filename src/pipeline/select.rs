@@ -103,7 +103,8 @@ pub fn rank(
         )
     };
     let (mut waiting, mut tried): (Vec<Hypothesis>, Vec<Model>) = (Vec::new(), Vec::new());
-    for (step, chart) in charts.iter().enumerate() {
+    let apply = |chart: &&&dyn Chart| asked.is_none_or(|kind| chart.kinds().contains(&kind));
+    for (step, chart) in charts.iter().filter(apply).enumerate() {
         look(step)?;
         for hypothesis in chart.propose(&input).into_iter().filter(fits) {
             let free = asked.is_none() && seen.points().len() >= settings.drop.exit_points;
@@ -135,10 +136,15 @@ fn upright(hypothesis: &Hypothesis, seen: &Observations<'_>, settings: &DropSett
 }
 
 /// Whether no other hypothesis can be much better than these heights.
-fn ends_search(model: &Model, seen: &Observations<'_>, settings: &SelectSettings) -> bool {
+pub(super) fn ends_search(
+    model: &Model,
+    seen: &Observations<'_>,
+    settings: &SelectSettings,
+) -> bool {
     let (scale, terms) = (&settings.score, &model.terms);
     let torn = terms.torn * (seen.points().len() as f64).sqrt();
-    model.fit.held_out[0] <= settings.drop.exit_error * seen.noise()
+    upright(&model.hypothesis, seen, &settings.drop)
+        && model.fit.held_out[0] <= settings.drop.exit_error * seen.noise()
         && torn <= scale.torn.1
         && terms.misaligned <= scale.misaligned
         && terms.folded <= scale.folded

@@ -1,4 +1,4 @@
-//! `neurbs.fit_heights`, and the weights of a surface: `neurbs.free_weights`.
+//! `neurbs.fit_heights`, and the weights of a surface: `neurbs.fit_weights`.
 
 use glam::DVec3;
 use numpy::PyArrayDyn;
@@ -129,7 +129,7 @@ pub(super) fn fit_heights(
     })
 }
 
-/// Free the weights of a surface's control points, so that it comes nearer to points.
+/// Fit the weights of a surface's control points, so that it comes nearer to points.
 ///
 /// Spheres and cylinders are rational surfaces: with weights, fewer control points do.
 ///
@@ -160,12 +160,12 @@ pub(super) fn fit_heights(
 /// >>> uv = np.random.default_rng(0).random((500, 2))
 /// >>> cylinder = np.column_stack([np.cos(1.5 * uv[:, 0]), np.sin(1.5 * uv[:, 0]), uv[:, 1]])
 /// >>> polynomial = neurbs.NurbsSurface.fit(cylinder, uv, net=(3, 2), degree=(2, 1))
-/// >>> rational = neurbs.free_weights(polynomial, cylinder)
+/// >>> rational = neurbs.fit_weights(polynomial, cylinder)
 /// >>> [bool(s.closest_points(cylinder).distances.max() < 1e-5) for s in (polynomial, rational)]
 /// [False, True]
 #[pyfunction]
 #[pyo3(signature = (surface, points, *, weights=None))]
-pub(super) fn free_weights(
+pub(super) fn fit_weights(
     surface: &Bound<'_, NurbsSurface>,
     points: &Bound<'_, PyAny>,
     weights: Option<&Bound<'_, PyAny>>,

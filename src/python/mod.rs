@@ -19,6 +19,7 @@ mod curve_algebra;
 mod curve_construction;
 mod curve_evaluation;
 mod curve_parts;
+mod diagnostics;
 mod epoch;
 mod errors;
 mod evaluation;
@@ -34,6 +35,7 @@ mod pictures;
 mod preparation;
 mod progress;
 mod reconstruct;
+mod recover_net;
 mod shapes;
 mod som;
 mod som_options;
@@ -59,25 +61,27 @@ mod _core {
     #[pymodule_export]
     use super::curve::NurbsCurve;
     #[pymodule_export]
+    use super::diagnostics::{candidates, validate};
+    #[pymodule_export]
     use super::epoch::Epoch;
     #[pymodule_export]
     use super::errors::NeurbsError;
     #[pymodule_export]
     use super::export::{write_iges, write_obj, write_obj_surface, write_step};
     #[pymodule_export]
-    use super::heights::{HeightFit, fit_heights, free_weights};
+    use super::heights::{HeightFit, fit_heights, fit_weights};
     #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
     #[pymodule_export]
     use super::mesh::TriangleMesh;
     #[pymodule_export]
-    use super::preparation::{
-        Cleaning, EvenSample, Pieces, Topology, clean, detect_topology, inspect, pieces,
-    };
+    use super::preparation::{Cleaning, Components, EvenSample, clean, components};
     #[pymodule_export]
     use super::progress::Progress;
     #[pymodule_export]
-    use super::reconstruct::{default_options, ordered_surface, reconstruct};
+    use super::reconstruct::{default_options, reconstruct, reconstruct_paper};
+    #[pymodule_export]
+    use super::recover_net::recover_net;
     #[pymodule_export]
     use super::som::Map;
     #[pymodule_export]
@@ -90,6 +94,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("DIAGNOSTIC_CODES", crate::diagnostic::Diagnostic::CODES.to_vec())?;
         module.add("LENGTH_UNITS", super::export::length_units(module.py())?)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

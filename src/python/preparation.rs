@@ -1,5 +1,4 @@
-//! What is done with points before anything is learned from them: `neurbs.clean`, `neurbs.pieces`,
-//! `neurbs.detect_topology`, `neurbs.EvenSample`, and what could be wrong: `neurbs.inspect`.
+//! The preparation of points: `neurbs.clean`, `neurbs.components`, `neurbs.EvenSample`.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -9,10 +8,8 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};
-use super::surface::NurbsSurface;
 use super::{arguments, call};
 use crate::cloud::{self, Fate};
-use crate::{topology, validate};
 
 /// What :func:`clean` found.
 #[pyclass(frozen, module = "neurbs")]
@@ -105,35 +102,31 @@ pub(super) fn clean(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> P
     })
 }
 
-/// The pieces that points fall into, found by :func:`pieces`.
+/// The components of a cloud, found by :func:`components`.
 #[pyclass(frozen, module = "neurbs")]
-pub(super) struct Pieces {
-    /// For each point the number of its piece, int64 of shape (n,); 0 is the largest.
+pub(super) struct Components {
+    /// For each point the number of its component, int64 of shape (n,); 0 is the largest.
     #[pyo3(get)]
     labels: Py<PyArray1<i64>>,
-    /// How many points each piece has, descending.
+    /// How many points each component has, descending.
     #[pyo3(get)]
     sizes: Vec<usize>,
-    /// The smallest distance between two pieces, in the points' unit; infinite if there is one.
+    /// The smallest distance between two components, in the points' unit; infinite if there is one.
     #[pyo3(get)]
     gap: f64,
-    /// What to know about several pieces; None if there is one.
-    #[pyo3(get)]
-    warning: Option<String>,
 }
 
 #[pymethods]
-impl Pieces {
+impl Components {
     fn __repr__(&self) -> String {
-        format!("Pieces(sizes={:?}, gap={:.4})", self.sizes, self.gap)
+        format!("Components(sizes={:?}, gap={:.4})", self.sizes, self.gap)
     }
 }
 
-/// Find the pieces that points fall into.
+/// Find the connected components of a cloud.
 ///
-/// Points belong together when they are near one another as compared with the spacing there. Points
-/// in lines (scan lines, contour lines, ship tracks) are one piece although the lines are far apart, also
-/// where noise makes ropes of them.
+/// Points are connected when they are near one another as compared with the local spacing. Scan
+/// lines, contour lines and ship tracks are one component although the lines are far apart.
 ///
 /// Parameters
 /// ----------
@@ -144,8 +137,8 @@ impl Pieces {
 ///
 /// Returns
 /// -------
-/// Pieces
-///     With ``labels``, ``sizes``, ``gap`` and ``warning``.
+/// Components
+///     With ``labels``, ``sizes`` and ``gap``.
 ///
 /// Raises
 /// ------
@@ -156,11 +149,14 @@ impl Pieces {
 /// --------
 /// >>> import neurbs, numpy as np
 /// >>> sheet = np.random.default_rng(0).random((500, 3)) * [1, 1, 0]
-/// >>> neurbs.pieces(np.vstack([sheet, sheet[:100] + [0, 0, 2]])).sizes
+/// >>> neurbs.components(np.vstack([sheet, sheet[:100] + [0, 0, 2]])).sizes
 /// [500, 100]
 #[pyfunction]
 #[pyo3(signature = (points, *, progress=None))]
-pub(super) fn pieces(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Pieces> {
+pub(super) fn components(
+    points: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Components> {
     let py = points.py();
     let numbers = Numbers::points(points, "points")?;
     let points: &[DVec3] = numbers.as_slice()?;
@@ -169,143 +165,7 @@ pub(super) fn pieces(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> 
         cloud::pieces(points, watcher)
     })?;
     let labels: Vec<i64> = found.labels.iter().map(|&label| i64::from(label)).collect();
-    let warning = found.warning();
-    Ok(Pieces { labels: integers(py, &labels)?, sizes: found.sizes, gap: found.gap, warning })
-}
-
-/// The kind of surface that points lie on, found by :func:`detect_topology`.
-#[pyclass(frozen, module = "neurbs")]
-pub(super) struct Topology {
-    /// ``"sheet"``, ``"height"``, ``"tube"`` or ``"torus"``.
-    #[pyo3(get)]
-    kind: &'static str,
-    /// Why.
-    #[pyo3(get)]
-    reason: String,
-    /// What to know; None if there is nothing.
-    #[pyo3(get)]
-    warning: Option<String>,
-    /// Of a height field: the direction of the heights, float64 of shape (3,); otherwise None.
-    #[pyo3(get)]
-    up: Option<Py<PyArrayDyn<f64>>>,
-    chart: Option<topology::Chart>,
-}
-
-#[pymethods]
-impl Topology {
-    /// Points of a tube or torus, evenly chosen: float64 of shape (k, 3); otherwise None.
-    #[getter]
-    fn points(&self, py: Python<'_>) -> PyResult<Option<Py<PyArrayDyn<f64>>>> {
-        let array = |chart: &topology::Chart| vectors(py, &[chart.points.len()], &chart.points);
-        self.chart.as_ref().map(array).transpose()
-    }
-
-    /// Their places on it, float64 of shape (k, 2) in [0, 1]: u around a tube and v along it; u along
-    /// a torus's ring and v around its section; otherwise None.
-    #[getter]
-    fn uv(&self, py: Python<'_>) -> PyResult<Option<Py<PyArrayDyn<f64>>>> {
-        let array = |chart: &topology::Chart| {
-            reals(py, &[chart.uv.len(), 2], bytemuck::cast_slice(&chart.uv))
-        };
-        self.chart.as_ref().map(array).transpose()
-    }
-
-    /// Lengths of a tube or torus along u and v in its middle; otherwise None.
-    #[getter]
-    fn lengths(&self) -> Option<(f64, f64)> {
-        self.chart.as_ref().map(|chart| chart.lengths)
-    }
-
-    /// Nodes in order on a tube or torus, to start a map from.
-    ///
-    /// Parameters
-    /// ----------
-    /// rows, cols : int
-    ///     Nodes along u and v.
-    ///
-    /// Returns
-    /// -------
-    /// ndarray of shape (rows, cols, 3) or None
-    ///     For ``SelfOrganizingMap(init=...)``; None for other kinds.
-    fn lattice(
-        &self,
-        py: Python<'_>,
-        rows: &Bound<'_, PyAny>,
-        cols: &Bound<'_, PyAny>,
-    ) -> PyResult<Option<Py<PyArrayDyn<f64>>>> {
-        let shape: (usize, usize) =
-            (arguments::count("rows", rows)?, arguments::count("cols", cols)?);
-        let Some(chart) = &self.chart else { return Ok(None) };
-        let nodes = py.detach(|| chart.lattice(shape));
-        Ok(Some(vectors(py, &[shape.0, shape.1], &nodes)?))
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Topology({:?}: {})", self.kind, self.reason)
-    }
-}
-
-/// Find out what kind of surface points lie on.
-///
-/// Parameters
-/// ----------
-/// points : array_like of shape (n, 3) or (n, 2)
-///     Points without outliers; see `clean`.
-/// progress : callable, optional
-///     Called some 25 times a second with a `Progress`.
-///
-/// Returns
-/// -------
-/// Topology
-///     With ``kind``, ``reason``, ``warning``; ``up`` of a height field; ``points``, ``uv``,
-///     ``lengths`` and ``lattice()`` of a tube or torus.
-///
-/// Raises
-/// ------
-/// NeurbsError
-///     If the points cannot be a surface.
-///
-/// Notes
-/// -----
-/// A height field has no steep slopes, and nothing lies above anything else; or it is a ground over
-/// x and y, and what lies above or below others is high and rough, as trees are in a scan from the
-/// air, of which ``warning`` tells. Tubes and tori have loops that cannot be shrunk, found by
-/// persistent cohomology of landmarks; loops around holes are told by their lengths, which grow from
-/// the rim outwards. Looks at 5,000 points at most for slopes, at 10,000 for loops, at 20,000 for
-/// layers above one another and at 200,000 for a ground.
-///
-/// References
-/// ----------
-/// V. de Silva, D. Morozov, M. Vejdemo-Johansson, Persistent cohomology and circular coordinates,
-/// Discrete & Computational Geometry 45 (2011).
-///
-/// Examples
-/// --------
-/// >>> import neurbs, numpy as np
-/// >>> turns, z = np.random.default_rng(0).random((2, 2000))
-/// >>> angle = 2 * np.pi * turns
-/// >>> points = np.column_stack([np.cos(angle), np.sin(angle), 3 * z])
-/// >>> topology = neurbs.detect_topology(points)
-/// >>> topology.kind
-/// 'tube'
-/// >>> topology.lattice(12, 8).shape
-/// (12, 8, 3)
-#[pyfunction]
-#[pyo3(signature = (points, *, progress=None))]
-pub(super) fn detect_topology(
-    points: &Bound<'_, PyAny>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<Topology> {
-    let py = points.py();
-    let numbers = Numbers::points(points, "points")?;
-    let points: &[DVec3] = numbers.as_slice()?;
-    let found = call::run(py, progress, |watcher| {
-        cloud::checked_bounds(points, watcher)?;
-        topology::detect(points, watcher)
-    })?;
-    let up = found.height.map(|height| reals(py, &[3], &height.up.to_array())).transpose()?;
-    let (reason, warning, chart) = (found.reason, found.warning, found.chart);
-    Ok(Topology { kind: found.kind.name(), reason, warning, up, chart })
+    Ok(Components { labels: integers(py, &labels)?, sizes: found.sizes, gap: found.gap })
 }
 
 /// EvenSample(most)
@@ -373,65 +233,6 @@ impl EvenSample {
         let indices = self.0.lock().unwrap_or_else(PoisonError::into_inner).indices();
         integers(py, &indices.iter().map(|&index| index.cast_signed()).collect::<Vec<i64>>())
     }
-}
-
-/// Say in words what could be wrong with points, or with a surface through them.
-///
-/// Parameters
-/// ----------
-/// points : array_like of shape (n, 3) or (n, 2)
-///     The points.
-/// surface : NurbsSurface, optional
-///     A surface through them.
-/// progress : callable, optional
-///     Called some 25 times a second with a `Progress`.
-///
-/// Returns
-/// -------
-/// list of str
-///     Of the points: axes that look as if they had different units, pieces, two layers closer than
-///     the spacing. Of the surface: where it folds over though the points do not, and how much of it
-///     is far from every point.
-///
-/// Raises
-/// ------
-/// NeurbsError
-///     If the points cannot be a surface.
-///
-/// Examples
-/// --------
-/// >>> import neurbs, numpy as np
-/// >>> sheet = np.random.default_rng(0).random((500, 3)) * [1, 1, 0]
-/// >>> neurbs.inspect(sheet)
-/// []
-/// >>> neurbs.inspect(sheet * [1, 1000, 1])[0][:42]
-/// 'the points extend 0.9979 × 991.4789 × 0.00'
-#[pyfunction]
-#[pyo3(signature = (points, surface=None, *, progress=None))]
-pub(super) fn inspect(
-    points: &Bound<'_, PyAny>,
-    surface: Option<&Bound<'_, NurbsSurface>>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<Vec<String>> {
-    let py = points.py();
-    let numbers = Numbers::points(points, "points")?;
-    let points: &[DVec3] = numbers.as_slice()?;
-    let surface = surface.map(|surface| surface.get().core());
-    call::run(py, progress, |watcher| {
-        cloud::checked_bounds(points, watcher)?;
-        let mut words = Vec::new();
-        words.extend(validate::uneven_extents(points).map(|found| found.to_string()));
-        words.extend(cloud::pieces(points, watcher)?.warning());
-        words.extend(validate::double_layer(points, watcher)?.map(|found| found.to_string()));
-        if let Some(surface) = surface {
-            words.extend(
-                validate::fold_over(surface, points, watcher)?.map(|found| found.to_string()),
-            );
-            let excursion = validate::excursion(surface, points, watcher)?;
-            words.extend((excursion.share > 0.0).then(|| excursion.to_string()));
-        }
-        Ok(words)
-    })
 }
 
 fn integers(py: Python<'_>, values: &[i64]) -> PyResult<Py<PyArray1<i64>>> {

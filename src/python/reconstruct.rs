@@ -1,30 +1,44 @@
 //! The whole job, for `neurbs.reconstruct`.
 
+use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyString};
 
 use super::arrays::Numbers;
 use super::call::Watcher;
 use super::history::Recorder;
 use super::som::Map;
 use super::surface::NurbsSurface;
-use super::{arguments, arrays, call};
-use crate::cloud;
+use super::{arguments, arrays, call, diagnostics};
+use crate::chart::Kind;
+use crate::error::Result;
 use crate::nurbs::OrderedSurface;
-use crate::pipeline::{Aspect, Method, PERCENTILES, ReconstructOptions, Report, Start};
-use crate::topology::Kind;
+use crate::pipeline::{
+    Aspect, PERCENTILES, PaperOptions, ReconstructOptions, Reconstruction, Report, Start,
+};
+use crate::progress::Observer;
 
-/// The kinds of surface that may be asked for; `None` is found out.
-const KINDS: [Option<Kind>; 5] =
-    [None, Some(Kind::Sheet), Some(Kind::Height), Some(Kind::Tube), Some(Kind::Torus)];
+/// The kinds of surface that may be asked for; `None`: the best candidate decides.
+const KINDS: [Option<Kind>; 6] = [
+    None,
+    Some(Kind::Sheet),
+    Some(Kind::Height),
+    Some(Kind::Tube),
+    Some(Kind::Torus),
+    Some(Kind::Body),
+];
 
 fn kind_name(kind: Option<Kind>) -> &'static str {
     kind.map_or("auto", Kind::name)
 }
 
-/// Surface, map, parameters, distances, inliers, report, and of what was told on the way stage, step and
-/// error.
+/// A kind by its name, or `None` for "auto".
+pub(super) fn named_kind(name: &Bound<'_, PyAny>) -> PyResult<Option<Kind>> {
+    arguments::choice("kind", &KINDS, kind_name, name)
+}
+
+/// Surface, map, parameters, deviations, inliers, report, and the history: stage, step and error.
 type Found<'py> = (
     NurbsSurface,
     Map,
@@ -54,11 +68,9 @@ pub(super) fn reconstruct<'py>(
     let given = given.map(|nodes| nodes_of(&nodes)).transpose()?;
     let options = ReconstructOptions {
         tolerance: real("tolerance")?,
-        method: arguments::choice("method", &Method::ALL, Method::name, &needed("method")?)?,
-        surface: named_surface(&needed("surface")?)?,
         grid: option("grid")?.map(|grid| arguments::pair("grid", &grid)).transpose()?,
         degree: arguments::count("degree", &needed("degree")?)?,
-        topology: arguments::choice("topology", &KINDS, kind_name, &needed("topology")?)?,
+        kind: named_kind(&needed("kind")?)?,
         init: match &given {
             Some(nodes) => {
                 let shape = (nodes.shape()[0], nodes.shape()[1]);
@@ -69,32 +81,69 @@ pub(super) fn reconstruct<'py>(
         weights: weights.as_ref().map(Numbers::as_slice).transpose()?,
         clean: truth("clean")?,
         robust: truth("robust")?,
-        piece: arguments::optional_count("pieces", option("pieces")?.as_ref())?,
+        component: arguments::optional_count("component", option("component")?.as_ref())?,
+        axis_scale: option("axis_scale")?.map(|scale| axis_scale(&scale)).transpose()?,
         rational: truth("rational")?,
         fairness: real("fairness")?,
         border: real("border")?,
         max_control_points: arguments::count("max_control_points", &needed("max_control_points")?)?,
         aspect: arguments::choice("aspect", &Aspect::ALL, Aspect::name, &needed("aspect")?)?,
         seed: arguments::count("seed", &needed("seed")?)?,
-        max_steps: arguments::optional_count("max_steps", option("max_steps")?.as_ref())?,
-        reach: real("reach")?,
-        min_change: real("min_change")?,
     };
     let points = Numbers::points(points, "points")?;
     let points = points.as_slice()?;
-    let job = |watcher: &mut Watcher| {
-        let mut recorder = Recorder::new(watcher);
-        let result = crate::pipeline::reconstruct(points, &options, &mut recorder)?;
-        Ok((result, recorder.into_history()))
+    run(py, progress, |observer| crate::pipeline::reconstruct(points, &options, observer))
+}
+
+/// Run the paper's method; the public function is :func:`neurbs.reconstruct_paper`.
+#[pyfunction]
+#[pyo3(signature = (points, options, progress))]
+pub(super) fn reconstruct_paper<'py>(
+    points: &Bound<'py, PyAny>,
+    options: &Bound<'py, PyDict>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Found<'py>> {
+    let option = |name: &str| Ok::<_, PyErr>(options.get_item(name)?.filter(|it| !it.is_none()));
+    let needed = |name: &str| options.as_any().get_item(name);
+    let real = |name: &str| arguments::optional_real(name, option(name)?.as_ref());
+    let options = PaperOptions {
+        grid: option("grid")?.map(|grid| arguments::pair("grid", &grid)).transpose()?,
+        degree: arguments::count("degree", &needed("degree")?)?,
+        surface: arguments::choice(
+            "surface",
+            &OrderedSurface::ALL,
+            OrderedSurface::name,
+            &needed("surface")?,
+        )?,
+        max_steps: arguments::optional_count("max_steps", option("max_steps")?.as_ref())?,
+        reach: real("reach")?,
+        min_change: real("min_change")?,
+        seed: arguments::count("seed", &needed("seed")?)?,
     };
-    let (result, history) = call::run(py, progress, job)?;
+    let py = points.py();
+    let points = Numbers::points(points, "points")?;
+    let points = points.as_slice()?;
+    run(py, progress, |observer| crate::pipeline::reconstruct_paper(points, &options, observer))
+}
+
+/// Runs a reconstruction and hands over what it found.
+fn run(
+    py: Python<'_>,
+    progress: Option<Py<PyAny>>,
+    job: impl FnOnce(&mut dyn Observer) -> Result<Reconstruction> + Send,
+) -> PyResult<Found<'_>> {
+    let (result, history) = call::run(py, progress, |watcher: &mut Watcher| {
+        let mut recorder = Recorder::new(watcher);
+        let result = job(&mut recorder)?;
+        Ok((result, recorder.into_history()))
+    })?;
     let report = report(py, &result.report)?;
     let som = Map::of_core(result.som);
-    let count = result.distances.len();
+    let count = result.deviations.len();
     let uv = arrays::moved(py, &[count, 2], result.uv)?;
-    let distances = arrays::moved(py, &[count], result.distances)?;
+    let deviations = arrays::moved(py, &[count], result.deviations)?;
     let inliers = PyArray1::from_vec(py, result.inliers);
-    Ok((NurbsSurface::new(py, result.surface)?, som, uv, distances, inliers, report, history))
+    Ok((NurbsSurface::new(py, result.surface)?, som, uv, deviations, inliers, report, history))
 }
 
 /// The defaults of the options, as the core has them.
@@ -102,73 +151,40 @@ pub(super) fn reconstruct<'py>(
 pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let ReconstructOptions {
         tolerance,
-        method,
-        surface,
         grid,
         degree,
-        topology,
+        kind,
         init,
         weights: _,
         clean,
         robust,
-        piece,
+        component,
+        axis_scale: _,
         rational,
         fairness,
         border,
         max_control_points,
         aspect,
         seed,
-        max_steps,
-        reach,
-        min_change,
     } = ReconstructOptions::default();
     let options = PyDict::new(py);
     options.set_item("tolerance", tolerance)?;
-    options.set_item("method", method.name())?;
-    options.set_item("surface", surface.name())?;
     options.set_item("grid", grid)?;
     options.set_item("degree", degree)?;
-    options.set_item("topology", kind_name(topology))?;
+    options.set_item("kind", kind_name(kind))?;
     options.set_item("init", init.name())?;
     options.set_item("weights", py.None())?;
     options.set_item("clean", clean)?;
     options.set_item("robust", robust)?;
-    options.set_item("pieces", piece)?;
+    options.set_item("component", component)?;
+    options.set_item("axis_scale", py.None())?;
     options.set_item("rational", rational)?;
     options.set_item("fairness", fairness)?;
     options.set_item("border", border)?;
     options.set_item("max_control_points", max_control_points)?;
     options.set_item("aspect", aspect.name())?;
     options.set_item("seed", seed)?;
-    options.set_item("max_steps", max_steps)?;
-    options.set_item("reach", reach)?;
-    options.set_item("min_change", min_change)?;
     Ok(options)
-}
-
-/// The surface of ordered points, as the last stage of the paper's method makes it.
-#[pyfunction]
-pub(super) fn ordered_surface(
-    grid: &Bound<'_, PyAny>,
-    surface: &Bound<'_, PyAny>,
-    degree: &Bound<'_, PyAny>,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<NurbsSurface> {
-    let py = grid.py();
-    let (kind, degree) = (named_surface(surface)?, arguments::count("degree", degree)?);
-    let numbers = Numbers::new(
-        grid,
-        "points",
-        "real numbers of shape (n, 3), (n, 2) or, in order, (r, c, 3)",
-        &[&[None, None, Some(3)]],
-    )?;
-    let (shape, points) = ((numbers.shape()[0], numbers.shape()[1]), numbers.as_slice()?);
-    let make = |watcher: &mut Watcher| {
-        kind.check_shape(shape)?;
-        cloud::checked_bounds(points, watcher)?;
-        kind.through(points.to_vec(), shape, degree)
-    };
-    NurbsSurface::new(py, call::run(py, progress, make)?)
 }
 
 /// The nodes of a lattice, in order.
@@ -177,8 +193,9 @@ fn nodes_of<'py>(nodes: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
     Numbers::new(nodes, "init", expected, &[&[None, None, Some(3)]])
 }
 
-fn named_surface(name: &Bound<'_, PyAny>) -> PyResult<OrderedSurface> {
-    arguments::choice("surface", &OrderedSurface::ALL, OrderedSurface::name, name)
+fn axis_scale(scale: &Bound<'_, PyAny>) -> PyResult<DVec3> {
+    let numbers = Numbers::new(scale, "axis_scale", "three positive numbers", &[&[Some(3)]])?;
+    Ok(numbers.as_slice::<DVec3>()?[0])
 }
 
 fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>> {
@@ -187,10 +204,10 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("diagonal", report.diagonal)?;
     dict.set_item("grid", report.grid)?;
     dict.set_item("degree", report.degree)?;
-    dict.set_item("rms", report.distances.rms)?;
-    dict.set_item("max", report.distances.max)?;
+    dict.set_item("rms", report.deviations.rms)?;
+    dict.set_item("max", report.deviations.max)?;
     let percentiles = PyDict::new(py);
-    for (percent, distance) in PERCENTILES.iter().zip(report.distances.percentiles) {
+    for (percent, distance) in PERCENTILES.iter().zip(report.deviations.percentiles) {
         percentiles.set_item(percent, distance)?;
     }
     dict.set_item("percentiles", percentiles)?;
@@ -199,12 +216,16 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("ended_by", report.ended_by.name())?;
     dict.set_item("fairness", report.fairness)?;
     dict.set_item("iterations", report.iterations)?;
-    dict.set_item("topology", report.topology.name())?;
-    dict.set_item("topology_reason", report.topology_reason.as_deref())?;
+    dict.set_item("kind", report.kind.name())?;
+    dict.set_item("direction", report.direction.map(<(f64, f64, f64)>::from))?;
+    dict.set_item("axis_scale", <(f64, f64, f64)>::from(report.axis_scale))?;
+    dict.set_item("valid", report.valid)?;
+    dict.set_item("converged", report.converged)?;
+    dict.set_item("candidates", diagnostics::ranking(py, &report.candidates)?)?;
+    dict.set_item("diagnostics", diagnostics::findings(py, &report.diagnostics)?)?;
     dict.set_item("duplicates", report.duplicates)?;
     dict.set_item("inliers", report.inliers)?;
     dict.set_item("outliers", report.outliers)?;
-    dict.set_item("warnings", PyTuple::new(py, &report.warnings)?)?;
     let training = &report.training;
     dict.set_item("steps", training.steps)?;
     dict.set_item("ordered_at", training.ordered_at)?;
@@ -213,8 +234,8 @@ fn report<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyDict>>
     dict.set_item("change", training.change)?;
     dict.set_item("quantization_error", training.quantization_error)?;
     let seconds = PyDict::new(py);
-    for (stage, time) in &report.times {
-        seconds.set_item(stage, time.as_secs_f64())?;
+    for (stage, time) in &report.seconds {
+        seconds.set_item(stage, time)?;
     }
     dict.set_item("seconds", seconds)?;
     Ok(dict)

@@ -1,25 +1,11 @@
-//! What could be wrong with points or with a surface through them, in numbers and in words.
+//! What is wrong with a surface beside its points.
 
-mod body;
-mod excursion;
-mod fold_over;
+mod defects;
 mod grid;
-mod layers;
-mod overshoot;
-mod samples;
 mod terms;
-mod units;
+mod validate;
 
-pub(crate) use self::body::Body;
-pub use self::excursion::{Excursion, excursion};
-pub(crate) use self::fold_over::folds;
-pub use self::fold_over::{FoldOver, fold_over};
+pub use self::defects::{DefectSettings, defects, folded_share};
 pub use self::grid::CellGrid;
-pub(crate) use self::layers::not_followed;
-pub use self::layers::{DoubleLayer, double_layer};
-pub(crate) use self::overshoot::{OUTSIDE, run_out, runaways};
-pub use self::overshoot::{Overshoot, overshoot};
-pub(crate) use self::samples::{Flaw, Samples};
 pub use self::terms::{Compared, TermSettings, Terms};
-pub(crate) use self::units::UNEVEN;
-pub use self::units::{UnevenExtents, uneven_extents};
+pub use self::validate::validate;

@@ -20,10 +20,8 @@ import neurbs
 from neurbs import cli
 
 COMMAND = [sys.executable, "-m", "neurbs"]
-QUICK = ["--method", "paper", "--grid", "6", "5"]
+QUICK = ["--grid", "6", "5", "--aspect", "fixed"]
 ENDLESS = [
-    "--method",
-    "paper",
     "--grid",
     "50",
     "50",
@@ -71,9 +69,8 @@ def test_files_are_written_and_summed_up(points_file: Path, tmp_path: Path) -> N
 def test_the_same_as_in_python(
     points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    result = neurbs.reconstruct(
+    result = neurbs.reconstruct_paper(
         neurbs.read_points(points_file),
-        method="paper",
         grid=(6, 5),
         degree=2,
         seed=3,
@@ -82,10 +79,10 @@ def test_the_same_as_in_python(
         min_change=9.5,
     )
     result.save(tmp_path / "python.step")
-    options = ["--method", "paper", "--grid", "6", "5", "--degree", "2", "--seed", "3"]
+    options = ["--grid", "6", "5", "--degree", "2", "--seed", "3"]
     options += ["--max-steps", "9000", "--reach", "0.5", "--min-change", "9.5"]
     target = tmp_path / "command.step"
-    done = Outcome(capsys, "reconstruct", points_file, "--output", target, *options)
+    done = Outcome(capsys, "reconstruct-paper", points_file, "--output", target, *options)
     assert done.code == 0
     assert entities(tmp_path / "command.step") == entities(tmp_path / "python.step")
 
@@ -100,8 +97,14 @@ def test_options_are_those_of_python() -> None:
         (
             cli.reconstruct,
             neurbs.reconstruct,
-            {"points", "suffix", "unit", "columns", "nan"},
+            {"points", "suffix", "unit", "columns", "nan", "strict"},
             {"points", "progress", "weights"},
+        ),
+        (
+            cli.reconstruct_paper,
+            neurbs.reconstruct_paper,
+            {"points", "suffix", "unit", "columns", "nan", "strict"},
+            {"points", "progress"},
         ),
         (cli.train, neurbs.SelfOrganizingMap, {"points", "paper", "columns", "nan"}, set()),
         (cli.tessellate, neurbs.NurbsSurface.tessellate, {"surface", "unit"}, {"self", "progress"}),
@@ -132,18 +135,51 @@ def test_json_has_no_infinite_numbers(
 ) -> None:
     done = Outcome(
         capsys,
-        "reconstruct",
+        "reconstruct-paper",
         points_file,
         "-o",
         tmp_path / "a.obj",
         "--json",
-        *QUICK,
         "--max-steps",
         "1",
     )
     assert done.code == 0
-    assert done.err.startswith("neurbs: warning: training ended after max_steps=1 steps")
+    assert done.err.startswith("neurbs: warning: Training ended after 1 steps")
     assert strict_json(done.out)["report"]["converged"] is False
+
+
+def test_strict_tells_a_missed_tolerance_by_its_exit_code(
+    points_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target = tmp_path / "a.step"
+    words: list[str | Path]
+    words = ["reconstruct", points_file, "-o", target, "--json", "--tolerance", "1e-6"]
+    words += ["--max-control-points", "50"]
+    assert Outcome(capsys, *words).code == 0
+    target.unlink()
+    done = Outcome(capsys, *words, "--strict")
+    assert done.code == 4
+    assert done.err.startswith("neurbs: warning: Tolerance 1.000e-6 not reached")
+    assert target.exists()
+    report = strict_json(done.out)["report"]
+    assert (report["converged"], report["valid"]) == (False, True)
+    (missed,) = report["diagnostics"]
+    assert missed["code"] == "tolerance-missed"
+    assert missed["data"]["cause"] == "max_control_points"
+    assert Outcome(capsys, "reconstruct", points_file, "-o", target, "--strict", *QUICK).code == 0
+
+
+def test_components_have_files_of_their_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], rng: np.random.Generator
+) -> None:
+    x, y = rng.random((2, 500))
+    points = np.column_stack([x, y + 3 * (x > 0.7), 0.1 * x * y])
+    np.savetxt(tmp_path / "two.xyz", points)
+    words = ["-o", str(tmp_path / "a.step"), "--component", "each", "--json", *QUICK]
+    done = Outcome(capsys, "reconstruct", tmp_path / "two.xyz", *words)
+    assert done.code == 0
+    files = [result["files"] for result in strict_json(done.out)["results"]]
+    assert files == [[str(tmp_path / "a-1.step")], [str(tmp_path / "a-2.step")]]
 
 
 def strict_json(text: str) -> Any:
@@ -204,15 +240,20 @@ def test_help_has_an_example_and_the_defaults(
         ("reconstruct P -o a.step --grid 3", "Option '--grid' requires 2 arguments"),
         ("reconstruct P -o a.step --degree three", "'--degree': must be .*, got 'three'"),
         ("reconstruct P -o a.step --degree 2.5", "'--degree': must be .*, got 2.5"),
-        ("reconstruct P -o a.step --reach far", "'--reach': must be a number, got 'far'"),
+        ("reconstruct-paper P -o a.step --reach far", "'--reach': must be a number, got 'far'"),
         ("reconstruct P -o a.step --grid a 8", r"'--grid': must be .*, got \('a', 8\)"),
         ("reconstruct P -o a.step --degree 0", "'--degree': must be .*, got 0"),
         ("reconstruct P -o a.step --grid 1 8", r"'--grid': must be .*, got \(1, 8\)"),
         ("reconstruct P -o a.step --seed -1", "'--seed': must be .*, got -1"),
-        ("reconstruct P -o a.obj --method paper --max-steps 0", "'--max-steps': must be .*, got 0"),
-        ("reconstruct P -o a.obj --method paper --reach -2", "'--reach': must be .*, got -2"),
-        ("reconstruct P -o a.obj --method paper --min-change nan", "'--min-change': .*, got NaN"),
-        ("reconstruct P -o a.step --method x", "'--method': must be 'fit' or 'paper', got 'x'"),
+        ("reconstruct-paper P -o a.obj --max-steps 0", "'--max-steps': must be .*, got 0"),
+        ("reconstruct-paper P -o a.obj --reach -2", "'--reach': must be .*, got -2"),
+        ("reconstruct-paper P -o a.obj --min-change nan", "'--min-change': .*, got NaN"),
+        (
+            "reconstruct P -o a.step --kind body",
+            "'--kind': must be .* not supported yet., got 'body'",
+        ),
+        ("reconstruct P -o a.step --component all", "'--component': must be a number or 'each'"),
+        ("reconstruct P -o a.step --axis-scale 1 0 1", "'--axis-scale': must be positive"),
         ("reconstruct P -o a.step -o a.dxf", r"'--output': a\.dxf: .*\.step .*, got the suffix"),
         ("reconstruct P -o a", "'--output': a: .* got no suffix"),
         ("reconstruct points.dwg -o a.step", "'POINTS': points.dwg: points must be in a file with"),
@@ -373,8 +414,6 @@ def on_terminal(*arguments: str | Path, interrupt: bool = False) -> tuple[int, s
 @posix
 def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
     words = [
-        "--method",
-        "paper",
         "--grid",
         "60",
         "60",
@@ -383,11 +422,11 @@ def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
         "--min-change",
         "1e-300",
     ]
-    code, out, err = on_terminal("reconstruct", points_file, "-o", tmp_path / "a.obj", *words)
+    code, out, err = on_terminal("reconstruct-paper", points_file, "-o", tmp_path / "a.obj", *words)
     assert code == 0
     assert "60 × 60" in out
     assert re.search(r"training .* [\d,]+/100,000 [\d,]+/s, error [\d.]+.*0:00:0\d.* of ", err)
-    assert "neurbs: warning: training ended after max_steps=100000 steps" in err
+    assert "neurbs: warning: Training ended after 100000 steps" in err
 
 
 @posix
@@ -399,7 +438,14 @@ def test_a_terminal_may_be_left_alone(points_file: Path, tmp_path: Path) -> None
 
 @posix
 def test_ctrl_c_ends_it(points_file: Path, tmp_path: Path) -> None:
-    words = ["reconstruct", str(points_file), "-o", str(tmp_path / "a.step"), "--json", *ENDLESS]
+    words = [
+        "reconstruct-paper",
+        str(points_file),
+        "-o",
+        str(tmp_path / "a.step"),
+        "--json",
+        *ENDLESS,
+    ]
     code, out, err = on_terminal(*words, interrupt=True)
     assert code == 130
     assert json.loads(out)["error"] == {"type": "KeyboardInterrupt", "message": "interrupted"}
@@ -574,11 +620,10 @@ def test_a_file_has_the_options(
     target = tmp_path / "a.step"
     config = tmp_path / "settings.toml"
     config.write_text(
-        f"[reconstruct]\noutput = ['{target}']\ngrid = [6, 5]\nmax-steps = 9000\n"
-        "method = 'paper'\n"
+        f"[reconstruct-paper]\noutput = ['{target}']\ngrid = [6, 5]\nmax-steps = 9000\n"
         "min_change = 9.5\njson = true\n[train]\nrows = 3\n"
     )
-    done = Outcome(capsys, "reconstruct", points_file, "--config", config, "--degree", "2")
+    done = Outcome(capsys, "reconstruct-paper", points_file, "--config", config, "--degree", "2")
     assert done.code == 0
     document = strict_json(done.out)
     assert document["files"] == [str(target)]
@@ -832,7 +877,7 @@ def test_the_report_is_written(
     done = Outcome(capsys, "reconstruct", points_file, "-o", page, "--unit", "m", *QUICK)
     assert done.code == 0
     text = page.read_text(encoding="utf-8")
-    options = "--method paper --grid 6 5"
+    options = "--grid 6 5 --aspect fixed"
     assert f"neurbs reconstruct {points_file} -o out.step {options}" in text
 
 
@@ -862,7 +907,7 @@ def test_ctrl_c_while_libraries_are_loaded(seen: str) -> None:
 
 @posix
 def test_ctrl_c_at_any_moment_of_the_start(points_file: Path, tmp_path: Path) -> None:
-    words = ["reconstruct", str(points_file), "-o", str(tmp_path / "a.step"), *ENDLESS]
+    words = ["reconstruct-paper", str(points_file), "-o", str(tmp_path / "a.step"), *ENDLESS]
     for tenth in range(1, 8):
         process = subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True)
         # Before that it is Python alone, which answers in its own way.

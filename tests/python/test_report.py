@@ -64,13 +64,13 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
         result,
         points=np.vstack([result.points, [[5e6, 7.5e6, 1e5]]]),
         uv=np.vstack([result.uv, [[0, 0]]]),
-        distances=np.append(result.distances, 1e5),
+        deviations=np.append(result.deviations, 1e5),
         inliers=np.append(result.inliers, False),
     )
     far.write_report(tmp_path / "a.html", unit="m")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "Of 401 points all but the 1 that do not count are shown." in page
-    assert f"{result.distances.max():.4g} m" in page
+    assert f"{result.deviations.max():.4g} m" in page
     assert figures(page)["view"]["layout"]["scene"]["zaxis"]["range"][1] < 200
 
 
@@ -79,7 +79,7 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     [
         ({"rational": True, "clean": False}, "--no-clean --rational", "clean=False, rational=True"),
         ({"weights": np.ones(400)}, "# Not by a command: weights are an array.", "weights=weights"),
-        ({"topology": "sheet"}, "--topology sheet", "topology=&#x27;sheet&#x27;"),
+        ({"seed": 3, "init": "pca"}, "--init pca --seed 3", "init=&#x27;pca&#x27;, seed=3"),
     ],
 )
 def test_each_kind_of_setting_can_be_repeated(
@@ -132,7 +132,7 @@ def test_holes_are_grey(tmp_path: Path, rng: np.random.Generator) -> None:
 def test_a_large_cloud_is_sampled_and_the_file_stays_small(
     result: Reconstruction, tmp_path: Path
 ) -> None:
-    arrays = ("points", "uv", "distances", "inliers")
+    arrays = ("points", "uv", "deviations", "inliers")
     many: dict[str, Any] = {name: np.repeat(getattr(result, name), 1000, axis=0) for name in arrays}
     path = tmp_path / "large.html"
     replace(result, **many).write_report(path)

@@ -16,7 +16,7 @@ import typer
 
 import neurbs
 
-FAILED, WRONG_USAGE, OUTSIDE, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
+FAILED, WRONG_USAGE, OUTSIDE, NOT_MET, INTERRUPTED, TERMINATED = 1, 2, 3, 4, 130, 143
 """Exit codes other than 0."""
 
 app = typer.Typer(
@@ -55,8 +55,9 @@ def print_json(document: Any) -> None:
 
 def print_table(lines: dict[str, str]) -> None:
     """Print names and what they are, one below the other, at once."""
-    width = max(map(len, lines)) + 2
-    print("\n".join(f"{name:<{width}}{line}" for name, line in lines.items()), flush=True)
+    from neurbs.reconstruction_report import aligned
+
+    print("\n".join(aligned(lines.items())), flush=True)
 
 
 def failure(error: Exception) -> dict[str, str]:

@@ -179,10 +179,14 @@ def _option(parameter: inspect.Parameter, kind: str, text: str) -> inspect.Param
     words = [flag(parameter.name)]
     metavar = "WORD"
     notes = []
-    if choices := re.match(r"\{(.+?)\}", kind):
+    if named := re.match(r"int or \{\"(.+?)\"\}", kind):
+        metavar = f"N|{named[1]}"
+    elif choices := re.match(r"\{(.+?)\}", kind):
         notes.append(choices[1].replace('"', "").replace(", ", "|"))
     elif kind.startswith("(int, int)"):
         annotation, metavar = tuple[str, str] | None, "N N"
+    elif kind.startswith("(float, float, float)"):
+        annotation, metavar = tuple[str, str, str] | None, "X Y Z"
     elif kind.startswith("bool"):
         annotation, metavar = bool | None, ""
         words = [f"{words[0]}/--no-{words[0][2:]}"]

@@ -50,7 +50,7 @@ def map_html(som: SelfOrganizingMap) -> str:
 def _card(title: str, rows: Mapping[str, str], draw: Callable[[], Any] | None) -> str:
     cells = "".join(
         f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
-        f"<td style='text-align:left'>{html.escape(value)}</td></tr>"
+        f"<td style='text-align:left;white-space:pre-wrap'>{html.escape(value)}</td></tr>"
         for name, value in rows.items()
     )
     picture = ""

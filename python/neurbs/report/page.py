@@ -8,7 +8,7 @@ import json
 import math
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from neurbs import _core
+import neurbs
+from neurbs import _core, candidate
 from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
 from neurbs.extras import require
@@ -113,7 +114,9 @@ def write_page(
         # A script ends at the first "</", wherever that stands.
         figures=json.dumps(figures).replace("</", "<\\/"),
         measures=_table(_measures(deviation, tolerance, unit)),
-        report=_table(_flat(result.report.to_dict())),
+        candidates=_candidates(result),
+        diagnostics=_diagnostics(result),
+        report=_table(_flat(_figures(result))),
         settings=_table(_flat({n: _named(n, value) for n, value in result.settings.items()})),
         command=html.escape(_command(result, source)),
         call=html.escape(_call(result)),
@@ -125,6 +128,34 @@ def write_page(
 
 def _resource(name: str) -> str:
     return resources.files("neurbs.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _figures(result: Reconstruction) -> dict[str, Any]:
+    """Return the report but for what has a table of its own."""
+    apart = ("candidates", "diagnostics")
+    return {name: value for name, value in result.report.to_dict().items() if name not in apart}
+
+
+def _candidates(result: Reconstruction) -> str:
+    """Return the table of candidates, the best first."""
+    if not result.report.candidates:
+        return ""
+    lines = [
+        _row("th", candidate.COLUMNS),
+        *(_row("td", row) for row in candidate.rows(result.report.candidates)),
+    ]
+    return f"<h2>Candidates</h2><table class='candidates'>{''.join(lines)}</table>"
+
+
+def _row(cell: str, texts: Iterable[str]) -> str:
+    return f"<tr>{''.join(f'<{cell}>{html.escape(text)}</{cell}>' for text in texts)}</tr>"
+
+
+def _diagnostics(result: Reconstruction) -> str:
+    """Return what one should know, and whether the surface is valid."""
+    report = result.report
+    found = {diagnostic.code: diagnostic.message for diagnostic in report.diagnostics}
+    return f"<h2>Diagnostics</h2>{_table({'valid': 'yes' if report.valid else 'no'} | found)}"
 
 
 def _cards(result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str) -> str:
@@ -211,11 +242,15 @@ def _named(name: str, value: Any) -> Any:
     return value if np.size(value) <= 2 else _Name(name)
 
 
+def _function(result: Reconstruction) -> str:
+    """Return the name of the function that made the result."""
+    # Nothing is fitted by the paper's method.
+    return "reconstruct_paper" if result.report.fairness is None else "reconstruct"
+
+
 def _changed(result: Reconstruction) -> dict[str, Any]:
     """Return the settings that are not the defaults."""
-    from neurbs import reconstruct
-
-    parameters = inspect.signature(reconstruct).parameters
+    parameters = inspect.signature(getattr(neurbs, _function(result))).parameters
     settings = {name: _named(name, value) for name, value in result.settings.items()}
     return {
         name: value
@@ -225,7 +260,8 @@ def _changed(result: Reconstruction) -> dict[str, Any]:
 
 
 def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> str:
-    words = ["neurbs", "reconstruct", os.fspath(source) if source else "POINTS", "-o", "out.step"]
+    command = _function(result).replace("_", "-")
+    words = ["neurbs", command, os.fspath(source) if source else "POINTS", "-o", "out.step"]
     for name, value in _changed(result).items():
         option = name.replace("_", "-")
         match value:
@@ -242,4 +278,4 @@ def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> s
 
 def _call(result: Reconstruction) -> str:
     options = [f"{name}={value!r}" for name, value in _changed(result).items()]
-    return f"neurbs.reconstruct({', '.join(['points', *options])})"
+    return f"neurbs.{_function(result)}({', '.join(['points', *options])})"

@@ -1,0 +1,225 @@
+"""Files of points to files of surfaces, one or many: what `reconstruct` commands share."""
+
+from __future__ import annotations
+
+import errno
+import glob
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import typer
+
+import neurbs
+from neurbs import Reconstruction, io
+from neurbs._core import LENGTH_UNITS
+from neurbs.cli.command import (
+    FAILED,
+    NOT_MET,
+    failure,
+    failure_message,
+    print_json,
+    print_table,
+)
+from neurbs.cli.options import blamed, check_output
+from neurbs.cli.points import check_points, read_point_cloud
+from neurbs.cli.progress import progress_bar
+from neurbs.io.units import check_unit
+
+_WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
+
+Files: TypeAlias = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="POINTS", help=f"Files of points: {' '.join(io.READABLE)}", readable=False
+    ),
+]
+Output: TypeAlias = Annotated[
+    list[str],
+    typer.Option(
+        "--output",
+        "-o",
+        metavar="OUT",
+        help="File to write; give it again for another. With several files of points, or a / "
+        f"at its end, the folder for their results. {_WRITABLE}",
+    ),
+]
+Suffix: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--suffix",
+        metavar="SUFFIX",
+        help="What is written into a folder; give it again for another (default: .step)",
+    ),
+]
+Strict: TypeAlias = Annotated[
+    bool,
+    typer.Option(
+        "--strict",
+        metavar="",
+        help="Exit with 4 if a result has not converged (the tolerance is missed) or is not valid; "
+        "files are written all the same",
+    ),
+]
+
+
+def run(
+    context: typer.Context,
+    function: Callable[..., Reconstruction | list[Reconstruction]],
+    points: list[Path],
+    output: list[str],
+    given: dict[str, Any],
+    *,
+    suffix: list[str] | None,
+    columns: str | None,
+    nan: str | None,
+    unit: str | None,
+    strict: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Read each file, call the function with the options given, write the results, report.
+
+    Returns
+    -------
+    int
+        The exit code.
+    """
+    files = [file for path in points for file in _expanded(path)]
+    batch = len(files) > 1 or any(map(_is_folder, output))
+    jobs = _jobs(context, files, output, suffix, unit, batch=batch)
+    documents: list[dict[str, Any]] = []
+    met = True
+    for file, targets in jobs.items():
+        try:
+            cloud = read_point_cloud(context, file, columns, nan)
+            name = file.name if batch else ""
+            with blamed(context, given), progress_bar(not quiet, name) as progress:
+                found = function(cloud, progress=progress, **given)
+            results = _numbered(found, targets)
+            for result, written in results:
+                _write(result, written, unit, cloud.unit, file)
+        except (neurbs.NeurbsError, OSError, MemoryError) as error:
+            if not batch:
+                raise
+            documents.append({"input": str(file), "error": failure(error)})
+            print(f"neurbs: error: {_named(file, failure_message(error))}", file=sys.stderr)
+            continue
+        for result, written in results:
+            names = [str(target) for target in written]
+            report = result.report
+            met = met and report.converged and report.valid
+            documents.append({"input": str(file), "report": report.to_dict(), "files": names})
+            if not quiet and not as_json:
+                print_table(_summary(file if batch else "", result, names))
+    failed = sum("error" in document for document in documents)
+    if as_json:
+        print_json(documents[0] if len(documents) == 1 and not batch else {"results": documents})
+    if failed and not quiet:
+        print(f"neurbs: {failed} of {len(files)} files failed", file=sys.stderr)
+    if failed:
+        return FAILED
+    return NOT_MET if strict and not met else 0
+
+
+def _jobs(
+    context: typer.Context,
+    files: list[Path],
+    output: list[str],
+    suffix: list[str] | None,
+    unit: str | None,
+    *,
+    batch: bool,
+) -> dict[Path, list[Path]]:
+    """Return what is to be written for each file, after a check that it can be."""
+    places = [Path(place) for place in output]
+    jobs = {file: _targets(context, file, places, suffix, batch=batch) for file in files}
+    for file, targets in jobs.items():
+        for target in targets:
+            check_output(context, target, *files)
+            with blamed(context, {"unit": unit}):
+                # The legend of a report may have any.
+                check_unit(None if _is_report(target) else unit)
+        if not batch:
+            check_points(context, file)
+    return jobs
+
+
+def _expanded(path: Path) -> list[Path]:
+    """Find what a pattern stands for, which not all shells do."""
+    if path.exists() or not glob.has_magic(str(path)):
+        return [path]
+    return sorted(map(Path, glob.glob(str(path)))) or [path]
+
+
+def _is_folder(place: str) -> bool:
+    return place.endswith(("/", os.sep)) or Path(place).is_dir()
+
+
+def _targets(
+    context: typer.Context,
+    file: Path,
+    output: list[Path],
+    suffixes: list[str] | None,
+    *,
+    batch: bool,
+) -> list[Path]:
+    if not batch:
+        return output
+    if suffixes is None:
+        suffixes = [".step"]
+    for folder in output:
+        if folder.suffix and not folder.is_dir():
+            raise typer.BadParameter(
+                f"{folder}: must be a folder, because there are several files of points",
+                ctx=context,
+                param_hint="'--output'",
+            )
+        if not folder.exists():
+            raise FileNotFoundError(
+                errno.ENOENT, "there is no such folder, make it first", str(folder)
+            )
+    return [folder / f"{file.stem}.{s.lstrip('.')}" for folder in output for s in suffixes]
+
+
+def _numbered(
+    found: Reconstruction | list[Reconstruction], targets: list[Path]
+) -> list[tuple[Reconstruction, list[Path]]]:
+    """Give each result its files: of each component come files of its own, numbered."""
+    if not isinstance(found, list):
+        return [(found, targets)]
+    return [
+        (result, [target.with_stem(f"{target.stem}-{number}") for target in targets])
+        for number, result in enumerate(found, 1)
+    ]
+
+
+def _write(
+    result: Reconstruction,
+    targets: list[Path],
+    unit: str | None,
+    unit_of_points: str | None,
+    source: Path,
+) -> None:
+    """Write the files, in the unit that was given, or else in that of the points if it is known."""
+    for target in targets:
+        if _is_report(target):
+            result.write_report(target, unit=unit or unit_of_points or "", source=source)
+        else:
+            known = unit_of_points if unit_of_points in LENGTH_UNITS else None
+            neurbs.save(result, target, unit=unit or known)
+
+
+def _is_report(target: Path) -> bool:
+    return target.suffix.lower() in io.WRITABLE["report"]
+
+
+def _named(file: Path, message: str) -> str:
+    return message if message.startswith(str(file)) else f"{file}: {message}"
+
+
+def _summary(name: Path | str, result: Reconstruction, files: list[str]) -> dict[str, str]:
+    lines = {"file": str(name), **result.report.lines(), "written": ", ".join(files)}
+    return {title: line for title, line in lines.items() if line}

@@ -1,0 +1,171 @@
+"""What a user should know about points and surfaces: diagnostics, and the warnings of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import sys
+import warnings
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from neurbs import _core
+
+
+class NeurbsWarning(UserWarning):
+    """The base of all warnings about points and surfaces; `code` says which one it is.
+
+    Each code of `Diagnostic` has a subclass, which a program can filter.
+
+    Attributes
+    ----------
+    code : str
+        The stable code of the class, such as ``"folded"``.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import neurbs
+    >>> neurbs.FoldedWarning.code
+    'folded'
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", neurbs.FoldedWarning)
+    """
+
+    code: str = ""
+
+
+_OTHER_NAMES = {"not-settled": "ConvergenceWarning"}
+"""Classes that are not named after their code."""
+
+
+def _category(code: str, meaning: str) -> type[NeurbsWarning]:
+    """Make the class of a code: ``FoldedWarning`` of ``folded``."""
+    name = _OTHER_NAMES.get(code) or "".join(map(str.title, code.split("-"))) + "Warning"
+    members = {"__doc__": meaning, "__module__": "neurbs", "code": code}
+    return type(name, (NeurbsWarning,), members)
+
+
+CATEGORIES = {code: _category(code, meaning) for code, meaning in _core.DIAGNOSTIC_CODES}
+"""For each code the class of its warning."""
+
+ClosedBodyWarning = CATEGORIES["closed-body"]
+ComponentsWarning = CATEGORIES["components"]
+ConvergenceWarning = CATEGORIES["not-settled"]
+FoldedWarning = CATEGORIES["folded"]
+KindDoubtfulWarning = CATEGORIES["kind-doubtful"]
+LeftOutWarning = CATEGORIES["left-out"]
+MixedUnitsWarning = CATEGORIES["mixed-units"]
+NoDataWarning = CATEGORIES["no-data"]
+OneSidedWarning = CATEGORIES["one-sided"]
+OverlappingWarning = CATEGORIES["overlapping"]
+OvershootWarning = CATEGORIES["overshoot"]
+ThickWarning = CATEGORIES["thick"]
+ToleranceMissedWarning = CATEGORIES["tolerance-missed"]
+TornWarning = CATEGORIES["torn"]
+TwoLayersWarning = CATEGORIES["two-layers"]
+UncoveredWarning = CATEGORIES["uncovered"]
+
+
+_ACTIONS = ("default", "always", "all", "ignore", "module", "once", "error")
+"""What an option ``-W`` may ask for; its first letters suffice."""
+
+
+def _apply_options(options: Iterable[str]) -> None:
+    """Apply the options ``-W`` that name classes of this package.
+
+    Python reads them before it can import packages, says that they are invalid, and ignores them.
+    Filters that a program has set go before.
+    """
+    classes = {f"neurbs.{category.__name__}": category for category in CATEGORIES.values()}
+    classes["neurbs.NeurbsWarning"] = NeurbsWarning
+    for option in options:
+        word, message, name, *_ = (*map(str.strip, option.split(":")), "", "", "")
+        action = next((action for action in _ACTIONS if word and action.startswith(word)), None)
+        if action is not None and name in classes:
+            warnings.filterwarnings(action, re.escape(message), classes[name], append=True)  # type: ignore[arg-type]
+
+
+_apply_options(sys.warnoptions)
+
+
+@dataclasses.dataclass(frozen=True)
+class Diagnostic:
+    """A finding about points or about the surface through them.
+
+    Attributes
+    ----------
+    code : str
+        The stable code; ``neurbs.NeurbsWarning`` has a subclass for each.
+    message : str
+        Cause and remedy in words.
+    data : dict of str to object
+        The numbers: shares from 0 to 1, lengths in the points' unit.
+    is_defect : bool
+        Whether a surface with this finding is not valid.
+    """
+
+    code: str
+    message: str
+    data: dict[str, Any] = dataclasses.field(repr=False, hash=False)
+    is_defect: bool
+
+    def __str__(self) -> str:
+        """Return the message."""
+        return self.message
+
+
+def of_core(found: Iterable[tuple[str, str, dict[str, Any], bool]]) -> tuple[Diagnostic, ...]:
+    """Wrap what the core has found."""
+    return tuple(Diagnostic(*finding) for finding in found)
+
+
+def warn(diagnostics: Iterable[Diagnostic], *, stacklevel: int) -> None:
+    """Issue a warning for each diagnostic, on behalf of a caller so many calls away."""
+    for found in diagnostics:
+        warnings.warn(found.message, CATEGORIES[found.code], stacklevel=stacklevel + 1)
+
+
+def validate(
+    surface: _core.NurbsSurface,
+    points: ArrayLike,
+    *,
+    progress: Callable[[_core.Progress], object] | None = None,
+) -> list[Diagnostic]:
+    """Find the defects of a surface beside its points.
+
+    Parameters
+    ----------
+    surface : NurbsSurface
+        A surface of any origin.
+    points : array_like of shape (n, 3) or (n, 2)
+        The points that it shall follow.
+    progress : callable, optional
+        Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
+
+    Returns
+    -------
+    list of Diagnostic
+        The defects; empty if the surface is valid.
+
+    Raises
+    ------
+    NeurbsError
+        If the points cannot be a surface.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import neurbs
+    >>> x, y = np.random.default_rng(0).random((2, 500))
+    >>> points = np.column_stack([x, y, 0 * x])
+    >>> def strip(*x):
+    ...     return neurbs.NurbsSurface([[(x, 0, 0), (x, 1, 0)] for x in x])
+    >>> neurbs.validate(strip(0, 0.3, 0.7, 1), points)
+    []
+    >>> [found.code for found in neurbs.validate(strip(0, 2, -1, 1), points)]
+    ['folded']
+    """
+    return list(of_core(_core.validate(surface, points, progress)))

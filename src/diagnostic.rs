@@ -1,0 +1,469 @@
+//! What a user should know about points or a surface: one enum, with stable codes.
+//!
+//! Nothing parses the messages. A program reads the variant, or its [`code`](Diagnostic::code).
+
+use std::fmt;
+
+use crate::chart::Kind;
+
+/// A finding about points or about the surface through them. Lengths are in the points' unit,
+/// shares are from 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Diagnostic {
+    /// The surface folds over where the points do not.
+    Folded {
+        /// Share of neighboring samples whose normals turn over.
+        share: f64,
+    },
+    /// The surface leaves the points' bounding box.
+    Overshoot {
+        /// Largest distance outside of the box.
+        distance: f64,
+        /// Diagonal of the box.
+        diagonal: f64,
+    },
+    /// Part of a closed surface has no points near.
+    Uncovered {
+        /// Share of the area.
+        share: f64,
+    },
+    /// Neighboring points are far apart on the surface.
+    Torn {
+        /// Share of the neighbor pairs.
+        share: f64,
+    },
+    /// The points fill a volume.
+    Thick {
+        /// Root mean square distance of the points from the surface.
+        rms: f64,
+        /// Diagonal of the points' bounding box.
+        diagonal: f64,
+    },
+    /// The points enclose a body, which one surface cannot cover.
+    ClosedBody,
+    /// The points lie on a surface with one side, such as a Möbius strip.
+    OneSided,
+    /// The points lie in two layers that the surface does not separate.
+    TwoLayers {
+        /// Root mean square distance of points that were left out of the fit.
+        held_out: f64,
+        /// Noise of the points.
+        noise: f64,
+    },
+    /// The cloud has several components.
+    Components {
+        /// Points of each, the largest first.
+        sizes: Vec<usize>,
+        /// The one that was fitted; `None`: all together.
+        fitted: Option<usize>,
+    },
+    /// The axes look like different units.
+    MixedUnits {
+        /// What each coordinate was divided by for the fit.
+        scale: [f64; 3],
+    },
+    /// Points were left out as outliers: many of them, or a group.
+    LeftOut {
+        /// How many.
+        count: usize,
+        /// Points of the cloud.
+        points: usize,
+        /// Whether they lie together.
+        together: bool,
+    },
+    /// Points with a no-data value were left out.
+    NoData {
+        /// The value.
+        value: f64,
+        /// How many points have it.
+        count: usize,
+    },
+    /// Points lie farther from the surface than the tolerance.
+    ToleranceMissed {
+        /// The tolerance.
+        tolerance: f64,
+        /// Points that lie farther away.
+        missed: usize,
+        /// Points that were fitted.
+        points: usize,
+        /// Why no closer surface was found.
+        cause: Cause,
+    },
+    /// The kind that was asked for does not fit the points.
+    KindDoubtful {
+        /// The kind that was asked for.
+        asked: Kind,
+        /// Root mean square distance of the points from the surface.
+        rms: f64,
+        /// Diagonal of the points' bounding box.
+        diagonal: f64,
+    },
+    /// Training ended before the map settled.
+    NotSettled {
+        /// Steps made.
+        steps: u64,
+        /// Largest move of a node in the last epoch; `None` if no epoch was finished.
+        change: Option<f64>,
+    },
+    /// Points overlap along the direction of the height field.
+    Overlapping {
+        /// Share of the points.
+        share: f64,
+    },
+}
+
+/// Why a tolerance was missed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The net has as many control points as were allowed.
+    MaxControlPoints,
+    /// The size of the net was given.
+    Grid,
+    /// The points do not determine more control points.
+    Points,
+    /// Closer fits have defects.
+    Defects,
+    /// A closer fit follows the noise of the points.
+    Noise,
+}
+
+impl Cause {
+    /// The name, as Python and the command line spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MaxControlPoints => "max_control_points",
+            Self::Grid => "grid",
+            Self::Points => "points",
+            Self::Defects => "defects",
+            Self::Noise => "noise",
+        }
+    }
+
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::MaxControlPoints => {
+                "the net has max_control_points control points: raise max_control_points"
+            }
+            Self::Grid => "the net is too small: give a larger grid",
+            Self::Points => "the points do not determine a larger net: raise the tolerance",
+            Self::Defects => "closer fits fold or overshoot: raise the tolerance",
+            Self::Noise => "closer fits follow the noise: raise the tolerance",
+        }
+    }
+}
+
+impl Diagnostic {
+    /// Each code, with its meaning in one line.
+    ///
+    /// ```
+    /// use neurbs::Diagnostic;
+    /// let folded = Diagnostic::Folded { share: 0.03 };
+    /// assert!(Diagnostic::CODES.iter().any(|(code, _)| *code == folded.code()));
+    /// assert!(folded.to_string().starts_with("The surface folds over"));
+    /// ```
+    pub const CODES: &[(&str, &str)] = &[
+        ("folded", "The surface folds over where the points do not."),
+        ("overshoot", "The surface leaves the points' bounding box by a tenth of its diagonal."),
+        ("uncovered", "Over a tenth of a closed surface's area has no points near."),
+        ("torn", "Over 5 % of the neighbor pairs are far apart on the surface."),
+        ("thick", "The points fill a volume."),
+        ("closed-body", "The points enclose a body, which one surface cannot cover."),
+        ("one-sided", "The points lie on a one-sided surface, such as a Möbius strip."),
+        ("two-layers", "The points lie in two layers that the surface does not separate."),
+        ("components", "The cloud has several components."),
+        ("mixed-units", "The axes look like different units and were scaled for the fit."),
+        ("left-out", "Over 1 % of the points, or a group of them, were left out as outliers."),
+        ("no-data", "Points with a no-data value were left out."),
+        ("tolerance-missed", "Points lie farther from the surface than the tolerance."),
+        ("kind-doubtful", "The kind that was asked for does not fit the points."),
+        ("not-settled", "Training ended before the map settled."),
+        ("overlapping", "Points overlap along the direction of the height field."),
+    ];
+
+    /// The stable code.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Folded { .. } => "folded",
+            Self::Overshoot { .. } => "overshoot",
+            Self::Uncovered { .. } => "uncovered",
+            Self::Torn { .. } => "torn",
+            Self::Thick { .. } => "thick",
+            Self::ClosedBody => "closed-body",
+            Self::OneSided => "one-sided",
+            Self::TwoLayers { .. } => "two-layers",
+            Self::Components { .. } => "components",
+            Self::MixedUnits { .. } => "mixed-units",
+            Self::LeftOut { .. } => "left-out",
+            Self::NoData { .. } => "no-data",
+            Self::ToleranceMissed { .. } => "tolerance-missed",
+            Self::KindDoubtful { .. } => "kind-doubtful",
+            Self::NotSettled { .. } => "not-settled",
+            Self::Overlapping { .. } => "overlapping",
+        }
+    }
+
+    /// Whether a surface with this finding is not valid.
+    ///
+    /// ```
+    /// use neurbs::Diagnostic;
+    /// assert!(Diagnostic::ClosedBody.is_defect());
+    /// assert!(!Diagnostic::OneSided.is_defect());
+    /// ```
+    #[must_use]
+    pub fn is_defect(&self) -> bool {
+        matches!(
+            self,
+            Self::Folded { .. }
+                | Self::Overshoot { .. }
+                | Self::Uncovered { .. }
+                | Self::Torn { .. }
+                | Self::Thick { .. }
+                | Self::ClosedBody
+                | Self::KindDoubtful { .. }
+        )
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Folded { .. }
+            | Self::Overshoot { .. }
+            | Self::Uncovered { .. }
+            | Self::Torn { .. }
+            | Self::KindDoubtful { .. }
+            | Self::ToleranceMissed { .. } => self.write_about_surface(f),
+            _ => self.write_about_points(f),
+        }
+    }
+}
+
+impl Diagnostic {
+    fn write_about_surface(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Folded { share } => write!(
+                f,
+                "The surface folds over: {} of the neighboring normals turn over. Raise fairness, \
+                 use fewer control points, or give another kind.",
+                Percent(share)
+            ),
+            Self::Overshoot { distance, diagonal } => write!(
+                f,
+                "The surface leaves the points' bounding box by {}, which is {} of its diagonal. \
+                 Raise fairness or use fewer control points.",
+                Short(distance),
+                Percent(distance / diagonal)
+            ),
+            Self::Uncovered { share } => write!(
+                f,
+                "{} of the surface's area has no points near. Give kind 'sheet' if the points lie \
+                 on an open surface.",
+                Percent(share)
+            ),
+            Self::Torn { share } => write!(
+                f,
+                "{} of the neighboring points are far apart on the surface. Give another kind, or \
+                 fit parts of the cloud.",
+                Percent(share)
+            ),
+            Self::KindDoubtful { asked, rms, diagonal } => write!(
+                f,
+                "The points do not look like kind '{asked}': their rms distance from it is {}, \
+                 which is {} of the diagonal. Use kind 'auto' or another one.",
+                Short(rms),
+                Percent(rms / diagonal)
+            ),
+            Self::ToleranceMissed { tolerance, missed, points, cause } => write!(
+                f,
+                "Tolerance {} not reached: {missed} of {points} points are farther away. Cause and \
+                 remedy: {}.",
+                Short(tolerance),
+                cause.remedy()
+            ),
+            _ => Ok(()),
+        }
+    }
+
+    fn write_about_points(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Thick { rms, diagonal } => write!(
+                f,
+                "The points fill a volume: their rms distance from the surface is {}, which is {} \
+                 of the diagonal. Give points of one surface only.",
+                Short(*rms),
+                Percent(rms / diagonal)
+            ),
+            Self::ClosedBody => f.write_str(
+                "The points enclose a body, which one surface cannot cover. Cut the cloud into \
+                 open parts and fit each.",
+            ),
+            Self::OneSided => f.write_str(
+                "The points lie on a one-sided surface, such as a Möbius strip. Leave out a strip \
+                 of points across it to cut it open.",
+            ),
+            Self::TwoLayers { held_out, noise } => write!(
+                f,
+                "The points lie in two layers that the surface does not separate: points left out \
+                 are {} from it, their noise is {}. Leave one layer out.",
+                Short(*held_out),
+                Short(*noise)
+            ),
+            Self::Components { sizes, fitted } => {
+                write!(f, "The cloud has {} components of {}. ", sizes.len(), Points(sizes))?;
+                match fitted {
+                    Some(component) => write!(f, "Only component {component} was fitted.")?,
+                    None => f.write_str("One surface was fitted to all of them.")?,
+                }
+                f.write_str(" Choose with component, or fit each with component 'each'.")
+            }
+            Self::MixedUnits { scale } => {
+                f.write_str("Axes look like mixed units: ")?;
+                let axes = ["x", "y", "z"].into_iter().zip(scale);
+                let scaled = axes.filter(|(_, by)| **by != 1.0);
+                let words: Vec<String> = scaled
+                    .map(|(axis, by)| format!("{axis} was divided by {}", Short(*by)))
+                    .collect();
+                f.write_str(&words.join(", "))?;
+                f.write_str(
+                    " for the fit; results are in your units. Give axis_scale to decide it.",
+                )
+            }
+            Self::LeftOut { count, points, together } => write!(
+                f,
+                "{count} of {points} points were left out as outliers{}. Turn clean and robust \
+                 off to keep them.",
+                if *together { ", and they lie together" } else { "" }
+            ),
+            Self::NoData { value, count } => write!(
+                f,
+                "{count} points with the no-data value {value} were left out. Turn clean off to \
+                 keep them."
+            ),
+            Self::NotSettled { steps, change } => {
+                write!(f, "Training ended after {steps} steps")?;
+                if let Some(change) = change {
+                    write!(f, ", while the lattice still moved {} an epoch", Short(*change))?;
+                }
+                f.write_str(". Raise max_steps or min_change.")
+            }
+            Self::Overlapping { share } => write!(
+                f,
+                "{} of the points overlap along z, so a height field cannot follow them. Use kind \
+                 'sheet' or 'tube'.",
+                Percent(*share)
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A number with four significant digits.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && !(1e-4..1e6).contains(&size) {
+            return write!(f, "{:.3e}", self.0);
+        }
+        let mut decimals = 3;
+        let mut unit = 10.0;
+        while decimals > 0 && size >= unit {
+            (decimals, unit) = (decimals - 1, 10.0 * unit);
+        }
+        unit = 1.0;
+        while size != 0.0 && size < unit {
+            (decimals, unit) = (decimals + 1, unit / 10.0);
+        }
+        let text = format!("{:.decimals$}", self.0);
+        let text =
+            if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        f.write_str(text)
+    }
+}
+
+/// A share in percent.
+struct Percent(f64);
+
+impl fmt::Display for Percent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} %", Short((1e3 * self.0).round() / 10.0))
+    }
+}
+
+/// Numbers of points, of which the first few are written.
+struct Points<'a>(&'a [usize]);
+
+impl fmt::Display for Points<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown: Vec<String> = self.0.iter().take(5).map(ToString::to_string).collect();
+        let more = if self.0.len() > shown.len() { ", …" } else { "" };
+        write!(f, "{}{more} points", shown.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one_of_each() -> Vec<Diagnostic> {
+        let (share, rms, diagonal) = (0.034, 0.25, 2.0);
+        let (sizes, cause) = (vec![90, 10], Cause::Defects);
+        vec![
+            Diagnostic::Folded { share },
+            Diagnostic::Overshoot { distance: 0.5, diagonal },
+            Diagnostic::Uncovered { share },
+            Diagnostic::Torn { share },
+            Diagnostic::Thick { rms, diagonal },
+            Diagnostic::ClosedBody,
+            Diagnostic::OneSided,
+            Diagnostic::TwoLayers { held_out: 0.3, noise: 0.1 },
+            Diagnostic::Components { sizes, fitted: Some(0) },
+            Diagnostic::MixedUnits { scale: [1.0, 1.0, 8192.0] },
+            Diagnostic::LeftOut { count: 12, points: 100, together: true },
+            Diagnostic::NoData { value: -9999.0, count: 3 },
+            Diagnostic::ToleranceMissed { tolerance: 0.1, missed: 12, points: 100, cause },
+            Diagnostic::KindDoubtful { asked: Kind::Tube, rms, diagonal },
+            Diagnostic::NotSettled { steps: 100, change: Some(0.5) },
+            Diagnostic::Overlapping { share },
+        ]
+    }
+
+    #[test]
+    fn the_table_has_the_code_of_each_variant() {
+        let codes: Vec<&str> = one_of_each().iter().map(Diagnostic::code).collect();
+        let table: Vec<&str> = Diagnostic::CODES.iter().map(|(code, _)| *code).collect();
+        assert_eq!(codes, table);
+    }
+
+    #[test]
+    fn messages_are_sentences_with_their_numbers() {
+        for found in one_of_each() {
+            let message = found.to_string();
+            assert!(message.ends_with('.') && message.contains(". "), "{message}");
+        }
+        let messages: Vec<String> = one_of_each().iter().map(ToString::to_string).collect();
+        assert!(messages[0].contains("3.4 % of"), "{}", messages[0]);
+        assert!(messages[1].contains("by 0.5, which is 25 %"), "{}", messages[1]);
+        assert!(messages[8].contains("2 components of 90, 10 points. Only component 0"));
+        assert!(messages[9].contains("z was divided by 8192 for"), "{}", messages[9]);
+        assert!(messages[12].starts_with("Tolerance 0.1 not reached: 12 of 100 points"));
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1"),
+            (123_456.7, "123457"),
+            (12.345_67, "12.35"),
+            (0.012_345_6, "0.01235"),
+            (1.234_56e-7, "1.235e-7"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(Short(number).to_string(), text);
+        }
+    }
+}

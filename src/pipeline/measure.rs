@@ -1,0 +1,80 @@
+//! What is found of each given point.
+
+use glam::{DVec2, DVec3};
+
+use super::fitted::Fitted;
+use super::start::Start;
+use crate::cloud::PreparedCloud;
+use crate::error::Result;
+use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
+use crate::progress::Observer;
+
+/// Parameters, deviations and inliers of all given points.
+pub(super) struct Measured {
+    pub(super) uv: Vec<DVec2>,
+    pub(super) deviations: Vec<f64>,
+    pub(super) inliers: Vec<bool>,
+}
+
+impl Measured {
+    /// Of points on the surface in their own frame. Parameters of those that were fitted are known;
+    /// others begin at those of the nearest fitted one.
+    pub(super) fn of(
+        given: &[DVec3],
+        cloud: &PreparedCloud,
+        fitted: &Fitted,
+        surface: &NurbsSurface,
+        closed: (bool, bool),
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let known: Vec<DVec3> = cloud.indices.iter().map(|&index| given[index as usize]).collect();
+        let found = if surface.weights().is_some() {
+            let (uv, distances) = closest(surface, given, observer)?;
+            Start { uv, distances }
+        } else {
+            Start::near(given, surface, closed, &known, &fitted.uv, observer)?
+        };
+        let mut inliers = vec![false; given.len()];
+        for (&index, weight) in cloud.indices.iter().zip(&fitted.weights) {
+            inliers[index as usize] = *weight > 0.0;
+        }
+        for &(merged, kept) in &cloud.merged {
+            inliers[merged as usize] = inliers[kept as usize];
+        }
+        let Start { uv, distances: deviations } = found;
+        if cloud.thinned {
+            // Points beyond those that were fitted count if they are as near.
+            let counted = deviations.iter().zip(&inliers).filter(|(_, inlier)| **inlier);
+            let limit = counted.map(|(deviation, _)| *deviation).fold(0.0, f64::max);
+            for (inlier, deviation) in inliers.iter_mut().zip(&deviations) {
+                *inlier |= *deviation <= limit;
+            }
+        }
+        Ok(Self { uv, deviations, inliers })
+    }
+
+    /// Deviations of the inliers.
+    pub(super) fn counted(&self) -> Vec<f64> {
+        let all = self.deviations.iter().zip(&self.inliers);
+        all.filter(|(_, inlier)| **inlier).map(|(deviation, _)| *deviation).collect()
+    }
+}
+
+/// Parameters of the points' projections onto a surface of any kind, and their distances.
+pub(super) fn closest(
+    surface: &NurbsSurface,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<(Vec<DVec2>, Vec<f64>)> {
+    let count = points.len();
+    let (mut uv, mut feet) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
+    let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
+    let found = ClosestPointSlices {
+        uv: &mut uv,
+        points: &mut feet,
+        distances: &mut distances,
+        converged: &mut converged,
+    };
+    ClosestPointSearch::new(surface)?.closest_points(points, found, observer)?;
+    Ok((uv, distances))
+}

@@ -1,0 +1,135 @@
+//! Points made ready, observed, and the ranking of what they may lie on.
+
+use glam::{DMat3, DVec3};
+
+use super::options::{ReconstructOptions, Start};
+use super::report::Clock;
+use super::select::{Ranking, SelectSettings, rank};
+use crate::chart::{CHARTS, Kind};
+use crate::cloud::{PrepareOptions, PreparedCloud, random_sample};
+use crate::error::Result;
+use crate::numeric::quantile;
+use crate::observe::{Observations, ObserveSettings};
+use crate::progress::Observer;
+
+/// Ratio of the points' extents along x, y and z from which on axes may have different units.
+const UNEVEN: f64 = 30.0;
+
+/// Share of the points at either end of an axis that its extent leaves out.
+const TAIL: f64 = 0.01;
+
+/// What is known of points before a surface is refined.
+pub(super) struct Ranked<'a> {
+    pub(super) cloud: &'a PreparedCloud,
+    /// A sample of the cloud's points that was observed.
+    pub(super) sample: &'a [DVec3],
+    pub(super) seen: &'a Observations<'a>,
+    pub(super) ranking: Ranking,
+    /// What coordinates were divided by.
+    pub(super) axis_scale: DVec3,
+    pub(super) settings: SelectSettings,
+    pub(super) clock: Clock,
+}
+
+/// Prepares, observes and ranks points, and hands on what is known.
+///
+/// Heights that end the search at once are looked for first. Where extents differ so much that axes
+/// may have different units, heights along an axis in scaled units are tried next.
+pub(super) fn ranked<T>(
+    points: &[DVec3],
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+    then: impl FnOnce(Ranked<'_>, &mut dyn Observer) -> Result<T>,
+) -> Result<T> {
+    let given = options.axis_scale.unwrap_or(DVec3::ONE);
+    let heights = options.kind.is_none_or(|kind| kind == Kind::Height);
+    let scale = extents(points).filter(|_| options.axis_scale.is_none() && heights);
+    if let Some(scale) = scale
+        && !plain_heights(points, given, options, observer)?
+    {
+        let turned = [DMat3::IDENTITY, cycled(2), cycled(1)];
+        for axes in turned {
+            if heights_end_search(points, scale, axes, options, observer)? {
+                return stages(points, scale, axes, Some(Kind::Height), options, observer, then);
+            }
+        }
+    }
+    stages(points, given, DMat3::IDENTITY, options.kind, options, observer, then)
+}
+
+/// The extents of points along x, y and z, if they differ so much that their units may differ.
+fn extents(points: &[DVec3]) -> Option<DVec3> {
+    let extent = |axis: usize| {
+        let along = || points.iter().map(|point| point[axis]);
+        quantile(along(), 1.0 - TAIL) - quantile(along(), TAIL)
+    };
+    let extents = DVec3::new(extent(0), extent(1), extent(2));
+    let uneven = extents.max_element() > UNEVEN * extents.min_element();
+    (uneven && extents.min_element() > 0.0).then_some(extents)
+}
+
+/// The axes x, y and z moved on by so many.
+fn cycled(by: usize) -> DMat3 {
+    DMat3::from_cols(DVec3::AXES[by % 3], DVec3::AXES[(by + 1) % 3], DVec3::AXES[(by + 2) % 3])
+}
+
+/// Whether heights end the search without a scale.
+fn plain_heights(
+    points: &[DVec3],
+    scale: DVec3,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<bool> {
+    heights_end_search(points, scale, DMat3::IDENTITY, options, observer)
+}
+
+fn heights_end_search(
+    points: &[DVec3],
+    scale: DVec3,
+    axes: DMat3,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<bool> {
+    let some: Vec<DVec3> =
+        random_sample(points, ObserveSettings::default().sample).iter().map(|&i| points[i as usize]).collect();
+    let part = ReconstructOptions { weights: None, component: None, ..*options };
+    stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
+        Ok(found.ranking.models.first().is_some_and(|model| {
+            super::select::ends_search(model, found.seen, &found.settings)
+        }))
+    })
+}
+
+/// The stages up to the ranking, with this scale and these axes as x, y and z.
+fn stages<T>(
+    points: &[DVec3],
+    axis_scale: DVec3,
+    axes: DMat3,
+    kind: Option<Kind>,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+    then: impl FnOnce(Ranked<'_>, &mut dyn Observer) -> Result<T>,
+) -> Result<T> {
+    let mut clock = Clock::start();
+    let ReconstructOptions { weights, clean, component, .. } = *options;
+    let prepare = PrepareOptions { weights, clean, component, axis_scale };
+    let cloud = PreparedCloud::of(points, &prepare, observer)?;
+    clock.lap("prepare");
+    let (settings, select) = (ObserveSettings::default(), SelectSettings::default());
+    let chosen = random_sample(&cloud.points, settings.sample);
+    let sample: Vec<DVec3> = chosen.iter().map(|&index| cloud.points[index as usize]).collect();
+    let seen = Observations::of(&sample, settings);
+    clock.lap("observe");
+    let local = |axis: DVec3| cloud.frame.direction_to_local(axis).normalize();
+    let given = DMat3::from_cols(local(axes.x_axis), local(axes.y_axis), local(axes.z_axis));
+    let ranking = match options.init {
+        Start::Given { .. } => Ranking::default(),
+        _ => rank(&seen, given, kind, &CHARTS, &select, observer)?,
+    };
+    clock.lap("select");
+    let cloud = &cloud;
+    then(
+        Ranked { cloud, sample: &sample, seen: &seen, ranking, axis_scale, settings: select, clock },
+        observer,
+    )
+}

@@ -1,0 +1,288 @@
+//! The whole job, stage by stage.
+
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::candidates::Candidate;
+use super::diagnose::diagnose;
+use super::fitted::Fitted;
+use super::map::LearnedMap;
+use super::measure::Measured;
+use super::options::{ReconstructOptions, Start as Init};
+use super::orientation::oriented;
+use super::ranked::{Ranked, ranked};
+use super::reconstruction::Reconstruction;
+use super::refine::Refinement;
+use super::relay;
+use super::repair::repaired;
+use super::report::{Deviations, Report, TrainingReport};
+use super::select::Model;
+use super::start::Start;
+use crate::chart::Kind;
+use crate::cloud::{self, Bounds, LocalObserver};
+use crate::diagnostic::Diagnostic;
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+use crate::som::{Init as MapInit, Lattice, Topology};
+use crate::validate::{CellGrid, Compared, DefectSettings, defects, folded_share};
+
+/// Hypotheses that are refined, at most.
+const REFINED: usize = 3;
+
+/// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
+/// triangles.
+///
+/// Charts propose how points may lie on a surface. Coarse fits of their hypotheses are scored. The
+/// best is refined: a map learns the points from it, and least squares with fairness and parameter
+/// correction fit a net that grows.
+///
+/// # Errors
+///
+/// Those of [`cloud::check`]; [`crate::Error::Parameter`] for an option out of its range;
+/// [`crate::Error::Interrupted`] if the observer stops it.
+pub fn reconstruct(
+    points: &[DVec3],
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    let started = Instant::now();
+    options.check(points.len())?;
+    let mut found = relay::in_pool(points.len(), observer, |observer| {
+        let bounds = cloud::checked_bounds(points, observer)?;
+        ranked(points, options, observer, |ranked, observer| {
+            finish(points, &bounds, ranked, options, observer)
+        })
+    })?;
+    found.report.account_for(started.elapsed());
+    Ok(found)
+}
+
+/// A refined surface with what is wrong with it.
+struct Refined {
+    kind: Kind,
+    heights: Option<[DVec3; 3]>,
+    fitted: Fitted,
+    map: LearnedMap,
+    defects: Vec<Diagnostic>,
+}
+
+/// Refines and validates hypotheses until one has no defects, and measures all points.
+fn finish(
+    points: &[DVec3],
+    bounds: &Bounds,
+    mut ranked: Ranked<'_>,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Reconstruction> {
+    let mut candidates = ranked.candidates();
+    let refined = best(&ranked, options, &mut candidates, observer)?;
+    ranked.clock.lap("refine");
+    let Refined { kind, heights, mut fitted, map, defects } = refined;
+    let frame = ranked.cloud.frame;
+    if options.rational {
+        let job = refinement(&ranked, kind, heights, [1.0; 2], options);
+        fitted = job.rational(fitted, observer)?;
+    }
+    let surface = fitted.surface.map_control_points(|point| frame.to_given(point))?;
+    let surface = oriented(surface, &mut fitted.uv, kind, observer)?;
+    let measured =
+        Measured::of(points, ranked.cloud, &fitted, &surface, kind.closed(), observer)?;
+    let mut diagnostics = defects;
+    diagnostics.extend(diagnose(points, &ranked, options, kind, &fitted, &measured));
+    let som = map.in_given_frame(&frame, observer)?;
+    ranked.clock.lap("measure");
+    let counted = measured.counted();
+    let far = |tolerance: f64| counted.iter().filter(|off| **off > tolerance).count();
+    let missed = options.tolerance.map(far);
+    let inliers = counted.len();
+    let report = Report {
+        points: points.len(),
+        inliers,
+        diagonal: bounds.diagonal(),
+        grid: surface.shape(),
+        degree: (surface.knots_u().degree(), surface.knots_v().degree()),
+        deviations: Deviations::of(counted),
+        tolerance: options.tolerance,
+        within: missed.map(|missed| 1.0 - missed as f64 / inliers as f64),
+        ended_by: fitted.ended_by,
+        fairness: Some(fitted.fairness),
+        iterations: fitted.iterations,
+        kind,
+        direction: heights.map(|axes| frame.direction_to_given(axes[2]).normalize()),
+        axis_scale: ranked.axis_scale,
+        valid: !diagnostics.iter().any(Diagnostic::is_defect),
+        converged: missed.unwrap_or(0) == 0,
+        candidates,
+        diagnostics,
+        duplicates: ranked.cloud.merged.len(),
+        outliers: points.len() - inliers,
+        training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
+        seconds: ranked.clock.seconds(),
+    };
+    let Measured { uv, deviations, inliers } = measured;
+    Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
+}
+
+/// The first hypothesis of the ranking whose refined surface has no defects; else the first.
+fn best(
+    ranked: &Ranked<'_>,
+    options: &ReconstructOptions<'_>,
+    candidates: &mut [Candidate],
+    observer: &mut dyn Observer,
+) -> Result<Refined> {
+    if let Init::Given { nodes, shape } = options.init {
+        return from_nodes(ranked, nodes, shape, options, observer);
+    }
+    let mut first = None;
+    for (place, model) in ranked.ranking.models.iter().take(REFINED).enumerate() {
+        let refined = match refine(ranked, model, options, observer) {
+            Ok(refined) => refined,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) if place + 1 == ranked.ranking.models.len() && first.is_none() => {
+                return Err(error);
+            }
+            Err(error) => {
+                candidates[place].outcome = format!("not fitted: {error}");
+                continue;
+            }
+        };
+        let Some(defect) = refined.defects.first().map(Diagnostic::code) else {
+            candidates[place].outcome = "chosen".to_string();
+            return Ok(refined);
+        };
+        candidates[place].outcome = format!("refined, with the defect {defect}");
+        first = first.or(Some((place, refined)));
+    }
+    let Some((place, refined)) = first else {
+        let (must, got) = ("enough for a surface", ranked.cloud.points.len());
+        return Err(Error::parameter("points", must, got));
+    };
+    candidates[place].outcome = "chosen: no candidate is without defects".to_string();
+    Ok(refined)
+}
+
+fn refinement<'a>(
+    ranked: &'a Ranked<'_>,
+    kind: Kind,
+    heights: Option<[DVec3; 3]>,
+    lengths: [f64; 2],
+    options: &'a ReconstructOptions<'a>,
+) -> Refinement<'a> {
+    Refinement {
+        points: &ranked.cloud.points,
+        weights: ranked.cloud.weights.as_deref(),
+        kind,
+        heights,
+        lengths,
+        tolerance: options.tolerance.map(|length| ranked.cloud.frame.length_to_local(length)),
+        options,
+    }
+}
+
+/// The refined surface of a model, repaired if it folds.
+fn refine(
+    ranked: &Ranked<'_>,
+    model: &Model,
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Refined> {
+    let hypothesis = &model.hypothesis;
+    let (kind, heights) = (hypothesis.kind, hypothesis.heights);
+    let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
+    let observer: &mut dyn Observer = &mut observer;
+    let job = refinement(ranked, kind, heights, hypothesis.lengths, options);
+    let start = Start::of(job.points, ranked.sample, model, observer)?;
+    let coarse = &model.fit.surface;
+    let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
+    let mut fitted = job.fit(&start, coarse, &map, observer)?;
+    let mut defects = defects_of(ranked, &fitted, kind)?;
+    let folded = defects.iter().any(|defect| matches!(defect, Diagnostic::Folded { .. }));
+    if folded && heights.is_none() && options.fairness.is_none() {
+        let folds = |fitted: &Fitted| folds(ranked, fitted, kind);
+        if let Some(better) = repaired(&job, &fitted, ranked.seen.noise(), folds, observer)? {
+            fitted = better;
+            defects = defects_of(ranked, &fitted, kind)?;
+        }
+    }
+    Ok(Refined { kind, heights, fitted, map, defects })
+}
+
+/// The surface from nodes that were given, on which all points are projected.
+fn from_nodes(
+    ranked: &Ranked<'_>,
+    nodes: &[DVec3],
+    (rows, cols): (usize, usize),
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<Refined> {
+    let frame = ranked.cloud.frame;
+    let kind = options.kind.unwrap_or(Kind::Sheet);
+    let topology = match kind.closed() {
+        (false, _) => Topology::Sheet,
+        (true, false) => Topology::Tube,
+        (true, true) => Topology::Torus,
+    };
+    let mut observer = LocalObserver { frame, observer };
+    let observer: &mut dyn Observer = &mut observer;
+    let nodes = nodes.iter().map(|node| frame.to_local(*node)).collect();
+    let lattice = Lattice::grid(rows, cols, crate::som::Cells::Quad, topology)?;
+    let points = &ranked.cloud.points;
+    let map = LearnedMap::learn(points, lattice, MapInit::Given(nodes), observer)?;
+    let lengths = [rows as f64, cols as f64];
+    let heights = (kind == Kind::Height).then(|| {
+        DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize())
+    });
+    let job = refinement(ranked, kind, heights, lengths, options);
+    let fitted = job.from_map(&map, observer)?;
+    let defects = defects_of(ranked, &fitted, kind)?;
+    Ok(Refined { kind, heights, fitted, map, defects })
+}
+
+/// The sample's parameters and distances on a fitted surface.
+fn on_sample(ranked: &Ranked<'_>, fitted: &Fitted) -> (Vec<glam::DVec2>, Vec<f64>) {
+    // The sample is some of the points, in their order.
+    let mut of_all = ranked.cloud.points.iter().zip(fitted.uv.iter().zip(&fitted.distances));
+    let found = ranked.sample.iter().filter_map(|point| {
+        of_all.find(|(other, _)| *other == point).map(|(_, (uv, distance))| (*uv, *distance))
+    });
+    found.unzip()
+}
+
+fn with_compared<T>(
+    ranked: &Ranked<'_>,
+    fitted: &Fitted,
+    kind: Kind,
+    ask: impl FnOnce(&Compared<'_>) -> Result<T>,
+) -> Result<T> {
+    let (uv, distances) = on_sample(ranked, fitted);
+    let surface: &NurbsSurface = &fitted.surface;
+    let closed = kind.closed().into();
+    ask(&Compared { seen: ranked.seen, surface, closed, uv: &uv, distances: &distances })
+}
+
+fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Diagnostic>> {
+    let terms = &ranked.settings.terms;
+    let mut found = with_compared(ranked, fitted, kind, |compared| {
+        defects(compared, terms, &DefectSettings::default())
+    })?;
+    let frame = &ranked.cloud.frame;
+    for defect in &mut found {
+        if let Diagnostic::Overshoot { distance: length, diagonal }
+        | Diagnostic::Thick { rms: length, diagonal } = defect
+        {
+            *length = frame.length_to_given(*length);
+            *diagonal = frame.length_to_given(*diagonal);
+        }
+    }
+    Ok(found)
+}
+
+fn folds(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<bool> {
+    let settings = DefectSettings::default();
+    with_compared(ranked, fitted, kind, |compared| {
+        let grid = CellGrid::of(compared.surface, settings.cells, &mut crate::progress::Silent)?;
+        Ok(folded_share(compared, &grid, &settings) > 0.0)
+    })
+}

@@ -1,0 +1,56 @@
+//! Exact recovery of a control net from points of its surface.
+
+use glam::DVec3;
+
+use super::options::{Aspect, ReconstructOptions};
+use super::{reconstruct, relay};
+use crate::chart::Kind;
+use crate::cloud::{self, Normalization};
+use crate::error::{Error, Result};
+use crate::fit;
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+
+/// Degree of the surface in both directions, lowered where the net has too few rows or columns.
+const DEGREE: usize = 3;
+
+/// Finds the B-spline surface with a net of this shape on which all points lie.
+///
+/// The surface is open, of degree 3 where the net has rows and columns enough, with uniform knots.
+/// A fit with that net comes first; from there parameters and net are solved for together.
+///
+/// # Errors
+///
+/// Those of [`cloud::check`]; [`Error::Parameter`] if no such surface is found;
+/// [`Error::Interrupted`] if the observer stops it.
+pub fn recover_net(
+    points: &[DVec3],
+    shape: (usize, usize),
+    observer: &mut dyn Observer,
+) -> Result<NurbsSurface> {
+    let options = ReconstructOptions {
+        grid: Some(shape),
+        aspect: Aspect::Fixed,
+        kind: Some(Kind::Sheet),
+        clean: false,
+        robust: false,
+        ..ReconstructOptions::default()
+    };
+    let near = reconstruct(points, &options, observer)?;
+    relay::in_pool(points.len(), observer, |observer| {
+        let frame = Normalization::of(points);
+        let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
+        let degree = DEGREE.min(shape.0 - 1).min(shape.1 - 1);
+        let found = fit::recover_net(&local, &near.uv, shape, degree, (false, false), observer)?;
+        match found {
+            Some(found) => found.map_control_points(|point| frame.undo(point)),
+            None => {
+                let (rows, cols) = shape;
+                let must = format!("on a surface with a net of {rows} × {cols} control points");
+                let rms = near.report.deviations.rms;
+                let got = format!("points that are {rms:e} off the nearest one found, rms");
+                Err(Error::parameter("points", must, got))
+            }
+        }
+    })
+}

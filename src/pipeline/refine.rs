@@ -1,0 +1,233 @@
+//! The best hypothesis becomes the surface: map, boundary, knots, robust weights, tolerance.
+
+use glam::{DVec2, DVec3};
+
+use super::fitted::Fitted;
+use super::map::LearnedMap;
+use super::net_shape::net_shape;
+use super::options::ReconstructOptions;
+use super::outliers::outlier_weights;
+use super::start::Start;
+use crate::chart::Kind;
+use crate::error::{Error, Result};
+use crate::fit::{
+    ApproximateOptions, Approximation, Base, FittedSurface, Growth, HeightOptions, approximate,
+    bounded, continued, cosines, grow_heights, project, rational,
+};
+use crate::nurbs::NurbsSurface;
+use crate::progress::Observer;
+
+/// How far outer cells of the map go on for points beyond them, in cells.
+const EXTRAPOLATION: f64 = 0.75;
+
+/// How far the surface goes on beyond the points by default, in their mean spacings.
+const BORDER: f64 = 0.5;
+
+/// Fits in which outliers are let go, at most, beside the first.
+const REWEIGHTED: usize = 2;
+
+/// What is refined: all points of the local frame, and how they shall lie on a surface.
+#[derive(Clone, Copy)]
+pub(super) struct Refinement<'a> {
+    pub(super) points: &'a [DVec3],
+    /// What each squared distance counts; `None`: 1.
+    pub(super) weights: Option<&'a [f64]>,
+    pub(super) kind: Kind,
+    /// Of heights: the plane's axes and the direction of the heights.
+    pub(super) heights: Option<[DVec3; 3]>,
+    /// Lengths of the surface along u and v.
+    pub(super) lengths: [f64; 2],
+    /// The tolerance in the local frame.
+    pub(super) tolerance: Option<f64>,
+    pub(super) options: &'a ReconstructOptions<'a>,
+}
+
+impl Refinement<'_> {
+    /// The surface, from where the points lie on a coarse one and from the map that learned them.
+    pub(super) fn fit(
+        &self,
+        start: &Start,
+        coarse: &NurbsSurface,
+        map: &LearnedMap,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        let mut weights = self.robust(&start.distances, observer)?;
+        let mut fitted = match self.heights {
+            Some(_) => self.heights(self.slopes(coarse, &start.uv), weights, observer)?,
+            None => {
+                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
+            }
+        };
+        for _ in 0..REWEIGHTED {
+            weights = self.robust(&fitted.distances, observer)?;
+            if same_outliers(&weights, &fitted.weights) {
+                break;
+            }
+            fitted = self.again(&fitted, weights, observer)?;
+        }
+        self.within_tolerance(fitted, observer)
+    }
+
+    /// The surface from a map alone.
+    pub(super) fn from_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
+        let weights = self.robust(&[], observer)?;
+        let fitted = match self.heights {
+            Some(_) => self.heights(vec![1.0; self.points.len()], weights, observer)?,
+            None => {
+                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
+            }
+        };
+        self.within_tolerance(fitted, observer)
+    }
+
+    /// The same surface with other weights; it grows on where outliers had held it back.
+    fn again(&self, known: &Fitted, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+        if self.heights.is_some() {
+            return self.heights(self.slopes(&known.surface, &known.uv), weights, observer);
+        }
+        let from = self.from(known);
+        let (fairness, growth) = (self.options.fairness, self.growth(None));
+        let found = continued(self.points, Some(&weights), &from, fairness, growth, observer)?;
+        Ok(Fitted::new(found, weights))
+    }
+
+    fn from<'a>(&self, known: &'a Fitted) -> FittedSurface<'a> {
+        FittedSurface {
+            surface: &known.surface,
+            uv: &known.uv,
+            closed: self.kind.closed(),
+            fairness: known.fairness,
+        }
+    }
+
+    /// The surface with this fairness and the net that it has.
+    pub(super) fn smoother(
+        &self,
+        known: &Fitted,
+        fairness: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        let (from, weights) = (self.from(known), Some(known.weights.as_slice()));
+        let found = continued(self.points, weights, &from, Some(fairness), None, observer)?;
+        Ok(Fitted::new(found, known.weights.clone()))
+    }
+
+    /// Growth goes on until the tolerance holds, if there is one; the result never is worse.
+    fn within_tolerance(&self, fitted: Fitted, observer: &mut dyn Observer) -> Result<Fitted> {
+        let Some(tolerance) = self.tolerance.filter(|tolerance| fitted.max() > *tolerance) else {
+            return Ok(fitted);
+        };
+        let growth = Growth { tolerance: Some(tolerance), most: self.options.max_control_points };
+        let weights = fitted.weights.clone();
+        let nearer = if self.heights.is_some() {
+            let slopes = vec![1.0; self.points.len()];
+            self.heights_with(slopes, weights, Some(growth), Some(0.0), observer)
+        } else {
+            let (from, fairness) = (self.from(&fitted), self.options.fairness);
+            continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
+                .map(|found| Fitted::new(found, fitted.weights.clone()))
+        };
+        match nearer {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => Ok(nearer),
+            _ => Ok(fitted),
+        }
+    }
+
+    /// The weights that were given, less what outliers lose.
+    fn robust(&self, distances: &[f64], observer: &mut dyn Observer) -> Result<Vec<f64>> {
+        let mut weights = self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
+        if self.options.robust
+            && !distances.is_empty()
+            && let Some(found) = outlier_weights(self.points, distances, observer)?
+        {
+            weights.iter_mut().zip(found).for_each(|(weight, share)| *weight *= share);
+        }
+        Ok(weights)
+    }
+
+    fn growth(&self, tolerance: Option<f64>) -> Option<Growth> {
+        let free = self.options.grid.is_none();
+        free.then_some(Growth { tolerance, most: self.options.max_control_points })
+    }
+
+    fn degree(&self, (rows, cols): (usize, usize)) -> (usize, usize) {
+        (self.options.degree.min(rows - 1), self.options.degree.min(cols - 1))
+    }
+
+    pub(super) fn net(&self) -> (usize, usize) {
+        net_shape(self.points.len(), self.kind, self.lengths, self.options)
+    }
+
+    fn sheet(&self, uv: &[DVec2], weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+        let net = self.net();
+        let options = ApproximateOptions {
+            net,
+            degree: self.degree(net),
+            closed: self.kind.closed(),
+            fairness: self.options.fairness,
+            border: self.options.border.unwrap_or(BORDER),
+            growth: self.growth(None),
+            ..ApproximateOptions::default()
+        };
+        let found = approximate(self.points, uv, Some(&weights), &options, observer)?;
+        Ok(Fitted::new(found, weights))
+    }
+
+    /// Squared cosines of the slope of a surface at parameters: noise has no direction, so that it
+    /// counts by the distance from the slope.
+    fn slopes(&self, surface: &NurbsSurface, uv: &[DVec2]) -> Vec<f64> {
+        let up = self.heights.map_or(DVec3::Z, |axes| axes[2]);
+        cosines(surface, uv, up).into_iter().map(|cosine| cosine * cosine).collect()
+    }
+
+    fn heights(
+        &self,
+        slopes: Vec<f64>,
+        weights: Vec<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        self.heights_with(slopes, weights, self.growth(None), self.options.fairness, observer)
+    }
+
+    /// Heights whose squared distances count with weights and slopes; the net grows if it may.
+    fn heights_with(
+        &self,
+        slopes: Vec<f64>,
+        weights: Vec<f64>,
+        growth: Option<Growth>,
+        fairness: Option<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        let [along, across, up] = self.heights.unwrap_or(DVec3::AXES);
+        let base = Base { axes: [along, across], up };
+        let net = self.net();
+        let options = HeightOptions { net, degree: self.degree(net), fairness };
+        let both: Vec<f64> = weights.iter().zip(&slopes).map(|(a, b)| a * b).collect();
+        let most = net.0 * net.1;
+        let growth = growth.unwrap_or(Growth { tolerance: None, most });
+        let (fit, ended_by) =
+            grow_heights(self.points, Some(&both), &base, &options, growth, observer)?;
+        let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
+        let (surface, fairness) = (fit.surface, fit.fairness);
+        Ok(Fitted { surface, uv, distances, weights, fairness, iterations: 1, ended_by })
+    }
+
+    /// The surface with weights of the control points, where that is nearer.
+    pub(super) fn rational(&self, fitted: Fitted, observer: &mut dyn Observer) -> Result<Fitted> {
+        let weights = Some(fitted.weights.as_slice());
+        let surface = rational(&fitted.surface, self.points, weights, observer)?;
+        if surface == fitted.surface {
+            return Ok(fitted);
+        }
+        let (uv, distances) = super::measure::closest(&surface, self.points, observer)?;
+        Ok(Fitted { surface, uv, distances, ..fitted })
+    }
+}
+
+/// Whether two sets of weights let the same points go.
+fn same_outliers(some: &[f64], others: &[f64]) -> bool {
+    some.iter().zip(others).all(|(a, b)| (*a == 0.0) == (*b == 0.0))
+}

@@ -1,0 +1,109 @@
+//! The defects of a surface: what makes it invalid.
+
+use glam::DVec3;
+
+use super::grid::CellGrid;
+use super::terms::{Compared, TermSettings};
+use crate::cloud::{Bounds, Neighbor};
+use crate::diagnostic::Diagnostic;
+use crate::error::Result;
+use crate::numeric::{median, rms};
+use crate::progress::Silent;
+
+/// When a surface is not valid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DefectSettings {
+    /// Share of neighbouring cells whose normals turn over against the local planes.
+    pub folded: f64,
+    /// How far outside of the points' box it goes, in the box's diagonal.
+    pub overshoot: f64,
+    /// Share of a closed surface's area without points near.
+    pub uncovered: f64,
+    /// Share of the links between neighbours that are torn.
+    pub torn: f64,
+    /// Root mean square distance of the points, in the diagonal of their box.
+    pub thick: f64,
+    /// Cells along a side of the grid on which folds are looked for.
+    pub cells: usize,
+    /// Thickness over width up to which a local plane has a side.
+    pub flat: f64,
+    /// Cosine between neighbouring local planes from which on their sides are compared.
+    pub alike: f64,
+}
+
+impl Default for DefectSettings {
+    fn default() -> Self {
+        Self {
+            folded: 0.01,
+            overshoot: 0.1,
+            uncovered: 0.1,
+            torn: 0.05,
+            thick: 0.11,
+            cells: 70,
+            flat: 0.2,
+            alike: 0.7,
+        }
+    }
+}
+
+/// The defects of a surface, none of a valid one.
+///
+/// # Errors
+///
+/// Those of evaluation, which none of these meets.
+pub fn defects(
+    compared: &Compared<'_>,
+    terms: &TermSettings,
+    settings: &DefectSettings,
+) -> Result<Vec<Diagnostic>> {
+    let points = compared.seen.points();
+    let bounds = Bounds::of(points);
+    let diagonal = bounds.diagonal();
+    let grid = CellGrid::of(compared.surface, settings.cells, &mut Silent)?;
+    let outside = |place: &DVec3| place.distance(place.clamp(bounds.min, bounds.max));
+    let distance = grid.places.iter().map(outside).fold(0.0, f64::max);
+    let found = compared.terms(terms)?;
+    let share = folded_share(compared, &grid, settings);
+    let off = rms(compared.distances.iter().copied());
+    let closed = compared.closed[0];
+    let all = [
+        (share > settings.folded, Diagnostic::Folded { share }),
+        (distance > settings.overshoot * diagonal, Diagnostic::Overshoot { distance, diagonal }),
+        (
+            closed && found.uncovered > settings.uncovered,
+            Diagnostic::Uncovered { share: found.uncovered },
+        ),
+        (found.torn > settings.torn, Diagnostic::Torn { share: found.torn }),
+        (off > settings.thick * diagonal, Diagnostic::Thick { rms: off, diagonal }),
+    ];
+    Ok(all.into_iter().filter(|(present, _)| *present).map(|(_, defect)| defect).collect())
+}
+
+/// Share of neighbouring cells whose normals turn over against the local planes of the points
+/// beneath: the side of the plane, carried along, must not change against the surface's.
+#[must_use]
+pub fn folded_share(compared: &Compared<'_>, grid: &CellGrid, settings: &DefectSettings) -> f64 {
+    let (seen, planes) = (compared.seen, compared.seen.planes());
+    let reach = 2.0 * median(seen.near().iter().filter_map(|near| near.get(3)).map(Neighbor::distance));
+    let mut found = Vec::new();
+    let mut side = |cell: usize| {
+        seen.tree().nearest_where(grid.places[cell], 1, reach, &mut found, |_| true);
+        let near = found.first()?.index as usize;
+        let normal = planes.normals[near];
+        let sign = grid.normals[cell].dot(normal).signum();
+        (planes.flatness[near] < settings.flat).then_some((normal, sign))
+    };
+    let sides: Vec<Option<(DVec3, f64)>> = (0..grid.places.len()).map(&mut side).collect();
+    let (mut turned, mut count) = (0.0, 0.0);
+    for [a, b] in grid.neighbors() {
+        let (Some((normal_a, sign_a)), Some((normal_b, sign_b))) = (sides[a], sides[b]) else {
+            continue;
+        };
+        let cosine = normal_a.dot(normal_b);
+        if cosine.abs() > settings.alike {
+            count += 1.0;
+            turned += f64::from(sign_a * sign_b * cosine < 0.0);
+        }
+    }
+    if count > 0.0 { turned / count } else { 0.0 }
+}
