@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::fairness::Energy;
+use super::limits::{ENOUGH_SAMPLES, NEGLIGIBLE};
 use super::normal_equations::{NormalEquations, Sample};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
@@ -33,14 +34,6 @@ const LEAST_TAKEN: f64 = 0.1;
 /// A share of the mean diagonal that stands in for what the energy leaves free. It cancels, as
 /// energies know nothing of that; rounding, which does not, grows as it falls.
 const RIDGE: f64 = 1e-6;
-
-/// Anisotropies nearer to one another are one, by their logarithms: what the ridge makes of rounding is less
-/// and does not show.
-const DISTINCT: f64 = 0.01;
-
-/// Samples that bending is measured at, at equal steps: it is a mean square, of which a factor of 1.1
-/// is no matter.
-const MEASURED: usize = 500;
 
 /// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
 /// 1, which is none, if they cannot tell or digits do not suffice.
@@ -83,7 +76,8 @@ pub(super) fn more_likely(
     // One part counts as much beside the other as the anisotropy squared. An update falls short of
     // the likeliest: twice as far is where three lead.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
-    let anisotropy = ((anisotropy.ln() / DISTINCT).round() * DISTINCT).exp();
+    // Rounded, since the ridge magnifies rounding.
+    let anisotropy = ((anisotropy.ln() / NEGLIGIBLE).round() * NEGLIGIBLE).exp();
     Ok(if anisotropy.is_finite() { anisotropy.clamp(1.0 / MOST, MOST) } else { 1.0 })
 }
 
@@ -114,7 +108,7 @@ fn bending(
         }
         [along_u, along_v].map(|along| sample.weight * along.dot(sample.normal).powi(2))
     };
-    let step = samples.len().div_ceil(MEASURED).max(1);
+    let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
     let squares: Vec<[f64; 2]> =
         (0..samples.len()).into_par_iter().step_by(step).map(|i| square(&samples[i])).collect();
     let sum = |d: usize| squares.iter().map(|squares| squares[d]).sum::<f64>();

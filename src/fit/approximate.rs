@@ -8,74 +8,17 @@
 
 use glam::{DVec2, DVec3};
 
-use super::fitting::{Fitting, Pace};
-use super::growth::{EndedBy, Growth};
-use super::relaxation::Flat;
+use super::fitting::Fitting;
+use super::options::{ApproximateOptions, Growth, uniform};
+use super::outcome::Approximation;
 use super::rim::Rim;
 use super::space::SplineSpace;
 use crate::error::Result;
-use crate::nurbs::{KnotVector, NurbsSurface};
+use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
-
-/// How to approximate.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ApproximateOptions {
-    /// Rows and columns of the control net; in closed directions the different ones.
-    pub net: (usize, usize),
-    /// Degrees in u and v.
-    pub degree: (usize, usize),
-    /// Directions in which the surface closes smoothly.
-    pub closed: (bool, bool),
-    /// Weight of the fairness, the energy of third derivatives: 1 gives it as large a say as all
-    /// points together. `None`: by generalized cross-validation; how much more derivatives along one
-    /// direction count is found, too, by marginal likelihood.
-    pub fairness: Option<f64>,
-    /// About how far the surface goes on beyond the points at open borders, in mean spacings of the
-    /// points: less where the border is sure, more where it is in doubt.
-    pub border: f64,
-    /// Solutions with the whole net at most.
-    pub iterations: usize,
-    /// Whether and how far the net grows.
-    pub growth: Option<Growth>,
-    /// Parameters along u, increasing, at which the surface has creases, if its net has room for
-    /// them: isocurves along u may have corners there.
-    pub creases: Vec<f64>,
-}
-
-/// A surface near points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Approximation {
-    /// The surface.
-    pub surface: NurbsSurface,
-    /// Where on it each point has its foot.
-    pub uv: Vec<DVec2>,
-    /// Each point's distance from its foot, in the points' unit.
-    pub distances: Vec<f64>,
-    /// The weight of the fairness that was used.
-    pub fairness: f64,
-    /// Mean square of the error that cross-validation expects at a point that was left out, in the
-    /// points' unit squared; `None` if it was not asked.
-    pub expected: Option<f64>,
-    /// Solutions made after the coarse net.
-    pub iterations: usize,
-    /// What ended the growth of the net.
-    pub ended_by: EndedBy,
-}
-
-/// Solutions with the whole net for each with a coarse one: that only has to take shape.
-const COARSE_SHARE: usize = 3;
 
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
-
-/// Shares of the fairness that are left after each solution, with coarse nets and with the whole.
-const LEFT_OF_FAIRNESS: (f64, f64) = (0.5, 0.25);
-
-/// Of solutions with all points and the whole net, on the domain that ends where they do.
-const LAST: Pace = Pace { limit: 3, left_of_fairness: LEFT_OF_FAIRNESS.1 };
-
-/// Turns in which the domain follows a notch of the outline.
-const TURNS_FOR_NOTCHES: usize = 2;
 
 /// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
 /// 1). Each squared distance counts with its weight (1 without weights).
@@ -111,25 +54,20 @@ pub fn approximate(
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
     let spaces: Vec<SplineSpace> =
-        levels(options).into_iter().map(|net| uniform(net, options)).collect::<Result<_>>()?;
+        levels(options).into_iter().map(|net| space(net, options)).collect::<Result<_>>()?;
     let (coarsest, whole) = (&spaces[0], &spaces[spaces.len() - 1]);
     let mut fitting = Fitting::new(points, uv, weights, options, observer);
     fitting.look_at_enough_for(coarsest);
     let mut surface = fitting.first(coarsest)?;
     for space in &spaces {
         fitting.look_at_enough_for(space);
-        let pace = if space == whole {
-            Pace { limit: options.iterations, left_of_fairness: LEFT_OF_FAIRNESS.1 }
-        } else {
-            let limit = options.iterations.div_ceil(COARSE_SHARE);
-            Pace { limit, left_of_fairness: LEFT_OF_FAIRNESS.0 }
-        };
-        surface = fitting.descend(space, surface, pace)?;
+        surface = fitting.descend(space, surface)?;
     }
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
-        for _ in 0..TURNS_FOR_NOTCHES {
+        // The domain follows a notch of the outline in two turns.
+        for _ in 0..2 {
             let (bent, notched) = fitting.conform(surface, options.border)?;
-            surface = fitting.descend(whole, bent, LAST)?;
+            surface = fitting.descend(whole, bent)?;
             if !notched {
                 break;
             }
@@ -138,8 +76,19 @@ pub fn approximate(
     fitting.grown(surface, options.growth)
 }
 
+/// A surface that a fit goes on from.
+#[derive(Clone, Copy)]
+pub(crate) struct FittedSurface<'a> {
+    pub(crate) surface: &'a NurbsSurface,
+    /// The parameters of each point's projection.
+    pub(crate) uv: &'a [DVec2],
+    pub(crate) closed: (bool, bool),
+    /// The weight of the fairness that the fit begins with.
+    pub(crate) fairness: f64,
+}
+
 /// The surface that a fit becomes with other weights, which change little, on the domain that it has;
-/// it grows on, if it may.
+/// it grows on, if it may. `fairness` is as in [`ApproximateOptions`].
 ///
 /// # Errors
 ///
@@ -147,33 +96,20 @@ pub fn approximate(
 pub(crate) fn continued(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    from: &Flat<'_>,
+    from: &FittedSurface<'_>,
     fairness: Option<f64>,
     growth: Option<Growth>,
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
-    let mut fitting = from.fitting(points, weights, fairness, observer);
-    fitting.bent = from.closed != (true, true);
-    fitting.rim = (from.closed == (false, false)).then(|| Rim::of(from.surface));
-    let knots = [from.surface.knots_u().clone(), from.surface.knots_v().clone()];
-    let space = SplineSpace::new(knots, from.closed.into())?;
-    let surface = fitting.descend(&space, from.surface.clone(), LAST)?;
+    let &FittedSurface { surface, uv, closed, fairness: first } = from;
+    let options = ApproximateOptions { closed, fairness, ..ApproximateOptions::default() };
+    let mut fitting = Fitting::new(points, uv, weights, &options, observer);
+    fitting.falling = first;
+    fitting.rim = (closed == (false, false)).then(|| Rim::of(surface));
+    let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
+    let space = SplineSpace::new(knots, closed.into())?;
+    let surface = fitting.descend(&space, surface.clone())?;
     fitting.grown(surface, growth)
-}
-
-impl Default for ApproximateOptions {
-    fn default() -> Self {
-        Self {
-            net: (12, 12),
-            degree: (3, 3),
-            closed: (false, false),
-            fairness: None,
-            border: 0.5,
-            iterations: 8,
-            growth: None,
-            creases: Vec::new(),
-        }
-    }
 }
 
 /// Nets from coarse to whole: each has half the rows and columns of the next, as far as the degree
@@ -197,16 +133,9 @@ fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     nets
 }
 
-/// Evenly spaced knots for a net, repeated at creases.
-fn uniform(net: (usize, usize), options: &ApproximateOptions) -> Result<SplineSpace> {
-    let knots = |degree, count, closed, creases| {
-        if closed {
-            KnotVector::periodic_uniform(degree, count)
-        } else {
-            KnotVector::clamped_creased(degree, count, creases)
-        }
-    };
-    let u = knots(options.degree.0, net.0, options.closed.0, options.creases.as_slice())?;
-    let v = knots(options.degree.1, net.1, options.closed.1, &[])?;
+/// Evenly spaced knots for a net.
+fn space(net: (usize, usize), options: &ApproximateOptions) -> Result<SplineSpace> {
+    let u = uniform(options.degree.0, net.0, options.closed.0)?;
+    let v = uniform(options.degree.1, net.1, options.closed.1)?;
     SplineSpace::new([u, v], options.closed.into())
 }

@@ -4,25 +4,21 @@
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
 use faer::{Accum, MatMut, MatRef, Par};
-use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::substitution::{ROWS, Substitution};
+use super::limits::POINTS_PER_TASK;
 use crate::nurbs::window;
 
 /// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
 /// processor busy.
 const TILES: [usize; 2] = [32, 64];
 
-/// Half bandwidth from which on tiles are large.
+/// Half bandwidth from which on tiles are large and the updates of a column are shared by threads.
 const WIDE: usize = 256;
 
-/// Entries that a thread adds up at a time.
-const ENTRIES_PER_TASK: usize = 1 << 14;
-
-/// Rows below a tile on the diagonal from which on the updates of a column are worth waking another thread.
-const PARALLEL: usize = 256;
+/// Rows that stay in registers: to read and write them for each column takes several times as long.
+pub(super) const ROWS: usize = 8;
 
 /// The lower half of a symmetric band matrix, or its Cholesky factor.
 #[derive(Clone, Debug)]
@@ -64,6 +60,10 @@ impl Band {
             let at = self.index(i, i);
             self.values[at] = 1.0;
         }
+    }
+
+    pub(super) fn size(&self) -> usize {
+        self.size
     }
 
     pub(super) fn side(&self) -> usize {
@@ -145,7 +145,7 @@ impl Band {
         debug_assert_eq!(self.values.len(), other.values.len());
         self.values
             .par_iter_mut()
-            .with_min_len(ENTRIES_PER_TASK)
+            .with_min_len(POINTS_PER_TASK)
             .zip(&other.values)
             .for_each(|(sum, value)| *sum += factor * value);
         self.complete();
@@ -244,7 +244,7 @@ impl Band {
                 }
             };
             let later = &mut later[..below * reach * tile];
-            if below * side >= PARALLEL {
+            if below * side >= WIDE {
                 panel.par_chunks_mut(tile).enumerate().for_each(solve);
                 panel_ref = panel;
                 let tiles = later.par_chunks_mut(tile).enumerate();
@@ -256,23 +256,6 @@ impl Band {
             }
         }
         Ok(true)
-    }
-
-    /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
-    pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
-        debug_assert_eq!(x.len(), self.size);
-        // As many as the tiles have.
-        let mut whole = vec![[0.0; WIDTH]; self.columns() * self.side];
-        whole[..self.size].copy_from_slice(x);
-        Arch::new().dispatch(Substitution { factor: self, x: &mut whole });
-        x.copy_from_slice(&whole[..self.size]);
-    }
-
-    /// The solution by this factor for points whose coordinates are coupled, three rows for each.
-    pub(super) fn solved_together(&self, right: &[[f64; 3]]) -> Vec<DVec3> {
-        let mut x: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
-        self.solve(&mut x);
-        x.as_flattened().as_chunks().0.iter().copied().map(DVec3::from_array).collect()
     }
 
     /// The entries of the inverse that lie in the band, from this factor (K. Takahashi, J. Fagan,

@@ -3,11 +3,10 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::POINTS_PER_TASK;
 use super::edge::{Edge, extremes, lowest};
+use super::limits::POINTS_PER_TASK;
 use super::space::SplineSpace;
 use crate::error::Result;
-use crate::nurbs::KnotVector;
 
 /// Least width of the domain between two sides, as a share of its mean: sides that lean more
 /// towards each other are those of no quadrilateral.
@@ -16,14 +15,6 @@ const LEAST_WIDTH: f64 = 0.6;
 /// Strips that a side's points are sorted into. Within one a straight line leaves out nothing that
 /// could be seen.
 const STRIPS: usize = 1 << 12;
-
-/// Share of the way between control points that a surface goes on beyond points at most, for each spacing of
-/// border that is asked for: at corners few points leave their border in more doubt, but a surface that goes
-/// on without them soon goes astray.
-const MOST_BEYOND: f64 = 0.5;
-
-/// Turns in which both directions are bounded: the sides of one lean on those of the other.
-const TURNS: usize = 2;
 
 /// Parameters brought into the unit square: on either side of an open direction the straight line
 /// that has all of them behind it, and leaves least between, becomes a side of the square. Closed
@@ -38,7 +29,8 @@ const TURNS: usize = 2;
 #[must_use]
 pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     let mut uv = uv.to_vec();
-    for _ in 0..TURNS {
+    // The sides of one direction lean on those of the other.
+    for _ in 0..2 {
         for (d, closed) in [closed.0, closed.1].into_iter().enumerate() {
             if !closed {
                 bound(&mut uv, d);
@@ -49,8 +41,7 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 }
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
-/// those parameters, which are blurred by noise of this size along u and v, and turn at creases of
-/// the space. Beyond the sides the square goes on by about `border` spacings, which have this size
+/// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the square goes on by about `border` spacings, which have this size
 /// along u and v. Says as well whether a side has a notch.
 pub(super) fn conformed(
     uv: &[DVec2],
@@ -59,14 +50,13 @@ pub(super) fn conformed(
     border: f64,
     spacing: DVec2,
 ) -> Result<(Vec<DVec2>, bool)> {
-    let (closed, creases) = (space.closed, space.knots.each_ref().map(creases));
-    let (mut uv, mut notched) = (uv.to_vec(), false);
+    let (closed, mut uv, mut notched) = (space.closed, uv.to_vec(), false);
     let mut sides = [None, None];
-    for d in [0, 1].repeat(TURNS).into_iter().filter(|&d| !closed[d]) {
+    for d in [0, 1, 0, 1].into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
             let places = uv.par_iter().with_min_len(POINTS_PER_TASK);
             let places: Vec<_> = places.map(|uv| (uv[1 - d], depth(uv[d]))).collect();
-            Edge::under(&places, noise[d], closed[1 - d], &creases[1 - d])
+            Edge::under(&places, noise[d], closed[1 - d])
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
@@ -79,7 +69,8 @@ pub(super) fn conformed(
     }
     let margins = [0, 1].map(|d: usize| {
         let (low, high) = sides[d].as_ref()?;
-        let most = MOST_BEYOND / (space.shape()[d] - 1) as f64;
+        // A surface that goes on for more than half of the way between control points soon goes astray.
+        let most = 0.5 / (space.shape()[d] - 1) as f64;
         Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d], most)))
     });
     each(&mut uv, |uv| {
@@ -96,15 +87,6 @@ pub(super) fn conformed(
 /// Changes each of many parameters.
 fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
     uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
-}
-
-/// The parameters inside the domain at which knots are repeated so often that there may be a corner;
-/// polygons have them everywhere, and are not meant.
-fn creases(knots: &KnotVector) -> Vec<f64> {
-    let degree = knots.degree();
-    let (start, end) = knots.domain();
-    let inside = knots.distinct().filter(|(at, _)| start < *at && *at < end);
-    inside.filter(|(_, times)| degree > 1 && *times == degree).map(|(at, _)| at).collect()
 }
 
 /// Bounds direction d.

@@ -4,9 +4,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::band::Band;
+use super::blocks::FOLDS;
 use super::correct::feet;
 use super::fairness::Energy;
-use super::folds::{FOLDS, Folds};
+use super::folds::Folds;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
 use super::robust::biweight;
@@ -228,9 +229,9 @@ impl<'a> Fitting<'a> {
     fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2])> {
         let equations = self.equations(|_| true)?;
         let errors = |fairness: f64| -> Result<[f64; 2]> {
-            let [random, blocks] = [&folds.random, &folds.blocks]
+            let [in_turn, blocks] = [&folds.in_turn, &folds.blocks]
                 .map(|folds| self.held_out(&equations, folds, fairness));
-            Ok([random?, blocks?])
+            Ok([in_turn?, blocks?])
         };
         let product = |[a, b]: [f64; 2]| a * b;
         let mut best = (fairness, errors(fairness)?);
@@ -246,11 +247,11 @@ impl<'a> Fitting<'a> {
     }
 
     /// Root mean square distance of the points from surfaces that do not know them.
-    fn held_out(&self, all: &NormalEquations, folds: &[u8], fairness: f64) -> Result<f64> {
+    fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<f64> {
         let fold = |fold: usize| -> Result<f64> {
             let out: Vec<usize> =
-                (0..folds.len()).filter(|&i| usize::from(folds[i]) == fold).collect();
-            let left = self.equations(|i| usize::from(folds[i]) == fold)?;
+                (0..folds.len()).filter(|&i| folds[i] == fold).collect();
+            let left = self.equations(|i| folds[i] == fold)?;
             let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
             rest.matrix.add_scaled(-1.0, &left.matrix);
             for (sum, part) in rest.right.iter_mut().zip(&left.right) {

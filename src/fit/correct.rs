@@ -3,7 +3,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::patches::{DEGENERATE, Patches, Question, Tangents, answers};
+use super::limits::DEGENERATE;
+use super::patches::{Patches, Question, Tangents, answers};
 use crate::nurbs::NurbsSurface;
 
 /// Longest step of a parameter, as a share of the domain: beyond it the tangent plane says nothing.
@@ -15,11 +16,8 @@ const SETTLED: f64 = 1e-9;
 /// Squares of distances that are larger than others by no more are so by rounding.
 const AS_NEAR: f64 = 1.0 + 1e-12;
 
-/// Times that a step which leads away is shortened.
-const SHORTENINGS: usize = 3;
-
-/// What a step that leads away is shortened to.
-const SHORTENING: f64 = 0.3;
+/// Times that a step which leads away is halved.
+const HALVINGS: usize = 4;
 
 /// The foot of a point on a surface: a stationary point of the distance near where it was.
 #[derive(Clone, Copy, Debug, Default)]
@@ -77,8 +75,8 @@ impl Question for Feet<'_> {
     }
 }
 
-/// Steps from parameters that are near those of the feet.
-const STEPS: usize = 4;
+/// Steps from parameters that may be far from those of the feet.
+pub(super) const STEPS: usize = 4;
 
 /// Parameters of the points' feet on a polynomial surface, near those given, and how far away they
 /// are: parameter correction by four steps of Gauss and Newton that never lead away.
@@ -160,14 +158,14 @@ impl Domain {
             }
             let mut share = (LONGEST_STEP / longest).min(1.0);
             let mut moved = false;
-            for _ in 0..=SHORTENINGS {
+            for _ in 0..=HALVINGS {
                 let next = self.inside(at + share * step);
                 let there = patches.at(next);
                 if there.point.distance_squared(point) <= AS_NEAR * rest.length_squared() {
                     (at, here, moved) = (next, there, true);
                     break;
                 }
-                share *= SHORTENING;
+                share *= 0.5;
             }
             if !moved {
                 break;

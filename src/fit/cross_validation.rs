@@ -5,10 +5,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::POINTS_PER_TASK;
 use super::anisotropy;
 use super::band::Band;
+use super::blocks::{blocks, in_clumps};
 use super::fairness::Energy;
+use super::held_out::HeldOut;
+use super::limits::{ENOUGH_SAMPLES, POINTS_PER_TASK};
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Quad, Question, add, answers};
 use super::space::SplineSpace;
@@ -20,18 +22,12 @@ use crate::nurbs::values_at;
 /// largest, little more than a quadratic is left.
 const TRIED: (f64, f64) = (-4.0, 3.0);
 
-/// Steps between weights tried first, and how close the search comes, in decades; the first ones
-/// from a weight that was best before, and from one that was so just before, with the same net.
-const STEPS: (f64, f64) = (1.0, 0.2);
-pub(super) const FROM_KNOWN: f64 = 0.5;
-pub(super) const FROM_NEAR: f64 = 0.25;
+/// How close the search comes, in decades.
+const FINEST: f64 = 0.2;
 
 /// The surface may not have more than this share of as many degrees of freedom as there are
 /// points: it would pass through them and know nothing of their noise.
 const MOST_FREEDOM: f64 = 0.9;
-
-/// Samples whose heights are judged by, at equal steps: more would not say more.
-const JUDGED: usize = 20_000;
 
 /// What cross-validation says of a weight.
 #[derive(Clone, Copy, Debug)]
@@ -45,20 +41,23 @@ pub(super) struct Score {
     pub(super) anisotropy: f64,
     /// Mean square of the error to be expected at a point that was left out.
     pub(super) error: f64,
+    /// Mean square of the errors at blocks of points that were left out.
+    pub(super) error_of_blocks: f64,
 }
 
-/// The weight that generalized cross-validation finds best, from the heights of the points over
-/// the surface along their normals, near the `known` one, which may be of another net; `None` if the
-/// points cannot tell. What is known already makes the anisotropy more likely first. The search begins
-/// with steps of so many decades from there.
+/// The weight that cross-validation finds best, from the heights of the points over the surface along
+/// their normals, near the `known` one, which may be of another net; `None` if the points cannot tell.
+/// What is known already makes the anisotropy more likely first.
+///
+/// Where points lie in clumps it is the larger one of those that generalized cross-validation and blocks of
+/// points that are left out find.
 pub(super) fn best(
     space: &SplineSpace,
     samples: &[Sample],
     energy: Energy,
-    (known, mut step): (Option<Score>, f64),
+    known: Option<Score>,
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
-    let heights = Heights::of(space, samples);
     let said = equations.matrix.trace();
     let anisotropy = match known {
         Some(Score { level, .. }) => {
@@ -68,50 +67,99 @@ pub(super) fn best(
     };
     let energy = energy.with_anisotropy(anisotropy).matrix(space);
     let trace = energy.trace();
-    let score_at = |exponent: f64| -> Result<Option<Score>> {
+    let heights = Heights::of(space, samples);
+    let search = Search { heights, equations, said, energy, trace, anisotropy };
+    let found = search.best(known.map(|score| (score.level * trace).log10()))?;
+    found.map(|found| search.with_blocks(space, samples, found)).transpose()
+}
+
+/// The weights of an energy beside the equations of samples.
+struct Search<'a> {
+    heights: Heights<'a>,
+    equations: NormalEquations,
+    /// Traces of the equations and of the energy.
+    said: f64,
+    energy: Band,
+    trace: f64,
+    anisotropy: f64,
+}
+
+impl Search<'_> {
+    fn score(&self, exponent: f64) -> Result<Option<Score>> {
         let fairness = 10.0_f64.powf(exponent);
-        let level = fairness / trace;
-        let error = heights.expected_error(&equations, &energy, level * said)?;
-        Ok(error.map(|error| Score { fairness, level, anisotropy, error }))
-    };
-    let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
-        (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
-        (a, b) => a.or(b),
-    };
-    let scores = |exponents: &[f64]| -> Result<Vec<Option<Score>>> {
-        exponents.par_iter().map(|&exponent| score_at(exponent)).collect()
-    };
-    let mut found = match known {
-        Some(Score { level, .. }) => score_at((level * trace).log10().clamp(TRIED.0, TRIED.1))?,
-        None => None,
-    };
-    if found.is_none() {
-        step = STEPS.0;
-        let mut exponents = vec![TRIED.0];
-        while exponents[exponents.len() - 1] + step <= TRIED.1 {
-            exponents.push(exponents[exponents.len() - 1] + step);
-        }
-        found = scores(&exponents)?.into_iter().fold(None, better);
-        step /= 2.0;
+        let (level, anisotropy) = (fairness / self.trace, self.anisotropy);
+        let error =
+            self.heights.expected_error(&self.equations, &self.energy, level * self.said)?;
+        let score = |error| Score { fairness, level, anisotropy, error, error_of_blocks: error };
+        Ok(error.map(score))
     }
-    // Goes on in the direction that improves, then looks closer.
-    while step > STEPS.1 {
-        let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
-        let tried = |exponent: &f64| (TRIED.0..=TRIED.1).contains(exponent);
-        let beside: Vec<f64> = [middle - step, middle + step].into_iter().filter(tried).collect();
-        for (mut next, mut exponent) in scores(&beside)?.into_iter().zip(beside) {
-            let direction = exponent - middle;
-            while let Some(score) =
-                next.filter(|next| found.is_none_or(|found| next.error < found.error))
-            {
-                found = Some(score);
-                exponent += direction;
-                next = if tried(&exponent) { score_at(exponent)? } else { None };
+
+    fn scores(&self, exponents: &[f64]) -> Result<Vec<Option<Score>>> {
+        exponents.par_iter().map(|&exponent| self.score(exponent)).collect()
+    }
+
+    /// By generalized cross-validation, near an exponent that was best before.
+    fn best(&self, known: Option<f64>) -> Result<Option<Score>> {
+        let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
+            (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
+            (a, b) => a.or(b),
+        };
+        let mut found = match known {
+            Some(known) => self.score(known.clamp(TRIED.0, TRIED.1))?,
+            None => None,
+        };
+        if found.is_none() {
+            found = self.scores(&decades(TRIED.0))?.into_iter().fold(None, better);
+        }
+        // Goes on in the direction that improves, then looks closer.
+        let mut step = 0.5;
+        while step > FINEST {
+            let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
+            let tried = |exponent: &f64| (TRIED.0..=TRIED.1).contains(exponent);
+            let beside: Vec<f64> =
+                [middle - step, middle + step].into_iter().filter(tried).collect();
+            for (mut next, mut exponent) in self.scores(&beside)?.into_iter().zip(beside) {
+                let direction = exponent - middle;
+                while let Some(score) =
+                    next.filter(|next| found.is_none_or(|found| next.error < found.error))
+                {
+                    found = Some(score);
+                    exponent += direction;
+                    next = if tried(&exponent) { self.score(exponent)? } else { None };
+                }
+            }
+            step /= 2.0;
+        }
+        Ok(found)
+    }
+
+    /// With the error of blocks that are left out, and with a larger weight if samples lie in clumps and this
+    /// predicts blocks better.
+    fn with_blocks(&self, space: &SplineSpace, samples: &[Sample], found: Score) -> Result<Score> {
+        let held_out = HeldOut::of(space, samples, |samples| {
+            blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
+        })?;
+        let error =
+            |fairness: f64| held_out.error(&self.energy, fairness / self.trace * held_out.trace());
+        let mut best = Score { error_of_blocks: error(found.fairness)?, ..found };
+        if in_clumps(samples.iter().map(|sample| sample.uv)) {
+            for exponent in decades(found.fairness.log10()).into_iter().skip(1) {
+                let error_of_blocks = error(10.0_f64.powf(exponent))?;
+                if error_of_blocks < best.error_of_blocks
+                    && let Some(score) = self.score(exponent)?
+                {
+                    best = Score { error_of_blocks, ..score };
+                }
             }
         }
-        step /= 2.0;
+        Ok(best)
     }
-    Ok(found)
+}
+
+/// Exponents from this one up, by one.
+fn decades(from: f64) -> Vec<f64> {
+    let exponents = std::iter::successors(Some(from), |exponent| Some(exponent + 1.0));
+    exponents.take_while(|exponent| *exponent <= TRIED.1).collect()
 }
 
 /// The heights of samples over surfaces of one space.
@@ -140,7 +188,7 @@ struct Judged {
 
 impl<'a> Heights<'a> {
     fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
-        let step = samples.len().div_ceil(JUDGED).max(1);
+        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
         let some: Vec<&Sample> = samples.iter().step_by(step).collect();
         let [rows, cols] = Self::orders(space);
         let width = space.knots[1].control_points();

@@ -1,6 +1,7 @@
 //! The smooth curve at which points end, most likely.
 
 use super::likelihood::{DEGREE, Likelihood, Place, height, sums};
+use super::options::uniform;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector};
 
@@ -32,17 +33,16 @@ const SUPPLE: Flexibility =
     Flexibility { control_points: 10, stiffnesses: &[1.0], deepest: 0.3, near: 0.7, ground: None };
 
 /// Least density of places on the ground, as a share of the mean: it keeps an edge in bounds. That of
-/// so many control points at either end is higher: drawn in hardly at all, an edge would leave much of
+/// two control points at either end is higher: drawn in hardly at all, an edge would leave much of
 /// a rounded corner to the surface; drawn in fully, it would bend and cut off places beside the corner.
 const SPARSEST: f64 = 0.02;
 const SPARSEST_AT_CORNERS: f64 = 0.85;
-const CORNER: usize = 2;
 
-/// How far a surface goes beyond an edge: so many spacings of the points, and standard deviations of
-/// where the edge lies, for each spacing of border that is asked for. With half a spacing of border
-/// the surface seldom ends before the points' ground does, and goes about half a spacing beyond on
-/// average, unless there are few points.
-const BEYOND: (f64, f64) = (0.5, 5.0);
+/// How far a surface goes beyond an edge, beside half a spacing of the points: so many standard
+/// deviations of where the edge lies, for each spacing of border that is asked for. With half a spacing
+/// of border the surface seldom ends before the points' ground does, and goes about half a spacing
+/// beyond on average, unless there are few points.
+const BEYOND: f64 = 5.0;
 
 /// Share of the mean density below which places are those of a rounded corner.
 const SPARSE: f64 = 0.3;
@@ -51,15 +51,12 @@ const SPARSE: f64 = 0.3;
 /// end, where corners are rounded; and its mean height, beyond what chance leaves, from which on the
 /// edge has a notch. Without any it is at most half of that, and two to seven times at the reentrant
 /// corner of an L.
-const STRIPS: usize = 24;
+pub(super) const STRIPS: usize = 24;
 const ENDS: usize = 4;
 pub(super) const NOTCHED: f64 = 0.03;
 
 /// An edge does not go farther out than this.
 const OUTERMOST: f64 = -0.5;
-
-/// Scale of the blur that the search begins with.
-const FIRST_SCALE: f64 = 0.05;
 
 /// A smooth curve, y over x in [0, 1].
 pub(super) struct Edge {
@@ -79,9 +76,8 @@ impl Edge {
     /// How far beyond the edge a surface should go on at each x, for a border of this many spacings: as
     /// far as it is in doubt, but not farther than `most` for each spacing of border.
     pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
-        let (plain, doubtful) = BEYOND;
         let beyond = |&(deviation, spread): &(f64, f64)| {
-            let doubted = plain * spacing + doubtful * deviation;
+            let doubted = 0.5 * spacing + BEYOND * deviation;
             border * spread * doubted.min(most)
         };
         let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
@@ -89,19 +85,13 @@ impl Edge {
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
-    /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x; one
-    /// with creases may have corners there.
-    pub(super) fn under(
-        places: &[(f64, f64)],
-        noise: f64,
-        closed: bool,
-        creases: &[f64],
-    ) -> Result<Self> {
-        let firm = Self::likeliest(places, noise, closed, creases, &FIRM)?;
+    /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x.
+    pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
+        let firm = Self::likeliest(places, noise, closed, &FIRM)?;
         if empty_ground(places, |x| firm.at(x), ENDS) < NOTCHED {
             return Ok(firm);
         }
-        Self::likeliest(places, noise, closed, creases, &SUPPLE)
+        Self::likeliest(places, noise, closed, &SUPPLE)
     }
 
     /// Whether it follows a notch.
@@ -113,18 +103,11 @@ impl Edge {
         places: &[(f64, f64)],
         noise: f64,
         closed: bool,
-        creases: &[f64],
         flexibility: &'static Flexibility,
     ) -> Result<Self> {
         let &Flexibility { control_points, stiffnesses, deepest, near, ground } = flexibility;
         let touching = places.iter().copied().filter(|place| place.1 < near);
-        // A crease takes the place of one that bends, and of two beside it.
-        let control_points = control_points + (DEGREE - 1) * creases.len();
-        let knots = if closed {
-            KnotVector::periodic_uniform(DEGREE, control_points)?
-        } else {
-            KnotVector::clamped_creased(DEGREE, control_points, creases)?
-        };
+        let knots = uniform(DEGREE, control_points, closed)?;
         let bounds = (OUTERMOST, deepest);
         let least = stiffnesses[stiffnesses.len() - 1];
         let mut likelihood = Likelihood::new(touching, places.len(), knots, least, bounds);
@@ -136,7 +119,7 @@ impl Edge {
             let mean = low.iter().map(|place| place.y).sum::<f64>() / low.len().max(1) as f64;
             let ground = depth - (2.0 * mean - depth).clamp(0.0, deepest);
             let least = |i: usize| {
-                let corner = !closed && (i < CORNER || i + CORNER >= control_points);
+                let corner = !closed && (i < 2 || i + 2 >= control_points);
                 even[i] * if corner { SPARSEST_AT_CORNERS } else { SPARSEST }
             };
             let found = sums(low.iter().map(|place| &place.basis), control_points);
@@ -145,7 +128,7 @@ impl Edge {
         }
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
         let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
-        let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, |_, _| {});
+        let scale = likelihood.find(&mut heights, noise, |_, _| {});
         let here = likelihood.stiffen(&mut heights, scale, stiffnesses);
         let spreads = likelihood.slopes.iter().zip(&even).map(|(here, even)| spread(here / even));
         let mut doubts: Vec<(f64, f64)> =
@@ -204,7 +187,7 @@ mod tests {
     #[test]
     fn edges_follow_what_bends_gently() {
         let bent = |x: f64| 0.08 * x * (1.0 - x);
-        let found = Edge::under(&above(bent), 0.0, false, &[]).unwrap();
+        let found = Edge::under(&above(bent), 0.0, false).unwrap();
         for i in 0..=20 {
             let x = f64::from(i) / 20.0;
             assert!((found.at(x) - bent(x)).abs() < 0.006, "{x} {} {}", found.at(x), bent(x));
@@ -212,24 +195,12 @@ mod tests {
     }
 
     #[test]
-    fn edges_turn_at_creases() {
-        let tent = |x: f64| 0.08 - 0.16 * (x - 0.4).abs().min(0.5);
-        let error = |creases: &[f64]| {
-            let found = Edge::under(&above(tent), 0.0, false, creases).unwrap();
-            let at = |i: i32| 0.3 + f64::from(i) / 100.0;
-            (0..=20).map(|i| (found.at(at(i)) - tent(at(i))).abs()).fold(0.0, f64::max)
-        };
-        let (creased, smooth) = (error(&[0.4]), error(&[]));
-        assert!(creased < 0.006 && creased < 0.5 * smooth, "{creased} {smooth}");
-    }
-
-    #[test]
     fn notches_are_followed_and_rounded_corners_are_not() {
         let notch = |x: f64| 0.2 * (std::f64::consts::PI * x).sin().powi(2);
         let round = |x: f64| 0.5 - (0.25 - (x - 0.5).powi(2)).max(0.0).powf(0.25) / 2.0_f64.sqrt();
         let edges = [
-            Edge::under(&above(notch), 0.0, false, &[]).unwrap(),
-            Edge::under(&above(round), 0.0, false, &[]).unwrap(),
+            Edge::under(&above(notch), 0.0, false).unwrap(),
+            Edge::under(&above(round), 0.0, false).unwrap(),
         ];
         assert_eq!(edges.each_ref().map(Edge::is_notched), [true, false]);
         assert!((0.08..0.2).contains(&edges[0].at(0.5)), "{}", edges[0].at(0.5));
@@ -242,7 +213,7 @@ mod tests {
         let noisy: Vec<(f64, f64)> =
             above(|_| 0.05).into_iter().enumerate().map(|(i, (x, y))| (x, y + wave(i))).collect();
         for closed in [false, true] {
-            let found = Edge::under(&noisy, 0.02, closed, &[]).unwrap();
+            let found = Edge::under(&noisy, 0.02, closed).unwrap();
             for i in 0..=20 {
                 let y = found.at(f64::from(i) / 20.0);
                 assert!((y - 0.05).abs() < 0.012, "{y}");
@@ -254,7 +225,7 @@ mod tests {
     fn surfaces_go_on_farther_where_edges_are_doubtful() {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
-        let sure = Edge::under(&level, 0.0, false, &[]).unwrap();
+        let sure = Edge::under(&level, 0.0, false).unwrap();
         let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing, 1.0)(x) / spacing;
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
@@ -263,7 +234,7 @@ mod tests {
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
         assert!((thinned.len() as f64) < 0.7 * count);
-        let thinned = Edge::under(&thinned, 0.0, false, &[]).unwrap();
+        let thinned = Edge::under(&thinned, 0.0, false).unwrap();
         assert!(margin(&thinned, 0.8) > 1.5 * margin(&thinned, 0.2));
     }
 
@@ -271,7 +242,7 @@ mod tests {
     fn few_places_bound_as_well() {
         for count in 1..6 {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
-            let found = Edge::under(&places, 0.0, false, &[]).unwrap();
+            let found = Edge::under(&places, 0.0, false).unwrap();
             assert!(
                 (0..=10)
                     .all(|i| (OUTERMOST..=FIRM.deepest).contains(&found.at(f64::from(i) / 10.0)))

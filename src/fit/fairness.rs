@@ -1,19 +1,19 @@
 //! Fairness: the energy of a surface's second or third derivatives.
 
-use super::POINTS_PER_LOOK;
 use super::band::Band;
+use super::limits::ENOUGH_SAMPLES;
 use super::normal_equations::{Cells, Sample};
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
 use crate::progress::Listen;
 
-/// Highest derivatives whose energy can be asked for.
-const MOST_ORDER: usize = 3;
+/// Order of the derivatives whose energy is kept small, and the highest one: third derivatives leave
+/// quadratics free, which bend as most surfaces do.
+pub(super) const ORDER: usize = 3;
 
 /// Binomial coefficients: how often a mixed derivative stands in the energy of each order.
-const MIXED: [&[f64]; MOST_ORDER + 1] =
-    [&[1.0], &[1.0, 1.0], &[1.0, 2.0, 1.0], &[1.0, 3.0, 3.0, 1.0]];
+const MIXED: [&[f64]; ORDER + 1] = [&[1.0], &[1.0, 1.0], &[1.0, 2.0, 1.0], &[1.0, 3.0, 3.0, 1.0]];
 
 /// The energy of a surface: the integral of all squared derivatives of one order, mixed ones as often
 /// as they occur, over a domain of these lengths in space. Order 2 is the thin plate's.
@@ -39,9 +39,9 @@ impl Energy {
 
     /// How much each squared derivative counts, by how often it is along v, without anisotropy; up to
     /// a factor that all have in common.
-    pub(super) fn factors(&self) -> [f64; MOST_ORDER + 1] {
+    pub(super) fn factors(&self) -> [f64; ORDER + 1] {
         // With x = length_u u and y = length_v v.
-        let mut factors = [0.0; MOST_ORDER + 1];
+        let mut factors = [0.0; ORDER + 1];
         for ((factor, count), by_v) in factors.iter_mut().zip(MIXED[self.order]).zip(0_i32..) {
             *factor = count * self.ratio.powi(i32::try_from(self.order).unwrap_or(0) - 2 * by_v);
         }
@@ -86,7 +86,7 @@ impl Energy {
         let (rows, cols) = (u.control_points(), v.control_points());
         for i in 0..rows {
             for k in i..(i + u.degree() + 1).min(rows) {
-                let mut by_u = [0.0; MOST_ORDER + 1];
+                let mut by_u = [0.0; ORDER + 1];
                 for (d, by_u) in by_u.iter_mut().enumerate().take(order + 1) {
                     *by_u = factors[d] * gram_u[order - d].at(i, k);
                 }
@@ -114,16 +114,15 @@ struct Gram {
 impl Gram {
     /// Those of the functions themselves and of their derivatives: by quadrature with `degree + 1`
     /// points in each span, which is exact.
-    fn of(knots: &KnotVector) -> [Self; MOST_ORDER + 1] {
+    fn of(knots: &KnotVector) -> [Self; ORDER + 1] {
         let (degree, count) = (knots.degree(), knots.control_points());
         let width = degree + 1;
         let rule = gauss::rule(width);
-        let mut products = [(); MOST_ORDER + 1].map(|()| vec![0.0; count * width]);
+        let mut products = [(); ORDER + 1].map(|()| vec![0.0; count * width]);
         for span in knots.breaks().windows(2) {
             let length = span[1] - span[0];
             for (place, weight) in &rule {
-                let basis =
-                    BasisDerivatives::<{ MOST_ORDER + 1 }>::at(knots, span[0] + place * length);
+                let basis = BasisDerivatives::<{ ORDER + 1 }>::at(knots, span[0] + place * length);
                 for (products, row) in products.iter_mut().zip(&basis.rows) {
                     for i in 0..width {
                         for k in i..width {
@@ -144,45 +143,60 @@ impl Gram {
     }
 }
 
-/// Samples that the lengths of the domain are measured on: more would not change them.
-const MEASURED: usize = 1 << 16;
-
-/// The lengths of the domain in space, along u and along v, up to a common factor: so that the
-/// energy does not depend on how parameters were scaled.
+/// Sums over pairs of neighbouring samples, from which follow the lengths of the domain in space: so
+/// that the energy does not depend on how parameters were scaled.
 ///
-/// Points that follow one another in the order of the spans are neighbours; least squares over
-/// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`. Where pairs do not tell (all on one line), both
-/// directions count alike.
-pub(super) fn lengths(
-    space: &SplineSpace,
-    samples: &[Sample],
-    listen: &mut Listen<'_>,
-) -> Result<(f64, f64)> {
-    let step = samples.len().div_ceil(MEASURED).max(1);
-    let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-    let cells = Cells::of(space, &samples, listen)?;
-    let (mut uu, mut uv_sum, mut vv, mut ru, mut rv) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    let pairs = cells.starts.windows(2).flat_map(|ends| cells.order[ends[0]..ends[1]].windows(2));
-    for (number, pair) in pairs.enumerate() {
-        if number.is_multiple_of(POINTS_PER_LOOK) {
-            listen()?;
+/// Samples that follow one another in the order of the spans are neighbours; least squares over
+/// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`.
+#[derive(Clone, Default)]
+pub(super) struct LengthSums {
+    uu: f64,
+    uv: f64,
+    vv: f64,
+    ru: f64,
+    rv: f64,
+}
+
+impl LengthSums {
+    pub(super) fn of(
+        space: &SplineSpace,
+        samples: &[Sample],
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
+        let cells = Cells::of(space, &samples, listen)?;
+        let mut sums = Self::default();
+        for ends in cells.starts.windows(2) {
+            for pair in cells.order[ends[0]..ends[1]].windows(2) {
+                let [a, b] = [pair[0], pair[1]].map(|index| &samples[index as usize]);
+                let step = a.uv - b.uv;
+                let (du, dv) = (step.x * step.x, step.y * step.y);
+                let square = a.point.distance_squared(b.point);
+                let (uu, uv, vv) = (du * du, du * dv, dv * dv);
+                sums.merge(&Self { uu, uv, vv, ru: du * square, rv: dv * square });
+            }
         }
-        let [a, b] = [pair[0], pair[1]].map(|index| &samples[index as usize]);
-        let step = a.uv - b.uv;
-        let (du, dv) = (step.x * step.x, step.y * step.y);
-        let square = a.point.distance_squared(b.point);
-        uu += du * du;
-        uv_sum += du * dv;
-        vv += dv * dv;
-        ru += du * square;
-        rv += dv * square;
+        Ok(sums)
     }
-    let det = uu * vv - uv_sum * uv_sum;
-    let (a, b) = ((vv * ru - uv_sum * rv) / det, (uu * rv - uv_sum * ru) / det);
-    if a > 0.0 && b > 0.0 && a.is_finite() && b.is_finite() {
-        return Ok((a.sqrt(), b.sqrt()));
+
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.uu += other.uu;
+        self.uv += other.uv;
+        self.vv += other.vv;
+        self.ru += other.ru;
+        self.rv += other.rv;
     }
-    Ok((1.0, 1.0))
+
+    /// The lengths along u and along v, up to a common factor. Where pairs do not tell (all on one line),
+    /// both directions count alike.
+    pub(super) fn lengths(&self) -> (f64, f64) {
+        let &Self { uu, uv, vv, ru, rv } = self;
+        let det = uu * vv - uv * uv;
+        let (a, b) = ((vv * ru - uv * rv) / det, (uu * rv - uv * ru) / det);
+        let known = a > 0.0 && b > 0.0 && a.is_finite() && b.is_finite();
+        if known { (a.sqrt(), b.sqrt()) } else { (1.0, 1.0) }
+    }
 }
 
 #[cfg(test)]
@@ -228,12 +242,12 @@ mod tests {
         let sample = |i: u32| {
             let uv = DVec2::new(f64::from(i) / 500.0, f64::from(i * 37 % 500) / 500.0);
             let point = DVec3::new(2.0 * uv.x, 0.0, 10.0 * uv.y);
-            Sample { point, uv, weight: 1.0, normal: DVec3::ZERO, tangential: 1.0 }
+            Sample::plain(point, uv, 1.0)
         };
         let samples: Vec<Sample> = (0..500).map(sample).collect();
         let knots = KnotVector::clamped_uniform(3, 5).unwrap();
         let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
-        let (u, v) = lengths(&space, &samples, &mut || Ok(())).unwrap();
+        let (u, v) = LengthSums::of(&space, &samples, &mut || Ok(())).unwrap().lengths();
         assert!((v / u - 5.0).abs() < 1e-8, "{u} {v}");
     }
 }

@@ -2,20 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::arms::Arms;
 use crate::error::{Error, Result};
-
-/// Points on a side of the rectangle around points at most for them to be scattered: one that ends
-/// it, and one that is the outermost along the other direction as well. Grids and scan lines have
-/// whole rows there.
-const ENDING: usize = 2;
 
 /// How far from a side points may lie that are on it, as a share of the rectangle.
 const ON: f64 = 1e-9;
-
-/// How far the rectangle goes on beyond scattered points, in the mean gap between where they end and
-/// their ground does: it is exponentially distributed, so that six of seven are shorter.
-const GAPS: f64 = 2.0;
 
 /// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
 const MOST: f64 = 0.02;
@@ -27,21 +17,19 @@ pub(crate) struct Base {
     pub(crate) axes: [DVec3; 2],
     /// The direction of the heights, of length 1.
     pub(crate) up: DVec3,
-    /// The strip that the points fill, if it is no rectangle along the axes.
-    pub(crate) strip: Option<Arms>,
 }
 
 impl Base {
     /// The rectangle around points along [`height_axes`].
     pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
-        Self { axes: height_axes(points, up), up, strip: None }
+        Self { axes: height_axes(points, up), up }
     }
 
     /// The rectangle whose first side has this direction, by the axes.
     pub(crate) fn turned(&self, along: DVec2) -> Self {
         let [first, second] = self.axes;
         let along = along.x * first + along.y * second;
-        Self { axes: [along, self.up.cross(along)], up: self.up, strip: None }
+        Self { axes: [along, self.up.cross(along)], up: self.up }
     }
 
     /// The places of points by the axes.
@@ -51,11 +39,6 @@ impl Base {
 
     fn place(&self, point: DVec3) -> DVec2 {
         DVec2::from_array(self.axes.map(|axis| axis.dot(point)))
-    }
-
-    /// The parameters of the place under a point, in the unit square, by the strip.
-    pub(crate) fn along_strip(&self, strip: &Arms, point: DVec3) -> DVec2 {
-        strip.parameters(self.place(point)).clamp(DVec2::ZERO, DVec2::ONE)
     }
 }
 
@@ -79,15 +62,11 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     [u, up.cross(u)]
 }
 
-/// A part of the plane across the heights, by its axes.
+/// A rectangle of the plane across the heights, along its axes.
 #[derive(Clone, Debug)]
-pub(super) enum Ground {
-    /// Along the axes.
-    Rectangle {
-        low: DVec2,
-        size: DVec2,
-    },
-    Strip(Arms),
+pub(super) struct Ground {
+    low: DVec2,
+    size: DVec2,
 }
 
 impl Ground {
@@ -118,38 +97,23 @@ impl Ground {
                 on_high[axis] += usize::from(high[axis] - place[axis] <= ON * size[axis]);
             }
         }
-        // The outermost of n points is 1 / n of a side from its end on average.
-        let further = (GAPS / f64::max(counted, 1.0)).min(MOST);
-        let beyond = |on: [usize; 2]| {
-            DVec2::from(on.map(|on| if on <= ENDING { further } else { 0.0 })) * size
-        };
+        // The outermost of n points is 1 / n of a side from its end on average, exponentially distributed:
+        // six of seven gaps are shorter than twice that. Rows of a grid end where they are.
+        let further = (2.0 / f64::max(counted, 1.0)).min(MOST);
+        let beyond =
+            |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { further } else { 0.0 })) * size;
         let (low, high) = (low - beyond(on_low), high + beyond(on_high));
-        Ok(Self::Rectangle { low, size: high - low })
+        Ok(Self { low, size: high - low })
     }
 
     /// The parameters of a place, in the unit square.
     pub(super) fn parameters(&self, place: DVec2) -> DVec2 {
-        let uv = match self {
-            Self::Rectangle { low, size } => (place - low) / size,
-            Self::Strip(arms) => arms.parameters(place),
-        };
-        uv.clamp(DVec2::ZERO, DVec2::ONE)
+        ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
     /// The place at parameters.
     pub(super) fn place(&self, uv: DVec2) -> DVec2 {
-        match self {
-            Self::Rectangle { low, size } => low + uv * size,
-            Self::Strip(arms) => arms.place(uv),
-        }
-    }
-
-    /// Where along u it bends.
-    pub(super) fn bends(&self) -> &[f64] {
-        match self {
-            Self::Rectangle { .. } => &[],
-            Self::Strip(arms) => arms.bends(),
-        }
+        self.low + uv * self.size
     }
 }
 

@@ -2,58 +2,15 @@
 
 use glam::DVec3;
 
-use super::correct::Foot;
-use super::fitting::{Fitting, Pace, STEPS};
+use super::correct::{Foot, STEPS};
+use super::fitting::Fitting;
 use super::lengths::lengths;
+use super::options::Growth;
+use super::outcome::{Approximation, EndedBy};
 use super::refine;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
-
-/// How far a net grows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Growth {
-    /// Until all points lie as near, in their unit; `None`: until cross-validation expects nothing
-    /// from more control points.
-    pub tolerance: Option<f64>,
-    /// Control points at most.
-    pub most: usize,
-}
-
-/// What ended the growth of a net.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EndedBy {
-    /// All points lie within the tolerance.
-    Tolerance,
-    /// A larger net would follow the noise of the points, says cross-validation.
-    Noise,
-    /// The error is so small that a larger net would not be seen.
-    Exact,
-    /// The size of the net was given, or what grows further folds over or runs away.
-    Grid,
-    /// The points cannot hold more control points.
-    Points,
-    /// As many control points as were allowed.
-    MaxControlPoints,
-}
-
-impl EndedBy {
-    /// The name, as Python and reports spell it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tolerance => "tolerance",
-            Self::Noise => "noise",
-            Self::Exact => "exact",
-            Self::Grid => "grid",
-            Self::Points => "points",
-            Self::MaxControlPoints => "max_control_points",
-        }
-    }
-}
-
-/// Of solutions with a net that has grown.
-const PACE: Pace = Pace { limit: 6, left_of_fairness: 1.0 };
 
 /// Share of the squared error that the spans hold which are divided; where the net may not become so large,
 /// those are which hold half as much, and so on down to this.
@@ -62,22 +19,36 @@ const LEAST_DIVIDED: f64 = 0.01;
 
 /// Share of its error that cross-validation must expect after growing at most, for the growth to
 /// go on.
-const LEAST_GAIN: f64 = 0.95;
+pub(super) const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows: with fewer, points left out are
 /// further off, since cross-validation does not know of the freedom that their parameters have.
 const POINTS_PER_CONTROL_POINT: usize = 4;
 
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
-const FEW: usize = 256;
+pub(super) const FEW: usize = 256;
 
 /// Root mean square error, as a share of the points' diameter, below which nobody sees what more control
 /// points would do.
 pub(crate) const EXACT: f64 = 1e-5;
 
 impl Fitting<'_> {
+    /// The approximation by this surface, or by what it grows to.
+    pub(super) fn grown(
+        mut self,
+        surface: NurbsSurface,
+        growth: Option<Growth>,
+    ) -> Result<Approximation> {
+        let (surface, ended_by) = match growth {
+            Some(growth) => self.grow(surface, growth)?,
+            None => (surface, EndedBy::Grid),
+        };
+        let feet = self.correct(&surface, STEPS);
+        Ok(self.end(surface, &feet, ended_by))
+    }
+
     /// Divides spans and solves again until the tolerance holds or something forbids more.
-    pub(super) fn grow(
+    fn grow(
         &mut self,
         mut surface: NurbsSurface,
         growth: Growth,
@@ -114,9 +85,9 @@ impl Fitting<'_> {
                 return Ok((surface, if smallest { EndedBy::Points } else { ended_by }));
             };
             let before = (self.score, self.uv.clone());
-            let next = self.descend(&finer, surface.clone(), PACE)?;
+            let next = self.descend(&finer, surface.clone())?;
             if let (Some(old), Some(new)) = (before.0, self.score)
-                && new.error > LEAST_GAIN * old.error
+                && (new.error > LEAST_GAIN * old.error || new.error_of_blocks > old.error_of_blocks)
             {
                 (self.score, self.uv) = before;
                 return Ok((surface, ended_by));

@@ -4,76 +4,17 @@
 //! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
 //! surface's heights are the tensor-product spline function of x and y.
 
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
+use glam::DVec3;
 
-use super::dense::Dense;
-use super::ground::{Base, Ground};
-use super::left_out::Near;
-use super::patches::Patches;
-use super::trend::Trend;
-use super::{Equations, FitOptions};
+use super::ground::Base;
+use super::growth::{EXACT, FEW, LEAST_GAIN, diameter};
+use super::height_cv::Choice;
+use super::height_field::Heights;
+use super::options::{Growth, HeightOptions};
+use super::outcome::{EndedBy, HeightFit};
+use super::warm_start::Near;
 use crate::error::{Error, Result};
-use crate::nurbs::{KnotVector, NurbsSurface};
-use crate::progress::{self, Listen, Observer, Stage};
-
-/// Order of the derivatives whose energy is kept small, as far as the degree allows: third ones
-/// leave quadratics free, which bend as most surfaces do.
-const ORDER: usize = 3;
-
-/// Order for so few points that a quadratic through them, which has six coefficients, would be far off
-/// in the corners: second derivatives leave planes free.
-const ORDER_OF_FEW: usize = 2;
-const FEW: usize = 30;
-
-/// Share of a square of places that is no quadratic of them under which all lie on one conic, on which a quadratic
-/// vanishes that nothing else holds then: a circle, or two lines.
-const CONIC: f64 = 1e-4;
-
-/// Places that tell that, at equal steps.
-const TELLING: usize = 5000;
-
-/// How far beyond the heights of the points a surface may go where none are, as a share of their range, both
-/// over the plane nearest to them.
-const BEYOND: f64 = 0.5;
-
-/// Gaps over which slopes end, as shares of the ground's side, where a surface goes farther: one after the
-/// other.
-const REACHES: [f64; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
-
-/// Places to a span at which a surface is asked how far it goes.
-const PLACES: usize = 2;
-
-/// How heights are fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeightOptions {
-    /// Rows and columns of the control net: along the plane's first and second axis.
-    pub net: (usize, usize),
-    /// Degrees in u and v.
-    pub degree: (usize, usize),
-    /// See [`FitOptions::fairness`]; `None`: the one among fifteen from 1e-12 to 30 that predicts
-    /// points best which it has not seen.
-    pub fairness: Option<f64>,
-}
-
-/// A surface of heights.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeightFit {
-    /// The surface, over a rectangle of the plane: see [`fit_heights`].
-    pub surface: NurbsSurface,
-    /// The points' parameters.
-    pub uv: Vec<DVec2>,
-    /// Heights of the points above the surface, in the points' unit.
-    pub residuals: Vec<f64>,
-    /// The weight of the fairness that was used.
-    pub fairness: f64,
-    /// Gaps over which slopes end, as a share of the ground's side, where bends alone would have let the
-    /// surface go too far.
-    pub reach: Option<f64>,
-    /// Mean square of the error that cross-validation expects at a point that was left out, in the
-    /// points' unit squared.
-    pub expected: f64,
-}
+use crate::progress::{self, Observer, Stage};
 
 /// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
 /// another direction of length 1. Each squared height counts with its weight (1 without weights).
@@ -87,7 +28,7 @@ pub struct HeightFit {
 /// plane nearest to all points are held within their range there, and half of it beyond on either side: where a
 /// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
 /// side.
-/// O(points · degree⁴), a few times that where fairness is to be found (for 131,072 points at most).
+/// O(points · degree⁴), a few times that where fairness is to be found (by 20,000 points at most).
 ///
 /// ```
 /// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}, progress::Silent};
@@ -116,9 +57,8 @@ pub fn fit_heights(
     fit_heights_over(points, weights, &Base::over(points, up), options, None, observer)
 }
 
-/// As [`fit_heights`], but over what the base says; where it bends the surface has creases along v, if
-/// the net has room for them. The fairness is looked for near one that was best with another net, and slopes
-/// count as they did there.
+/// As [`fit_heights`], but over a base. The fairness is looked for near one that was best with another net,
+/// and slopes count as they did there.
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
@@ -129,10 +69,12 @@ pub(crate) fn fit_heights_over(
 ) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     let heights = Heights::of(points, weights, base, options)?;
-    let (fairness, expected) = heights.best_fairness(options.fairness, near, &mut listen)?;
+    let equations = heights.equations(&mut listen)?;
+    let found = heights.choose(&equations, options.fairness, near, &mut listen)?;
     let reach = near.and_then(|near| near.reach);
-    let fit = heights.fitted(fairness, reach, &mut listen)?;
-    Ok(HeightFit { expected, ..fit })
+    let fit = heights.fitted(equations, found.fairness, reach, &mut listen)?;
+    let Choice { expected, expected_of_blocks, .. } = found;
+    Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 
 /// As [`fit_heights_over`] with this fairness, but nothing is expected of points left out, which takes
@@ -148,155 +90,70 @@ pub(crate) fn fit_heights_with(
     let fairness = known.beside(points.len());
     let options = HeightOptions { fairness: Some(fairness), ..*options };
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    Heights::of(points, weights, base, &options)?.fitted(fairness, known.reach, &mut listen)
+    let heights = Heights::of(points, weights, base, &options)?;
+    let equations = heights.equations(&mut listen)?;
+    heights.fitted(equations, fairness, known.reach, &mut listen)
 }
 
-/// Points by their places in the unit square of a plane and their heights over it.
-pub(super) struct Heights<'a> {
-    axes: [DVec3; 3],
-    ground: Ground,
-    /// Their heights are those over the trend.
-    pub(super) local: Vec<DVec3>,
-    trend: Trend,
-    pub(super) uv: Vec<DVec2>,
-    weights: Option<&'a [f64]>,
-    pub(super) options: FitOptions,
-    /// Of the derivatives whose energy is kept small.
-    pub(super) order: usize,
-}
-
-impl<'a> Heights<'a> {
-    pub(super) fn of(
-        points: &[DVec3],
-        weights: Option<&'a [f64]>,
-        base: &Base,
-        options: &HeightOptions,
-    ) -> Result<Self> {
-        if !base.up.is_normalized() {
-            return Err(Error::parameter("up", "a vector of length 1", base.up));
-        }
-        let Base { axes: [along, across], up, strip } = base;
-        let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
-        let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
-        let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
-        let ground = match strip {
-            Some(arms) => Ground::Strip(arms.clone()),
-            None => Ground::around(&local, counts)?,
+/// As [`fit_heights_over`], with a net whose sides grow until the growth's tolerance holds, cross-validation
+/// expects no less error at points left out in turn, or more error at those left out in blocks.
+///
+/// # Errors
+///
+/// Those of [`fit_heights`].
+pub(crate) fn grow_heights(
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    base: &Base,
+    options: &HeightOptions,
+    growth: Growth,
+    observer: &mut dyn Observer,
+) -> Result<(HeightFit, EndedBy)> {
+    let counts = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
+    let counted = (0..points.len()).filter(|&i| counts(i)).count();
+    // Few points get more control points than they are: cross-validation says when to stop.
+    let held = (2 * counted).min(counted.max(2 * FEW));
+    let mut options = *options;
+    let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
+    loop {
+        let within = |tolerance: f64| {
+            let mut residuals = fit.residuals.iter().enumerate();
+            residuals.all(|(i, residual)| residual.abs() <= tolerance || !counts(i))
         };
-        let uv: Vec<DVec2> =
-            local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
-        let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
-        let (degree, rows) = (options.degree.0, options.net.0);
-        fitting.knots_u = KnotVector::clamped_creased(degree, rows, ground.bends())?;
-        fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
-        super::check(&local, &uv, weights, &fitting)?;
-        let trend = Trend::of(&local, weights);
-        local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
-        let few = points.len() < FEW || on_conic(&uv);
-        let order = if few { ORDER_OF_FEW } else { ORDER };
-        let order = order.min(options.degree.0.max(options.degree.1));
-        let axes = [*along, *across, *up];
-        Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
-    }
-
-    fn fitted(
-        self,
-        fairness: f64,
-        reach: Option<f64>,
-        listen: &mut Listen<'_>,
-    ) -> Result<HeightFit> {
-        let (heights, reach) = self.held(fairness, reach, listen)?;
-        let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
-        listen()?;
-        let residuals = residuals(&heights, &local, &uv);
-        let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
-        let net = heights.control_points().iter().enumerate().map(|(i, point)| {
-            let place = ground.place(DVec2::new(rows[i / cols.len()], cols[i % cols.len()]));
-            place.x * along + place.y * across + (point.z + trend.height(place)) * up
-        });
-        let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
-        let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
-        Ok(HeightFit { surface, uv, residuals, fairness, reach, expected: f64::INFINITY })
-    }
-
-    /// The surface over the trend, held where there are no points, and the reach that this takes, at most
-    /// the one that is known.
-    fn held(
-        &self,
-        fairness: f64,
-        known: Option<f64>,
-        listen: &mut Listen<'_>,
-    ) -> Result<(NurbsSurface, Option<f64>)> {
-        let Self { local, uv, weights, options, order, .. } = self;
-        let mut equations = Equations::of(local, uv, *weights, options, *order, listen)?;
-        if let Some(reach) = known {
-            equations.tighten(reach);
-        }
-        let (low, high) = range(local.iter().map(|point| point.z));
-        let beyond = BEYOND * (high - low);
-        let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
-        for shorter in
-            REACHES.into_iter().filter(|shorter| known.is_none_or(|known| *shorter < known))
-        {
-            let (lowest, highest) = range(self::heights(&heights));
-            if fairness == 0.0 || low - beyond <= lowest && highest <= high + beyond {
-                break;
+        match growth.tolerance {
+            Some(tolerance) if within(tolerance) => return Ok((fit, EndedBy::Tolerance)),
+            None if fit.expected.sqrt() <= EXACT * diameter(points) => {
+                return Ok((fit, EndedBy::Exact));
             }
-            equations.tighten(shorter);
-            (heights, reach) = (equations.solve(fairness, listen)?, Some(shorter));
+            _ => {}
         }
-        Ok((heights, reach))
-    }
-
-    pub(super) fn weight(&self, i: usize) -> f64 {
-        self.weights.map_or(1.0, |weights| weights[i])
-    }
-}
-
-/// Whether a quadratic vanishes on all places: one of its terms is a sum of those before it there.
-fn on_conic(uv: &[DVec2]) -> bool {
-    const TERMS: usize = 6;
-    let mut moments = Dense::new(TERMS);
-    for place in uv.iter().step_by((uv.len() / TELLING).max(1)) {
-        let DVec2 { x, y } = 2.0 * *place - 1.0;
-        let terms = [1.0, x, y, x * x, x * y, y * y];
-        for (i, a) in terms.iter().enumerate() {
-            terms.iter().enumerate().for_each(|(j, b)| moments.values[i * TERMS + j] += a * b);
+        let longer = |side: usize| (3 * side).div_ceil(2);
+        options.net = (longer(options.net.0), longer(options.net.1));
+        if options.net.0 * options.net.1 > growth.most.min(held) {
+            let few = held < growth.most;
+            return Ok((fit, if few { EndedBy::Points } else { EndedBy::MaxControlPoints }));
         }
+        let near = Some(Near::from(&fit));
+        let finer = match fit_heights_over(points, weights, base, &options, near, observer) {
+            Ok(finer) => finer,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            // Between lines that lie far apart no point holds a control point.
+            Err(_) => return Ok((fit, EndedBy::Points)),
+        };
+        let gains = finer.expected <= LEAST_GAIN * LEAST_GAIN * fit.expected;
+        if !gains || finer.expected_of_blocks > fit.expected_of_blocks {
+            return Ok((fit, EndedBy::Noise));
+        }
+        fit = finer;
     }
-    let Some(lower) = moments.cholesky() else { return true };
-    (0..TERMS * TERMS)
-        .step_by(TERMS + 1)
-        .any(|at| lower.values[at].powi(2) < CONIC * moments.values[at])
-}
-
-fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
-    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
-}
-
-/// Heights of a surface, evenly over its domain.
-fn heights(surface: &NurbsSurface) -> impl Iterator<Item = f64> {
-    let (u, v) = (surface.knots_u(), surface.knots_v());
-    let [rows, cols] = [u, v].map(|knots| PLACES * (knots.control_points() - knots.degree()));
-    let place = |i: usize| {
-        DVec2::new((i / (cols + 1)) as f64 / rows as f64, (i % (cols + 1)) as f64 / cols as f64)
-    };
-    Patches::of(surface).each((rows + 1) * (cols + 1), place, |_, place| place.point.z).into_iter()
-}
-
-/// Heights of points over a surface.
-fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
-    Patches::of(surface).each(uv.len(), |i| uv[i], |i, place| local[i].z - place.point.z)
-}
-
-/// How steeply a surface rises at parameters: the cosine of the angle between its normal and a
-/// direction.
-pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f64> {
-    Patches::of(surface).each(uv.len(), |i| uv[i], |_, place| place.normal().dot(up))
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
+    use super::super::height_field::{heights, range};
+    use super::super::trend::Trend;
     use super::*;
     use crate::progress::Silent;
 

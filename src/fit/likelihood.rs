@@ -1,41 +1,31 @@
 //! How likely it is that places end at a smooth curve.
 
+use std::f64::consts::PI;
+
 use rayon::prelude::*;
 
-use super::POINTS_PER_TASK;
 use super::dense::Dense;
+use super::limits::POINTS_PER_TASK;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
 pub(super) const DEGREE: usize = 3;
 
-/// What is left of the scale of the blur each time.
-const LEFT_OF_SCALE: f64 = 0.4;
-
 /// Places that a blurred curve is looked for with at most: it only leads towards the last one.
 const BLURRED: usize = 500;
-
-/// Standard deviation of the normal distribution to the scale of the logistic one with the same:
-/// √3 / π.
-const LOGISTIC: f64 = 0.551_328_895_421_792;
 
 /// Scales behind a curve at which a place no longer touches it.
 const UNTOUCHED: f64 = 30.0;
 
-/// Share of the distance at which places touch a curve that is the scale of the blur, at least.
-const APART: f64 = 0.5;
+/// Scale of the blur that a search begins with.
+const FIRST_SCALE: f64 = 0.2;
 
-/// Newton's steps for each scale at most, the share of a scale that the last of them moves, and the
-/// times that a step which leads down is shortened.
+/// Newton's steps for each scale at most, times that a step which leads down is halved at most, and the
+/// share of a scale that the last step moves.
 const STEPS: usize = 12;
 const SETTLED: f64 = 0.1;
-const SHORTENINGS: usize = 8;
-const SHORTENING: f64 = 0.4;
 
 /// Share of the mean diagonal that holds control points which no place touches.
 const RIDGE: f64 = 1e-6;
-
-/// A product is taken the logarithm of before it leaves the range of numbers.
-const LARGE: f64 = 1e300;
 
 /// A place by the basis functions at its x, and its y.
 pub(super) struct Place {
@@ -100,20 +90,20 @@ impl Likelihood {
         Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, stiffness, bounds }
     }
 
-    /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from this
-    /// scale of the blur on; before each finer one, `look` may look closer at the density. Says what
+    /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from a
+    /// coarse scale of the blur on; before each finer one, `look` may look closer at the density. Says what
     /// the scale was at last.
     pub(super) fn find(
         &mut self,
         heights: &mut Vec<f64>,
-        first_scale: f64,
         noise: f64,
         mut look: impl FnMut(&mut Self, &[f64]),
     ) -> f64 {
         // Places touch a curve with so many degrees of freedom at this distance on average.
         let apart = self.slopes.len() as f64 / self.count;
-        let last = (noise * LOGISTIC).max(APART * apart);
-        let mut scale = first_scale.max(last);
+        // A logistic distribution with a standard deviation of 1 has a scale of √3 / π.
+        let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * apart);
+        let mut scale = FIRST_SCALE.max(last);
         loop {
             let most = if scale > last { BLURRED } else { self.places.len() };
             self.stride = (self.places.len() / most.max(1)).max(1);
@@ -121,7 +111,7 @@ impl Likelihood {
             if scale <= last {
                 return scale;
             }
-            scale = (LEFT_OF_SCALE * scale).max(last);
+            scale = (0.5 * scale).max(last);
             look(self, heights);
         }
     }
@@ -129,19 +119,16 @@ impl Likelihood {
     /// Blurs each place by no less than the distance at which those around it touch a curve.
     pub(super) fn blur_as_sparse(&mut self) {
         for place in &mut self.places {
-            place.least = APART / height(&self.slopes, &place.basis);
+            place.least = 0.5 / height(&self.slopes, &place.basis);
         }
         self.coarsest = self.places.iter().map(|place| place.least).fold(0.0, f64::max);
     }
 
-    /// The control points whose second differences bending is measured by, in threes; a curve turns
-    /// at a crease as it likes.
+    /// The control points whose second differences bending is measured by, in threes.
     fn bends(&self) -> impl Iterator<Item = [usize; 3]> {
         let (count, closed) = (self.slopes.len(), self.closed);
-        let knots = self.knots.as_slice();
         let middles = if closed { 0..count } else { 1..count - 1 };
-        let smooth = middles.filter(move |i| knots[i + 1] < knots[i + DEGREE]);
-        smooth.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
+        middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
     }
 
     /// The places that may touch a curve, which lies below its highest control point.
@@ -159,7 +146,7 @@ impl Likelihood {
             let Some(step) = here.step() else { return here };
             let mut share = 1.0;
             let mut moved = 0.0;
-            for _ in 0..SHORTENINGS {
+            for _ in 0..STEPS {
                 let steps = heights.iter().zip(&step);
                 let next: Vec<f64> = steps
                     .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
@@ -171,7 +158,7 @@ impl Likelihood {
                     (*heights, here) = (next, there);
                     break;
                 }
-                share *= SHORTENING;
+                share *= 0.5;
             }
             if moved < SETTLED * scale {
                 break;
@@ -246,7 +233,7 @@ impl Likelihood {
             let small = (-z.abs()).exp();
             likely += z.min(0.0);
             unlikely *= 1.0 + small;
-            if unlikely > LARGE {
+            if unlikely > f64::MAX.sqrt() {
                 likely -= unlikely.ln();
                 unlikely = 1.0;
             }
@@ -375,7 +362,7 @@ pub(super) mod tests {
             let knots = KnotVector::periodic_uniform(DEGREE, 16).unwrap();
             let mut found = Likelihood::new(all, places.len(), knots, stiffness, (-1.0, 1.0));
             let mut heights = vec![0.0; 16];
-            let scale = found.find(&mut heights, 0.05, 0.0, |_, _| {});
+            let scale = found.find(&mut heights, 0.0, |_, _| {});
             let evidence = found.evidence(&found.local(&heights, scale));
             if evidence > best.0 {
                 best = (evidence, stiffness);

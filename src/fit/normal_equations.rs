@@ -10,23 +10,14 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::band::Band;
+use super::limits::{BATCH, POINTS_PER_CALL, POINTS_PER_TASK};
 use super::space::SplineSpace;
-use super::{POINTS_PER_LOOK, POINTS_PER_TASK};
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
 use crate::progress::Listen;
 
 /// Numbers in the blocks that are added up at a time, 16 MB.
 const BLOCK_NUMBERS: usize = 1 << 21;
-
-/// Portions that the tasks fall into at least.
-const PORTIONS: usize = 6;
-
-/// Products from which on other threads are worth being woken.
-const WORTH_SHARING: usize = 1 << 20;
-
-/// Products that are added up between two looks at the observer: tens of milliseconds.
-const PRODUCTS: usize = 1 << 27;
 
 /// A point and how its distance from the surface counts.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +31,15 @@ pub(super) struct Sample {
     pub(super) tangential: f64,
 }
 
+impl Sample {
+    /// For the plain distance at its parameters.
+    pub(super) fn plain(point: DVec3, uv: DVec2, weight: f64) -> Self {
+        Self { point, uv, weight, normal: DVec3::ZERO, tangential: 1.0 }
+    }
+}
+
 /// Matrix and right-hand side of a fit of control points to samples.
+#[derive(Clone)]
 pub(super) struct NormalEquations {
     pub(super) matrix: Band,
     pub(super) right: Vec<[f64; 3]>,
@@ -88,14 +87,12 @@ impl NormalEquations {
         Ok(equations)
     }
 
-    /// Adds a weighted equation: the sum of the products of these vectors with the unknown control points, whose
-    /// coordinates are coupled, has this value.
-    pub(super) fn add_row(&mut self, row: &[(usize, DVec3)], weight: f64, value: f64) {
-        let numbers: Vec<(usize, f64)> =
-            row.iter().flat_map(|(at, vector)| (3 * at..).zip(vector.to_array())).collect();
-        for (k, (i, of_i)) in numbers.iter().enumerate() {
-            self.right[i / 3][i % 3] += weight * value * of_i;
-            numbers[k..].iter().for_each(|(j, of_j)| self.matrix.add(*i, *j, weight * of_i * of_j));
+    /// Adds so many times the sums over other samples.
+    pub(super) fn add_scaled(&mut self, factor: f64, other: &Self) {
+        self.matrix.add_scaled(factor, &other.matrix);
+        for (sum, value) in self.right.as_flattened_mut().iter_mut().zip(other.right.as_flattened())
+        {
+            *sum += factor * value;
         }
     }
 
@@ -116,12 +113,11 @@ impl NormalEquations {
         let cells = Cells::of(space, samples, listen)?;
         let tasks = cells.tasks();
         let (length, sums) = (layout.length(), layout.height * layout.width);
-        let at_once = (PRODUCTS / (POINTS_PER_TASK * sums)).max(rayon::current_num_threads());
-        let few = samples.len() * sums < WORTH_SHARING;
-        let portions = if few { 1 } else { PORTIONS };
-        let held = (BLOCK_NUMBERS / length).min(at_once).min(tasks.len().div_ceil(portions)).max(1);
+        let few = samples.len() * sums < BLOCK_NUMBERS;
+        let portions = if few { 1 } else { 2 * rayon::current_num_threads() };
+        let held = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
         let least = if few { held } else { 1 };
-        let scratch = || vec![0.0; TOGETHER * (layout.height + layout.width)];
+        let scratch = || vec![0.0; BATCH * (layout.height + layout.width)];
         let fill = |tasks: &[Task], blocks: &mut [f64]| {
             let blocks = blocks.par_chunks_mut(length).zip(tasks).with_min_len(least);
             blocks.for_each_init(scratch, |scratch, (block, task)| {
@@ -186,9 +182,6 @@ struct Layout {
 const LINES: usize = 4;
 const LANES: usize = 8;
 
-/// Samples whose products are multiplied together.
-const TOGETHER: usize = 32;
-
 impl Layout {
     fn of(space: &SplineSpace, coefficients: usize) -> Self {
         let [rows, cols] = [0, 1].map(|d| space.knots[d].degree() + 1);
@@ -233,7 +226,7 @@ struct Sums<'a, const C: usize, F> {
     /// Basis functions in u and in v.
     sizes: (usize, usize),
     coefficients: &'a F,
-    /// Room for the lines of `TOGETHER` samples.
+    /// Room for the lines of `BATCH` samples.
     scratch: &'a mut [f64],
     block: &'a mut [f64],
 }
@@ -259,8 +252,8 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
         let Self { space, samples, members, coefficients, scratch, block, .. } = self;
         let (sums, right) = block.split_at_mut(height * width);
         let right = right.as_chunks_mut::<4>().0;
-        let (of_rows, of_cols) = scratch.split_at_mut(TOGETHER * height);
-        for together in members.chunks(TOGETHER) {
+        let (of_rows, of_cols) = scratch.split_at_mut(BATCH * height);
+        for together in members.chunks(BATCH) {
             for (k, &member) in together.iter().enumerate() {
                 let sample = &samples[member as usize];
                 let (mut u, mut v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
@@ -366,7 +359,7 @@ impl Cells {
         let mut next = starts.clone();
         let mut order = vec![0; samples.len()];
         for (index, &cell) in (0_u32..).zip(&cells) {
-            if (index as usize).is_multiple_of(POINTS_PER_LOOK) {
+            if (index as usize).is_multiple_of(POINTS_PER_CALL) {
                 listen()?;
             }
             order[next[cell as usize]] = index;

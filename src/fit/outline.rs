@@ -8,23 +8,13 @@ use rayon::prelude::*;
 use super::edge::{NOTCHED, empty_ground};
 use super::likelihood::{DEGREE, Likelihood, height, sums};
 use super::patches::Patches;
-use super::view::{MIDDLE, View, direction, outermost, share_of_way};
+use super::view::{MIDDLE, STEPS, View, direction, outermost, share_of_way};
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
-/// Width and height of the square's corners, which are larger where points are few; how many places one
-/// would have at the mean density, at least, for it to be empty if it has none, and how many if it has
-/// less than a share of them. Of four that are full chance then empties three once in three hundred
-/// times.
+/// Width and height of the square's corners, and where points are few at most.
 const CORNER: f64 = 0.2;
 const LARGEST_CORNER: f64 = 0.3;
-const ENOUGH_FOR_NONE: f64 = 2.35;
-const ENOUGH_FOR_FEW: f64 = 4.0;
-const EMPTY: f64 = 0.5;
-
-/// Corners that are empty, at least, where an outline is round: another one may be full where places
-/// are dense.
-const EMPTY_CORNERS: usize = 3;
 
 /// Control points of a line, and what its bending may cost: the likeliest counts (see
 /// [`Likelihood::stiffness`]). The search begins with one in the middle.
@@ -35,13 +25,9 @@ const STIFFNESSES: [f64; 5] = [30.0, 3.0, 0.3, 0.03, 0.003];
 /// times the mean.
 const BOUNDS: (f64, f64) = (-2.0, 0.9);
 
-/// Scale of the blur that the search begins with.
-const FIRST_SCALE: f64 = 0.2;
-
-/// Depth of the ground behind a line whose places say how dense they are there, beside so many for each
-/// control point that are taken to be as dense as on average.
+/// Depth of the ground behind a line whose places say how dense they are there, beside one for each
+/// control point that is taken to be as dense as on average.
 const GROUND: f64 = 0.3;
-const BELIEVED: f64 = 1.0;
 
 /// Mean height of empty ground that places may leave inside of an outline, for each of them.
 const BY_CHANCE: f64 = 10.0;
@@ -59,9 +45,6 @@ const ROUNDING: f64 = 1e-9;
 
 /// Control points of an outline in the square.
 const RADII: usize = 64;
-
-/// Newton's steps towards the circle in the unit disc that a place is on.
-const STEPS: usize = 8;
 
 /// Radius near the middle that stands for the unit disc's, at most, as a multiple of the outline's
 /// least: half of the speed along a ray is left there at the rim.
@@ -188,20 +171,21 @@ fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
     DVec2::new(place(u, v), place(v, u))
 }
 
-/// Whether so many corners of the unit square are emptier than chance would leave them that an outline
-/// is round.
+/// Whether three corners of the unit square or more are emptier than chance would leave them: so is an
+/// outline round. The fourth may be full where places are dense.
 fn has_empty_corners(uv: &[DVec2]) -> bool {
     let count = uv.len() as f64;
-    let size = (2.0 * ENOUGH_FOR_NONE / count).sqrt().max(CORNER);
+    // Of four places, or more, two standard deviations less are none.
+    let size = (8.0 / count).sqrt().max(CORNER);
     let expected = count * 0.5 * size * size;
     let is_empty = |corner: &DVec2| {
         let inside = |uv: &&DVec2| (**uv - *corner).abs().element_sum() < size;
         let found = uv.iter().filter(inside).count() as f64;
-        found == 0.0 || expected >= ENOUGH_FOR_FEW && found < EMPTY * expected
+        found < 0.5 * expected && found <= expected - 2.0 * expected.sqrt() + ROUNDING
     };
     let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
     let empty = corners.iter().filter(|corner| is_empty(corner)).count();
-    size <= LARGEST_CORNER && empty >= EMPTY_CORNERS
+    size <= LARGEST_CORNER && empty > 2
 }
 
 /// A closed line around the middle of the square, by distances that mean what they will.
@@ -239,12 +223,12 @@ impl Line {
             let found = sums(behind.map(|place| &place.basis), CONTROL_POINTS);
             let dense = found.iter().zip(&even);
             likelihood.slopes =
-                dense.map(|(sum, even)| (sum + BELIEVED) / (GROUND + BELIEVED / even)).collect();
+                dense.map(|(sum, even)| (sum + 1.0) / (GROUND + 1.0 / even)).collect();
             likelihood.blur_as_sparse();
         };
         let mut heights = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
-        let scale = likelihood.find(&mut heights, FIRST_SCALE, noise, look);
+        let scale = likelihood.find(&mut heights, noise, look);
         let here = likelihood.stiffen(&mut heights, scale, &STIFFNESSES);
         let deviations = likelihood.deviations(&here);
         let curve = |way: f64| height(&heights, &Basis::at(&likelihood.knots, way));

@@ -6,17 +6,8 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::limits::{BATCH, DEGENERATE, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
-
-/// Questions that are answered in one go, and that a thread takes at least.
-const TOGETHER: usize = 32;
-const LEAST: usize = 256;
-
-/// Patches that a thread lays out at least.
-const LEAST_PATCHES: usize = 512;
-
-/// Tangents whose cross product is under this share of their lengths' product give no direction.
-pub(super) const DEGENERATE: f64 = 1e-12;
 
 /// A point and its tangents on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -63,10 +54,10 @@ pub(super) fn answers<Q: Question>(question: &Q, count: usize) -> Vec<Q::Answer>
     let arch = Arch::new();
     // Written where they stay, by the threads that find them: of a million places it takes as long to get the memory
     // as to find a foot.
-    let tasks = (0..count.div_ceil(TOGETHER)).into_par_iter().with_min_len(LEAST / TOGETHER);
+    let tasks = (0..count.div_ceil(BATCH)).into_par_iter().with_min_len(BATCH);
     let answers = tasks.map(|task| {
-        let from = task * TOGETHER;
-        arch.dispatch(Task { question, range: from..count.min(from + TOGETHER) })
+        let from = task * BATCH;
+        arch.dispatch(Task { question, range: from..count.min(from + BATCH) })
     });
     let mut answers = answers.collect::<Vec<_>>().into_flattened();
     answers.truncate(count);
@@ -79,12 +70,12 @@ struct Task<'a, Q: Question> {
 }
 
 impl<Q: Question> WithSimd for Task<'_, Q> {
-    type Output = [Q::Answer; TOGETHER];
+    type Output = [Q::Answer; BATCH];
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let mut answers = [Q::Answer::default(); TOGETHER];
+        let mut answers = [Q::Answer::default(); BATCH];
         for (answer, index) in answers.iter_mut().zip(self.range) {
             *answer = self.question.answer(index);
         }
@@ -127,7 +118,7 @@ impl<'a> Patches<'a> {
                 patches.cubic((row, col), &rows[row], &cols[col])
             };
             let all = (0..rows.len() * cols.len()).into_par_iter();
-            patches.cubics = all.with_min_len(LEAST_PATCHES).map(cubic).collect();
+            patches.cubics = all.with_min_len(POINTS_PER_TASK).map(cubic).collect();
         }
         patches
     }

@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::dense::Dense;
+use super::limits::{NEGLIGIBLE, RIDGE, TANGENTIAL};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -19,21 +20,11 @@ const MOST_UNKNOWNS: usize = 256;
 /// Weights are kept between these, so that no part of the surface hangs on one control point.
 const WEIGHTS: (f64, f64) = (0.1, 10.0);
 
-/// A share of the diagonal that is added to it: a common factor of all weights changes nothing, and
-/// control points that no point holds should stay where they are.
-const RIDGE: f64 = 1e-10;
-
-/// Weight of distances across the normal, as in the fit without weights.
-const TANGENTIAL: f64 = 0.01;
-
 /// Steps at most; each finds new feet.
 const MOST_STEPS: usize = 30;
 
-/// Shares of a step that are tried, the longest first.
-const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.03];
-
-/// Steps end when the mean squared distance falls by less than this share.
-const ENOUGH: f64 = 0.01;
+/// Times that a step which leads away is halved.
+const HALVINGS: i32 = 5;
 
 /// A rational surface must be better than the polynomial one by this share of the mean squared
 /// distance to be worth its weights.
@@ -84,15 +75,15 @@ pub fn rational(
         let (step, total) = (step as u64, MOST_STEPS as u64);
         report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
         let Some(change) = unknowns.step(&best, points, &uv, &weight, centre) else { break };
-        let tried = SHARES.iter().find_map(|share| {
-            let surface = unknowns.moved(&best, &change, *share, centre)?;
+        let tried = (0..=HALVINGS).find_map(|halvings| {
+            let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), centre)?;
             let (uv, squared) = feet(&surface, points, &weight).ok()?;
             (squared < error).then_some((surface, uv, squared))
         });
         let Some((surface, feet, squared)) = tried else { break };
         let gained = 1.0 - squared / error;
         (best, uv, error) = (surface, feet, squared);
-        if gained < ENOUGH {
+        if gained < NEGLIGIBLE {
             break;
         }
     }
@@ -200,6 +191,7 @@ impl Unknowns {
                 }
             }
         }
+        // A common factor of all weights changes nothing.
         matrix.add_ridge(RIDGE);
         let change = matrix.cholesky()?.solve(&right);
         let change: Vec<DVec4> = change.chunks(4).map(DVec4::from_slice).collect();

@@ -2,13 +2,11 @@
 
 use glam::DVec2;
 
+use super::limits::TANGENTIAL;
 use super::normal_equations::Sample;
 use super::outline::rim_of_square;
 use super::patches::Patches;
 use crate::nurbs::NurbsSurface;
-
-/// How much distances along the border, and off the surface, count beside those across it.
-const ALONG: f64 = 0.01;
 
 /// How much the rim counts beside the points where the fairness does as much as they do.
 const SAY: f64 = 0.05;
@@ -38,7 +36,7 @@ impl Rim {
             let (at, uv) = places[i];
             let along = places[(i + 1) % count].0.point - places[(i + count - 1) % count].0.point;
             let normal = at.normal().cross(along).normalize_or_zero();
-            Sample { point: at.point, uv, weight: 1.0, normal, tangential: ALONG }
+            Sample { point: at.point, uv, weight: 1.0, normal, tangential: TANGENTIAL }
         };
         Self((0..count).map(sample).collect())
     }

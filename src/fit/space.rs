@@ -4,7 +4,7 @@ use super::band::Band;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Splines over two knot vectors. Rows and columns that a closed direction repeats are unknown
 /// only once.
@@ -89,22 +89,6 @@ impl SplineSpace {
     pub(super) fn places(&self) -> Vec<usize> {
         let [rows, cols] = [0, 1].map(|d| self.knots[d].control_points());
         (0..rows * cols).map(|at| self.place(at / cols, at % cols)).collect()
-    }
-
-    /// The places of the control points that a place on the surface touches.
-    fn touched_at(&self, uv: DVec2) -> impl Iterator<Item = usize> + '_ {
-        let [p, q] = [0, 1].map(|d| self.knots[d].degree());
-        let [row, col] = [0, 1].map(|d| self.knots[d].span(uv[d]) - self.knots[d].degree());
-        (row..=row + p).flat_map(move |i| (col..=col + q).map(move |j| self.place(i, j)))
-    }
-
-    /// The places of the control points that any of these places on the surface touches.
-    pub(super) fn touched_by(&self, places: &[DVec2]) -> Vec<usize> {
-        let mut touched: Vec<usize> =
-            places.iter().flat_map(|place| self.touched_at(*place)).collect();
-        touched.sort_unstable();
-        touched.dedup();
-        touched
     }
 
     /// The control points of a surface of this space, in the order of solution.

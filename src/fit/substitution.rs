@@ -1,17 +1,34 @@
 //! The solution by a factor of a band matrix.
 
-use pulp::{Simd, WithSimd};
+use glam::DVec3;
+use pulp::{Arch, Simd, WithSimd};
 
-use super::band::Band;
+use super::band::{Band, ROWS};
 use crate::nurbs::window;
 
-/// Rows that stay in registers: to read and write them for each column takes several times as long.
-pub(super) const ROWS: usize = 8;
+impl Band {
+    /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
+    pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
+        debug_assert_eq!(x.len(), self.size());
+        // As many as the tiles have.
+        let mut whole = vec![[0.0; WIDTH]; self.columns() * self.side()];
+        whole[..self.size()].copy_from_slice(x);
+        Arch::new().dispatch(Substitution { factor: self, x: &mut whole });
+        x.copy_from_slice(&whole[..self.size()]);
+    }
+
+    /// The solution by this factor for points whose coordinates are coupled, three rows for each.
+    pub(super) fn solved_together(&self, right: &[[f64; 3]]) -> Vec<DVec3> {
+        let mut x: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
+        self.solve(&mut x);
+        x.as_flattened().as_chunks().0.iter().copied().map(DVec3::from_array).collect()
+    }
+}
 
 /// A solution by a factor, in whole tiles.
-pub(super) struct Substitution<'a, const WIDTH: usize> {
-    pub(super) factor: &'a Band,
-    pub(super) x: &'a mut [[f64; WIDTH]],
+struct Substitution<'a, const WIDTH: usize> {
+    factor: &'a Band,
+    x: &'a mut [[f64; WIDTH]],
 }
 
 impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {

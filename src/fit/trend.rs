@@ -2,8 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-/// Moments of places across a line, as a share of those along it.
-const LINE: f64 = 1e-12;
+use super::limits::DEGENERATE;
 
 /// The plane from which the heights of points differ least.
 pub(super) struct Trend {
@@ -28,7 +27,8 @@ impl Trend {
             right += weight * away.z * place;
         }
         // Places on one line know no slope across it.
-        let extended = moments.determinant() > LINE * (moments.x_axis.x + moments.y_axis.y).powi(2);
+        let extended =
+            moments.determinant() > DEGENERATE * (moments.x_axis.x + moments.y_axis.y).powi(2);
         Self { centre, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
     }
 

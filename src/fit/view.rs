@@ -4,23 +4,17 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::edge::lowest;
+use super::edge::{STRIPS, lowest};
 use super::patches::Patches;
 use crate::nurbs::gauss;
 
-/// Places along a ray at which its length is measured.
-const RAY_PLACES: usize = 8;
-
-/// Steps towards the end of a ray.
-const RAY_STEPS: usize = 8;
+/// Places along a ray at which its length is measured, and steps towards its end or a place on it.
+pub(super) const STEPS: usize = 8;
 
 /// Last share of a ray in the square along which it is seen how it goes on, and the share of it beyond
 /// the square that is far.
 const NEAR_SIDE: f64 = 0.1;
 const FAR: f64 = 0.25;
-
-/// Sectors around the middle whose outermost places tell how far places reach.
-const SECTORS: usize = 24;
 
 pub(super) const MIDDLE: DVec2 = DVec2::splat(0.5);
 
@@ -36,7 +30,7 @@ pub(super) enum View<'a> {
 
 impl<'a> View<'a> {
     pub(super) fn along(patches: &'a Patches<'a>) -> Self {
-        Self::Along(patches, gauss::rule(RAY_PLACES))
+        Self::Along(patches, gauss::rule(STEPS))
     }
 
     pub(super) fn above(patches: &'a Patches<'a>, uv: &[DVec2]) -> Self {
@@ -87,7 +81,7 @@ impl<'a> View<'a> {
         }
         let (mut low, mut high) = ((0.0, start), (side, end));
         let (mut radius, mut last) = (side, 0.0);
-        for _ in 0..RAY_STEPS {
+        for _ in 0..STEPS {
             radius = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let there = beyond(radius);
             let again = there * last > 0.0;
@@ -118,7 +112,7 @@ pub(super) fn direction(way: f64) -> DVec2 {
 /// The outermost of places around the middle, each by the share of the way round and the square of its
 /// distance, in sectors.
 pub(super) fn outermost(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
-    let outer = lowest(polar.map(|(way, square)| (way, -square)), SECTORS);
+    let outer = lowest(polar.map(|(way, square)| (way, -square)), STRIPS);
     outer.into_iter().flatten().map(|(way, square)| (way, -square)).collect()
 }
 

@@ -1,0 +1,124 @@
+//! The fairness with which heights best predict points that are left out.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::blocks::{blocks, in_clumps, in_turn};
+use super::height_field::Heights;
+use super::held_out::HeldOut;
+use super::least_squares::Equations;
+use super::normal_equations::Sample;
+use super::warm_start::Near;
+use crate::error::Result;
+use crate::progress::Listen;
+
+/// Decimal logarithms of the least and the largest fairness that is tried.
+const TRIED: (i32, i32) = (-12, 2);
+
+/// A larger fairness is preferred while its error is at most so many times the least: it makes the
+/// smoother surface.
+const HARDLY_WORSE: f64 = 1.01;
+
+/// A fairness, and the mean square errors that are expected with it.
+#[derive(Clone, Copy)]
+pub(super) struct Choice {
+    pub(super) fairness: f64,
+    /// At points left out in turn, and in blocks.
+    pub(super) expected: f64,
+    pub(super) expected_of_blocks: f64,
+}
+
+impl Heights<'_> {
+    /// Cross-validation with the equations of these heights: the given fairness, or the one that predicts
+    /// best, looked for near one that is known. Where points lie in clumps it is the larger one of those
+    /// that predict points left out in turn and in blocks.
+    pub(super) fn choose(
+        &self,
+        equations: &Equations,
+        given: Option<f64>,
+        near: Option<Near>,
+        listen: &mut Listen<'_>,
+    ) -> Result<Choice> {
+        let sample = |i: usize| {
+            let plain = Sample::plain(self.local[i], self.uv[i], self.weight(i));
+            Sample { normal: DVec3::Z, ..plain }
+        };
+        let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
+        let space = equations.space();
+        let turn = HeldOut::of(space, &samples, |samples| in_turn(samples.len()))?;
+        let block = HeldOut::of(space, &samples, |samples| {
+            blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
+        })?;
+        let trace = equations.energy.trace();
+        let error = |held_out: &HeldOut<'_>, fairness: f64| {
+            let times = equations.times(fairness) * held_out.trace() / equations.trace();
+            held_out.error(&equations.energy, if trace > 0.0 { times } else { 0.0 })
+        };
+        let fairness = match given {
+            Some(fairness) => fairness,
+            None => {
+                let known = near.map(|near| near.beside(self.local.len()));
+                let found = best(known, |fairness| error(&turn, fairness), listen)?;
+                if in_clumps(self.uv.iter().copied()) {
+                    found.max(best(known, |fairness| error(&block, fairness), listen)?)
+                } else {
+                    found
+                }
+            }
+        };
+        let expected = error(&turn, fairness)?;
+        Ok(Choice { fairness, expected, expected_of_blocks: error(&block, fairness)? })
+    }
+}
+
+/// The fairness with the least error, on a scale of half decades: near one that is known errors have one
+/// minimum.
+fn best(
+    known: Option<f64>,
+    error: impl Fn(f64) -> Result<f64>,
+    listen: &mut Listen<'_>,
+) -> Result<f64> {
+    let fairness = |k: i32| 10.0_f64.powf(0.5 * f64::from(k));
+    let all = 2 * TRIED.0..=2 * TRIED.1;
+    let mut errors = BTreeMap::new();
+    let mut walk = |errors: &mut BTreeMap<i32, f64>, from: i32, step: i32, worse: f64| {
+        let mut k = from;
+        while all.contains(&k) {
+            listen()?;
+            let found = match errors.get(&k) {
+                Some(found) => *found,
+                None => error(fairness(k))?,
+            };
+            errors.insert(k, found);
+            if found > worse * least(errors) {
+                break;
+            }
+            k += step;
+        }
+        Result::Ok(())
+    };
+    if let Some(known) = known {
+        #[expect(clippy::cast_possible_truncation, reason = "a logarithm")]
+        let nearest = ((2.0 * known.log10()).round() as i32).clamp(*all.start(), *all.end());
+        walk(&mut errors, nearest, 1, HARDLY_WORSE)?;
+        walk(&mut errors, nearest, -1, HARDLY_WORSE)?;
+    } else {
+        walk(&mut errors, *all.start(), 2, 2.0)?;
+        if let Some(found) = smoothest(&errors) {
+            walk(&mut errors, found + 1, *all.end() - *all.start(), 1.0)?;
+        }
+    }
+    Ok(smoothest(&errors).map_or_else(|| known.unwrap_or(1.0), fairness))
+}
+
+fn least(errors: &BTreeMap<i32, f64>) -> f64 {
+    errors.values().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The largest exponent whose error is hardly worse than the least.
+fn smoothest(errors: &BTreeMap<i32, f64>) -> Option<i32> {
+    let least = least(errors);
+    let good = |(_, error): &(&i32, &f64)| **error <= HARDLY_WORSE * least && least.is_finite();
+    errors.iter().rev().find(good).map(|(k, _)| *k)
+}

@@ -1,0 +1,178 @@
+//! Heights over a plane as a least-squares problem: places in the unit square, heights over a trend.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::dense::Dense;
+use super::fairness::ORDER;
+use super::ground::{Base, Ground};
+use super::least_squares::{Equations, PartialSums, check};
+use super::limits::ENOUGH_SAMPLES;
+use super::options::{FitOptions, HeightOptions};
+use super::outcome::HeightFit;
+use super::patches::Patches;
+use super::trend::Trend;
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::Listen;
+
+/// Fewer points than that leave a quadratic, which has six coefficients, far off in the corners.
+const FEW: usize = 30;
+
+/// Share of a square of places that is no quadratic of them under which all lie on one conic, on which a quadratic
+/// vanishes that nothing else holds then: a circle, or two lines.
+const CONIC: f64 = 1e-4;
+
+/// Shortest gap over which slopes end, as a share of the ground's side.
+const SHORTEST_REACH: f64 = 1.0 / 64.0;
+
+/// Points by their places in the unit square of a plane and their heights over it.
+pub(super) struct Heights<'a> {
+    axes: [DVec3; 3],
+    ground: Ground,
+    /// Their heights are those over the trend.
+    pub(super) local: Vec<DVec3>,
+    trend: Trend,
+    pub(super) uv: Vec<DVec2>,
+    weights: Option<&'a [f64]>,
+    options: FitOptions,
+    /// Of the derivatives whose energy is kept small.
+    order: usize,
+}
+
+impl<'a> Heights<'a> {
+    pub(super) fn of(
+        points: &[DVec3],
+        weights: Option<&'a [f64]>,
+        base: &Base,
+        options: &HeightOptions,
+    ) -> Result<Self> {
+        if !base.up.is_normalized() {
+            return Err(Error::parameter("up", "a vector of length 1", base.up));
+        }
+        let Base { axes: [along, across], up } = base;
+        let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
+        let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
+        let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
+        let ground = Ground::around(&local, counts)?;
+        let uv: Vec<DVec2> =
+            local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
+        let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
+        fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
+        check(&local, &uv, weights, &fitting)?;
+        let trend = Trend::of(&local, weights);
+        local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
+        let few = points.len() < FEW || on_conic(&uv);
+        let order = if few { ORDER - 1 } else { ORDER };
+        let order = order.min(options.degree.0.max(options.degree.1));
+        let axes = [*along, *across, *up];
+        Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
+    }
+
+    /// The equations of the heights, with slopes that end over a gap of this reach.
+    pub(super) fn equations(&self, listen: &mut Listen<'_>) -> Result<Equations> {
+        let Self { local, uv, weights, options, order, .. } = self;
+        let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, listen)?;
+        Ok(Equations::of(sums, *order))
+    }
+
+    /// The surface with this fairness; slopes count where they are known to, or as far as it takes to hold
+    /// the heights where there are no points.
+    pub(super) fn fitted(
+        self,
+        equations: Equations,
+        fairness: f64,
+        reach: Option<f64>,
+        listen: &mut Listen<'_>,
+    ) -> Result<HeightFit> {
+        let (heights, reach) = self.held(equations, fairness, reach, listen)?;
+        let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
+        listen()?;
+        let residuals = residuals(&heights, &local, &uv);
+        let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
+        let net = heights.control_points().iter().enumerate().map(|(i, point)| {
+            let place = ground.place(DVec2::new(rows[i / cols.len()], cols[i % cols.len()]));
+            place.x * along + place.y * across + (point.z + trend.height(place)) * up
+        });
+        let (knots_u, knots_v) = (heights.knots_u().clone(), heights.knots_v().clone());
+        let surface = NurbsSurface::new(net.collect(), None, knots_u, knots_v)?;
+        let (expected, expected_of_blocks) = (f64::INFINITY, f64::INFINITY);
+        Ok(HeightFit { surface, uv, residuals, fairness, reach, expected, expected_of_blocks })
+    }
+
+    /// The surface over the trend, held where there are no points, and the reach that this takes, at most
+    /// the one that is known.
+    fn held(
+        &self,
+        mut equations: Equations,
+        fairness: f64,
+        known: Option<f64>,
+        listen: &mut Listen<'_>,
+    ) -> Result<(NurbsSurface, Option<f64>)> {
+        if let Some(reach) = known {
+            equations.tighten(reach);
+        }
+        let (low, high) = range(self.local.iter().map(|point| point.z));
+        let beyond = 0.5 * (high - low);
+        let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
+        while fairness > 0.0 && reach.is_none_or(|reach| reach > SHORTEST_REACH) {
+            let (lowest, highest) = range(self::heights(&heights));
+            if low - beyond <= lowest && highest <= high + beyond {
+                break;
+            }
+            let shorter = 0.25 * reach.unwrap_or(1.0);
+            equations.tighten(shorter);
+            (heights, reach) = (equations.solve(fairness, listen)?, Some(shorter));
+        }
+        Ok((heights, reach))
+    }
+
+    pub(super) fn weight(&self, i: usize) -> f64 {
+        self.weights.map_or(1.0, |weights| weights[i])
+    }
+}
+
+/// Whether a quadratic vanishes on all places: one of its terms is a sum of those before it there.
+fn on_conic(uv: &[DVec2]) -> bool {
+    let terms = |place: DVec2| {
+        let DVec2 { x, y } = 2.0 * place - 1.0;
+        [1.0, x, y, x * x, x * y, y * y]
+    };
+    let count = terms(DVec2::ZERO).len();
+    let mut moments = Dense::new(count);
+    for place in uv.iter().step_by(uv.len().div_ceil(ENOUGH_SAMPLES).max(1)) {
+        let terms = terms(*place);
+        for (i, a) in terms.iter().enumerate() {
+            terms.iter().enumerate().for_each(|(j, b)| moments.values[i * count + j] += a * b);
+        }
+    }
+    let Some(lower) = moments.cholesky() else { return true };
+    (0..count * count)
+        .step_by(count + 1)
+        .any(|at| lower.values[at].powi(2) < CONIC * moments.values[at])
+}
+
+pub(super) fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
+    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
+}
+
+/// Heights of a surface, evenly over its domain.
+pub(super) fn heights(surface: &NurbsSurface) -> impl Iterator<Item = f64> {
+    let (u, v) = (surface.knots_u(), surface.knots_v());
+    let [rows, cols] = [u, v].map(|knots| 2 * (knots.control_points() - knots.degree()));
+    let place = |i: usize| {
+        DVec2::new((i / (cols + 1)) as f64 / rows as f64, (i % (cols + 1)) as f64 / cols as f64)
+    };
+    Patches::of(surface).each((rows + 1) * (cols + 1), place, |_, place| place.point.z).into_iter()
+}
+
+/// Heights of points over a surface.
+fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
+    Patches::of(surface).each(uv.len(), |i| uv[i], |i, place| local[i].z - place.point.z)
+}
+
+/// How steeply a surface rises at parameters: the cosine of the angle between its normal and a
+/// direction.
+pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f64> {
+    Patches::of(surface).each(uv.len(), |i| uv[i], |_, place| place.normal().dot(up))
+}

@@ -1,0 +1,265 @@
+//! Least squares with known parameters, and the sums over points that it consists of.
+
+use glam::{DVec2, DVec3};
+
+use super::band::Band;
+use super::fairness::{Energy, LengthSums};
+use super::limits::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
+use super::normal_equations::{NormalEquations, Sample};
+use super::options::FitOptions;
+use super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::{self, Listen, Observer, Stage};
+
+/// Control points farther from the origin than this many extents of the points are held by rounding
+/// alone.
+const RUNAWAY: f64 = 1e6;
+
+/// Order of the derivatives in the thin plate's energy.
+const THIN_PLATE: usize = 2;
+
+/// The surface closest to points at these parameters, in the sense of least squares. Each squared
+/// distance counts with its weight (1 without weights; 0 leaves a point out).
+///
+/// O(points · degree⁴) for the normal equations; solving them takes O(unknowns^1.5) at worst.
+/// The number of threads does not change a bit of the result.
+///
+/// ```
+/// use neurbs::{DVec2, DVec3, fit::{FitOptions, fit}, progress::Silent};
+/// let uv: Vec<DVec2> = (0..400)
+///     .map(|i| DVec2::new(f64::from(i * 7 % 400) / 399.0, f64::from(i) / 399.0))
+///     .collect();
+/// let points: Vec<DVec3> = uv.iter().map(|at| DVec3::new(at.x, at.y, at.x * at.y)).collect();
+/// let options = FitOptions { fairness: 0.0, ..FitOptions::new((5, 6), (3, 3), (false, false))? };
+/// let surface = fit(&points, &uv, None, &options, &mut Silent)?;
+/// assert!(surface.point(0.3, 0.4).distance(DVec3::new(0.3, 0.4, 0.12)) < 1e-12);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
+/// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
+/// periodic where they should be, or the points cannot hold the net; [`Error::NotFinite`] for a
+/// point that is not finite; [`Error::Interrupted`] if the observer stops it.
+pub fn fit(
+    points: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &FitOptions,
+    observer: &mut dyn Observer,
+) -> Result<NurbsSurface> {
+    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
+    check(points, uv, weights, options)?;
+    // About the centroid numbers keep their digits wherever the points lie.
+    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+    let sums = PartialSums::sum(points, uv, weights, centre, options, &mut listen)?;
+    Equations::of(sums, THIN_PLATE).solve(options.fairness, &mut listen)
+}
+
+/// Sums over points at known parameters, from which [`fit`] solves for the surface.
+///
+/// Sums of chunks merge: points in several files, threads or machines give the surface that they give
+/// together, up to rounding. Chunks of fixed sizes that are merged in a fixed order give the same bits.
+///
+/// ```
+/// use neurbs::{DVec2, DVec3, fit::{FitOptions, PartialSums}};
+/// let uv: Vec<DVec2> = (0..400)
+///     .map(|i| DVec2::new(f64::from(i * 7 % 400) / 399.0, f64::from(i) / 399.0))
+///     .collect();
+/// let points: Vec<DVec3> = uv.iter().map(|at| DVec3::new(at.x, at.y, at.x * at.y)).collect();
+/// let options = FitOptions::new((5, 6), (3, 3), (false, false))?;
+/// let mut sums = PartialSums::of(&points[..150], &uv[..150], None, DVec3::ZERO, &options)?;
+/// sums.merge(&PartialSums::of(&points[150..], &uv[150..], None, DVec3::ZERO, &options)?)?;
+/// let surface = sums.solve(1e-9)?;
+/// assert!(surface.point(0.3, 0.4).distance(DVec3::new(0.3, 0.4, 0.12)) < 1e-6);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct PartialSums {
+    space: SplineSpace,
+    origin: DVec3,
+    extent: f64,
+    count: usize,
+    equations: NormalEquations,
+    lengths: LengthSums,
+}
+
+impl PartialSums {
+    /// Of points at parameters, each with its weight (1 without weights). Numbers keep most digits
+    /// about an `origin` near the points; sums that are merged share it.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`fit`], but that any number of points will do.
+    pub fn of(
+        points: &[DVec3],
+        uv: &[DVec2],
+        weights: Option<&[f64]>,
+        origin: DVec3,
+        options: &FitOptions,
+    ) -> Result<Self> {
+        check(points, uv, weights, options)?;
+        Self::sum(points, uv, weights, origin, options, &mut || Ok(()))
+    }
+
+    pub(super) fn sum(
+        points: &[DVec3],
+        uv: &[DVec2],
+        weights: Option<&[f64]>,
+        origin: DVec3,
+        options: &FitOptions,
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
+        let knots = [options.knots_u.clone(), options.knots_v.clone()];
+        let space = SplineSpace::new(knots, options.closed.into())?;
+        let extent = points.iter().map(|point| point.distance(origin)).fold(0.0, f64::max);
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let sample = |i: usize| Sample::plain(points[i] - origin, uv[i], weight(i));
+        let mut samples = Vec::with_capacity(points.len());
+        for from in (0..points.len()).step_by(POINTS_PER_CALL) {
+            listen()?;
+            samples.extend((from..points.len().min(from + POINTS_PER_CALL)).map(sample));
+        }
+        let equations = NormalEquations::of_distances(&space, &samples, listen)?;
+        let lengths = LengthSums::of(&space, &samples, listen)?;
+        Ok(Self { space, origin, extent, count: points.len(), equations, lengths })
+    }
+
+    /// Adds the sums over other points.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if their knots or origins differ.
+    pub fn merge(&mut self, other: &Self) -> Result<()> {
+        if self.space != other.space || self.origin != other.origin {
+            return Err(Error::parameter("sums", "over the same knots and origin", other.origin));
+        }
+        self.extent = self.extent.max(other.extent);
+        self.count += other.count;
+        self.equations.add_scaled(1.0, &other.equations);
+        self.lengths.merge(&other.lengths);
+        Ok(())
+    }
+
+    /// The surface closest to the points, with this weight of the thin-plate energy.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] if the points cannot hold the net.
+    pub fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
+        Equations::of(self.clone(), THIN_PLATE).solve(fairness, &mut || Ok(()))
+    }
+}
+
+/// Sums over points with an energy, to be solved with any fairness.
+pub(super) struct Equations {
+    sums: PartialSums,
+    /// Order of the derivatives in the energy.
+    order: usize,
+    pub(super) energy: Band,
+    /// The trace of the energy without slopes, in which fairness is measured.
+    scale: f64,
+}
+
+impl Equations {
+    pub(super) fn of(sums: PartialSums, order: usize) -> Self {
+        let energy = Energy::new(sums.lengths.lengths(), order).matrix(&sums.space);
+        let scale = energy.trace();
+        Self { sums, order, energy, scale }
+    }
+
+    /// Lets slopes count as well: over gaps wider than the reach, a share of the domain's mean length, the
+    /// surface becomes a membrane, whose slopes end there; over narrower ones bends decide as before.
+    pub(super) fn tighten(&mut self, reach: f64) {
+        let bends = i32::try_from(2 * (self.order - 1)).unwrap_or(i32::MAX);
+        let slopes = Energy::new(self.sums.lengths.lengths(), 1).matrix(&self.sums.space);
+        self.energy.add_scaled(reach.powi(-bends), &slopes);
+    }
+
+    pub(super) fn space(&self) -> &SplineSpace {
+        &self.sums.space
+    }
+
+    /// The trace of the matrix of the points.
+    pub(super) fn trace(&self) -> f64 {
+        self.sums.equations.matrix.trace()
+    }
+
+    /// The factor of the energy for a weight of the fairness.
+    pub(super) fn times(&self, fairness: f64) -> f64 {
+        // Of degree 1 in both directions and in one span nothing bends.
+        let bends = fairness > 0.0 && self.scale > 0.0;
+        if bends { fairness * self.trace() / self.scale } else { 0.0 }
+    }
+
+    pub(super) fn solve(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<NurbsSurface> {
+        listen()?;
+        let PartialSums { space, origin, extent, count, equations, .. } = &self.sums;
+        let mut matrix = equations.matrix.clone();
+        matrix.add_scaled(self.times(fairness), &self.energy);
+        let mut net = equations.right.clone();
+        let held = matrix.factor(listen)? && {
+            listen()?;
+            matrix.solve(&mut net);
+            net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * extent)
+        };
+        if !held {
+            let [rows, cols] = space.shape();
+            let got = format!("{rows} × {cols} for {} points", count);
+            let must = "small enough for the points to hold it; or raise fairness";
+            return Err(Error::parameter("net", must, got));
+        }
+        let place = |p: [f64; 3]| DVec3::from_array(p) + *origin;
+        let net: Vec<DVec3> = net.into_iter().map(place).collect();
+        space.surface(&net)
+    }
+}
+
+pub(super) fn check(
+    points: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &FitOptions,
+) -> Result<()> {
+    let count = points.len();
+    let same = |name, length| {
+        let must = format!("as many as the points, {count}");
+        if length == count { Ok(()) } else { Err(Error::parameter(name, must, length)) }
+    };
+    if count == 0 {
+        return Err(Error::parameter("points", "at least one", 0));
+    }
+    same("uv", uv.len())?;
+    let net = (options.knots_u.control_points(), options.knots_v.control_points());
+    if net.0.saturating_mul(net.1) > MAX_CONTROL_POINTS {
+        let must = format!("for a net of at most {MAX_CONTROL_POINTS} control points");
+        return Err(Error::parameter("knots", must, format!("{} × {}", net.0, net.1)));
+    }
+    if let Some(index) = points.iter().position(|point| !point.is_finite()) {
+        return Err(Error::NotFinite { index, point: points[index] });
+    }
+    let sides = [("u", &options.knots_u), ("v", &options.knots_v)];
+    for (axis, (name, knots)) in sides.into_iter().enumerate() {
+        let (start, end) = knots.domain();
+        if let Some(i) = uv.iter().position(|at| !(start..=end).contains(&at[axis])) {
+            let must = format!("inside the domain [{start}, {end}] in {name}");
+            return Err(Error::parameter("uv", must, format!("{} at index {i}", uv[i][axis])));
+        }
+    }
+    if let Some(weights) = weights {
+        same("weights", weights.len())?;
+        if let Some(i) = weights.iter().position(|w| !(*w >= 0.0 && w.is_finite())) {
+            let got = format!("{} at index {i}", weights[i]);
+            return Err(Error::parameter("weights", "finite and at least 0", got));
+        }
+        if weights.iter().all(|w| *w == 0.0) {
+            return Err(Error::parameter("weights", "positive for some point", "all 0"));
+        }
+    }
+    if !(options.fairness >= 0.0 && options.fairness.is_finite()) {
+        return Err(Error::parameter("fairness", "finite and at least 0", options.fairness));
+    }
+    Ok(())
+}

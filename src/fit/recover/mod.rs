@@ -1,0 +1,193 @@
+//! Exact recovery: the net of a surface, from points that lie on it.
+//!
+//! Control points and parameters are found together. Where the knots lie on a surface is as hard to find as
+//! those of a spline curve: there are many local minima. So the search starts from several
+//! parametrizations.
+
+mod lm_iterate;
+mod multistart;
+mod varpro;
+
+use glam::{DVec2, DVec3};
+
+use self::lm_iterate::Trial;
+use self::multistart::{Starts, search};
+use self::varpro::Problem;
+use super::approximate::approximate;
+use super::growth::{EXACT, diameter};
+use super::options::ApproximateOptions;
+use super::space::SplineSpace;
+use crate::error::Result;
+use crate::nurbs::{ClosestPointSearch, NurbsSurface};
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// Points per control point that the search looks at, at most.
+const POINTS_PER_CONTROL_POINT: usize = 32;
+
+/// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
+/// would hold the net.
+const BEYOND: f64 = 0.15;
+
+/// Steps that draw a surface to where points end, at most.
+const LAST_STEPS: usize = 24;
+
+/// The surface with a net of this shape through points of such a surface, from their rough parameters in
+/// [0, 1]². Closed directions have the period 1, and the shape counts their different control points.
+///
+/// `None` if no surface is found whose root mean square distance is at most 1e-5 of the points' diameter: the
+/// points may be noisy or lie on no surface with this net, or the search may have ended in a local minimum.
+///
+/// # Errors
+///
+/// [`Error::Parameter`](crate::Error::Parameter) if the net is too small for the degree;
+/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+pub fn recover_net(
+    points: &[DVec3],
+    uv: &[DVec2],
+    shape: (usize, usize),
+    degree: usize,
+    closed: (bool, bool),
+    observer: &mut dyn Observer,
+) -> Result<Option<NurbsSurface>> {
+    let options = ApproximateOptions {
+        net: shape,
+        degree: (degree, degree),
+        closed,
+        border: 0.0,
+        ..ApproximateOptions::default()
+    };
+    let near = approximate(points, uv, None, &options, observer)?;
+    let knots = [near.surface.knots_u().clone(), near.surface.knots_v().clone()];
+    let space = SplineSpace::new(knots, closed.into())?;
+    // Any surface passes through fewer points than there are numbers to find.
+    if points.len() < 3 * space.unknowns() {
+        return Ok(None);
+    }
+    let size = diameter(points);
+    let step = (points.len() / (POINTS_PER_CONTROL_POINT * space.unknowns())).max(1);
+    let few: Vec<DVec3> = points.iter().step_by(step).copied().collect();
+    let few = Problem { points: &few, space: &space, beyond: BEYOND, size };
+    let uv: Vec<DVec2> = near.uv.iter().step_by(step).copied().collect();
+    let starts = Starts { space: &space, uv: &uv };
+    let mut found = search(&few, &starts.even(), observer)?;
+    if found.as_ref().is_none_or(|found| found.error > EXACT * size) {
+        let other = search(&few, &starts.graded(), observer)?;
+        found = other.into_iter().chain(found).min_by(|a, b| a.error.total_cmp(&b.error));
+    }
+    let Some(found) = found.filter(|found| found.error <= EXACT * size) else { return Ok(None) };
+    // Feet that do not leave the domain draw its ends to where the points end.
+    let all = Problem { points, space: &space, beyond: 0.0, size };
+    let within = few.within(&found.feet);
+    let stretched = Trial::at(&few, &within)?.unwrap_or(found);
+    let search = ClosestPointSearch::new(&stretched.surface)?;
+    let uv: Vec<DVec2> = points.iter().map(|point| search.closest_point(*point).uv).collect();
+    let mut trial = Trial::on(&all, stretched.surface.clone(), &uv);
+    for step in 0..LAST_STEPS {
+        if all.is_through(trial.error) {
+            break;
+        }
+        let (step, total) = (step as u64, LAST_STEPS as u64);
+        progress::report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
+        trial.advance(&all)?;
+    }
+    Ok((trial.error <= EXACT * size).then_some(trial.surface))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+    use crate::nurbs::KnotVector;
+    use crate::progress::Silent;
+
+    fn scattered(count: u32) -> Vec<DVec2> {
+        let place = |i: u32| {
+            let at = f64::from(i) + 0.5;
+            DVec2::new((at * 0.754_877_666_247).fract(), (at * 0.569_840_290_998).fract())
+        };
+        (0..count).map(place).collect()
+    }
+
+    fn bumps(at: DVec2) -> DVec3 {
+        let wave = |k: f64| (37.0 * k * at.x).sin() * (53.0 * k * at.y + k).cos();
+        DVec3::new(wave(1.0), wave(1.7), wave(2.3))
+    }
+
+    /// Whether the surface of a net comes back from points of it.
+    fn comes_back(
+        shape: (usize, usize),
+        closed: (bool, bool),
+        place: impl Fn(DVec2) -> DVec3,
+    ) -> bool {
+        let knots = |count, closed| match closed {
+            true => KnotVector::periodic_uniform(3, count).unwrap(),
+            false => KnotVector::clamped_uniform(3, count).unwrap(),
+        };
+        let knots = [knots(shape.0, closed.0), knots(shape.1, closed.1)];
+        let space = SplineSpace::new(knots, closed.into()).unwrap();
+        let [rows, cols] = space.shape();
+        let mut net = vec![DVec3::ZERO; rows * cols];
+        for (i, j) in (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
+            let share = |i: usize, count: usize, closed: bool| {
+                i as f64 / (count - usize::from(!closed)) as f64
+            };
+            let at = DVec2::new(share(i, rows, closed.0), share(j, cols, closed.1));
+            net[space.place(i, j)] = place(at);
+        }
+        let truth = space.surface(&net).unwrap();
+        let uv = scattered(1500);
+        let points: Vec<DVec3> = uv.iter().map(|at| truth.point(at.x, at.y)).collect();
+        // Rough parameters.
+        let rough = |at: &DVec2| {
+            let wave = 0.02 * DVec2::new((TAU * at.x).sin(), (TAU * at.y).sin());
+            *at + wave
+        };
+        let uv: Vec<DVec2> = uv.iter().map(rough).collect();
+        let found = recover_net(&points, &uv, shape, 3, closed, &mut Silent).unwrap();
+        let Some(found) = found else { return false };
+        let search = ClosestPointSearch::new(&found).unwrap();
+        let size = diameter(&points);
+        let far = |point: &DVec3| search.closest_point(*point).distance;
+        points.iter().map(far).fold(0.0, f64::max) < 1e-6 * size
+    }
+
+    #[test]
+    fn nets_of_sheets_come_back() {
+        let arch = |at: DVec2| {
+            let (sin, cos) = (3.0 * at.x).sin_cos();
+            DVec3::new(cos, 1.4 * at.y, sin) + 0.04 * bumps(at)
+        };
+        let waves = |at: DVec2| {
+            let z = 0.2 * (5.0 * at.x).sin() * (5.0 * at.y).cos();
+            DVec3::new(1.4 * at.x.powf(1.5), at.y.powf(0.8), z)
+        };
+        for shape in [(4, 4), (6, 6), (8, 7)] {
+            assert!(comes_back(shape, (false, false), arch), "{shape:?}");
+            assert!(comes_back(shape, (false, false), waves), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn nets_of_tubes_and_tori_come_back() {
+        let tube = |at: DVec2| {
+            let (sin, cos) = (TAU * at.x).sin_cos();
+            DVec3::new(cos, sin, 3.0 * at.y) + 0.08 * bumps(at)
+        };
+        let torus = |at: DVec2| {
+            let ((sin, cos), (up, out)) = ((TAU * at.x).sin_cos(), (TAU * at.y).sin_cos());
+            let radius = 2.0 + 0.7 * out;
+            DVec3::new(radius * cos, radius * sin, 0.7 * up) + 0.05 * bumps(at)
+        };
+        assert!(comes_back((8, 5), (true, false), tube));
+        assert!(comes_back((8, 7), (true, true), torus));
+    }
+
+    #[test]
+    fn points_of_other_surfaces_have_no_such_net() {
+        let uv = scattered(600);
+        let points: Vec<DVec3> = uv.iter().map(|at| at.extend((9.0 * at.x).sin())).collect();
+        let found = recover_net(&points, &uv, (5, 4), 3, (false, false), &mut Silent).unwrap();
+        assert!(found.is_none());
+    }
+}

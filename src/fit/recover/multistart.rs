@@ -1,0 +1,183 @@
+//! The search from several parametrizations, all made from one.
+//!
+//! The one that is known is about in proportion to lengths. That of the net may be faster or slower at the ends
+//! of the domain than in the middle, and at one end than at the other.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::super::space::SplineSpace;
+use super::lm_iterate::Trial;
+use super::varpro::Problem;
+use crate::error::Result;
+use crate::nurbs::{KnotVector, padded};
+use crate::progress::{self, Observer, Progress, Stage};
+
+/// Steps of the first round; each round ends after twice as many as the one before.
+const FIRST_ROUND: usize = 3;
+
+/// Steps at most.
+const MOST_STEPS: usize = 384;
+
+/// Trials that go on after the first round at most; each further round leaves half of them.
+const MOST_TRIALS: usize = 32;
+
+/// A search ends if a round leaves more than this share of the error.
+const STALLED: f64 = 0.9;
+
+/// The surface of least error from these parametrizations; `None` if no point holds some control point.
+pub(super) fn search(
+    problem: &Problem<'_>,
+    starts: &[Vec<DVec2>],
+    observer: &mut dyn Observer,
+) -> Result<Option<Trial>> {
+    let trials = starts.par_iter().map(|uv| Trial::at(problem, uv)).collect::<Result<Vec<_>>>()?;
+    let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
+    let (mut end, mut before) = (FIRST_ROUND, f64::INFINITY);
+    for step in 0..MOST_STEPS {
+        let progress = Progress::of_stage(
+            Stage::Fitting,
+            step as u64,
+            MOST_STEPS as u64,
+            problem.points.len(),
+        );
+        progress::report(observer, &progress)?;
+        if trials.iter().any(|trial| problem.is_through(trial.error)) {
+            break;
+        }
+        trials.par_iter_mut().try_for_each(|trial| trial.advance(problem))?;
+        if step + 1 == end {
+            end *= 2;
+            trials.sort_by(|a, b| a.error.total_cmp(&b.error));
+            trials.truncate((trials.len() / 2).clamp(1, MOST_TRIALS));
+            let Some(best) = trials.first() else { return Ok(None) };
+            // While trials fall away, the best may rest.
+            if trials.len() == 1 && best.error > STALLED * before {
+                break;
+            }
+            before = best.error;
+        }
+    }
+    Ok(trials.into_iter().min_by(|a, b| a.error.total_cmp(&b.error)))
+}
+
+/// How parameters move in a direction.
+#[derive(Clone, Copy, PartialEq)]
+enum Move {
+    /// By so many spans, in a closed direction.
+    Turn(f64),
+    /// So far towards those of a net with evenly spaced control points, which begin and end three times as
+    /// fast; then so many times faster at the beginning than in the middle.
+    Stretch { evenness: f64, skew: f64 },
+}
+
+/// Parameters of points on a surface of a space, from which others are made.
+pub(super) struct Starts<'a> {
+    pub(super) space: &'a SplineSpace,
+    pub(super) uv: &'a [DVec2],
+}
+
+impl Starts<'_> {
+    /// As fast at either end.
+    pub(super) fn even(&self) -> Vec<Vec<DVec2>> {
+        let stretch = |k: i32| Move::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
+        self.moved_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
+    }
+
+    /// From one end to the other up to eight times as fast.
+    pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
+        let stretch = |evenness| {
+            (-3..=3)
+                .map(move |k| Move::Stretch { evenness, skew: 2.0_f64.powf(0.5 * f64::from(k)) })
+        };
+        self.moved_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
+    }
+
+    /// By pairs of moves; in open directions by stretches, as even along u as along v.
+    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
+        let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
+        let turns = [0, 1, 2].map(|third| Move::Turn(f64::from(third) / 3.0));
+        let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
+        let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
+        let alike = |pair: &[Move; 2]| match *pair {
+            [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
+            _ => true,
+        };
+        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
+        // Points do not tell which way the larger side of the net goes.
+        let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
+        let both = [self.uv, &swapped];
+        let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
+        let moved = |uv: &&[DVec2]| {
+            let even = uv.par_iter().map(|uv| self.even_at(*uv)).collect::<Vec<_>>();
+            let moved = |by: &[Move; 2]| {
+                let place = |(uv, even): (&DVec2, &DVec2)| {
+                    DVec2::from([0, 1].map(|d| self.place(d, uv[d], even[d], by[d])))
+                };
+                uv.iter().zip(&even).map(place).collect()
+            };
+            pairs.iter().map(moved).collect::<Vec<Vec<DVec2>>>()
+        };
+        ways.iter().flat_map(moved).collect()
+    }
+
+    fn place(&self, d: usize, at: f64, even: f64, by: Move) -> f64 {
+        match by {
+            Move::Turn(by) => (at + by / self.space.shape()[d] as f64).rem_euclid(1.0),
+            Move::Stretch { evenness, skew } => {
+                let share = at + evenness * (even - at);
+                skew * share / (1.0 + (skew - 1.0) * share)
+            }
+        }
+    }
+
+    /// The parameters at which nets with evenly spaced control points have these shares of their sides.
+    fn even_at(&self, uv: DVec2) -> DVec2 {
+        let parameter = |d: usize| {
+            let knots = &self.space.knots[d];
+            let (mut low, mut high) = (0.0, 1.0);
+            if !self.space.closed[d] {
+                for _ in 0..f64::MANTISSA_DIGITS {
+                    let middle = 0.5 * (low + high);
+                    let end = if even_place(knots, middle) < uv[d] { &mut low } else { &mut high };
+                    *end = middle;
+                }
+            }
+            low
+        };
+        DVec2::new(parameter(0), parameter(1))
+    }
+}
+
+/// The place at a parameter, as a share of a line whose control points are evenly spaced.
+fn even_place(knots: &KnotVector, at: f64) -> f64 {
+    let basis = padded(knots, at);
+    let numbers = basis.values.iter().zip(basis.first..);
+    let place: f64 = numbers.map(|(value, number)| value * number as f64).sum();
+    place / (knots.control_points() - 1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_starts_differ_keep_the_order_and_end_where_the_domain_does() {
+        let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
+        let space = SplineSpace::new(knots, [false; 2]).unwrap();
+        let at = |i: i32| f64::from(i) / 20.0;
+        let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::new(at(i), at(i) * at(i))).collect();
+        let starts = Starts { space: &space, uv: &uv };
+        let (even, graded) = (starts.even(), starts.graded());
+        assert_eq!((even.len(), graded.len()), (2 * 6, 2 * 2 * 49));
+        for starts in [even, graded] {
+            for (i, start) in starts.iter().enumerate() {
+                assert!(start.windows(2).all(|pair| pair[0].cmplt(pair[1]).all()));
+                assert!(start[0].length() < 1e-12 && start[20].distance(DVec2::ONE) < 1e-12);
+                for other in &starts[..i] {
+                    assert!(start.iter().zip(other).any(|(a, b)| a.distance(*b) > 0.01));
+                }
+            }
+        }
+    }
+}

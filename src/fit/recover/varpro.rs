@@ -1,0 +1,90 @@
+//! The problem of points that shall all lie on a surface, with the parameters eliminated.
+//!
+//! Distances from the tangent planes at the feet do not depend on the parameters to first order:
+//! Gauss-Newton steps for the control points alone converge quadratically (P. Bo, R. Ling, W. Wang, *A revisit
+//! to fitting parametric surfaces to point clouds*, 2012). A net that slides along its surface hardly
+//! changes it, so after each step the control points are solved for once more at fixed parameters.
+
+use glam::{DVec2, DVec3};
+
+use super::super::correct::{Foot, feet_beyond};
+use super::super::edge::extremes;
+use super::super::limits::RIDGE;
+use super::super::normal_equations::{NormalEquations, Sample};
+use super::super::space::SplineSpace;
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+
+/// Root mean square distance, as a share of the points' diameter, at which steps end.
+const ENOUGH: f64 = 1e-9;
+
+/// Points that shall all lie on a surface of one space.
+pub(super) struct Problem<'a> {
+    pub(super) points: &'a [DVec3],
+    pub(super) space: &'a SplineSpace,
+    /// How far beyond the domain's ends feet may lie, as a share of it.
+    pub(super) beyond: f64,
+    /// The points' diameter.
+    pub(super) size: f64,
+}
+
+impl Problem<'_> {
+    pub(super) fn is_through(&self, error: f64) -> bool {
+        error <= ENOUGH * self.size
+    }
+
+    /// The vectors of a net, in the order of solution, at parameters.
+    pub(super) fn at(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
+        let surface = self.space.surface(net)?;
+        let origin = vec![DVec3::ZERO; uv.len()];
+        let feet = feet_beyond(&surface, self.space.closed, self.beyond, &origin, uv, 0);
+        Ok(feet.iter().map(|foot| -foot.offset).collect())
+    }
+
+    /// The changes of the control points by which plain offsets from these feet vanish; `None` if no
+    /// point holds some.
+    pub(super) fn plain(&self, feet: &[Foot]) -> Result<Option<Vec<DVec3>>> {
+        let samples = self.samples(feet, 1.0);
+        let NormalEquations { mut matrix, mut right } =
+            NormalEquations::of_distances(self.space, &samples, &mut || Ok(()))?;
+        matrix.add_ridge(RIDGE);
+        if !matrix.factor::<Error>(&mut || Ok(()))? {
+            return Ok(None);
+        }
+        matrix.solve(&mut right);
+        Ok(Some(right.into_iter().map(DVec3::from_array).collect()))
+    }
+
+    /// The offsets of feet, in full along normals, as far as `tangential` across.
+    pub(super) fn samples(&self, feet: &[Foot], tangential: f64) -> Vec<Sample> {
+        let sample = |&Foot { uv, offset: point, normal, border }: &Foot| {
+            let tangential = if border && self.beyond == 0.0 { 1.0 } else { tangential };
+            Sample { point, uv, weight: 1.0, normal, tangential }
+        };
+        feet.iter().map(sample).collect()
+    }
+
+    /// The equations of the offsets of feet along their normals.
+    pub(super) fn equations(&self, feet: &[Foot]) -> Result<NormalEquations> {
+        let (samples, matrix) = (self.samples(feet, 0.0), self.space.matrix(3));
+        NormalEquations::of_tangent_distances(self.space, &samples, matrix, &mut || Ok(()))
+    }
+
+    pub(super) fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
+        feet_beyond(surface, self.space.closed, self.beyond, self.points, uv, steps)
+    }
+
+    /// The parameters of feet, drawn together in open directions where some are beyond the domain.
+    pub(super) fn within(&self, feet: &[Foot]) -> Vec<DVec2> {
+        let mut uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
+        for d in (0..2).filter(|&d| !self.space.closed[d]) {
+            let (start, end) = self.space.knots[d].domain();
+            let (low, high) = extremes(uv.iter().map(|uv| uv[d]));
+            let (low, high) = (low.min(start), high.max(end));
+            for uv in &mut uv {
+                uv[d] = start + (end - start) * (uv[d] - low) / (high - low);
+            }
+        }
+        uv
+    }
+}

@@ -1,0 +1,36 @@
+//! What one fit of heights tells the next.
+
+use super::outcome::HeightFit;
+
+/// The fairness that was best with another net, or for other points of the same surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    fairness: f64,
+    /// Of so many points: beside more, as much counts less.
+    points: usize,
+    pub(super) reach: Option<f64>,
+}
+
+impl Near {
+    pub(crate) fn of(fairness: f64, points: usize) -> Self {
+        Self { fairness, points, reach: None }
+    }
+
+    pub(crate) fn with_reach_of(self, other: Option<Self>) -> Self {
+        Self { reach: other.and_then(|other| other.reach), ..self }
+    }
+
+    /// The fairness that counts as much beside so many points.
+    pub(crate) fn beside(&self, points: usize) -> f64 {
+        if points == self.points {
+            return self.fairness;
+        }
+        self.fairness * self.points as f64 / points as f64
+    }
+}
+
+impl From<&HeightFit> for Near {
+    fn from(fit: &HeightFit) -> Self {
+        Self { fairness: fit.fairness, points: fit.uv.len(), reach: fit.reach }
+    }
+}
