@@ -55,7 +55,6 @@ pub mod progress;
 #[cfg(feature = "python")]
 mod python;
 pub mod som;
-pub mod topology;
 pub mod validate;
 
 pub use glam::{DAffine3, DVec2, DVec3};

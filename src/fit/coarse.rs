@@ -249,8 +249,7 @@ impl<'a> Fitting<'a> {
     /// Root mean square distance of the points from surfaces that do not know them.
     fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<f64> {
         let fold = |fold: usize| -> Result<f64> {
-            let out: Vec<usize> =
-                (0..folds.len()).filter(|&i| folds[i] == fold).collect();
+            let out: Vec<usize> = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
             let left = self.equations(|i| folds[i] == fold)?;
             let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
             rest.matrix.add_scaled(-1.0, &left.matrix);

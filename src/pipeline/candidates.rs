@@ -60,9 +60,10 @@ impl Ranked<'_> {
             Candidate {
                 chart: model.hypothesis.chart,
                 kind: model.hypothesis.kind,
-                direction: model.hypothesis.heights.map(|axes| {
-                    self.cloud.frame.direction_to_given(axes[2]).normalize()
-                }),
+                direction: model
+                    .hypothesis
+                    .heights
+                    .map(|axes| self.cloud.frame.direction_to_given(axes[2]).normalize()),
                 score: Some(model.score.total()),
                 terms: model.score.terms.to_vec(),
                 rank: Some(place + 1),
@@ -76,7 +77,9 @@ impl Ranked<'_> {
             score: None,
             terms: Vec::new(),
             rank: None,
-            outcome: format!("dropped: quick fit {error:.1} times as far from the points as the best"),
+            outcome: format!(
+                "dropped: quick fit {error:.1} times as far from the points as the best"
+            ),
         });
         scored.chain(dropped).collect()
     }

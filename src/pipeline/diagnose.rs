@@ -92,8 +92,11 @@ fn left_out(
     let many = count as f64 > settings.left_out * points as f64;
     // A pair may lie together by chance; half of several do not.
     let together = || count > 3 && 2 * out.iter().filter(|index| beside(index)).count() > count;
-    (many || together())
-        .then(|| Diagnostic::LeftOut { count, points, together: count > 0 && together() })
+    (many || together()).then(|| Diagnostic::LeftOut {
+        count,
+        points,
+        together: count > 0 && together(),
+    })
 }
 
 /// Whether the surface follows the points: not between two layers, and not of another kind.

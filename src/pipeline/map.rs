@@ -5,12 +5,10 @@ use glam::{DVec2, DVec3};
 use crate::chart::Kind;
 use crate::cloud::{Frame, even_sample};
 use crate::error::Result;
-use crate::nurbs::{NurbsSurface, Outside};
 use crate::numeric::whole;
+use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::Observer;
-use crate::som::{
-    Cells, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology,
-};
+use crate::som::{Cells, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
 /// Points that a map learns, at most.
 const LEARNED: usize = 20_000;

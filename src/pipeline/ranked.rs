@@ -90,13 +90,17 @@ fn heights_end_search(
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<bool> {
-    let some: Vec<DVec3> =
-        random_sample(points, ObserveSettings::default().sample).iter().map(|&i| points[i as usize]).collect();
+    let some: Vec<DVec3> = random_sample(points, ObserveSettings::default().sample)
+        .iter()
+        .map(|&i| points[i as usize])
+        .collect();
     let part = ReconstructOptions { weights: None, component: None, ..*options };
     stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
-        Ok(found.ranking.models.first().is_some_and(|model| {
-            super::select::ends_search(model, found.seen, &found.settings)
-        }))
+        Ok(found
+            .ranking
+            .models
+            .first()
+            .is_some_and(|model| super::select::ends_search(model, found.seen, &found.settings)))
     })
 }
 
@@ -129,7 +133,15 @@ fn stages<T>(
     clock.lap("select");
     let cloud = &cloud;
     then(
-        Ranked { cloud, sample: &sample, seen: &seen, ranking, axis_scale, settings: select, clock },
+        Ranked {
+            cloud,
+            sample: &sample,
+            seen: &seen,
+            ranking,
+            axis_scale,
+            settings: select,
+            clock,
+        },
         observer,
     )
 }

@@ -87,8 +87,7 @@ fn finish(
     }
     let surface = fitted.surface.map_control_points(|point| frame.to_given(point))?;
     let surface = oriented(surface, &mut fitted.uv, kind, observer)?;
-    let measured =
-        Measured::of(points, ranked.cloud, &fitted, &surface, kind.closed(), observer)?;
+    let measured = Measured::of(points, ranked.cloud, &fitted, &surface, kind.closed(), observer)?;
     let mut diagnostics = defects;
     diagnostics.extend(diagnose(points, &ranked, options, kind, &fitted, &measured));
     let som = map.in_given_frame(&frame, observer)?;
@@ -231,9 +230,8 @@ fn from_nodes(
     let points = &ranked.cloud.points;
     let map = LearnedMap::learn(points, lattice, MapInit::Given(nodes), observer)?;
     let lengths = [rows as f64, cols as f64];
-    let heights = (kind == Kind::Height).then(|| {
-        DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize())
-    });
+    let heights = (kind == Kind::Height)
+        .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));
     let job = refinement(ranked, kind, heights, lengths, options);
     let fitted = job.from_map(&map, observer)?;
     let defects = defects_of(ranked, &fitted, kind)?;

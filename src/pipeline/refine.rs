@@ -11,8 +11,8 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    ApproximateOptions, Approximation, Base, FittedSurface, Growth, HeightOptions, approximate,
-    bounded, continued, cosines, grow_heights, project, rational,
+    ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
+    continued, cosines, grow_heights, project, rational,
 };
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
@@ -83,7 +83,12 @@ impl Refinement<'_> {
     }
 
     /// The same surface with other weights; it grows on where outliers had held it back.
-    fn again(&self, known: &Fitted, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+    fn again(
+        &self,
+        known: &Fitted,
+        weights: Vec<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
         if self.heights.is_some() {
             return self.heights(self.slopes(&known.surface, &known.uv), weights, observer);
         }
@@ -131,14 +136,17 @@ impl Refinement<'_> {
         };
         match nearer {
             Err(Error::Interrupted) => Err(Error::Interrupted),
-            Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => Ok(nearer),
+            Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => {
+                Ok(nearer)
+            }
             _ => Ok(fitted),
         }
     }
 
     /// The weights that were given, less what outliers lose.
     fn robust(&self, distances: &[f64], observer: &mut dyn Observer) -> Result<Vec<f64>> {
-        let mut weights = self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
+        let mut weights =
+            self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
         if self.options.robust
             && !distances.is_empty()
             && let Some(found) = outlier_weights(self.points, distances, observer)?
@@ -161,7 +169,12 @@ impl Refinement<'_> {
         net_shape(self.points.len(), self.kind, self.lengths, self.options)
     }
 
-    fn sheet(&self, uv: &[DVec2], weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+    fn sheet(
+        &self,
+        uv: &[DVec2],
+        weights: Vec<f64>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
         let net = self.net();
         let options = ApproximateOptions {
             net,

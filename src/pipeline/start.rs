@@ -44,9 +44,11 @@ impl Start {
         surface.evaluate(&uv, &mut below, Outside::Refuse, observer)?;
         surface.normals(&uv, &mut normals, Outside::Refuse, observer)?;
         // Noise has no direction: what counts is the distance from the slope, not the height.
-        let distances = points.iter().zip(below).zip(normals).map(|((point, below), normal)| {
-            ((*point - below).dot(up) * normal.dot(up)).abs()
-        });
+        let distances = points
+            .iter()
+            .zip(below)
+            .zip(normals)
+            .map(|((point, below), normal)| ((*point - below).dot(up) * normal.dot(up)).abs());
         let distances = distances.collect();
         Ok(Self { uv, distances })
     }

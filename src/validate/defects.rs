@@ -84,7 +84,8 @@ pub fn defects(
 #[must_use]
 pub fn folded_share(compared: &Compared<'_>, grid: &CellGrid, settings: &DefectSettings) -> f64 {
     let (seen, planes) = (compared.seen, compared.seen.planes());
-    let reach = 2.0 * median(seen.near().iter().filter_map(|near| near.get(3)).map(Neighbor::distance));
+    let reach =
+        2.0 * median(seen.near().iter().filter_map(|near| near.get(3)).map(Neighbor::distance));
     let mut found = Vec::new();
     let mut side = |cell: usize| {
         seen.tree().nearest_where(grid.places[cell], 1, reach, &mut found, |_| true);
