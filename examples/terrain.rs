@@ -27,7 +27,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let report = &result.report;
     let ((rows, cols), deviations) = (report.grid, report.deviations);
     println!("{rows} × {cols} control points, ended by: {}", report.ended_by.name());
-    println!("distance to the surface: rms {:.1} m, at most {:.1} m", deviations.rms, deviations.max);
+    println!(
+        "distance to the surface: rms {:.1} m, at most {:.1} m",
+        deviations.rms, deviations.max
+    );
     export::write_step(&result.surface, &mut BufWriter::new(File::create("jacksboro.step")?))?;
     let mesh = result.tessellate(&mut watch)?;
     export::write_obj(mesh.view(), &mut BufWriter::new(File::create("jacksboro.obj")?))?;
