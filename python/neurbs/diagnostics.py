@@ -162,7 +162,7 @@ def validate(
     >>> x, y = np.random.default_rng(0).random((2, 500))
     >>> points = np.column_stack([x, y, 0 * x])
     >>> def strip(*x):
-    ...     return neurbs.NurbsSurface([[(x, 0, 0), (x, 1, 0)] for x in x])
+    ...     return neurbs.NurbsSurface([[(x, 0, 0), (x, 1, 0)] for x in x], degree=(3, 1))
     >>> neurbs.validate(strip(0, 0.3, 0.7, 1), points)
     []
     >>> [found.code for found in neurbs.validate(strip(0, 2, -1, 1), points)]

@@ -221,7 +221,7 @@ def test_help_has_an_example_and_the_defaults(
     assert done.code == 0
     assert "neurbs reconstruct scan.xyz -o scan.step" in done.out
     assert "(default: 3)" in done.out
-    for word in ("--max-steps", ".iges", ".csv", ".png"):
+    for word in ("--max-control-points", "--strict", "N|each", "X Y Z", ".iges", ".csv", ".png"):
         assert word in done.out
 
 
