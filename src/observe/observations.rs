@@ -10,7 +10,7 @@ use super::links::{surface_graph, tight_graph};
 use super::local_planes::LocalPlanes;
 use super::settings::ObserveSettings;
 use crate::cloud::{KdTree, Neighbor, NeighborGraph, Plane};
-use crate::numeric::{median, quantile, rms};
+use crate::numeric::{median, rms};
 
 /// Observations of a few thousand points, evenly taken from a cloud.
 ///
@@ -101,10 +101,10 @@ impl<'a> Observations<'a> {
         median(self.sixth())
     }
 
-    /// The distance to the 6th neighbour that 95 % of the points do not exceed.
+    /// The distance of each point to its 6th neighbour.
     #[must_use]
-    pub fn wide_spacing(&self) -> f64 {
-        quantile(self.sixth(), 0.95)
+    pub fn local_spacing(&self) -> Vec<f64> {
+        self.sixth().collect()
     }
 
     fn sixth(&self) -> impl Iterator<Item = f64> + '_ {

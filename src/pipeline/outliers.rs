@@ -14,7 +14,7 @@ const AROUND: usize = 16;
 
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where the usual distance
 /// is the median around a point, or of all points if that is more. Only points beyond the reach of
-/// all points' median can lose weight.
+/// all points' median, and beyond `least`, can lose weight.
 ///
 /// # Errors
 ///
@@ -22,16 +22,18 @@ const AROUND: usize = 16;
 pub(super) fn outlier_weights(
     points: &[DVec3],
     distances: &[f64],
+    least: f64,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<f64>>> {
     let usual = median(distances.iter().copied()).max(EXACT * diameter(points));
-    if distances.iter().all(|distance| *distance <= reach(usual)) {
+    let near = reach(usual).max(least);
+    if distances.iter().all(|distance| *distance <= near) {
         return Ok(None);
     }
     let tree = KdTree::over(points, observer)?;
     let weights = tree.map(observer, |index, found: &mut Vec<Neighbor>| {
         let distance = distances[index as usize];
-        if distance <= reach(usual) {
+        if distance <= near {
             return 1.0;
         }
         tree.nearest_to(index, AROUND, found);
@@ -55,9 +57,9 @@ mod tests {
         for i in 0..100 {
             distances[i] = 2.0;
         }
-        let weights = outlier_weights(&points, &distances, &mut Silent).unwrap().unwrap();
+        let weights = outlier_weights(&points, &distances, 0.0, &mut Silent).unwrap().unwrap();
         assert_eq!(weights[455], 0.0);
         assert!(weights[45] > 0.5);
-        assert!(outlier_weights(&points, &[0.01; 900], &mut Silent).unwrap().is_none());
+        assert!(outlier_weights(&points, &[0.01; 900], 0.0, &mut Silent).unwrap().is_none());
     }
 }

@@ -31,6 +31,9 @@ use crate::validate::{CellGrid, Compared, DefectSettings, defects, folded_share}
 /// Hypotheses that are refined, at most.
 const REFINED: usize = 3;
 
+/// The median of normal noise's distances, in its standard deviation.
+const MEDIAN: f64 = 0.6745;
+
 /// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
 /// triangles.
 ///
@@ -175,6 +178,9 @@ fn refinement<'a>(
         kind,
         heights,
         lengths,
+        // Half of normal noise lies within its median.
+        noise: ranked.seen.noise() * MEDIAN,
+        spacing: ranked.seen.spacing(),
         tolerance: options.tolerance.map(|length| ranked.cloud.frame.length_to_local(length)),
         options,
     }

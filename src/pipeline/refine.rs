@@ -12,7 +12,7 @@ use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
     ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
-    continued, cosines, grow_heights, project, rational,
+    continued, cosines, grow_heights, project, rational, reach,
 };
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
@@ -37,6 +37,9 @@ pub(super) struct Refinement<'a> {
     pub(super) heights: Option<[DVec3; 3]>,
     /// Lengths of the surface along u and v.
     pub(super) lengths: [f64; 2],
+    /// The noise of the points, and their spacing.
+    pub(super) noise: f64,
+    pub(super) spacing: f64,
     /// The tolerance in the local frame.
     pub(super) tolerance: Option<f64>,
     pub(super) options: &'a ReconstructOptions<'a>,
@@ -51,7 +54,7 @@ impl Refinement<'_> {
         map: &LearnedMap,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let mut weights = self.robust(&start.distances, observer)?;
+        let mut weights = self.robust(&start.distances, self.spacing, observer)?;
         let mut fitted = match self.heights {
             Some(_) => self.heights(self.slopes(coarse, &start.uv), weights, observer)?,
             None => {
@@ -60,7 +63,7 @@ impl Refinement<'_> {
             }
         };
         for _ in 0..REWEIGHTED {
-            weights = self.robust(&fitted.distances, observer)?;
+            weights = self.robust(&fitted.distances, 0.0, observer)?;
             if same_outliers(&weights, &fitted.weights) {
                 break;
             }
@@ -71,7 +74,7 @@ impl Refinement<'_> {
 
     /// The surface from a map alone.
     pub(super) fn from_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
-        let weights = self.robust(&[], observer)?;
+        let weights = self.robust(&[], 0.0, observer)?;
         let fitted = match self.heights {
             Some(_) => self.heights(vec![1.0; self.points.len()], weights, observer)?,
             None => {
@@ -143,13 +146,20 @@ impl Refinement<'_> {
         }
     }
 
-    /// The weights that were given, less what outliers lose.
-    fn robust(&self, distances: &[f64], observer: &mut dyn Observer) -> Result<Vec<f64>> {
+    /// The weights that were given, less what outliers lose. No distance under `least` or within the
+    /// noise makes an outlier.
+    fn robust(
+        &self,
+        distances: &[f64],
+        least: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<f64>> {
         let mut weights =
             self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
         if self.options.robust
             && !distances.is_empty()
-            && let Some(found) = outlier_weights(self.points, distances, observer)?
+            && let Some(found) =
+                outlier_weights(self.points, distances, least.max(reach(self.noise)), observer)?
         {
             weights.iter_mut().zip(found).for_each(|(weight, share)| *weight *= share);
         }

@@ -60,8 +60,7 @@ pub fn defects(
     let bounds = Bounds::of(points);
     let diagonal = bounds.diagonal();
     let grid = CellGrid::of(compared.surface, settings.cells, &mut Silent)?;
-    let outside = |place: &DVec3| place.distance(place.clamp(bounds.min, bounds.max));
-    let distance = grid.places.iter().map(outside).fold(0.0, f64::max);
+    let distance = overshoot(compared, &grid);
     let found = compared.terms(terms)?;
     let share = folded_share(compared, &grid, settings);
     let off = rms(compared.distances.iter().copied());
@@ -77,6 +76,23 @@ pub fn defects(
         (off > settings.thick * diagonal, Diagnostic::Thick { rms: off, diagonal }),
     ];
     Ok(all.into_iter().filter(|(present, _)| *present).map(|(_, defect)| defect).collect())
+}
+
+/// How far a surface goes outside of the cylinder around the points' box along their principal
+/// axes: the box itself would cut the corners of a sheet that is turned against it.
+fn overshoot(compared: &Compared<'_>, grid: &CellGrid) -> f64 {
+    let axes = compared.seen.axes();
+    let local = compared.seen.points().iter().map(|point| axes.local(*point));
+    let (low, high) = local.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+        (low.min(point), high.max(point))
+    });
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let outside = |place: &DVec3| {
+        let apart = axes.local(*place) - middle;
+        let around = apart.truncate().length() - half.truncate().length();
+        around.max(0.0).hypot((apart.z.abs() - half.z).max(0.0))
+    };
+    grid.places.iter().map(outside).fold(0.0, f64::max)
 }
 
 /// Share of neighbouring cells whose normals turn over against the local planes of the points

@@ -18,7 +18,7 @@ pub struct TermSettings {
     pub cells: usize,
     /// How many times longer than in space a link may be on the surface.
     pub stretch: f64,
-    /// Distance from points at which a surface is uncovered, in wide spacings of the points, and in
+    /// Distance from points at which a surface is uncovered, in the spacing there, and in
     /// mean spacings of as many points over its area.
     pub uncovered: (f64, f64),
     /// Cosine between a cell's normal and the nearest local plane's under which it is misaligned.
@@ -84,12 +84,13 @@ impl Compared<'_> {
         let area: f64 =
             grid.areas.iter().zip(&inside).filter(|(_, inside)| **inside).map(|(a, _)| a).sum();
         let usual = (area / self.uv.len() as f64).sqrt();
-        let (wide, mean) = settings.uncovered;
-        let reach = (wide * self.seen.wide_spacing()).max(mean * usual);
+        let (local, mean) = settings.uncovered;
+        let spacing = self.seen.local_spacing();
         let (mut uncovered, mut planar, mut misaligned) = (0.0, 0.0, 0.0);
         let planes = self.seen.planes();
         for cell in (0..grid.areas.len()).filter(|&cell| inside[cell]) {
             let (own, near) = (grid.areas[cell], &nearest[cell]);
+            let reach = (local * spacing[near.index as usize]).max(mean * usual);
             if near.distance() > reach {
                 uncovered += own;
             } else if planes.flatness[near.index as usize] < settings.flat {
