@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::correct::{Foot, STEPS};
+use super::correct::Foot;
 use super::fitting::Fitting;
 use super::lengths::lengths;
 use super::options::Growth;
@@ -43,7 +43,7 @@ impl Fitting<'_> {
             Some(growth) => self.grow(surface, growth)?,
             None => (surface, EndedBy::Grid),
         };
-        let feet = self.correct(&surface, STEPS);
+        let feet = self.correct(&surface, 2);
         Ok(self.end(surface, &feet, ended_by))
     }
 
@@ -56,8 +56,10 @@ impl Fitting<'_> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
         let exact = EXACT * diameter(self.points);
+        // A finer net begins no rougher than the one before.
+        self.left = 1.0;
         loop {
-            let feet = self.correct(&surface, STEPS);
+            let feet = self.correct(&surface, 2);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
             let counts = |i: usize| self.weight(i) > 0.0;
             let within = feet.iter().enumerate().all(|(i, foot)| !(far(foot) && counts(i)));
