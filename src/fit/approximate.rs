@@ -59,10 +59,15 @@ pub fn approximate(
     let mut fitting = Fitting::new(points, uv, weights, options, observer);
     fitting.look_at_enough_for(coarsest);
     let mut surface = fitting.first(coarsest)?;
+    fitting.limit = options.iterations.div_ceil(2);
     for space in &spaces {
         fitting.look_at_enough_for(space);
+        if space == whole {
+            (fitting.limit, fitting.left) = (options.iterations, 0.25);
+        }
         surface = fitting.descend(space, surface)?;
     }
+    fitting.limit = options.iterations.div_ceil(2);
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
         // The domain follows a notch of the outline in two turns.
         for _ in 0..2 {
@@ -73,6 +78,7 @@ pub fn approximate(
             }
         }
     }
+    fitting.limit = options.iterations;
     fitting.grown(surface, options.growth)
 }
 

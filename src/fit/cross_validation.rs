@@ -41,7 +41,7 @@ pub(super) struct Score {
     pub(super) anisotropy: f64,
     /// Mean square of the error to be expected at a point that was left out.
     pub(super) error: f64,
-    /// Mean square of the errors at blocks of points that were left out.
+    /// Mean square of the errors at blocks of points that were left out; zero if points do not lie in clumps.
     pub(super) error_of_blocks: f64,
 }
 
@@ -90,7 +90,7 @@ impl Search<'_> {
         let (level, anisotropy) = (fairness / self.trace, self.anisotropy);
         let error =
             self.heights.expected_error(&self.equations, &self.energy, level * self.said)?;
-        let score = |error| Score { fairness, level, anisotropy, error, error_of_blocks: error };
+        let score = |error| Score { fairness, level, anisotropy, error, error_of_blocks: 0.0 };
         Ok(error.map(score))
     }
 
@@ -133,23 +133,24 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// With the error of blocks that are left out, and with a larger weight if samples lie in clumps and this
+    /// With the error of blocks that are left out if samples lie in clumps, and with a larger weight if this
     /// predicts blocks better.
     fn with_blocks(&self, space: &SplineSpace, samples: &[Sample], found: Score) -> Result<Score> {
+        if !in_clumps(samples.iter().map(|sample| sample.uv)) {
+            return Ok(found);
+        }
         let held_out = HeldOut::of(space, samples, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let error =
             |fairness: f64| held_out.error(&self.energy, fairness / self.trace * held_out.trace());
         let mut best = Score { error_of_blocks: error(found.fairness)?, ..found };
-        if in_clumps(samples.iter().map(|sample| sample.uv)) {
-            for exponent in decades(found.fairness.log10()).into_iter().skip(1) {
-                let error_of_blocks = error(10.0_f64.powf(exponent))?;
-                if error_of_blocks < best.error_of_blocks
-                    && let Some(score) = self.score(exponent)?
-                {
-                    best = Score { error_of_blocks, ..score };
-                }
+        for exponent in decades(found.fairness.log10()).into_iter().skip(1) {
+            let error_of_blocks = error(10.0_f64.powf(exponent))?;
+            if error_of_blocks < best.error_of_blocks
+                && let Some(score) = self.score(exponent)?
+            {
+                best = Score { error_of_blocks, ..score };
             }
         }
         Ok(best)

@@ -30,14 +30,13 @@ const FIRST_FAIRNESS: f64 = 1.0;
 /// Least weight of the fairness: enough to hold control points that no point holds.
 const LEAST_FAIRNESS: f64 = 1e-4;
 
-/// The share of the fairness that is left after each solution: with much of it, folded sheets are drawn
-/// flat.
-const LEFT_OF_FAIRNESS: f64 = 0.25;
-
 /// Points per control point that are looked at while a surface takes shape, and points at
 /// least: more would not change the shape, but the noise in it.
 const ENOUGH: usize = 16;
 const LEAST_SEEN: usize = 2000;
+
+/// Fairness of points that are noisy: a surface without the noise says more of how smooth it is.
+const NOISY: f64 = 0.1;
 
 /// Iterations end when the error falls by less than this share.
 const CONVERGED: f64 = 0.06;
@@ -58,9 +57,12 @@ pub(super) struct Fitting<'a> {
     pub(super) score: Option<cross_validation::Score>,
     /// The weight that falls from solution to solution.
     pub(super) falling: f64,
+    /// The share of it that is left after each solution: with much of it, folded sheets are drawn flat;
+    /// with little of it too early, noise is taken for shape.
+    pub(super) left: f64,
     pub(super) iterations: usize,
     /// Solutions with each net, while the error falls slowly.
-    limit: usize,
+    pub(super) limit: usize,
     /// Solutions that are expected.
     total: usize,
     /// Root of the mean square of the distances, when they were found last.
@@ -88,6 +90,7 @@ impl<'a> Fitting<'a> {
             fixed: options.fairness,
             score: None,
             falling: FIRST_FAIRNESS,
+            left: 0.5,
             iterations: 0,
             limit: options.iterations,
             total: 2 * options.iterations,
@@ -199,11 +202,11 @@ impl<'a> Fitting<'a> {
         let (mut energy, mut along_axes) = self.energy_along_axes(space, lengths);
         let (mut surface, mut error) = (from, f64::INFINITY);
         // Where a surface passes through all points, iterations converge ever faster and go on.
-        for iteration in 0..2 * limit {
-            let feet = self.correct(&surface, STEPS);
+        for iteration in 0..4 * limit {
+            let feet = self.correct(&surface, 2);
             let found = self.rms(&feet);
             self.error = Some(found);
-            let settled = self.falling <= self.aim() && iteration >= limit.min(2);
+            let settled = self.falling <= self.aim() && iteration > 2.min(limit);
             let falls = if iteration < limit { 1.0 - CONVERGED } else { 0.5 };
             if (settled || iteration >= limit) && found > falls * error {
                 break;
@@ -214,7 +217,8 @@ impl<'a> Fitting<'a> {
             held.extend(self.rim(points));
             let samples = &held[..points];
             // When the net has taken shape, and when the parameters have followed.
-            let asked = self.fixed.is_none() && iteration.is_power_of_two();
+            let again = iteration == 2 && self.aim() > NOISY || iteration == limit / 2;
+            let asked = self.fixed.is_none() && (iteration == 1 || again);
             let (known, wanted) = (self.score, self.energy(space, lengths));
             let blank = self.blank(space);
             let (score, equations) = rayon::join(
@@ -228,7 +232,7 @@ impl<'a> Fitting<'a> {
                 }
             }
             surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
-            self.falling *= LEFT_OF_FAIRNESS;
+            self.falling *= self.left;
             self.iterations += 1;
         }
         Ok(surface)
@@ -248,7 +252,7 @@ impl<'a> Fitting<'a> {
         let space = SplineSpace::new(knots, self.closed)?;
         let (length_u, length_v) = lengths(&surface);
         let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
-        let feet = self.correct(&surface, STEPS);
+        let feet = self.correct(&surface, 2);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&feet);
         let outline = if self.closed == [false, false] {

@@ -1,13 +1,14 @@
 //! Nets that grow until a tolerance holds, or until more control points would follow noise.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::correct::{Foot, STEPS};
+use super::correct::Foot;
 use super::fitting::Fitting;
 use super::lengths::lengths;
 use super::options::Growth;
 use super::outcome::{Approximation, EndedBy};
 use super::refine;
+use super::residuals::are_noise;
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -43,7 +44,7 @@ impl Fitting<'_> {
             Some(growth) => self.grow(surface, growth)?,
             None => (surface, EndedBy::Grid),
         };
-        let feet = self.correct(&surface, STEPS);
+        let feet = self.correct(&surface, 2);
         Ok(self.end(surface, &feet, ended_by))
     }
 
@@ -56,8 +57,10 @@ impl Fitting<'_> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
         let exact = EXACT * diameter(self.points);
+        // A finer net begins no rougher than the one before.
+        self.left = 1.0;
         loop {
-            let feet = self.correct(&surface, STEPS);
+            let feet = self.correct(&surface, 2);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
             let counts = |i: usize| self.weight(i) > 0.0;
             let within = feet.iter().enumerate().all(|(i, foot)| !(far(foot) && counts(i)));
@@ -66,6 +69,9 @@ impl Fitting<'_> {
             }
             if growth.tolerance.is_none() && self.rms(&feet) <= exact {
                 return Ok((surface, EndedBy::Exact));
+            }
+            if growth.tolerance.is_none() && self.are_noise(&feet) {
+                return Ok((surface, EndedBy::Noise));
             }
             let error = |foot: &Foot| if far(foot) { foot.offset.length_squared() } else { 0.0 };
             let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
@@ -94,6 +100,16 @@ impl Fitting<'_> {
             }
             surface = next;
         }
+    }
+}
+
+impl Fitting<'_> {
+    /// Whether the distances of the points that count are noise, which a finer net would follow.
+    fn are_noise(&self, feet: &[Foot]) -> bool {
+        let counted = feet.iter().enumerate().filter(|(i, _)| self.weight(*i) > 0.0);
+        let (uv, distances): (Vec<DVec2>, Vec<f64>) =
+            counted.map(|(_, foot)| (foot.uv, foot.offset.dot(foot.normal))).unzip();
+        are_noise(&uv, &distances)
     }
 }
 

@@ -70,10 +70,10 @@ pub(crate) fn fit_heights_over(
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     let heights = Heights::of(points, weights, base, options)?;
     let equations = heights.equations(&mut listen)?;
-    let found = heights.choose(&equations, options.fairness, near, &mut listen)?;
+    let found = heights.choose(equations, options.fairness, near, &mut listen)?;
     let reach = near.and_then(|near| near.reach);
-    let fit = heights.fitted(equations, found.fairness, reach, &mut listen)?;
-    let Choice { expected, expected_of_blocks, .. } = found;
+    let Choice { equations, fairness, expected, expected_of_blocks } = found;
+    let fit = heights.fitted(equations, fairness, reach, &mut listen)?;
     Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 
@@ -269,5 +269,35 @@ mod tests {
         let line: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i), 2.0, 1.0)).collect();
         let error = fit_heights(&line, None, DVec3::Z, &options(4), &mut Silent).unwrap_err();
         assert!(error.to_string().contains("extended across"));
+    }
+
+    #[test]
+    fn heights_between_sweeps_do_not_stray() {
+        for seed in 0..5 {
+            let point = |i: u32| {
+                let (x, y) = unit(i + 1000 * seed);
+                let x = 100.0 + 200.0 * f64::from(i / 100) + 10.0 * (x - 0.5);
+                let y = 20.0 * y - 10.0;
+                DVec3::new(x, y, x / 20.0 * (y / 3.0).sin())
+            };
+            let points: Vec<DVec3> = (0..500).map(point).collect();
+            for net in [(4, 4), (8, 8)] {
+                let options = HeightOptions { net, degree: (3, 3), fairness: None };
+                let (base, growth) =
+                    (Base::over(&points, DVec3::Z), Growth { tolerance: None, most: 2000 });
+                let found =
+                    grow_heights(&points, None, &base, &options, growth, &mut Silent).unwrap();
+                let (surface, size) = (&found.0.surface, DVec2::new(800.0, 18.0));
+                let (low, high) = (surface.point(0.0, 0.0), surface.point(1.0, 1.0));
+                let off = |i: u32| {
+                    let (x, y) = unit(i);
+                    let at = DVec2::new(100.0, -9.0) + DVec2::new(x, y) * size;
+                    let uv = (at - low.truncate()) / (high - low).truncate();
+                    (surface.point(uv.x, uv.y).z - at.x / 20.0 * (at.y / 3.0).sin()).abs()
+                };
+                let worst = (0..1000).map(off).fold(0.0, f64::max);
+                assert!(worst < 2.0, "{seed} {net:?} {worst} {:?}", found.1);
+            }
+        }
     }
 }

@@ -20,22 +20,27 @@ const TRIED: (i32, i32) = (-12, 2);
 /// smoother surface.
 const HARDLY_WORSE: f64 = 1.01;
 
+/// Anisotropies among which blocks choose where points lie in clumps.
+const ANISOTROPIES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
+
 /// A fairness, and the mean square errors that are expected with it.
-#[derive(Clone, Copy)]
 pub(super) struct Choice {
+    /// The equations with their energy.
+    pub(super) equations: Equations,
     pub(super) fairness: f64,
-    /// At points left out in turn, and in blocks.
+    /// At points left out in turn.
     pub(super) expected: f64,
+    /// At blocks of points; zero if points do not lie in clumps.
     pub(super) expected_of_blocks: f64,
 }
 
 impl Heights<'_> {
-    /// Cross-validation with the equations of these heights: the given fairness, or the one that predicts
-    /// best, looked for near one that is known. Where points lie in clumps it is the larger one of those
-    /// that predict points left out in turn and in blocks.
+    /// Cross-validation: the given fairness, or the one that predicts best, looked for near one that is
+    /// known. Where points lie in clumps, blocks choose the anisotropy, and the fairness is the larger one of
+    /// those that predict points left out in turn and in blocks.
     pub(super) fn choose(
         &self,
-        equations: &Equations,
+        equations: Equations,
         given: Option<f64>,
         near: Option<Near>,
         listen: &mut Listen<'_>,
@@ -45,31 +50,43 @@ impl Heights<'_> {
             Sample { normal: DVec3::Z, ..plain }
         };
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
-        let space = equations.space();
-        let turn = HeldOut::of(space, &samples, |samples| in_turn(samples.len()))?;
-        let block = HeldOut::of(space, &samples, |samples| {
+        let known = near.map(|near| near.beside(self.local.len()));
+        let space = equations.space().clone();
+        let turn = HeldOut::of(&space, &samples, |samples| in_turn(samples.len()))?;
+        let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
+            let error = |fairness| error(held_out, equations, fairness);
+            let fairness = match given {
+                Some(fairness) => fairness,
+                None => best(known, error, listen)?,
+            };
+            Result::Ok((fairness, error(fairness)?))
+        };
+        if !in_clumps(self.uv.iter().copied()) {
+            let (fairness, expected) = choose(&turn, &equations)?;
+            return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
+        }
+        let block = HeldOut::of(&space, &samples, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
-        let trace = equations.energy.trace();
-        let error = |held_out: &HeldOut<'_>, fairness: f64| {
-            let times = equations.times(fairness) * held_out.trace() / equations.trace();
-            held_out.error(&equations.energy, if trace > 0.0 { times } else { 0.0 })
-        };
-        let fairness = match given {
-            Some(fairness) => fairness,
-            None => {
-                let known = near.map(|near| near.beside(self.local.len()));
-                let found = best(known, |fairness| error(&turn, fairness), listen)?;
-                if in_clumps(self.uv.iter().copied()) {
-                    found.max(best(known, |fairness| error(&block, fairness), listen)?)
-                } else {
-                    found
-                }
+        let (mut found, mut least) = (None, f64::INFINITY);
+        for anisotropy in ANISOTROPIES {
+            let equations = equations.with_anisotropy(anisotropy);
+            let (fairness, error) = choose(&block, &equations)?;
+            if error < least || found.is_none() {
+                (found, least) = (Some((equations, fairness)), error);
             }
-        };
-        let expected = error(&turn, fairness)?;
-        Ok(Choice { fairness, expected, expected_of_blocks: error(&block, fairness)? })
+        }
+        let (equations, fairness) = found.unwrap_or((equations, 1.0));
+        let fairness = choose(&turn, &equations)?.0.max(fairness);
+        let expected = error(&turn, &equations, fairness)?;
+        let expected_of_blocks = error(&block, &equations, fairness)?;
+        Ok(Choice { equations, fairness, expected, expected_of_blocks })
     }
+}
+
+fn error(held_out: &HeldOut<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
+    let times = equations.times(fairness) * held_out.trace() / equations.trace();
+    held_out.error(&equations.energy, times)
 }
 
 /// The fairness with the least error, on a scale of half decades: near one that is known errors have one

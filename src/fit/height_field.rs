@@ -73,7 +73,7 @@ impl<'a> Heights<'a> {
     pub(super) fn equations(&self, listen: &mut Listen<'_>) -> Result<Equations> {
         let Self { local, uv, weights, options, order, .. } = self;
         let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, listen)?;
-        Ok(Equations::of(sums, *order))
+        Ok(Equations::of(sums, *order, 1.0))
     }
 
     /// The surface with this fairness; slopes count where they are known to, or as far as it takes to hold

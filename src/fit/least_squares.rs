@@ -55,7 +55,7 @@ pub fn fit(
     // About the centroid numbers keep their digits wherever the points lie.
     let centre = points.iter().sum::<DVec3>() / points.len() as f64;
     let sums = PartialSums::sum(points, uv, weights, centre, options, &mut listen)?;
-    Equations::of(sums, THIN_PLATE).solve(options.fairness, &mut listen)
+    Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
 }
 
 /// Sums over points at known parameters, from which [`fit`] solves for the surface.
@@ -149,7 +149,7 @@ impl PartialSums {
     ///
     /// [`Error::Parameter`] if the points cannot hold the net.
     pub fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
-        Equations::of(self.clone(), THIN_PLATE).solve(fairness, &mut || Ok(()))
+        Equations::of(self.clone(), THIN_PLATE, 1.0).solve(fairness, &mut || Ok(()))
     }
 }
 
@@ -164,10 +164,16 @@ pub(super) struct Equations {
 }
 
 impl Equations {
-    pub(super) fn of(sums: PartialSums, order: usize) -> Self {
-        let energy = Energy::new(sums.lengths.lengths(), order).matrix(&sums.space);
+    pub(super) fn of(sums: PartialSums, order: usize, anisotropy: f64) -> Self {
+        let energy = Energy::new(sums.lengths.lengths(), order).with_anisotropy(anisotropy);
+        let energy = energy.matrix(&sums.space);
         let scale = energy.trace();
         Self { sums, order, energy, scale }
+    }
+
+    /// With derivatives along u that count so many times more, and those along v so many times less.
+    pub(super) fn with_anisotropy(&self, anisotropy: f64) -> Self {
+        Self::of(self.sums.clone(), self.order, anisotropy)
     }
 
     /// Lets slopes count as well: over gaps wider than the reach, a share of the domain's mean length, the
@@ -207,7 +213,7 @@ impl Equations {
         };
         if !held {
             let [rows, cols] = space.shape();
-            let got = format!("{rows} × {cols} for {} points", count);
+            let got = format!("{rows} × {cols} for {count} points");
             let must = "small enough for the points to hold it; or raise fairness";
             return Err(Error::parameter("net", must, got));
         }

@@ -36,6 +36,7 @@ mod patches;
 mod rational;
 mod recover;
 mod refine;
+mod residuals;
 mod rim;
 mod robust;
 mod space;

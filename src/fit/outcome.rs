@@ -41,7 +41,7 @@ pub struct HeightFit {
     /// Mean square of the error at points that were left out at random, in the points' unit squared;
     /// infinite if it was not asked.
     pub expected: f64,
-    /// The same for blocks of points that were left out.
+    /// The same for blocks of points that were left out; zero if the points do not lie in clumps.
     pub expected_of_blocks: f64,
 }
 

@@ -39,7 +39,7 @@ pub struct DropSettings {
     pub exit_error: f64,
     /// Share of the local normals that must lie within the steepest slope of heights then.
     pub exit_upright: f64,
-    /// Cosine of that slope, 78 degrees.
+    /// Cosine of that slope, 60 degrees: steeper heights magnify noise along the plane.
     pub steep: f64,
 }
 
@@ -52,7 +52,7 @@ impl Default for DropSettings {
             exit_points: 100,
             exit_error: 1.5,
             exit_upright: 0.95,
-            steep: 0.2,
+            steep: 0.5,
         }
     }
 }

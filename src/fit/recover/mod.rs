@@ -9,6 +9,7 @@ mod multistart;
 mod varpro;
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use self::lm_iterate::Trial;
 use self::multistart::{Starts, search};
@@ -75,13 +76,14 @@ pub fn recover_net(
         found = other.into_iter().chain(found).min_by(|a, b| a.error.total_cmp(&b.error));
     }
     let Some(found) = found.filter(|found| found.error <= EXACT * size) else { return Ok(None) };
-    // Feet that do not leave the domain draw its ends to where the points end.
-    let all = Problem { points, space: &space, beyond: 0.0, size };
-    let within = few.within(&found.feet);
-    let stretched = Trial::at(&few, &within)?.unwrap_or(found);
-    let search = ClosestPointSearch::new(&stretched.surface)?;
-    let uv: Vec<DVec2> = points.iter().map(|point| search.closest_point(*point).uv).collect();
-    let mut trial = Trial::on(&all, stretched.surface.clone(), &uv);
+    // The domain ends where all points do; feet that do not leave it draw its ends there.
+    let open = Problem { points, ..few };
+    let all = Problem { beyond: 0.0, ..open };
+    let search = ClosestPointSearch::new(&found.surface)?;
+    let nearest = points.par_iter().map(|point| search.closest_point(*point).uv);
+    let uv: Vec<DVec2> = nearest.collect();
+    let trial = Trial::on(&open, found.surface.clone(), &uv);
+    let mut trial = Trial::at(&all, &open.within(&trial.feet))?.unwrap_or(trial);
     for step in 0..LAST_STEPS {
         if all.is_through(trial.error) {
             break;

@@ -19,6 +19,7 @@ use crate::nurbs::NurbsSurface;
 const ENOUGH: f64 = 1e-9;
 
 /// Points that shall all lie on a surface of one space.
+#[derive(Clone, Copy)]
 pub(super) struct Problem<'a> {
     pub(super) points: &'a [DVec3],
     pub(super) space: &'a SplineSpace,
