@@ -99,8 +99,8 @@ pub fn recover_net(
 mod tests {
     use std::f64::consts::TAU;
 
+    use super::super::options::uniform;
     use super::*;
-    use crate::nurbs::KnotVector;
     use crate::progress::Silent;
 
     fn scattered(count: u32) -> Vec<DVec2> {
@@ -122,10 +122,7 @@ mod tests {
         closed: (bool, bool),
         place: impl Fn(DVec2) -> DVec3,
     ) -> bool {
-        let knots = |count, closed| match closed {
-            true => KnotVector::periodic_uniform(3, count).unwrap(),
-            false => KnotVector::clamped_uniform(3, count).unwrap(),
-        };
+        let knots = |count, closed| uniform(3, count, closed).unwrap();
         let knots = [knots(shape.0, closed.0), knots(shape.1, closed.1)];
         let space = SplineSpace::new(knots, closed.into()).unwrap();
         let [rows, cols] = space.shape();
