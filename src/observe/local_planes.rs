@@ -24,6 +24,8 @@ pub struct LocalPlanes {
     /// Thickness of each neighbourhood over its width: its third principal deviation over its
     /// second.
     pub flatness: Vec<f64>,
+    /// Whether each neighbourhood is no line: planes through lines have any normal.
+    pub spread: Vec<bool>,
     /// Median distance of points from their planes, by root mean square: noise, or curvature where
     /// there is none.
     pub noise: f64,
@@ -61,6 +63,7 @@ impl LocalPlanes {
             size,
             normals: planes.iter().map(Plane::normal).collect(),
             flatness: planes.iter().map(flatness).collect(),
+            spread: planes.iter().map(|plane| !plane.is_line()).collect(),
             noise: (median(squares) * freedom).sqrt(),
         }
     }

@@ -23,13 +23,16 @@ use crate::chart::Kind;
 use crate::cloud::{self, Bounds, LocalObserver};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
+use crate::fit::lengths;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som::{Init as MapInit, Lattice, Topology};
-use crate::validate::{CellGrid, Compared, DefectSettings, defects, folded_share};
+use crate::validate::{Compared, DefectSettings, defects};
 
-/// Hypotheses that are refined, at most.
+/// Hypotheses that are refined, at most, and how much higher than the best their scores may be: a
+/// surface without defects that is far from the points is no better than one with defects.
 const REFINED: usize = 3;
+const MARGIN: f64 = 3.0;
 
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
@@ -138,11 +141,14 @@ fn best(
         return from_nodes(ranked, nodes, shape, options, observer);
     }
     let mut first = None;
-    for (place, model) in ranked.ranking.models.iter().take(REFINED).enumerate() {
+    let models = &ranked.ranking.models;
+    let limit = models.first().map_or(0.0, |model| model.score.total()) + MARGIN;
+    let near = models.iter().take_while(|model| model.score.total() <= limit);
+    for (place, model) in near.take(REFINED).enumerate() {
         let refined = match refine(ranked, model, options, observer) {
             Ok(refined) => refined,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) if place + 1 == ranked.ranking.models.len() && first.is_none() => {
+            Err(error) if place + 1 == models.len() && first.is_none() => {
                 return Err(error);
             }
             Err(error) => {
@@ -186,7 +192,7 @@ fn refinement<'a>(
     }
 }
 
-/// The refined surface of a model, repaired if it folds.
+/// The refined surface of a model, repaired if it folds or overshoots.
 fn refine(
     ranked: &Ranked<'_>,
     model: &Model,
@@ -197,21 +203,26 @@ fn refine(
     let (kind, heights) = (hypothesis.kind, hypothesis.heights);
     let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
     let observer: &mut dyn Observer = &mut observer;
-    let job = refinement(ranked, kind, heights, hypothesis.lengths, options);
+    let job = refinement(ranked, kind, heights, lengths(&model.fit.surface).into(), options);
     let start = Start::of(job.points, ranked.sample, model, observer)?;
     let coarse = &model.fit.surface;
     let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
-    let mut fitted = job.fit(&start, coarse, &map, observer)?;
+    let mut fitted = job.fit(&start, &map, observer)?;
     let mut defects = defects_of(ranked, &fitted, kind)?;
-    let folded = defects.iter().any(|defect| matches!(defect, Diagnostic::Folded { .. }));
-    if folded && heights.is_none() && options.fairness.is_none() {
-        let folds = |fitted: &Fitted| folds(ranked, fitted, kind);
-        if let Some(better) = repaired(&job, &fitted, ranked.seen.noise(), folds, observer)? {
+    let mendable = !defects.is_empty() && defects.iter().all(smoothed);
+    if mendable && heights.is_none() && options.fairness.is_none() {
+        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, kind)?.is_empty());
+        if let Some(better) = repaired(&job, &fitted, ranked.seen.noise(), wrong, observer)? {
             fitted = better;
             defects = defects_of(ranked, &fitted, kind)?;
         }
     }
     Ok(Refined { kind, heights, fitted, map, defects })
+}
+
+/// Whether more fairness may mend a defect.
+fn smoothed(defect: &Diagnostic) -> bool {
+    matches!(defect, Diagnostic::Folded { .. } | Diagnostic::Overshoot { .. })
 }
 
 /// The surface from nodes that were given, on which all points are projected.
@@ -281,12 +292,4 @@ fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Di
         }
     }
     Ok(found)
-}
-
-fn folds(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<bool> {
-    let settings = DefectSettings::default();
-    with_compared(ranked, fitted, kind, |compared| {
-        let grid = CellGrid::of(compared.surface, settings.cells, &mut crate::progress::Silent)?;
-        Ok(folded_share(compared, &grid, &settings) > 0.0)
-    })
 }

@@ -12,9 +12,8 @@ use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
     ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
-    continued, cosines, grow_heights, project, rational, reach,
+    continued, grow_heights, project, rational, reach,
 };
-use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// How far outer cells of the map go on for points beyond them, in cells.
@@ -50,13 +49,12 @@ impl Refinement<'_> {
     pub(super) fn fit(
         &self,
         start: &Start,
-        coarse: &NurbsSurface,
         map: &LearnedMap,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         let mut weights = self.robust(&start.distances, self.spacing, observer)?;
         let mut fitted = match self.heights {
-            Some(_) => self.heights(self.slopes(coarse, &start.uv), weights, observer)?,
+            Some(_) => self.heights(weights, observer)?,
             None => {
                 let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
                 self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
@@ -76,7 +74,7 @@ impl Refinement<'_> {
     pub(super) fn from_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
         let weights = self.robust(&[], 0.0, observer)?;
         let fitted = match self.heights {
-            Some(_) => self.heights(vec![1.0; self.points.len()], weights, observer)?,
+            Some(_) => self.heights(weights, observer)?,
             None => {
                 let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
                 self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
@@ -93,7 +91,7 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         if self.heights.is_some() {
-            return self.heights(self.slopes(&known.surface, &known.uv), weights, observer);
+            return self.heights(weights, observer);
         }
         let from = self.from(known);
         let (fairness, growth) = (self.options.fairness, self.growth(None));
@@ -130,8 +128,7 @@ impl Refinement<'_> {
         let growth = Growth { tolerance: Some(tolerance), most: self.options.max_control_points };
         let weights = fitted.weights.clone();
         let nearer = if self.heights.is_some() {
-            let slopes = vec![1.0; self.points.len()];
-            self.heights_with(slopes, weights, Some(growth), Some(0.0), observer)
+            self.heights_with(weights, Some(growth), Some(0.0), observer)
         } else {
             let (from, fairness) = (self.from(&fitted), self.options.fairness);
             continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
@@ -199,26 +196,13 @@ impl Refinement<'_> {
         Ok(Fitted::new(found, weights))
     }
 
-    /// Squared cosines of the slope of a surface at parameters: noise has no direction, so that it
-    /// counts by the distance from the slope.
-    fn slopes(&self, surface: &NurbsSurface, uv: &[DVec2]) -> Vec<f64> {
-        let up = self.heights.map_or(DVec3::Z, |axes| axes[2]);
-        cosines(surface, uv, up).into_iter().map(|cosine| cosine * cosine).collect()
+    fn heights(&self, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+        self.heights_with(weights, self.growth(None), self.options.fairness, observer)
     }
 
-    fn heights(
-        &self,
-        slopes: Vec<f64>,
-        weights: Vec<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        self.heights_with(slopes, weights, self.growth(None), self.options.fairness, observer)
-    }
-
-    /// Heights whose squared distances count with weights and slopes; the net grows if it may.
+    /// Heights whose net grows if it may.
     fn heights_with(
         &self,
-        slopes: Vec<f64>,
         weights: Vec<f64>,
         growth: Option<Growth>,
         fairness: Option<f64>,
@@ -228,11 +212,10 @@ impl Refinement<'_> {
         let base = Base { axes: [along, across], up };
         let net = self.net();
         let options = HeightOptions { net, degree: self.degree(net), fairness };
-        let both: Vec<f64> = weights.iter().zip(&slopes).map(|(a, b)| a * b).collect();
         let most = net.0 * net.1;
         let growth = growth.unwrap_or(Growth { tolerance: None, most });
         let (fit, ended_by) =
-            grow_heights(self.points, Some(&both), &base, &options, growth, observer)?;
+            grow_heights(self.points, Some(&weights), &base, &options, growth, observer)?;
         let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
         let (surface, fairness) = (fit.surface, fit.fairness);
         Ok(Fitted { surface, uv, distances, weights, fairness, iterations: 1, ended_by })
