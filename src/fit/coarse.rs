@@ -13,7 +13,7 @@ use super::patches::Patches;
 use super::robust::biweight;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
-use crate::numeric::{median, quantile, rms, whole};
+use crate::numeric::{median, rms, whole};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
 /// How coarse fits are made. Sources: the study that the scoreboard repeats.
@@ -98,8 +98,8 @@ pub struct CoarseFit {
     pub fairness: f64,
     /// Root mean square distance of points left out at random and by blocks in space.
     pub held_out: [f64; 2],
-    /// Distance that nine of ten points left out in turn keep.
-    pub typical: f64,
+    /// The distance of each point when it was left out in turn.
+    pub left_out: Vec<f64>,
 }
 
 /// Root mean square distance of the points from a surface of few control points, after one solution
@@ -134,10 +134,10 @@ pub fn coarse(
         fitting.weigh(&surface, round);
     }
     fairness = fitting.cross_validated()?;
-    let (fairness, held_out, typical) = fitting.smoothed(fairness, folds)?;
+    let (fairness, held_out, left_out) = fitting.smoothed(fairness, folds)?;
     let surface = fitting.solve(fairness)?;
     let distances = fitting.distances(&surface);
-    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, typical })
+    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out })
 }
 
 /// A coarse fit in progress.
@@ -240,15 +240,14 @@ impl<'a> Fitting<'a> {
 
     /// More fairness than generalized cross-validation wants, as long as points that are left out,
     /// in blocks too, are predicted better; and how well they are.
-    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], f64)> {
+    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
         let equations = self.equations(|_| true)?;
-        let errors = |fairness: f64| -> Result<([f64; 2], f64)> {
+        let errors = |fairness: f64| -> Result<([f64; 2], Vec<f64>)> {
             let in_turn = self.held_out(&equations, &folds.in_turn, fairness)?;
             let blocks = self.held_out(&equations, &folds.blocks, fairness)?;
-            let typical = quantile(in_turn.iter().copied(), 0.9);
-            Ok(([rms(in_turn), rms(blocks)], typical))
+            Ok(([rms(in_turn.iter().copied()), rms(blocks)], in_turn))
         };
-        let product = |found: &([f64; 2], f64)| found.0[0] * found.0[1];
+        let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
         let mut best = (fairness, errors(fairness)?);
         while best.0 < 10.0_f64.powi(*TRIED.end()) {
             let more = 10.0 * best.0;
@@ -258,13 +257,13 @@ impl<'a> Fitting<'a> {
             }
             best = (more, found);
         }
-        let (fairness, (held_out, typical)) = best;
-        Ok((fairness, held_out, typical))
+        let (fairness, (held_out, left_out)) = best;
+        Ok((fairness, held_out, left_out))
     }
 
     /// Distances of the points from surfaces that do not know them.
     fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<Vec<f64>> {
-        let fold = |fold: usize| -> Result<Vec<f64>> {
+        let fold = |fold: usize| -> Result<Vec<(usize, f64)>> {
             let out: Vec<usize> = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
             let left = self.equations(|i| folds[i] == fold)?;
             let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
@@ -276,11 +275,16 @@ impl<'a> Fitting<'a> {
             let points: Vec<DVec3> = out.iter().map(|&i| self.problem.points[i]).collect();
             let uv: Vec<DVec2> = out.iter().map(|&i| self.uv[i]).collect();
             let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
-            Ok(feet.iter().map(|foot| foot.offset.length()).collect())
+            let distances = feet.iter().map(|foot| foot.offset.length());
+            Ok(out.iter().copied().zip(distances).collect())
         };
         let numbers: Vec<usize> = (0..FOLDS).collect();
         let found = numbers.par_iter().map(|n| fold(*n)).collect::<Result<Vec<_>>>()?;
-        Ok(found.into_iter().flatten().collect())
+        let mut distances = vec![0.0; folds.len()];
+        for (index, distance) in found.into_iter().flatten() {
+            distances[index] = distance;
+        }
+        Ok(distances)
     }
 
     /// Moves the parameters one step towards the points' feet, but for those of heights.

@@ -24,6 +24,7 @@ use crate::cloud::{self, Bounds, LocalObserver};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::fit::lengths;
+use crate::numeric::rms;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som::{Init as MapInit, Lattice, Topology};
@@ -33,6 +34,10 @@ use crate::validate::{Compared, DefectSettings, defects};
 /// surface without defects that is far from the points is no better than one with defects.
 const REFINED: usize = 3;
 const MARGIN: f64 = 3.0;
+
+/// Distance of the points from a refined surface, in that from the coarse one, from which on it is
+/// worse.
+const WORSE: f64 = 1.2;
 
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
@@ -72,6 +77,9 @@ struct Refined {
     fitted: Fitted,
     map: LearnedMap,
     defects: Vec<Diagnostic>,
+    /// Whether it has grown as far as the points hold, and is no farther from them than the coarse
+    /// surface that it comes from.
+    whole: bool,
 }
 
 /// Refines and validates hypotheses until one has no defects, and measures all points.
@@ -85,7 +93,7 @@ fn finish(
     let mut candidates = ranked.candidates();
     let refined = best(&ranked, options, &mut candidates, observer)?;
     ranked.clock.lap("refine");
-    let Refined { kind, heights, mut fitted, map, defects } = refined;
+    let Refined { kind, heights, mut fitted, map, defects, .. } = refined;
     let frame = ranked.cloud.frame;
     if options.rational {
         let job = refinement(&ranked, kind, heights, [1.0; 2], options);
@@ -130,7 +138,8 @@ fn finish(
     Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
 }
 
-/// The first hypothesis of the ranking whose refined surface has no defects; else the first.
+/// The first hypothesis of the ranking whose refined surface is whole and has no defects; else the
+/// first without defects; else the first.
 fn best(
     ranked: &Ranked<'_>,
     options: &ReconstructOptions<'_>,
@@ -156,18 +165,30 @@ fn best(
                 continue;
             }
         };
-        let Some(defect) = refined.defects.first().map(Diagnostic::code) else {
-            candidates[place].outcome = "chosen".to_string();
-            return Ok(refined);
+        candidates[place].outcome = match refined.defects.first() {
+            None if refined.whole => {
+                candidates[place].outcome = "chosen".to_string();
+                return Ok(refined);
+            }
+            None => {
+                "refined, but a finer net has defects or is farther from the points".to_string()
+            }
+            Some(defect) => format!("refined, with the defect {}", defect.code()),
         };
-        candidates[place].outcome = format!("refined, with the defect {defect}");
-        first = first.or(Some((place, refined)));
+        let sound = refined.defects.is_empty();
+        if first
+            .as_ref()
+            .is_none_or(|(_, first): &(usize, Refined)| sound && !first.defects.is_empty())
+        {
+            first = Some((place, refined));
+        }
     }
     let Some((place, refined)) = first else {
         let (must, got) = ("enough for a surface", ranked.cloud.points.len());
         return Err(Error::parameter("points", must, got));
     };
-    candidates[place].outcome = "chosen: no candidate is without defects".to_string();
+    let shortcoming = if refined.defects.is_empty() { "grown no further" } else { "with defects" };
+    candidates[place].outcome = format!("chosen, {shortcoming}: no other candidate is better");
     Ok(refined)
 }
 
@@ -192,7 +213,7 @@ fn refinement<'a>(
     }
 }
 
-/// The refined surface of a model, repaired if it folds or overshoots.
+/// The refined surface of a model.
 fn refine(
     ranked: &Ranked<'_>,
     model: &Model,
@@ -207,17 +228,45 @@ fn refine(
     let start = Start::of(job.points, ranked.sample, model, observer)?;
     let coarse = &model.fit.surface;
     let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
-    let mut fitted = job.fit(&start, &map, observer)?;
-    let mut defects = defects_of(ranked, &fitted, kind)?;
-    let mendable = !defects.is_empty() && defects.iter().all(smoothed);
-    if mendable && heights.is_none() && options.fairness.is_none() {
-        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, kind)?.is_empty());
-        if let Some(better) = repaired(&job, &fitted, ranked.seen.noise(), wrong, observer)? {
-            fitted = better;
-            defects = defects_of(ranked, &fitted, kind)?;
+    let small = job.fit(&start, &map, observer)?;
+    let mut best = mended(ranked, &job, small, observer)?;
+    let mut whole = best.1.is_empty();
+    // A finer net must bring no defects.
+    while whole && let Some(grown) = job.grown(&best.0, observer)? {
+        let defects = defects_of(ranked, &grown, kind)?;
+        whole = defects.is_empty();
+        if whole {
+            best = (grown, defects);
         }
     }
-    Ok(Refined { kind, heights, fitted, map, defects })
+    whole &= best.0.rms() <= WORSE * rms(start.distances.iter().copied());
+    if let Some(nearer) = job.within_tolerance(&best.0, observer)? {
+        let defects = defects_of(ranked, &nearer, kind)?;
+        if defects.len() <= best.1.len() {
+            best = (nearer, defects);
+        }
+    }
+    let (fitted, defects) = best;
+    Ok(Refined { kind, heights, fitted, map, defects, whole })
+}
+
+/// A surface, repaired if it folds or overshoots and more fairness mends that, and its defects.
+fn mended(
+    ranked: &Ranked<'_>,
+    job: &Refinement<'_>,
+    fitted: Fitted,
+    observer: &mut dyn Observer,
+) -> Result<(Fitted, Vec<Diagnostic>)> {
+    let defects = defects_of(ranked, &fitted, job.kind)?;
+    let mendable = !defects.is_empty() && defects.iter().all(smoothed);
+    if mendable && job.heights.is_none() && job.options.fairness.is_none() {
+        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, job.kind)?.is_empty());
+        let found = repaired(job, &fitted, ranked.seen.noise(), wrong, observer)?;
+        if let Some(better) = found {
+            return Ok((better, Vec::new()));
+        }
+    }
+    Ok((fitted, defects))
 }
 
 /// Whether more fairness may mend a defect.
@@ -252,7 +301,7 @@ fn from_nodes(
     let job = refinement(ranked, kind, heights, lengths, options);
     let fitted = job.from_map(&map, observer)?;
     let defects = defects_of(ranked, &fitted, kind)?;
-    Ok(Refined { kind, heights, fitted, map, defects })
+    Ok(Refined { kind, heights, fitted, map, defects, whole: true })
 }
 
 /// The sample's parameters and distances on a fitted surface.

@@ -39,7 +39,7 @@ impl Default for ScoreSettings {
             folded: 0.01,
             pinched: 1.5,
             closed: 1.5,
-            free: 2.0,
+            free: 4.0,
         }
     }
 }

@@ -7,6 +7,7 @@ use super::score::{Score, ScoreSettings};
 use crate::chart::{Chart, ChartInput, Hypothesis, Kind};
 use crate::error::Result;
 use crate::fit::{CoarseFit, CoarseProblem, CoarseSettings, Folds, coarse, quick_error};
+use crate::numeric::rms;
 use crate::observe::Observations;
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::validate::{Compared, TermSettings, Terms};
@@ -35,7 +36,7 @@ pub struct DropSettings {
     pub noise: f64,
     /// Points from which on heights may end the search.
     pub exit_points: usize,
-    /// Error of nine of ten left-out points, in the noise of the points, up to which heights end it.
+    /// Error of left-out points, in the noise and curvature around each, up to which heights end it.
     pub exit_error: f64,
     /// Cosine of the steepest slope, 53 degrees: noise along the plane makes steeper heights worse
     /// than sheets.
@@ -53,7 +54,7 @@ impl Default for DropSettings {
             error: 5.0,
             noise: 2.0,
             exit_points: 100,
-            exit_error: 2.0,
+            exit_error: 1.5,
             exit_steep: 0.6,
             steep: 0.2,
             exit_upright: 0.95,
@@ -141,9 +142,7 @@ fn upright(
     settings: &SelectSettings,
 ) -> bool {
     let up = hypothesis.heights.map(|axes| axes[2]);
-    up.is_some_and(|up: DVec3| {
-        seen.share_along(up, steep) >= settings.drop.exit_upright
-    })
+    up.is_some_and(|up: DVec3| seen.share_along(up, steep) >= settings.drop.exit_upright)
 }
 
 /// Whether no other hypothesis can be much better than these heights.
@@ -155,8 +154,11 @@ pub(super) fn ends_search(
 ) -> bool {
     let (scale, terms) = (&settings.score, &model.terms);
     let torn = terms.torn * (seen.points().len() as f64).sqrt();
+    let thickness = &seen.planes().thickness;
+    let left_out = model.fit.left_out.iter().zip(thickness);
+    let relative = rms(left_out.map(|(error, around)| error / around.max(seen.noise())));
     upright(&model.hypothesis, seen, steep, settings)
-        && model.fit.typical <= settings.drop.exit_error * seen.noise()
+        && relative <= settings.drop.exit_error
         && torn <= scale.torn.1
         && terms.misaligned <= scale.misaligned
         && terms.folded <= scale.folded
@@ -231,8 +233,7 @@ fn scored(
     for model in &mut models {
         let (kind, points) = (model.hypothesis.kind, seen.points().len());
         let held_out = model.fit.held_out;
-        model.score =
-            Score::of(kind, held_out, floor, &model.terms, points, &settings.score);
+        model.score = Score::of(kind, held_out, floor, &model.terms, points, &settings.score);
     }
     models.sort_by(|a, b| a.score.compare(&b.score));
     Ranking { models, dropped }
