@@ -20,6 +20,9 @@ pub struct ScoreSettings {
     pub misaligned: f64,
     /// See `uncovered`.
     pub folded: f64,
+    /// Share of the rectangle under heights that the points leave empty which counts ln 2: sheets
+    /// end where the points end.
+    pub unfilled: f64,
     /// Weight of pinched ends.
     pub pinched: f64,
     /// What a closed direction costs.
@@ -37,6 +40,7 @@ impl Default for ScoreSettings {
             uncovered: 0.02,
             misaligned: 0.05,
             folded: 0.01,
+            unfilled: 0.1,
             pinched: 1.5,
             closed: 1.5,
             free: 40.0,
@@ -48,15 +52,16 @@ impl Default for ScoreSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
     /// The terms by name, each with its weight.
-    pub terms: [(&'static str, f64); 8],
+    pub terms: [(&'static str, f64); 9],
 }
 
 impl Score {
     /// Of a surface of this kind with these errors of points left out, by random folds and by
-    /// blocks, where errors below `floor` are noise.
+    /// blocks, where errors below `floor` are noise; of heights, with so much of their rectangle unfilled.
     #[must_use]
     pub fn of(
         kind: Kind,
+        unfilled: f64,
         [random, blocks]: [f64; 2],
         floor: f64,
         terms: &Terms,
@@ -77,6 +82,7 @@ impl Score {
                 ),
                 ("misaligned", grows(terms.misaligned, settings.misaligned)),
                 ("folded", grows(terms.folded, settings.folded)),
+                ("unfilled", grows(unfilled, settings.unfilled)),
                 ("pinched", settings.pinched * terms.pinched),
                 ("closed", if closed { settings.closed } else { 0.0 }),
                 ("free", if kind == Kind::Height { 0.0 } else { settings.free / points as f64 }),
