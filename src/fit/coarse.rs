@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::band::Band;
 use super::blocks::FOLDS;
 use super::correct::feet;
+use super::cross_validation::FREEDOM;
 use super::fairness::Energy;
 use super::folds::Folds;
 use super::normal_equations::{NormalEquations, Sample};
@@ -55,9 +56,6 @@ const TRIED: std::ops::RangeInclusive<i32> = -6..=3;
 
 /// The first of them.
 const FIRST: i32 = -2;
-
-/// Degrees of freedom that parameters add to those of the net, as a share of these.
-const FREEDOM: f64 = 1.2;
 
 /// Standard deviations of normal noise for each median absolute deviation.
 const NORMAL: f64 = 1.4826;

@@ -27,8 +27,8 @@ pub struct ScoreSettings {
     pub pinched: f64,
     /// What a closed direction costs.
     pub closed: f64,
-    /// What parameters that follow the surface cost, times the number of points: they are more
-    /// freedom than heights have.
+    /// What parameters that follow the surface cost, times the root of the number of points: by
+    /// so much another hypothesis may be better than heights by chance.
     pub free: f64,
 }
 
@@ -40,10 +40,10 @@ impl Default for ScoreSettings {
             uncovered: 0.02,
             misaligned: 0.05,
             folded: 0.01,
-            unfilled: 0.1,
+            unfilled: 0.2,
             pinched: 1.5,
             closed: 1.5,
-            free: 40.0,
+            free: 4.0,
         }
     }
 }
@@ -85,7 +85,7 @@ impl Score {
                 ("unfilled", grows(unfilled, settings.unfilled)),
                 ("pinched", settings.pinched * terms.pinched),
                 ("closed", if closed { settings.closed } else { 0.0 }),
-                ("free", if kind == Kind::Height { 0.0 } else { settings.free / points as f64 }),
+                ("free", if kind == Kind::Height { 0.0 } else { settings.free / root }),
             ],
         }
     }
