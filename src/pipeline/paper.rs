@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::clock::Clock;
 use super::measure::closest;
 use super::reconstruction::Reconstruction;
 use super::relay;
-use super::report::{Clock, Deviations, Report, TrainingReport};
+use super::report::{Deviations, Report, TrainingReport};
 use crate::chart::Kind;
 use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
+use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
-use super::report::Clock;
 use super::select::{Ranking, SelectSettings, rank};
 use crate::chart::{CHARTS, Kind};
 use crate::cloud::{PrepareOptions, PreparedCloud, random_sample};

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::diagnose::diagnose;
 use super::fitted::Fitted;
 use super::map::LearnedMap;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::options::{Aspect, ReconstructOptions};
 use super::{reconstruct, relay};
 use crate::chart::Kind;
-use crate::cloud::{self, Normalization};
+use crate::cloud::Normalization;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::nurbs::NurbsSurface;

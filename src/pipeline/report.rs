@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use crate::chart::Kind;
 use crate::diagnostic::Diagnostic;
 use crate::fit::EndedBy;
@@ -129,32 +129,5 @@ impl Deviations {
         };
         let percentiles = PERCENTILES.map(&mut rank);
         Self { rms: (squares / count as f64).sqrt(), max, percentiles }
-    }
-}
-
-/// A clock that is read at the end of each stage.
-pub(super) struct Clock {
-    last: std::time::Instant,
-    times: Vec<(&'static str, Duration)>,
-}
-
-impl Clock {
-    pub(super) fn start() -> Self {
-        Self { last: std::time::Instant::now(), times: Vec::new() }
-    }
-
-    /// Ends a stage, perhaps once more.
-    pub(super) fn lap(&mut self, stage: &'static str) {
-        let now = std::time::Instant::now();
-        let spent = now - self.last;
-        match self.times.iter_mut().find(|(other, _)| *other == stage) {
-            Some((_, before)) => *before += spent,
-            None => self.times.push((stage, spent)),
-        }
-        self.last = now;
-    }
-
-    pub(super) fn seconds(self) -> Vec<(&'static str, f64)> {
-        self.times.into_iter().map(|(stage, time)| (stage, time.as_secs_f64())).collect()
     }
 }

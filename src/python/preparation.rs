@@ -26,7 +26,7 @@ pub(super) struct Cleaning {
     /// How many points each kept one stands for, float64 of shape (k,): weights for a fit.
     #[pyo3(get)]
     weights: Py<PyArrayDyn<f64>>,
-    /// Median of the kept points' mean distance to their 8 nearest, in the points' unit.
+    /// Median distance of the kept points to their third nearest, in the points' unit.
     #[pyo3(get)]
     spacing: f64,
     counts: [usize; 3],
@@ -162,7 +162,7 @@ pub(super) fn components(
     let points: &[DVec3] = numbers.as_slice()?;
     let found = call::run(py, progress, |watcher| {
         cloud::checked_bounds(points, watcher)?;
-        cloud::pieces(points, watcher)
+        cloud::components(points, watcher)
     })?;
     let labels: Vec<i64> = found.labels.iter().map(|&label| i64::from(label)).collect();
     Ok(Components { labels: integers(py, &labels)?, sizes: found.sizes, gap: found.gap })
