@@ -18,7 +18,7 @@ const NODES: (f64, f64) = (5.0, 24.0);
 const STEP: f64 = 2.5;
 
 /// Tubes by the first coordinate of Isomap and a frame carried along the line in parallel.
-pub struct CentreLine;
+pub(super) struct CentreLine;
 
 impl Chart for CentreLine {
     fn name(&self) -> &'static str {

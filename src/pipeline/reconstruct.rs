@@ -239,7 +239,7 @@ fn from_nodes(
     let heights = (kind == Kind::Height)
         .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));
     let job = refinement(ranked, kind, heights, lengths, options);
-    let fitted = job.from_map(&map, observer)?;
+    let fitted = job.fit_map(&map, observer)?;
     let defects = defects_of(ranked, &fitted, kind)?;
     Ok(Refined { kind, heights, fitted, map, defects })
 }

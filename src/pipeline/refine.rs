@@ -55,12 +55,11 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         let mut weights = self.robust(&start.distances, self.spacing, observer)?;
-        let mut fitted = match self.heights {
-            Some(_) => self.heights(self.slopes(coarse, &start.uv), weights, observer)?,
-            None => {
-                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
-            }
+        let mut fitted = if self.heights.is_some() {
+            self.heights(&self.slopes(coarse, &start.uv), weights, observer)?
+        } else {
+            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
         for _ in 0..REWEIGHTED {
             weights = self.robust(&fitted.distances, 0.0, observer)?;
@@ -73,14 +72,13 @@ impl Refinement<'_> {
     }
 
     /// The surface from a map alone.
-    pub(super) fn from_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
+    pub(super) fn fit_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
         let weights = self.robust(&[], 0.0, observer)?;
-        let fitted = match self.heights {
-            Some(_) => self.heights(vec![1.0; self.points.len()], weights, observer)?,
-            None => {
-                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
-            }
+        let fitted = if self.heights.is_some() {
+            self.heights(&vec![1.0; self.points.len()], weights, observer)?
+        } else {
+            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
         self.within_tolerance(fitted, observer)
     }
@@ -93,7 +91,7 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         if self.heights.is_some() {
-            return self.heights(self.slopes(&known.surface, &known.uv), weights, observer);
+            return self.heights(&self.slopes(&known.surface, &known.uv), weights, observer);
         }
         let from = self.from(known);
         let (fairness, growth) = (self.options.fairness, self.growth(None));
@@ -131,7 +129,7 @@ impl Refinement<'_> {
         let weights = fitted.weights.clone();
         let nearer = if self.heights.is_some() {
             let slopes = vec![1.0; self.points.len()];
-            self.heights_with(slopes, weights, Some(growth), Some(0.0), observer)
+            self.heights_with(&slopes, weights, Some(growth), Some(0.0), observer)
         } else {
             let (from, fairness) = (self.from(&fitted), self.options.fairness);
             continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
@@ -208,7 +206,7 @@ impl Refinement<'_> {
 
     fn heights(
         &self,
-        slopes: Vec<f64>,
+        slopes: &[f64],
         weights: Vec<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
@@ -218,7 +216,7 @@ impl Refinement<'_> {
     /// Heights whose squared distances count with weights and slopes; the net grows if it may.
     fn heights_with(
         &self,
-        slopes: Vec<f64>,
+        slopes: &[f64],
         weights: Vec<f64>,
         growth: Option<Growth>,
         fairness: Option<f64>,
@@ -228,7 +226,7 @@ impl Refinement<'_> {
         let base = Base { axes: [along, across], up };
         let net = self.net();
         let options = HeightOptions { net, degree: self.degree(net), fairness };
-        let both: Vec<f64> = weights.iter().zip(&slopes).map(|(a, b)| a * b).collect();
+        let both: Vec<f64> = weights.iter().zip(slopes).map(|(a, b)| a * b).collect();
         let most = net.0 * net.1;
         let growth = growth.unwrap_or(Growth { tolerance: None, most });
         let (fit, ended_by) =
