@@ -290,7 +290,7 @@ def _of_chunks(
         max=near.max,
         percentiles={percent: near.quantile(percent / 100) for percent in (50, 90, 95, 99)},
         within=None if tolerance is None else near.share_within(tolerance),
-        seconds=seconds | {"measuring": seconds["measuring"] + time.perf_counter() - begun},
+        seconds=seconds | {"measure": seconds["measure"] + time.perf_counter() - begun},
     )
     return dataclasses.replace(
         fitted, points=cloud, uv=uv, deviations=deviations, inliers=inliers, report=report

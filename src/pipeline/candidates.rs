@@ -41,10 +41,7 @@ impl Ranked<'_> {
             Candidate {
                 chart: model.hypothesis.chart,
                 kind: model.hypothesis.kind,
-                direction: model
-                    .hypothesis
-                    .heights
-                    .map(|axes| self.cloud.frame.direction_to_given(axes[2]).normalize()),
+                direction: model.hypothesis.heights.map(|axes| self.given_direction(axes[2])),
                 score: Some(model.score.total()),
                 terms: model.score.terms.to_vec(),
                 rank: Some(place + 1),

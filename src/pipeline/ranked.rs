@@ -31,6 +31,16 @@ pub(super) struct Ranked<'a> {
     pub(super) clock: Clock,
 }
 
+impl Ranked<'_> {
+    /// A direction of the local frame in the given one, of length 1, without rounding errors beside
+    /// an axis.
+    pub(super) fn given_direction(&self, local: DVec3) -> DVec3 {
+        let given = self.cloud.frame.direction_to_given(local).normalize();
+        let exact = given.to_array().map(|x| if x.abs() <= f64::EPSILON { 0.0 } else { x });
+        DVec3::from_array(exact)
+    }
+}
+
 /// Prepares, observes and ranks points, and hands on what is known.
 ///
 /// Heights that end the search at once are looked for first. Where extents differ so much that axes

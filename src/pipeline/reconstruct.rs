@@ -23,6 +23,7 @@ use crate::chart::Kind;
 use crate::cloud::{self, Bounds, LocalObserver};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
+use crate::fit::EndedBy;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som::{Init as MapInit, Lattice, Topology};
@@ -108,18 +109,18 @@ fn finish(
         deviations: Deviations::of(counted),
         tolerance: options.tolerance,
         within: missed.map(|missed| 1.0 - missed as f64 / inliers as f64),
-        ended_by: fitted.ended_by,
+        ended_by: if missed == Some(0) { EndedBy::Tolerance } else { fitted.ended_by },
         fairness: Some(fitted.fairness),
         iterations: fitted.iterations,
         kind,
-        direction: heights.map(|axes| frame.direction_to_given(axes[2]).normalize()),
+        direction: heights.map(|axes| ranked.given_direction(axes[2])),
         axis_scale: ranked.axis_scale,
         valid: !diagnostics.iter().any(Diagnostic::is_defect),
         converged: missed.unwrap_or(0) == 0,
         candidates,
         diagnostics,
         duplicates: ranked.cloud.merged.len(),
-        outliers: points.len() - inliers,
+        outliers: measured.outliers(ranked.cloud).len(),
         training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
         seconds: ranked.clock.seconds(),
     };

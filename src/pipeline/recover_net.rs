@@ -21,7 +21,7 @@ const DEGREE: usize = 3;
 ///
 /// # Errors
 ///
-/// Those of [`cloud::check`]; [`Error::Parameter`] if no such surface is found;
+/// Those of [`check`](crate::cloud::check); [`Error::Parameter`] if no such surface is found;
 /// [`Error::Interrupted`] if the observer stops it.
 pub fn recover_net(
     points: &[DVec3],

@@ -140,7 +140,8 @@ impl Refinement<'_> {
             Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => {
                 Ok(nearer)
             }
-            _ => Ok(fitted),
+            Ok(nearer) => Ok(Fitted { ended_by: nearer.ended_by, ..fitted }),
+            Err(_) => Ok(fitted),
         }
     }
 

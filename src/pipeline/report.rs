@@ -15,7 +15,7 @@ use crate::som::{SelfOrganizingMap, StoppedBy};
 pub struct Report {
     /// Number of points.
     pub points: usize,
-    /// Number of points used in the fit.
+    /// Number of points used in the fit, merged duplicates among them.
     pub inliers: usize,
     /// Length of the diagonal of the points' bounding box.
     pub diagonal: f64,
@@ -50,10 +50,9 @@ pub struct Report {
     pub candidates: Vec<Candidate>,
     /// What the user should know.
     pub diagnostics: Vec<Diagnostic>,
-    /// Points that were merged with others, of those that were looked at.
+    /// Points that lie where others do and were merged with them.
     pub duplicates: usize,
-    /// Points that were left out: far from all that their neighbours could form, or from the
-    /// surface.
+    /// Points that were left out as outliers: far from their neighbours, or from the surface.
     pub outliers: usize,
     /// How the map was trained.
     pub training: TrainingReport,
