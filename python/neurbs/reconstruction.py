@@ -34,8 +34,8 @@ class Reconstruction:
     deviations : ndarray of shape (n,)
         Each point's distance from there.
     inliers : ndarray of bool, shape (n,)
-        True for points used in the fit. False for outliers, points without weight and those of
-        other components.
+        True for points used in the fit and their duplicates. False for outliers, points without
+        weight and those of other components.
     report : Report
         How it went.
     settings : dict of str to object

@@ -63,6 +63,7 @@ class Report:
         Points that lie where others do and were merged with them.
     outliers : int
         Points that were left out as outliers: far from their neighbours, or from the surface.
+        Points with a no-data value are among them.
     steps : int
         Steps made in training the map: presentations by the paper's method, else epochs.
     ordered_at : int

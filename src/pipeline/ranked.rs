@@ -138,7 +138,16 @@ fn stages<T>(
     let given = DMat3::from_cols(local(axes.x_axis), local(axes.y_axis), local(axes.z_axis));
     let ranking = match options.init {
         Start::Given { .. } => Ranking::default(),
-        _ => rank(&seen, given, kind, &CHARTS, &select, observer)?,
+        start => {
+            let allowed: Vec<_> =
+                CHARTS.into_iter().filter(|chart| start.allows(chart.name())).collect();
+            let found = rank(&seen, given, kind, &allowed, &select, observer)?;
+            if found.models.is_empty() && allowed.len() < CHARTS.len() {
+                rank(&seen, given, kind, &CHARTS, &select, observer)?
+            } else {
+                found
+            }
+        }
     };
     clock.lap("select");
     let cloud = &cloud;

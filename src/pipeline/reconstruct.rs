@@ -120,7 +120,8 @@ fn finish(
         candidates,
         diagnostics,
         duplicates: ranked.cloud.merged.len(),
-        outliers: measured.outliers(ranked.cloud).len(),
+        outliers: measured.outliers(ranked.cloud).len()
+            + ranked.cloud.no_data.as_ref().map_or(0, |found| found.count),
         training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
         seconds: ranked.clock.seconds(),
     };

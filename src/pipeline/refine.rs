@@ -11,7 +11,7 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
+    ApproximateOptions, Base, EndedBy, FittedSurface, Growth, HeightOptions, approximate, bounded,
     continued, cosines, grow_heights, project, rational, reach,
 };
 use crate::nurbs::NurbsSurface;
@@ -129,7 +129,7 @@ impl Refinement<'_> {
         let weights = fitted.weights.clone();
         let nearer = if self.heights.is_some() {
             let slopes = vec![1.0; self.points.len()];
-            self.heights_with(&slopes, weights, Some(growth), Some(0.0), observer)
+            self.heights_with(&slopes, weights, Some(growth), Some(f64::EPSILON.sqrt()), observer)
         } else {
             let (from, fairness) = (self.from(&fitted), self.options.fairness);
             continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
@@ -141,7 +141,7 @@ impl Refinement<'_> {
                 Ok(nearer)
             }
             Ok(nearer) => Ok(Fitted { ended_by: nearer.ended_by, ..fitted }),
-            Err(_) => Ok(fitted),
+            Err(_) => Ok(Fitted { ended_by: EndedBy::Points, ..fitted }),
         }
     }
 

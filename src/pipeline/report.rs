@@ -53,6 +53,7 @@ pub struct Report {
     /// Points that lie where others do and were merged with them.
     pub duplicates: usize,
     /// Points that were left out as outliers: far from their neighbours, or from the surface.
+    /// Points with a no-data value are among them.
     pub outliers: usize,
     /// How the map was trained.
     pub training: TrainingReport,
