@@ -153,7 +153,7 @@ def _accounted(seconds: dict[str, float], start: float) -> dict[str, float]:
 
 def _is_ordered(points: ArrayLike) -> bool:
     try:
-        return np.ndim(points) == 3
+        return np.ndim(points) == 3 and np.shape(points)[2] == 3
     except ValueError:  # Rows that differ in length: whoever converts them says what is wrong.
         return False
 
