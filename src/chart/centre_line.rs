@@ -17,6 +17,9 @@ const NODES: (f64, f64) = (5.0, 24.0);
 /// Distance between nodes, in median distances of points from the line in the flat map.
 const STEP: f64 = 2.5;
 
+/// Turns in which points are ordered by their projections onto the line.
+const SETTLING: usize = 3;
+
 /// Tubes by the first coordinate of Isomap and a frame carried along the line in parallel.
 pub(super) struct CentreLine;
 
@@ -40,7 +43,7 @@ fn tube(input: &ChartInput<'_>) -> Option<Hypothesis> {
     let (along, length) = unit(&along);
     let width = STEP * median(map.places.iter().map(|place| place.y.abs()));
     let nodes = whole((length / width).clamp(NODES.0, NODES.1));
-    let line = Line::through(points, &along, nodes)?;
+    let (along, length, line) = Line::settled(points, along, length, nodes)?;
     let sections: Vec<DVec2> =
         points.iter().zip(&along).map(|(point, at)| line.section(*point, *at)).collect();
     let angles = Angles::of(sections.iter().copied());
@@ -58,6 +61,41 @@ struct Line {
 }
 
 impl Line {
+    /// Through points in an order that becomes that of their projections onto the line: sections
+    /// are square to it then.
+    fn settled(
+        points: &[DVec3],
+        mut along: Vec<f64>,
+        mut length: f64,
+        nodes: usize,
+    ) -> Option<(Vec<f64>, f64, Self)> {
+        for _ in 0..SETTLING {
+            let line = Self::through(points, &along, nodes)?;
+            let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
+            (along, length) = unit(&places);
+        }
+        let line = Self::through(points, &along, nodes)?;
+        Some((along, length, line))
+    }
+
+    /// The length along the line to the nearest place to a point; its end segments go on.
+    fn place(&self, point: DVec3) -> f64 {
+        let (mut start, mut best) = (0.0, (f64::INFINITY, 0.0));
+        let last = self.nodes.len() - 2;
+        for (i, ends) in self.nodes.windows(2).enumerate() {
+            let (way, length) = (ends[1] - ends[0], ends[0].distance(ends[1]));
+            let low = if i == 0 { f64::NEG_INFINITY } else { 0.0 };
+            let high = if i == last { f64::INFINITY } else { 1.0 };
+            let share = ((point - ends[0]).dot(way) / (length * length)).clamp(low, high);
+            let square = point.distance_squared(ends[0] + share * way);
+            if square < best.0 {
+                best = (square, start + share * length);
+            }
+            start += length;
+        }
+        best.1
+    }
+
     /// Through the means of the points around each node, weighted by hat functions.
     fn through(points: &[DVec3], along: &[f64], count: usize) -> Option<Self> {
         let (mut sums, mut weights) = (vec![DVec3::ZERO; count], vec![0.0; count]);

@@ -51,7 +51,10 @@ impl Default for CoarseSettings {
 
 /// Decimal logarithms of the weights of the fairness among which generalized cross-validation
 /// chooses.
-const TRIED: std::ops::RangeInclusive<i32> = -4..=3;
+const TRIED: std::ops::RangeInclusive<i32> = -6..=3;
+
+/// The first of them.
+const FIRST: i32 = -2;
 
 /// Degrees of freedom that parameters add to those of the net, as a share of these.
 const FREEDOM: f64 = 1.2;
@@ -95,6 +98,8 @@ pub struct CoarseFit {
     pub fairness: f64,
     /// Root mean square distance of points left out at random and by blocks in space.
     pub held_out: [f64; 2],
+    /// The distance of each point when it was left out in turn.
+    pub left_out: Vec<f64>,
 }
 
 /// Root mean square distance of the points from a surface of few control points, after one solution
@@ -129,10 +134,10 @@ pub fn coarse(
         fitting.weigh(&surface, round);
     }
     fairness = fitting.cross_validated()?;
-    let (fairness, held_out) = fitting.smoothed(fairness, folds)?;
+    let (fairness, held_out, left_out) = fitting.smoothed(fairness, folds)?;
     let surface = fitting.solve(fairness)?;
     let distances = fitting.distances(&surface);
-    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out })
+    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out })
 }
 
 /// A coarse fit in progress.
@@ -209,46 +214,56 @@ impl<'a> Fitting<'a> {
     fn cross_validated(&self) -> Result<f64> {
         let equations = self.equations(|_| true)?;
         let count = self.weights.iter().sum::<f64>();
-        let expected = |exponent: i32| -> Result<(f64, f64)> {
+        let expected = |exponent: i32| -> Result<f64> {
             let fairness = 10.0_f64.powi(exponent);
             let (surface, factor) = self.solved(&equations, &equations, fairness)?;
             let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
             let squares = self.distances(&surface).into_iter().zip(&self.weights);
             let error: f64 = squares.map(|(distance, weight)| weight * distance * distance).sum();
             let left = (1.0 - freedom / count).max(FREEDOM - 1.0);
-            Ok((error / (left * left), fairness))
+            Ok(error / (left * left))
         };
-        let tried: Vec<i32> = TRIED.collect();
-        let found = tried.par_iter().map(|e| expected(*e)).collect::<Result<Vec<_>>>()?;
-        let best = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(best.map_or(1.0, |(_, fairness)| fairness))
+        // The error has one minimum: the search leaves it on neither side.
+        let mut best = (expected(FIRST)?, FIRST);
+        for direction in [1, -1] {
+            while TRIED.contains(&(best.1 + direction)) {
+                let next = best.1 + direction;
+                let found = expected(next)?;
+                if found >= best.0 {
+                    break;
+                }
+                best = (found, next);
+            }
+        }
+        Ok(10.0_f64.powi(best.1))
     }
 
     /// More fairness than generalized cross-validation wants, as long as points that are left out,
     /// in blocks too, are predicted better; and how well they are.
-    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2])> {
+    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
         let equations = self.equations(|_| true)?;
-        let errors = |fairness: f64| -> Result<[f64; 2]> {
-            let [in_turn, blocks] = [&folds.in_turn, &folds.blocks]
-                .map(|folds| self.held_out(&equations, folds, fairness));
-            Ok([in_turn?, blocks?])
+        let errors = |fairness: f64| -> Result<([f64; 2], Vec<f64>)> {
+            let in_turn = self.held_out(&equations, &folds.in_turn, fairness)?;
+            let blocks = self.held_out(&equations, &folds.blocks, fairness)?;
+            Ok(([rms(in_turn.iter().copied()), rms(blocks)], in_turn))
         };
-        let product = |[a, b]: [f64; 2]| a * b;
+        let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
         let mut best = (fairness, errors(fairness)?);
         while best.0 < 10.0_f64.powi(*TRIED.end()) {
             let more = 10.0 * best.0;
             let found = errors(more)?;
-            if product(found) >= product(best.1) {
+            if product(&found) >= product(&best.1) {
                 break;
             }
             best = (more, found);
         }
-        Ok(best)
+        let (fairness, (held_out, left_out)) = best;
+        Ok((fairness, held_out, left_out))
     }
 
-    /// Root mean square distance of the points from surfaces that do not know them.
-    fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<f64> {
-        let fold = |fold: usize| -> Result<f64> {
+    /// Distances of the points from surfaces that do not know them.
+    fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<Vec<f64>> {
+        let fold = |fold: usize| -> Result<Vec<(usize, f64)>> {
             let out: Vec<usize> = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
             let left = self.equations(|i| folds[i] == fold)?;
             let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
@@ -260,11 +275,16 @@ impl<'a> Fitting<'a> {
             let points: Vec<DVec3> = out.iter().map(|&i| self.problem.points[i]).collect();
             let uv: Vec<DVec2> = out.iter().map(|&i| self.uv[i]).collect();
             let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
-            Ok(feet.iter().map(|foot| foot.offset.length_squared()).sum())
+            let distances = feet.iter().map(|foot| foot.offset.length());
+            Ok(out.iter().copied().zip(distances).collect())
         };
         let numbers: Vec<usize> = (0..FOLDS).collect();
-        let sums = numbers.par_iter().map(|n| fold(*n)).collect::<Result<Vec<f64>>>()?;
-        Ok((sums.iter().sum::<f64>() / folds.len() as f64).sqrt())
+        let found = numbers.par_iter().map(|n| fold(*n)).collect::<Result<Vec<_>>>()?;
+        let mut distances = vec![0.0; folds.len()];
+        for (index, distance) in found.into_iter().flatten() {
+            distances[index] = distance;
+        }
+        Ok(distances)
     }
 
     /// Moves the parameters one step towards the points' feet, but for those of heights.

@@ -170,9 +170,3 @@ pub(super) fn heights(surface: &NurbsSurface) -> impl Iterator<Item = f64> {
 fn residuals(surface: &NurbsSurface, local: &[DVec3], uv: &[DVec2]) -> Vec<f64> {
     Patches::of(surface).each(uv.len(), |i| uv[i], |i, place| local[i].z - place.point.z)
 }
-
-/// How steeply a surface rises at parameters: the cosine of the angle between its normal and a
-/// direction.
-pub(crate) fn cosines(surface: &NurbsSurface, uv: &[DVec2], up: DVec3) -> Vec<f64> {
-    Patches::of(surface).each(uv.len(), |i| uv[i], |_, place| place.normal().dot(up))
-}

@@ -63,6 +63,11 @@ pub enum EndedBy {
 }
 
 impl EndedBy {
+    /// Whether a net that ended its growth so would not grow on.
+    pub(crate) fn is_final(self) -> bool {
+        self != Self::Grid
+    }
+
     /// The name, as Python and reports spell it.
     #[must_use]
     pub fn name(self) -> &'static str {

@@ -24,6 +24,10 @@ pub struct LocalPlanes {
     /// Thickness of each neighbourhood over its width: its third principal deviation over its
     /// second.
     pub flatness: Vec<f64>,
+    /// Root mean square distance of each neighbourhood from its plane: noise, and curvature over it.
+    pub thickness: Vec<f64>,
+    /// Whether each neighbourhood is no line: planes through lines have any normal.
+    pub spread: Vec<bool>,
     /// Median distance of points from their planes, by root mean square: noise, or curvature where
     /// there is none.
     pub noise: f64,
@@ -61,6 +65,8 @@ impl LocalPlanes {
             size,
             normals: planes.iter().map(Plane::normal).collect(),
             flatness: planes.iter().map(flatness).collect(),
+            thickness: planes.iter().map(|p| p.deviations[2] * freedom.sqrt()).collect(),
+            spread: planes.iter().map(|plane| !plane.is_line()).collect(),
             noise: (median(squares) * freedom).sqrt(),
         }
     }

@@ -115,17 +115,27 @@ impl<'a> Observations<'a> {
     #[must_use]
     pub fn normal_axes(&self) -> [DVec3; 3] {
         // A normal and its opposite are one direction, so that their mean is no centre.
-        let both = self.planes.normals.iter().flat_map(|normal| [*normal, -*normal]);
-        let both: Vec<DVec3> = both.collect();
+        let planes = &self.planes;
+        let any = !planes.spread.contains(&true);
+        let known = planes.normals.iter().zip(&planes.spread).filter(|(_, spread)| **spread || any);
+        let both: Vec<DVec3> = known.flat_map(|(normal, _)| [*normal, -*normal]).collect();
         Plane::of(both.iter().copied()).axes
     }
 
-    /// Share of the local normals within the angle of this cosine of a direction.
+    /// Share of the local normals within the angle of this cosine of a direction. Planes through
+    /// lines of points do not count, unless there are no others.
     #[must_use]
     pub fn share_along(&self, direction: DVec3, cosine: f64) -> f64 {
-        let normals = &self.planes.normals;
-        let along = normals.iter().filter(|normal| normal.dot(direction).abs() > cosine);
-        along.count() as f64 / normals.len() as f64
+        let planes = &self.planes;
+        let any = !planes.spread.contains(&true);
+        let (mut along, mut count) = (0.0, 0.0);
+        for (normal, spread) in planes.normals.iter().zip(&planes.spread) {
+            if *spread || any {
+                count += 1.0;
+                along += f64::from(normal.dot(direction).abs() > cosine);
+            }
+        }
+        along / count
     }
 
     /// The graph of neighbours along the surface, in one part.

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
-use super::select::{Ranking, SelectSettings, rank};
+use super::select::{Model, Ranking, SelectSettings, ends_search, rank};
 use crate::chart::{CHARTS, Kind};
 use crate::cloud::{PrepareOptions, PreparedCloud, random_sample};
 use crate::error::Result;
@@ -106,11 +106,9 @@ fn heights_end_search(
         .collect();
     let part = ReconstructOptions { weights: None, component: None, ..*options };
     stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
-        Ok(found
-            .ranking
-            .models
-            .first()
-            .is_some_and(|model| super::select::ends_search(model, found.seen, &found.settings)))
+        let (steep, settings) = (found.settings.drop.steep, &found.settings);
+        let ends = |model: &Model| ends_search(model, found.seen, steep, settings);
+        Ok(found.ranking.models.first().is_some_and(ends))
     })
 }
 

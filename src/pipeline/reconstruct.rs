@@ -23,14 +23,21 @@ use crate::chart::Kind;
 use crate::cloud::{self, Bounds, LocalObserver};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
-use crate::fit::EndedBy;
+use crate::fit::{EndedBy, lengths};
+use crate::numeric::rms;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som::{Init as MapInit, Lattice, Topology};
-use crate::validate::{CellGrid, Compared, DefectSettings, defects, folded_share};
+use crate::validate::{Compared, DefectSettings, defects};
 
-/// Hypotheses that are refined, at most.
+/// Hypotheses that are refined, at most, and how much higher than the best their scores may be: a
+/// surface without defects that is far from the points is no better than one with defects.
 const REFINED: usize = 3;
+const MARGIN: f64 = 3.0;
+
+/// Distance of the points from a refined surface, in that from the coarse one, from which on it is
+/// worse.
+const WORSE: f64 = 1.2;
 
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
@@ -70,6 +77,9 @@ struct Refined {
     fitted: Fitted,
     map: LearnedMap,
     defects: Vec<Diagnostic>,
+    /// Whether it has grown as far as the points hold, and is no farther from them than the coarse
+    /// surface that it comes from.
+    whole: bool,
 }
 
 /// Refines and validates hypotheses until one has no defects, and measures all points.
@@ -83,7 +93,7 @@ fn finish(
     let mut candidates = ranked.candidates();
     let refined = best(&ranked, options, &mut candidates, observer)?;
     ranked.clock.lap("refine");
-    let Refined { kind, heights, mut fitted, map, defects } = refined;
+    let Refined { kind, heights, mut fitted, map, defects, .. } = refined;
     let frame = ranked.cloud.frame;
     if options.rational {
         let job = refinement(&ranked, kind, heights, [1.0; 2], options);
@@ -129,7 +139,8 @@ fn finish(
     Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
 }
 
-/// The first hypothesis of the ranking whose refined surface has no defects; else the first.
+/// The first hypothesis of the ranking whose refined surface is whole and has no defects; else the
+/// first without defects; else the first.
 fn best(
     ranked: &Ranked<'_>,
     options: &ReconstructOptions<'_>,
@@ -140,11 +151,14 @@ fn best(
         return from_nodes(ranked, nodes, shape, options, observer);
     }
     let mut first = None;
-    for (place, model) in ranked.ranking.models.iter().take(REFINED).enumerate() {
+    let models = &ranked.ranking.models;
+    let limit = models.first().map_or(0.0, |model| model.score.total()) + MARGIN;
+    let near = models.iter().take_while(|model| model.score.total() <= limit);
+    for (place, model) in near.take(REFINED).enumerate() {
         let refined = match refine(ranked, model, options, observer) {
             Ok(refined) => refined,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            Err(error) if place + 1 == ranked.ranking.models.len() && first.is_none() => {
+            Err(error) if place + 1 == models.len() && first.is_none() => {
                 return Err(error);
             }
             Err(error) => {
@@ -152,18 +166,30 @@ fn best(
                 continue;
             }
         };
-        let Some(defect) = refined.defects.first().map(Diagnostic::code) else {
-            candidates[place].outcome = "chosen".to_string();
-            return Ok(refined);
+        candidates[place].outcome = match refined.defects.first() {
+            None if refined.whole => {
+                candidates[place].outcome = "chosen".to_string();
+                return Ok(refined);
+            }
+            None => {
+                "refined, but a finer net has defects or is farther from the points".to_string()
+            }
+            Some(defect) => format!("refined, with the defect {}", defect.code()),
         };
-        candidates[place].outcome = format!("refined, with the defect {defect}");
-        first = first.or(Some((place, refined)));
+        let sound = refined.defects.is_empty();
+        if first
+            .as_ref()
+            .is_none_or(|(_, first): &(usize, Refined)| sound && !first.defects.is_empty())
+        {
+            first = Some((place, refined));
+        }
     }
     let Some((place, refined)) = first else {
         let (must, got) = ("enough for a surface", ranked.cloud.points.len());
         return Err(Error::parameter("points", must, got));
     };
-    candidates[place].outcome = "chosen: no candidate is without defects".to_string();
+    let shortcoming = if refined.defects.is_empty() { "grown no further" } else { "with defects" };
+    candidates[place].outcome = format!("chosen, {shortcoming}: no other candidate is better");
     Ok(refined)
 }
 
@@ -188,7 +214,7 @@ fn refinement<'a>(
     }
 }
 
-/// The refined surface of a model, repaired if it folds.
+/// The refined surface of a model.
 fn refine(
     ranked: &Ranked<'_>,
     model: &Model,
@@ -199,21 +225,54 @@ fn refine(
     let (kind, heights) = (hypothesis.kind, hypothesis.heights);
     let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
     let observer: &mut dyn Observer = &mut observer;
-    let job = refinement(ranked, kind, heights, hypothesis.lengths, options);
+    let job = refinement(ranked, kind, heights, lengths(&model.fit.surface).into(), options);
     let start = Start::of(job.points, ranked.sample, model, observer)?;
     let coarse = &model.fit.surface;
     let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
-    let mut fitted = job.fit(&start, coarse, &map, observer)?;
-    let mut defects = defects_of(ranked, &fitted, kind)?;
-    let folded = defects.iter().any(|defect| matches!(defect, Diagnostic::Folded { .. }));
-    if folded && heights.is_none() && options.fairness.is_none() {
-        let folds = |fitted: &Fitted| folds(ranked, fitted, kind);
-        if let Some(better) = repaired(&job, &fitted, ranked.seen.noise(), folds, observer)? {
-            fitted = better;
-            defects = defects_of(ranked, &fitted, kind)?;
+    let small = job.fit(&start, &map, observer)?;
+    let mut best = mended(ranked, &job, small, observer)?;
+    let mut whole = best.1.is_empty();
+    // A finer net must bring no defects.
+    while whole && let Some(grown) = job.grown(&best.0, observer)? {
+        let defects = defects_of(ranked, &grown, kind)?;
+        whole = defects.is_empty();
+        if whole {
+            best = (grown, defects);
         }
     }
-    Ok(Refined { kind, heights, fitted, map, defects })
+    whole &= best.0.rms() <= WORSE * rms(start.distances.iter().copied());
+    if let Some(nearer) = job.within_tolerance(&best.0, observer)? {
+        let defects = defects_of(ranked, &nearer, kind)?;
+        if defects.len() <= best.1.len() {
+            best = (nearer, defects);
+        }
+    }
+    let (fitted, defects) = best;
+    Ok(Refined { kind, heights, fitted, map, defects, whole })
+}
+
+/// A surface, repaired if it folds or overshoots and more fairness mends that, and its defects.
+fn mended(
+    ranked: &Ranked<'_>,
+    job: &Refinement<'_>,
+    fitted: Fitted,
+    observer: &mut dyn Observer,
+) -> Result<(Fitted, Vec<Diagnostic>)> {
+    let defects = defects_of(ranked, &fitted, job.kind)?;
+    let mendable = !defects.is_empty() && defects.iter().all(smoothed);
+    if mendable && job.heights.is_none() && job.options.fairness.is_none() {
+        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, job.kind)?.is_empty());
+        let found = repaired(job, &fitted, ranked.seen.noise(), wrong, observer)?;
+        if let Some(better) = found {
+            return Ok((better, Vec::new()));
+        }
+    }
+    Ok((fitted, defects))
+}
+
+/// Whether more fairness may mend a defect.
+fn smoothed(defect: &Diagnostic) -> bool {
+    matches!(defect, Diagnostic::Folded { .. } | Diagnostic::Overshoot { .. })
 }
 
 /// The surface from nodes that were given, on which all points are projected.
@@ -243,7 +302,7 @@ fn from_nodes(
     let job = refinement(ranked, kind, heights, lengths, options);
     let fitted = job.fit_map(&map, observer)?;
     let defects = defects_of(ranked, &fitted, kind)?;
-    Ok(Refined { kind, heights, fitted, map, defects })
+    Ok(Refined { kind, heights, fitted, map, defects, whole: true })
 }
 
 /// The sample's parameters and distances on a fitted surface.
@@ -283,12 +342,4 @@ fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Di
         }
     }
     Ok(found)
-}
-
-fn folds(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<bool> {
-    let settings = DefectSettings::default();
-    with_compared(ranked, fitted, kind, |compared| {
-        let grid = CellGrid::of(compared.surface, settings.cells, &mut crate::progress::Silent)?;
-        Ok(folded_share(compared, &grid, &settings) > 0.0)
-    })
 }

@@ -12,9 +12,8 @@ use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
     ApproximateOptions, Base, EndedBy, FittedSurface, Growth, HeightOptions, approximate, bounded,
-    continued, cosines, grow_heights, project, rational, reach,
+    continued, grow_heights, project, rational, reach,
 };
-use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// How far outer cells of the map go on for points beyond them, in cells.
@@ -22,6 +21,12 @@ const EXTRAPOLATION: f64 = 0.75;
 
 /// How far the surface goes on beyond the points by default, in their mean spacings.
 const BORDER: f64 = 0.5;
+
+/// Control points after a stage of growth, at most, in those before: each stage is validated.
+const GROWTH: usize = 4;
+
+/// Weight of the fairness of heights that follow a tolerance: it only fills what points leave open.
+const LEAST_FAIRNESS: f64 = 1e-9;
 
 /// Fits in which outliers are let go, at most, beside the first.
 const REWEIGHTED: usize = 2;
@@ -46,57 +51,82 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// The surface, from where the points lie on a coarse one and from the map that learned them.
+    /// The surface with the net that growth begins with, from where the points lie on a coarse one
+    /// and from the map that learned them. Heights have grown already: they cannot fold.
     pub(super) fn fit(
         &self,
         start: &Start,
-        coarse: &NurbsSurface,
         map: &LearnedMap,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let mut weights = self.robust(&start.distances, self.spacing, observer)?;
-        let mut fitted = if self.heights.is_some() {
-            self.heights(&self.slopes(coarse, &start.uv), weights, observer)?
+        let weights = self.robust(&start.distances, self.spacing, observer)?;
+        let fitted = if self.heights.is_some() {
+            self.heights(weights, observer)?
         } else {
             let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
             self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
-        for _ in 0..REWEIGHTED {
-            weights = self.robust(&fitted.distances, 0.0, observer)?;
+        self.reweighted(fitted, REWEIGHTED, observer)
+    }
+
+    /// The surface with a net that grows, where it may, to a few times its control points at most.
+    pub(super) fn grown(
+        &self,
+        small: &Fitted,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fitted>> {
+        let (rows, cols) = small.surface.shape();
+        let most = (GROWTH * rows * cols).min(self.options.max_control_points);
+        let free = self.options.grid.is_none() && self.heights.is_none();
+        if !free || small.ended_by.is_final() {
+            return Ok(None);
+        }
+        let weights = small.weights.clone();
+        let (from, fairness) = (self.from(small), self.options.fairness);
+        let growth = Some(Growth { tolerance: None, most });
+        let found = continued(self.points, Some(&weights), &from, fairness, growth, observer)?;
+        let mut grown = self.reweighted(Fitted::new(found, weights), 1, observer)?;
+        if grown.ended_by == EndedBy::MaxControlPoints && most < self.options.max_control_points {
+            grown.ended_by = EndedBy::Grid;
+        }
+        Ok(Some(grown))
+    }
+
+    /// The same surface without the outliers that it shows, in so many turns at most; what ended the
+    /// growth of its net stays.
+    fn reweighted(
+        &self,
+        mut fitted: Fitted,
+        turns: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        for _ in 0..turns {
+            let weights = self.robust(&fitted.distances, 0.0, observer)?;
             if same_outliers(&weights, &fitted.weights) {
                 break;
             }
-            fitted = self.again(&fitted, weights, observer)?;
+            fitted = if self.heights.is_some() {
+                self.heights(weights, observer)?
+            } else {
+                let (from, fairness) = (self.from(&fitted), self.options.fairness);
+                let found =
+                    continued(self.points, Some(&weights), &from, fairness, None, observer)?;
+                Fitted { ended_by: fitted.ended_by, ..Fitted::new(found, weights) }
+            };
         }
-        self.within_tolerance(fitted, observer)
+        Ok(fitted)
     }
 
     /// The surface from a map alone.
     pub(super) fn fit_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
         let weights = self.robust(&[], 0.0, observer)?;
         let fitted = if self.heights.is_some() {
-            self.heights(&vec![1.0; self.points.len()], weights, observer)?
+            self.heights(weights, observer)?
         } else {
             let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
             self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
-        self.within_tolerance(fitted, observer)
-    }
-
-    /// The same surface with other weights; it grows on where outliers had held it back.
-    fn again(
-        &self,
-        known: &Fitted,
-        weights: Vec<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        if self.heights.is_some() {
-            return self.heights(&self.slopes(&known.surface, &known.uv), weights, observer);
-        }
-        let from = self.from(known);
-        let (fairness, growth) = (self.options.fairness, self.growth(None));
-        let found = continued(self.points, Some(&weights), &from, fairness, growth, observer)?;
-        Ok(Fitted::new(found, weights))
+        Ok(self.grown(&fitted, observer)?.unwrap_or(fitted))
     }
 
     fn from<'a>(&self, known: &'a Fitted) -> FittedSurface<'a> {
@@ -120,28 +150,31 @@ impl Refinement<'_> {
         Ok(Fitted::new(found, known.weights.clone()))
     }
 
-    /// Growth goes on until the tolerance holds, if there is one; the result never is worse.
-    fn within_tolerance(&self, fitted: Fitted, observer: &mut dyn Observer) -> Result<Fitted> {
+    /// The surface within the tolerance, if there is one and a nearer surface is found: its net
+    /// grows on until the tolerance holds. It is nearer both by root mean square and at most.
+    pub(super) fn within_tolerance(
+        &self,
+        fitted: &Fitted,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Fitted>> {
         let Some(tolerance) = self.tolerance.filter(|tolerance| fitted.max() > *tolerance) else {
-            return Ok(fitted);
+            return Ok(None);
         };
         let growth = Growth { tolerance: Some(tolerance), most: self.options.max_control_points };
         let weights = fitted.weights.clone();
         let nearer = if self.heights.is_some() {
-            let slopes = vec![1.0; self.points.len()];
-            self.heights_with(&slopes, weights, Some(growth), Some(f64::EPSILON.sqrt()), observer)
+            self.heights_with(weights, Some(growth), Some(LEAST_FAIRNESS), observer)
         } else {
-            let (from, fairness) = (self.from(&fitted), self.options.fairness);
+            let (from, fairness) = (self.from(fitted), self.options.fairness);
             continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
                 .map(|found| Fitted::new(found, fitted.weights.clone()))
         };
         match nearer {
             Err(Error::Interrupted) => Err(Error::Interrupted),
             Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => {
-                Ok(nearer)
+                Ok(Some(nearer))
             }
-            Ok(nearer) => Ok(Fitted { ended_by: nearer.ended_by, ..fitted }),
-            Err(_) => Ok(Fitted { ended_by: EndedBy::Points, ..fitted }),
+            _ => Ok(None),
         }
     }
 
@@ -165,9 +198,9 @@ impl Refinement<'_> {
         Ok(weights)
     }
 
-    fn growth(&self, tolerance: Option<f64>) -> Option<Growth> {
+    fn growth(&self) -> Option<Growth> {
         let free = self.options.grid.is_none();
-        free.then_some(Growth { tolerance, most: self.options.max_control_points })
+        free.then_some(Growth { tolerance: None, most: self.options.max_control_points })
     }
 
     fn degree(&self, (rows, cols): (usize, usize)) -> (usize, usize) {
@@ -191,33 +224,19 @@ impl Refinement<'_> {
             closed: self.kind.closed(),
             fairness: self.options.fairness,
             border: self.options.border.unwrap_or(BORDER),
-            growth: self.growth(None),
             ..ApproximateOptions::default()
         };
         let found = approximate(self.points, uv, Some(&weights), &options, observer)?;
         Ok(Fitted::new(found, weights))
     }
 
-    /// Squared cosines of the slope of a surface at parameters: noise has no direction, so that it
-    /// counts by the distance from the slope.
-    fn slopes(&self, surface: &NurbsSurface, uv: &[DVec2]) -> Vec<f64> {
-        let up = self.heights.map_or(DVec3::Z, |axes| axes[2]);
-        cosines(surface, uv, up).into_iter().map(|cosine| cosine * cosine).collect()
+    fn heights(&self, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
+        self.heights_with(weights, self.growth(), self.options.fairness, observer)
     }
 
-    fn heights(
-        &self,
-        slopes: &[f64],
-        weights: Vec<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        self.heights_with(slopes, weights, self.growth(None), self.options.fairness, observer)
-    }
-
-    /// Heights whose squared distances count with weights and slopes; the net grows if it may.
+    /// Heights whose net grows if it may.
     fn heights_with(
         &self,
-        slopes: &[f64],
         weights: Vec<f64>,
         growth: Option<Growth>,
         fairness: Option<f64>,
@@ -227,11 +246,10 @@ impl Refinement<'_> {
         let base = Base { axes: [along, across], up };
         let net = self.net();
         let options = HeightOptions { net, degree: self.degree(net), fairness };
-        let both: Vec<f64> = weights.iter().zip(slopes).map(|(a, b)| a * b).collect();
         let most = net.0 * net.1;
         let growth = growth.unwrap_or(Growth { tolerance: None, most });
         let (fit, ended_by) =
-            grow_heights(self.points, Some(&both), &base, &options, growth, observer)?;
+            grow_heights(self.points, Some(&weights), &base, &options, growth, observer)?;
         let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
         let (surface, fairness) = (fit.surface, fit.fairness);
         Ok(Fitted { surface, uv, distances, weights, fairness, iterations: 1, ended_by })

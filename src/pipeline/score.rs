@@ -24,6 +24,9 @@ pub struct ScoreSettings {
     pub pinched: f64,
     /// What a closed direction costs.
     pub closed: f64,
+    /// What parameters that follow the surface cost, times the root of the number of points: by
+    /// so much another hypothesis may be better than heights by chance.
+    pub free: f64,
 }
 
 impl Default for ScoreSettings {
@@ -36,6 +39,7 @@ impl Default for ScoreSettings {
             folded: 0.01,
             pinched: 1.5,
             closed: 1.5,
+            free: 4.0,
         }
     }
 }
@@ -44,7 +48,7 @@ impl Default for ScoreSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
     /// The terms by name, each with its weight.
-    pub terms: [(&'static str, f64); 7],
+    pub terms: [(&'static str, f64); 8],
 }
 
 impl Score {
@@ -62,20 +66,20 @@ impl Score {
         let over = |error: f64| 0.25 * (0.5 * ((error / floor).powi(2) + 1.0)).ln();
         let grows = |share: f64, scale: f64| (share / scale).ln_1p();
         let closed = kind.closed().0;
-        let bounded = closed || kind == Kind::Height;
-        let torn = terms.torn * (points as f64).sqrt();
+        let root = (points as f64).sqrt();
         Self {
             terms: [
                 ("held_out", settings.held_out * (over(random) + over(blocks))),
-                ("torn", settings.torn.0 * grows(torn, settings.torn.1)),
+                ("torn", settings.torn.0 * grows(root * terms.torn, settings.torn.1)),
                 (
                     "uncovered",
-                    if bounded { grows(terms.uncovered, settings.uncovered) } else { 0.0 },
+                    if closed { grows(terms.uncovered, settings.uncovered) } else { 0.0 },
                 ),
                 ("misaligned", grows(terms.misaligned, settings.misaligned)),
                 ("folded", grows(terms.folded, settings.folded)),
                 ("pinched", settings.pinched * terms.pinched),
                 ("closed", if closed { settings.closed } else { 0.0 }),
+                ("free", if kind == Kind::Height { 0.0 } else { settings.free / root }),
             ],
         }
     }

@@ -7,6 +7,7 @@ use super::score::{Score, ScoreSettings};
 use crate::chart::{Chart, ChartInput, Hypothesis, Kind};
 use crate::error::Result;
 use crate::fit::{CoarseFit, CoarseProblem, CoarseSettings, Folds, coarse, quick_error};
+use crate::numeric::rms;
 use crate::observe::Observations;
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::validate::{Compared, TermSettings, Terms};
@@ -35,12 +36,15 @@ pub struct DropSettings {
     pub noise: f64,
     /// Points from which on heights may end the search.
     pub exit_points: usize,
-    /// Error of left-out points, in the noise of the points, up to which heights end it.
+    /// Error of left-out points, in the noise and curvature around each, up to which heights end it.
     pub exit_error: f64,
-    /// Share of the local normals that must lie within the steepest slope of heights then.
-    pub exit_upright: f64,
-    /// Cosine of that slope, 60 degrees: steeper heights magnify noise along the plane.
+    /// Cosine of the steepest slope, 53 degrees: noise along the plane makes steeper heights worse
+    /// than sheets.
+    pub exit_steep: f64,
+    /// The same where heights in scaled units are accepted, 78 degrees.
     pub steep: f64,
+    /// Share of the local normals that must be no steeper.
+    pub exit_upright: f64,
 }
 
 impl Default for DropSettings {
@@ -51,8 +55,9 @@ impl Default for DropSettings {
             noise: 2.0,
             exit_points: 100,
             exit_error: 1.5,
+            exit_steep: 0.6,
+            steep: 0.2,
             exit_upright: 0.95,
-            steep: 0.5,
         }
     }
 }
@@ -108,12 +113,12 @@ pub fn rank(
         look(step)?;
         for hypothesis in chart.propose(&input).into_iter().filter(fits) {
             let free = asked.is_none() && seen.points().len() >= settings.drop.exit_points;
-            if !free || !upright(&hypothesis, seen, &settings.drop) {
+            if !free || !upright(&hypothesis, seen, settings.drop.exit_steep, settings) {
                 waiting.push(hypothesis);
                 continue;
             }
             let Some(model) = model(hypothesis, seen, &folds, settings)? else { continue };
-            if ends_search(&model, seen, settings) {
+            if ends_search(&model, seen, settings.drop.exit_steep, settings) {
                 return Ok(scored(vec![model], seen, settings, Vec::new()));
             }
             tried.push(model);
@@ -130,21 +135,30 @@ pub fn rank(
 }
 
 /// Whether these are heights that hardly any local plane is too steep for.
-fn upright(hypothesis: &Hypothesis, seen: &Observations<'_>, settings: &DropSettings) -> bool {
+fn upright(
+    hypothesis: &Hypothesis,
+    seen: &Observations<'_>,
+    steep: f64,
+    settings: &SelectSettings,
+) -> bool {
     let up = hypothesis.heights.map(|axes| axes[2]);
-    up.is_some_and(|up: DVec3| seen.share_along(up, settings.steep) >= settings.exit_upright)
+    up.is_some_and(|up: DVec3| seen.share_along(up, steep) >= settings.drop.exit_upright)
 }
 
 /// Whether no other hypothesis can be much better than these heights.
 pub(super) fn ends_search(
     model: &Model,
     seen: &Observations<'_>,
+    steep: f64,
     settings: &SelectSettings,
 ) -> bool {
     let (scale, terms) = (&settings.score, &model.terms);
     let torn = terms.torn * (seen.points().len() as f64).sqrt();
-    upright(&model.hypothesis, seen, &settings.drop)
-        && model.fit.held_out[0] <= settings.drop.exit_error * seen.noise()
+    let thickness = &seen.planes().thickness;
+    let left_out = model.fit.left_out.iter().zip(thickness);
+    let relative = rms(left_out.map(|(error, around)| error / around.max(seen.noise())));
+    upright(&model.hypothesis, seen, steep, settings)
+        && relative <= settings.drop.exit_error
         && torn <= scale.torn.1
         && terms.misaligned <= scale.misaligned
         && terms.folded <= scale.folded
@@ -203,7 +217,7 @@ fn model(
         distances: &fit.distances,
     };
     let terms = compared.terms(&settings.terms)?;
-    let score = Score { terms: [("", 0.0); 7] };
+    let score = Score { terms: [("", 0.0); 8] };
     Ok(Some(Model { hypothesis, fit, terms, score }))
 }
 
