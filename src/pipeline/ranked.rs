@@ -69,13 +69,20 @@ pub(super) fn ranked<T>(
 
 /// The extents of points along x, y and z, if they differ so much that their units may differ.
 fn extents(points: &[DVec3]) -> Option<DVec3> {
+    let some = sampled(points);
     let extent = |axis: usize| {
-        let along = || points.iter().map(|point| point[axis]);
+        let along = || some.iter().map(|point| point[axis]);
         quantile(along(), 1.0 - TAIL) - quantile(along(), TAIL)
     };
     let extents = DVec3::new(extent(0), extent(1), extent(2));
     let uneven = extents.max_element() > UNEVEN * extents.min_element();
     (uneven && extents.min_element() > 0.0).then_some(extents)
+}
+
+/// As many points as are observed.
+fn sampled(points: &[DVec3]) -> Vec<DVec3> {
+    let chosen = random_sample(points, ObserveSettings::default().sample);
+    chosen.iter().map(|&index| points[index as usize]).collect()
 }
 
 /// The axes x, y and z moved on by so many.
@@ -100,10 +107,7 @@ fn heights_end_search(
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<bool> {
-    let some: Vec<DVec3> = random_sample(points, ObserveSettings::default().sample)
-        .iter()
-        .map(|&i| points[i as usize])
-        .collect();
+    let some = sampled(points);
     let part = ReconstructOptions { weights: None, component: None, ..*options };
     stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
         let (steep, settings) = (found.settings.drop.steep, &found.settings);
