@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 
 use super::fitting::Fitting;
+use super::growth::Accept;
 use super::options::{ApproximateOptions, Growth, uniform};
 use super::outcome::Approximation;
 use super::rim::Rim;
@@ -79,7 +80,7 @@ pub fn approximate(
         }
     }
     fitting.limit = options.iterations;
-    fitting.grown(surface, options.growth)
+    fitting.grown(surface, options.growth, &|_, _| Ok(true))
 }
 
 /// A surface that a fit goes on from.
@@ -105,6 +106,7 @@ pub(crate) fn continued(
     from: &FittedSurface<'_>,
     fairness: Option<f64>,
     growth: Option<Growth>,
+    accept: Accept<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Approximation> {
     let &FittedSurface { surface, uv, closed, fairness: first } = from;
@@ -115,7 +117,7 @@ pub(crate) fn continued(
     let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
     let surface = fitting.descend(&space, surface.clone())?;
-    fitting.grown(surface, growth)
+    fitting.grown(surface, growth, accept)
 }
 
 /// Nets from coarse to whole: each has half the rows and columns of the next, as far as the degree

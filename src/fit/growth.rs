@@ -33,15 +33,20 @@ pub(super) const FEW: usize = 256;
 /// points would do.
 pub(crate) const EXACT: f64 = 1e-5;
 
+/// Whether a finer surface, on which points have these parameters, may take the place of the one
+/// before.
+pub(crate) type Accept<'a> = &'a dyn Fn(&NurbsSurface, &[DVec2]) -> Result<bool>;
+
 impl Fitting<'_> {
     /// The approximation by this surface, or by what it grows to.
     pub(super) fn grown(
         mut self,
         surface: NurbsSurface,
         growth: Option<Growth>,
+        accept: Accept<'_>,
     ) -> Result<Approximation> {
         let (surface, ended_by) = match growth {
-            Some(growth) => self.grow(surface, growth)?,
+            Some(growth) => self.grow(surface, growth, accept)?,
             None => (surface, EndedBy::Grid),
         };
         let feet = self.correct(&surface, 2);
@@ -53,6 +58,7 @@ impl Fitting<'_> {
         &mut self,
         mut surface: NurbsSurface,
         growth: Growth,
+        accept: Accept<'_>,
     ) -> Result<(NurbsSurface, EndedBy)> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
@@ -97,6 +103,10 @@ impl Fitting<'_> {
             {
                 (self.score, self.uv) = before;
                 return Ok((surface, ended_by));
+            }
+            if !accept(&next, &self.uv)? {
+                (self.score, self.uv) = before;
+                return Ok((surface, EndedBy::Defects));
             }
             surface = next;
         }

@@ -60,14 +60,11 @@ pub enum EndedBy {
     Points,
     /// As many control points as were allowed.
     MaxControlPoints,
+    /// A larger net has defects.
+    Defects,
 }
 
 impl EndedBy {
-    /// Whether a net that ended its growth so would not grow on.
-    pub(crate) fn is_final(self) -> bool {
-        self != Self::Grid
-    }
-
     /// The name, as Python and reports spell it.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -78,6 +75,7 @@ impl EndedBy {
             Self::Grid => "grid",
             Self::Points => "points",
             Self::MaxControlPoints => "max_control_points",
+            Self::Defects => "defects",
         }
     }
 }

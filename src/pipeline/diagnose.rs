@@ -132,7 +132,7 @@ fn missed(
         EndedBy::Grid => Cause::Grid,
         EndedBy::Noise => Cause::Noise,
         EndedBy::Points => Cause::Points,
-        EndedBy::Tolerance | EndedBy::Exact => Cause::Defects,
+        EndedBy::Defects | EndedBy::Tolerance | EndedBy::Exact => Cause::Defects,
     };
     let points = counted.len();
     (missed > 0).then_some(Diagnostic::ToleranceMissed { tolerance, missed, points, cause })

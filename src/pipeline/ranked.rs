@@ -21,7 +21,9 @@ const TAIL: f64 = 0.01;
 /// What is known of points before a surface is refined.
 pub(super) struct Ranked<'a> {
     pub(super) cloud: &'a PreparedCloud,
-    /// A sample of the cloud's points that was observed.
+    /// Places of the points that were observed, among the cloud's points.
+    pub(super) chosen: Vec<u32>,
+    /// These points.
     pub(super) sample: &'a [DVec3],
     pub(super) seen: &'a Observations<'a>,
     pub(super) ranking: Ranking,
@@ -156,6 +158,7 @@ fn stages<T>(
     then(
         Ranked {
             cloud,
+            chosen,
             sample: &sample,
             seen: &seen,
             ranking,

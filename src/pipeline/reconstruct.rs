@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::candidate::Candidate;
 use super::diagnose::diagnose;
@@ -25,8 +25,8 @@ use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, lengths};
 use crate::numeric::rms;
-use crate::nurbs::NurbsSurface;
-use crate::progress::Observer;
+use crate::nurbs::{NurbsSurface, Outside};
+use crate::progress::{Observer, Silent};
 use crate::som::{Init as MapInit, Lattice, Topology};
 use crate::validate::{Compared, DefectSettings, defects};
 
@@ -38,6 +38,10 @@ const MARGIN: f64 = 3.0;
 /// Distance of the points from a refined surface, in that from the coarse one, from which on it is
 /// worse.
 const WORSE: f64 = 1.2;
+
+/// Distance of the points from a refined surface, in that from a coarse one off which they are by
+/// noise alone, under which it follows the noise.
+const OVERFIT: f64 = 0.93;
 
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
@@ -229,19 +233,19 @@ fn refine(
     let start = Start::of(job.points, ranked.sample, model, observer)?;
     let coarse = &model.fit.surface;
     let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
+    let coarse_rms = rms(start.distances.iter().copied());
+    let least = if model.fit.is_noise { OVERFIT * coarse_rms } else { 0.0 };
     let small = job.fit(&start, &map, observer)?;
-    let mut best = mended(ranked, &job, small, observer)?;
-    let mut whole = best.1.is_empty();
-    // A finer net must bring no defects.
-    while whole && let Some(grown) = job.grown(&best.0, observer)? {
-        let defects = defects_of(ranked, &grown, kind)?;
-        whole = defects.is_empty();
-        if whole {
-            best = (grown, defects);
-        }
+    let mut best = mended(ranked, &job, small, least, observer)?;
+    // A finer net must bring no defects, and must not follow the noise.
+    let accept = |surface: &NurbsSurface, uv: &[DVec2]| {
+        Ok(defects_on(ranked, surface, uv, kind)?.is_empty())
+    };
+    if best.1.is_empty() && least == 0.0 {
+        best.0 = job.grown(best.0, &accept, observer)?;
     }
-    whole &= best.0.rms() <= WORSE * rms(start.distances.iter().copied());
-    if let Some(nearer) = job.within_tolerance(&best.0, observer)? {
+    let whole = best.0.ended_by != EndedBy::Defects && best.0.rms() <= WORSE * coarse_rms;
+    if let Some(nearer) = job.within_tolerance(&best.0, &accept, observer)? {
         let defects = defects_of(ranked, &nearer, kind)?;
         if defects.len() <= best.1.len() {
             best = (nearer, defects);
@@ -251,17 +255,25 @@ fn refine(
     Ok(Refined { kind, heights, fitted, map, defects, whole })
 }
 
-/// A surface, repaired if it folds or overshoots and more fairness mends that, and its defects.
+/// A surface, repaired if it folds, overshoots or follows noise to less than the `least` distance and
+/// more fairness mends that, and its defects.
 fn mended(
     ranked: &Ranked<'_>,
     job: &Refinement<'_>,
     fitted: Fitted,
+    least: f64,
     observer: &mut dyn Observer,
 ) -> Result<(Fitted, Vec<Diagnostic>)> {
     let defects = defects_of(ranked, &fitted, job.kind)?;
-    let mendable = !defects.is_empty() && defects.iter().all(smoothed);
-    if mendable && job.heights.is_none() && job.options.fairness.is_none() {
-        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, job.kind)?.is_empty());
+    let wrong = !defects.is_empty() || fitted.rms() < least;
+    if wrong
+        && defects.iter().all(smoothed)
+        && job.heights.is_none()
+        && job.options.fairness.is_none()
+    {
+        let wrong = |fitted: &Fitted| {
+            Ok(fitted.rms() < least || !defects_of(ranked, fitted, job.kind)?.is_empty())
+        };
         let found = repaired(job, &fitted, ranked.seen.noise(), wrong, observer)?;
         if let Some(better) = found {
             return Ok((better, Vec::new()));
@@ -305,33 +317,21 @@ fn from_nodes(
     Ok(Refined { kind, heights, fitted, map, defects, whole: true })
 }
 
-/// The sample's parameters and distances on a fitted surface.
-fn on_sample(ranked: &Ranked<'_>, fitted: &Fitted) -> (Vec<glam::DVec2>, Vec<f64>) {
-    // The sample is some of the points, in their order.
-    let mut of_all = ranked.cloud.points.iter().zip(fitted.uv.iter().zip(&fitted.distances));
-    let found = ranked.sample.iter().filter_map(|point| {
-        of_all.find(|(other, _)| *other == point).map(|(_, (uv, distance))| (*uv, *distance))
-    });
-    found.unzip()
-}
-
-fn with_compared<T>(
+/// The defects of a surface on which all points have these parameters.
+fn defects_on(
     ranked: &Ranked<'_>,
-    fitted: &Fitted,
+    surface: &NurbsSurface,
+    uv: &[DVec2],
     kind: Kind,
-    ask: impl FnOnce(&Compared<'_>) -> Result<T>,
-) -> Result<T> {
-    let (uv, distances) = on_sample(ranked, fitted);
-    let surface: &NurbsSurface = &fitted.surface;
+) -> Result<Vec<Diagnostic>> {
+    let uv: Vec<DVec2> = ranked.chosen.iter().map(|&index| uv[index as usize]).collect();
+    let mut feet = vec![DVec3::ZERO; uv.len()];
+    surface.evaluate(&uv, &mut feet, Outside::Refuse, &mut Silent)?;
+    let distances: Vec<f64> =
+        feet.iter().zip(ranked.sample).map(|(foot, point)| foot.distance(*point)).collect();
     let closed = kind.closed().into();
-    ask(&Compared { seen: ranked.seen, surface, closed, uv: &uv, distances: &distances })
-}
-
-fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Diagnostic>> {
-    let terms = &ranked.settings.terms;
-    let mut found = with_compared(ranked, fitted, kind, |compared| {
-        defects(compared, terms, &DefectSettings::default())
-    })?;
+    let compared = Compared { seen: ranked.seen, surface, closed, uv: &uv, distances: &distances };
+    let mut found = defects(&compared, &ranked.settings.terms, &DefectSettings::default())?;
     let frame = &ranked.cloud.frame;
     for defect in &mut found {
         if let Diagnostic::Overshoot { distance: length, diagonal }
@@ -342,4 +342,8 @@ fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Di
         }
     }
     Ok(found)
+}
+
+fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Diagnostic>> {
+    defects_on(ranked, &fitted.surface, &fitted.uv, kind)
 }

@@ -11,7 +11,7 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    ApproximateOptions, Base, EndedBy, FittedSurface, Growth, HeightOptions, approximate, bounded,
+    Accept, ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
     continued, grow_heights, project, rational, reach,
 };
 use crate::progress::Observer;
@@ -21,9 +21,6 @@ const EXTRAPOLATION: f64 = 0.75;
 
 /// How far the surface goes on beyond the points by default, in their mean spacings.
 const BORDER: f64 = 0.5;
-
-/// Control points after a stage of growth, at most, in those before: each stage is validated.
-const GROWTH: usize = 4;
 
 /// Weight of the fairness of heights that follow a tolerance: it only fills what points leave open.
 const LEAST_FAIRNESS: f64 = 1e-9;
@@ -69,31 +66,37 @@ impl Refinement<'_> {
         self.reweighted(fitted, REWEIGHTED, observer)
     }
 
-    /// The surface with a net that grows, where it may, to a few times its control points at most.
+    /// The surface with a net that grows as long as finer ones are accepted; heights and nets of a
+    /// given size stay.
     pub(super) fn grown(
         &self,
-        small: &Fitted,
+        small: Fitted,
+        accept: Accept<'_>,
         observer: &mut dyn Observer,
-    ) -> Result<Option<Fitted>> {
-        let (rows, cols) = small.surface.shape();
-        let most = (GROWTH * rows * cols).min(self.options.max_control_points);
-        let free = self.options.grid.is_none() && self.heights.is_none();
-        if !free || small.ended_by.is_final() {
-            return Ok(None);
+    ) -> Result<Fitted> {
+        if self.options.grid.is_some() || self.heights.is_some() {
+            return Ok(small);
         }
-        let weights = small.weights.clone();
-        let (from, fairness) = (self.from(small), self.options.fairness);
-        let growth = Some(Growth { tolerance: None, most });
-        let found = continued(self.points, Some(&weights), &from, fairness, growth, observer)?;
-        let mut grown = self.reweighted(Fitted::new(found, weights), 1, observer)?;
-        if grown.ended_by == EndedBy::MaxControlPoints && most < self.options.max_control_points {
-            grown.ended_by = EndedBy::Grid;
-        }
-        Ok(Some(grown))
+        let growth = Growth { tolerance: None, most: self.options.max_control_points };
+        self.on(&small, small.weights.clone(), Some(growth), accept, observer)
     }
 
-    /// The same surface without the outliers that it shows, in so many turns at most; what ended the
-    /// growth of its net stays.
+    /// The surface that one becomes with other weights and a net that may grow.
+    fn on(
+        &self,
+        known: &Fitted,
+        weights: Vec<f64>,
+        growth: Option<Growth>,
+        accept: Accept<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        let (from, fairness) = (self.from(known), self.options.fairness);
+        let (points, given) = (self.points, Some(weights.as_slice()));
+        let found = continued(points, given, &from, fairness, growth, accept, observer)?;
+        Ok(Fitted::new(found, weights))
+    }
+
+    /// The same surface without the outliers that it shows, in so many turns at most.
     fn reweighted(
         &self,
         mut fitted: Fitted,
@@ -108,10 +111,7 @@ impl Refinement<'_> {
             fitted = if self.heights.is_some() {
                 self.heights(weights, observer)?
             } else {
-                let (from, fairness) = (self.from(&fitted), self.options.fairness);
-                let found =
-                    continued(self.points, Some(&weights), &from, fairness, None, observer)?;
-                Fitted { ended_by: fitted.ended_by, ..Fitted::new(found, weights) }
+                self.on(&fitted, weights, None, &|_, _| Ok(true), observer)?
             };
         }
         Ok(fitted)
@@ -126,7 +126,7 @@ impl Refinement<'_> {
             let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
             self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
-        Ok(self.grown(&fitted, observer)?.unwrap_or(fitted))
+        self.grown(fitted, &|_, _| Ok(true), observer)
     }
 
     fn from<'a>(&self, known: &'a Fitted) -> FittedSurface<'a> {
@@ -146,7 +146,8 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         let (from, weights) = (self.from(known), Some(known.weights.as_slice()));
-        let found = continued(self.points, weights, &from, Some(fairness), None, observer)?;
+        let all: Accept<'_> = &|_, _| Ok(true);
+        let found = continued(self.points, weights, &from, Some(fairness), None, all, observer)?;
         Ok(Fitted::new(found, known.weights.clone()))
     }
 
@@ -155,6 +156,7 @@ impl Refinement<'_> {
     pub(super) fn within_tolerance(
         &self,
         fitted: &Fitted,
+        accept: Accept<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Fitted>> {
         let Some(tolerance) = self.tolerance.filter(|tolerance| fitted.max() > *tolerance) else {
@@ -165,9 +167,7 @@ impl Refinement<'_> {
         let nearer = if self.heights.is_some() {
             self.heights_with(weights, Some(growth), Some(LEAST_FAIRNESS), observer)
         } else {
-            let (from, fairness) = (self.from(fitted), self.options.fairness);
-            continued(self.points, Some(&weights), &from, fairness, Some(growth), observer)
-                .map(|found| Fitted::new(found, fitted.weights.clone()))
+            self.on(fitted, weights, Some(growth), accept, observer)
         };
         match nearer {
             Err(Error::Interrupted) => Err(Error::Interrupted),

@@ -24,8 +24,8 @@ pub struct ScoreSettings {
     pub pinched: f64,
     /// What a closed direction costs.
     pub closed: f64,
-    /// What parameters that follow the surface cost, times the root of the number of points: by
-    /// so much another hypothesis may be better than heights by chance.
+    /// What parameters that follow the surface cost, times the number of points: they are more
+    /// freedom than heights have.
     pub free: f64,
 }
 
@@ -39,7 +39,7 @@ impl Default for ScoreSettings {
             folded: 0.01,
             pinched: 1.5,
             closed: 1.5,
-            free: 4.0,
+            free: 40.0,
         }
     }
 }
@@ -79,7 +79,7 @@ impl Score {
                 ("folded", grows(terms.folded, settings.folded)),
                 ("pinched", settings.pinched * terms.pinched),
                 ("closed", if closed { settings.closed } else { 0.0 }),
-                ("free", if kind == Kind::Height { 0.0 } else { settings.free / root }),
+                ("free", if kind == Kind::Height { 0.0 } else { settings.free / points as f64 }),
             ],
         }
     }
