@@ -55,7 +55,7 @@ class Shape:
     vertices: Array
     triangles: NDArray[np.int64]
     border: Array
-    topology: str = "sheet"
+    kind: str = "sheet"
 
     @property
     def diagonal(self) -> float:
@@ -154,9 +154,7 @@ def by_area(
     return scatter
 
 
-def of_map(
-    shape: Map, closed: tuple[bool, bool] = (False, False), topology: str = "sheet"
-) -> Shape:
+def of_map(shape: Map, closed: tuple[bool, bool] = (False, False), kind: str = "sheet") -> Shape:
     count = 401
     u, v = (np.arange(count) / (count if c else count - 1) for c in closed)
     grid = [axis.ravel() for axis in np.meshgrid(u, v, indexing="ij")]
@@ -167,7 +165,7 @@ def of_map(
     if not closed[1]:
         border += [shape(along, np.full(800, end)) for end in ends]
     triangles = grid_triangles(count, count, *closed)
-    return Shape(by_area(shape), shape(*grid), triangles, np.vstack(border), topology)
+    return Shape(by_area(shape), shape(*grid), triangles, np.vstack(border), kind)
 
 
 def over_ellipse() -> Shape:
@@ -311,10 +309,10 @@ def case_points(name: str, shape: Shape, seed: int) -> tuple[Array, int]:
 
 
 def run_neurbs(
-    shape: Shape, points: Array, side: int, topology: str | None = None
+    shape: Shape, points: Array, side: int, kind: str | None = None
 ) -> tuple[Array, NDArray[np.int64], float]:
     start = time.perf_counter()
-    result = neurbs.reconstruct(points, grid=(side, side), kind=topology or shape.topology)
+    result = neurbs.reconstruct(points, grid=(side, side), kind=kind or shape.kind)
     seconds = time.perf_counter() - start
     mesh = result.surface.tessellate(shape=(250, 250))
     return mesh.vertices, mesh.triangles.astype(np.int64), seconds

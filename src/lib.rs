@@ -1,11 +1,13 @@
 //! Scattered 3D points in, a standard NURBS surface out.
 //!
-//! A Kohonen self-organizing map with a quadrilateral lattice brings the points in order, from a
-//! start that follows the surface however folded it is; least squares with fairness then pull a
-//! B-spline surface to the points while their parameters follow it, until a tolerance holds or more
-//! control points would follow noise. It goes beyond *Free-form Surfaces for Scattered Data by
-//! Neural Networks* (M. Hoffmann, L. Várady, 1998), called "the paper" here, where the trained
-//! lattice itself is the control net; that method is here too.
+//! Charts propose how the points may lie on a surface. Coarse fits of the proposals are scored, and
+//! the best is refined. A Kohonen self-organizing map brings the points in order on it. Least squares
+//! with fairness then pull a B-spline surface to the points while their parameters follow it. The net
+//! grows until a tolerance holds or more control points would follow noise.
+//!
+//! The source is *Free-form Surfaces for Scattered Data by Neural Networks* (M. Hoffmann, L. Várady,
+//! 1998), called "the paper" here. There the trained lattice itself is the control net; that method is
+//! [`reconstruct_paper()`].
 //!
 //! ```
 //! use neurbs::{DVec3, ReconstructOptions, progress::Silent, reconstruct};
@@ -30,10 +32,11 @@
 //! ```
 //!
 //! [`reconstruct()`] is the whole job. Its stages are public, each over plain values that can be
-//! saved, looked at and replaced: [`cloud`] (checks, cleaning, normalization), [`topology`]
-//! (what closes), [`som`] (the network), [`fit`] (least squares), [`nurbs`] (the surface),
-//! [`validate`] (what could be wrong), [`mesh`] (triangles), [`export`] (STEP, IGES, OBJ). Long
-//! jobs take an [`Observer`], which is told how far they are and may stop them.
+//! saved, looked at and replaced: [`cloud`] (checks, cleaning, components), [`observe`] (local
+//! planes, noise, border), [`chart`] (proposals), [`pipeline`] (score, selection, refinement), [`som`]
+//! (the network), [`fit`] (least squares), [`nurbs`] (the surface), [`validate`] (defects), [`mesh`]
+//! (triangles), [`export`] (STEP, IGES, OBJ). Long jobs report their progress to an [`Observer`],
+//! which may stop them.
 //!
 //! Points are [`DVec3`] of the `glam` crate, in any unit; u runs along the rows of a net, v along
 //! its columns, and arrays over a net are row-major.

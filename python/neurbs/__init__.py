@@ -5,7 +5,7 @@
 >>> x, y = np.random.default_rng(0).random((2, 500))
 >>> result = neurbs.reconstruct(np.column_stack([x, y, np.sin(3 * x) * y]), grid=(8, 8))
 >>> result.surface
-NurbsSurface(net 8 × 8, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
+NurbsSurface(net 9 × 7, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
 >>> result.mesh.max_deviation < 0.002
 True
 """

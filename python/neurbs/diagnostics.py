@@ -166,6 +166,6 @@ def validate(
     >>> neurbs.validate(strip(0, 0.3, 0.7, 1), points)
     []
     >>> [found.code for found in neurbs.validate(strip(0, 2, -1, 1), points)]
-    ['folded']
+    ['folded', 'torn']
     """
     return list(of_core(_core.validate(surface, points, progress)))

@@ -34,8 +34,8 @@ class Reconstruction:
     deviations : ndarray of shape (n,)
         Each point's distance from there.
     inliers : ndarray of bool, shape (n,)
-        True for points used in the fit. False for outliers, points without weight and those of
-        other components.
+        True for points used in the fit and their duplicates. False for outliers, points without
+        weight and those of other components.
     report : Report
         How it went.
     settings : dict of str to object
@@ -153,7 +153,7 @@ def _accounted(seconds: dict[str, float], start: float) -> dict[str, float]:
 
 def _is_ordered(points: ArrayLike) -> bool:
     try:
-        return np.ndim(points) == 3
+        return np.ndim(points) == 3 and np.shape(points)[2] == 3
     except ValueError:  # Rows that differ in length: whoever converts them says what is wrong.
         return False
 

@@ -91,10 +91,11 @@ def reconstruct(
 ) -> Reconstruction | list[Reconstruction]:
     """Turn scattered points into a NURBS surface.
 
-    Duplicates are merged and gross outliers left out. A self-organizing map brings the points in
-    order from a start that follows the surface, however folded it is; least squares with fairness
-    then pull a B-spline surface to the points, while their parameters follow it. A height field
-    is fitted as z = f(x, y), without a map.
+    Duplicates are merged and gross outliers left out. Charts propose how the points may lie on a
+    surface; coarse fits of the proposals are scored, and the best is refined. A self-organizing
+    map brings the points in order on it. Least squares with fairness then pull a B-spline surface
+    to the points, while their parameters follow it. A height field is fitted as z = f(x, y),
+    without a map.
 
     Parameters
     ----------
@@ -127,9 +128,9 @@ def reconstruct(
         Degree of the surface in both directions, lowered where the net has too few rows or columns
         for it.
     init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
-        Where the nodes of the map lie before it learns: in order along the surface, in the
-        principal plane, or as given. By default along the surface, or in the plane if that turns
-        out better.
+        Where the nodes of the map lie before it learns: on the best candidate, on the best by
+        distances along the surface, on the best over a plane, or as given. A candidate of another
+        chart is used where there is none.
     weights : array_like of shape (n,), optional
         What each point's squared distance counts; points with 0 are left out. By default 1.
     clean : bool, default True
@@ -290,7 +291,7 @@ def _of_chunks(
         max=near.max,
         percentiles={percent: near.quantile(percent / 100) for percent in (50, 90, 95, 99)},
         within=None if tolerance is None else near.share_within(tolerance),
-        seconds=seconds | {"measuring": seconds["measuring"] + time.perf_counter() - begun},
+        seconds=seconds | {"measure": seconds["measure"] + time.perf_counter() - begun},
     )
     return dataclasses.replace(
         fitted, points=cloud, uv=uv, deviations=deviations, inliers=inliers, report=report

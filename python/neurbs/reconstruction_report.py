@@ -26,7 +26,7 @@ class Report:
     degree : (int, int)
         Degrees of the surface in u and v.
     inliers : int
-        Points that were used in the fit.
+        Points that were used in the fit, merged duplicates among them.
     rms, max : float
         Root mean square and largest of the inliers' deviations, in their unit.
     percentiles : dict of int to float
@@ -60,10 +60,10 @@ class Report:
     diagnostics : tuple of Diagnostic
         What one should know, each with a stable code.
     duplicates : int
-        Points that were merged with others, of those that were looked at.
+        Points that lie where others do and were merged with them.
     outliers : int
-        Points that were left out: far from all that their neighbours could form, or from the
-        surface.
+        Points that were left out as outliers: far from their neighbours, or from the surface.
+        Points with a no-data value are among them.
     steps : int
         Steps made in training the map: presentations by the paper's method, else epochs.
     ordered_at : int
@@ -135,8 +135,10 @@ class Report:
         }
         if self.candidates:
             lines["candidates"] = table(self.candidates)
-        if self.duplicates or self.outliers:
-            lines["left out"] = f"{self.duplicates:,} duplicates, {self.outliers:,} outliers"
+        if self.duplicates:
+            lines["merged"] = f"{self.duplicates:,} duplicates"
+        if self.outliers:
+            lines["left out"] = f"{self.outliers:,} outliers"
         if self.fairness is None:
             lines["training"] = f"{self.steps:,} steps: {_WHY_STOPPED[self.stopped_by]}"
             lines["on lattice"] = f"{self.reached:,} of {self.points:,} points"

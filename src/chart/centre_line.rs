@@ -21,7 +21,7 @@ const STEP: f64 = 2.5;
 const SETTLING: usize = 3;
 
 /// Tubes by the first coordinate of Isomap and a frame carried along the line in parallel.
-pub struct CentreLine;
+pub(super) struct CentreLine;
 
 impl Chart for CentreLine {
     fn name(&self) -> &'static str {

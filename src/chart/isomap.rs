@@ -8,7 +8,7 @@ use super::rectangle::Rectangle;
 use super::traits::Chart;
 
 /// Sheets by landmark Isomap, along the surface and along the shortest links alone.
-pub struct Isomap;
+pub(super) struct Isomap;
 
 impl Chart for Isomap {
     fn name(&self) -> &'static str {

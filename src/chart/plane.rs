@@ -19,7 +19,7 @@ const UPRIGHT: f64 = 0.8;
 const LESS_FILLED: f64 = 0.02;
 
 /// Heights over a plane, and the sheet that starts from them.
-pub struct Plane;
+pub(super) struct Plane;
 
 impl Chart for Plane {
     fn name(&self) -> &'static str {

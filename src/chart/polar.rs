@@ -17,7 +17,7 @@ const CAP: f64 = 0.1;
 const ASIDE: f64 = 0.3;
 
 /// Domes, bulbs and cones, by geodesic polar coordinates.
-pub struct Polar;
+pub(super) struct Polar;
 
 impl Chart for Polar {
     fn name(&self) -> &'static str {

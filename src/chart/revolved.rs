@@ -28,7 +28,7 @@ const CUT_GAP: f64 = 0.12;
 const HOLLOW: f64 = 0.15;
 
 /// Tubes, sheets cut open and tori about the principal axes.
-pub struct Revolved;
+pub(super) struct Revolved;
 
 impl Chart for Revolved {
     fn name(&self) -> &'static str {
@@ -67,7 +67,9 @@ impl Turned {
         };
         let (mut places, heights): (Vec<DVec2>, Vec<f64>) = points.iter().map(local).unzip();
         let middle = circle_centre(&places);
-        places.iter_mut().for_each(|place| *place -= middle);
+        for place in &mut places {
+            *place -= middle;
+        }
         if unit(&heights).1 > LONG * radius(&places)
             && let Some(line) = centre_line(&places, &heights)
         {

@@ -133,7 +133,7 @@ impl EvenSample {
     /// The first voxels.
     fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
         let points: Vec<DVec3> = self.first.iter().map(|chosen| chosen.point).collect();
-        let Some(side) = side(&points, self.most, 1) else {
+        let Some(side) = side(&points, self.most, 1, listen)? else {
             // Copies of one point: one is as good as all.
             self.first.truncate(1);
             return Ok(());
@@ -187,34 +187,42 @@ impl EvenSample {
 
 /// The side of the smallest voxels of which at most so many hold points, of this many sizes for each
 /// doubling; `None` of copies of one point.
-fn side(points: &[DVec3], most: usize, steps: i32) -> Option<f64> {
+fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> Result<Option<f64>> {
     let Bounds { min, max } = Bounds::of(points);
     let extent = (max - min).max_element();
     if extent == 0.0 {
-        return None;
+        return Ok(None);
     }
     // Numbers of voxels stay far within 64 bits.
     let far = min.abs().max(max.abs()).max_element();
     let unit = extent.log2().ceil().exp2();
     let size = |step: i32| unit * (f64::from(step) / f64::from(steps)).exp2();
-    let fit = |step: i32| {
+    let mut fit = |step: i32| -> Result<bool> {
         let side = size(step);
         let mut voxels: HashSet<[i64; 3], Fixed> = HashSet::default();
-        side > far * f64::EPSILON
-            && points.iter().all(|&point| {
-                voxels.insert(voxel(point, side));
-                voxels.len() <= most
-            })
+        if side <= far * f64::EPSILON {
+            return Ok(false);
+        }
+        for (k, &point) in points.iter().enumerate() {
+            if k % POINTS_PER_REPORT == 0 {
+                listen()?;
+            }
+            voxels.insert(voxel(point, side));
+            if voxels.len() > most {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     };
     let (mut small, mut large) = (-DOUBLINGS * steps, 0);
-    while !fit(large) {
+    while !fit(large)? {
         (small, large) = (large, large + steps);
     }
     while large - small > 1 {
         let middle = small.midpoint(large);
-        *(if fit(middle) { &mut large } else { &mut small }) = middle;
+        *(if fit(middle)? { &mut large } else { &mut small }) = middle;
     }
-    Some(size(large))
+    Ok(Some(size(large)))
 }
 
 /// Places of `most` points of a cloud, any of them: as densely in some places as compared with others
@@ -249,7 +257,9 @@ pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     if points.len() <= most {
         return (0..).take(points.len()).collect();
     }
-    let Some(side) = side(points, most.max(1), STEPS) else { return vec![0] };
+    // Nobody listens, so that nothing fails.
+    let found = side(points, most.max(1), STEPS, &mut || Ok(()));
+    let Ok(Some(side)) = found else { return vec![0] };
     let mut voxels = Voxels::default();
     for (index, &point) in (0..).zip(points) {
         prefer(&mut voxels, side, Chosen::new(point, index));

@@ -31,5 +31,4 @@ pub use self::neighbor_graph::{Edge, NeighborGraph};
 pub use self::no_data::{NoData, no_data};
 pub use self::normalization::Normalization;
 pub use self::plane::Plane;
-pub(crate) use self::plane::upward;
 pub use self::prepared_cloud::{PrepareOptions, PreparedCloud};

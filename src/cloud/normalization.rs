@@ -18,7 +18,7 @@ pub struct Normalization {
 }
 
 impl Normalization {
-    /// The frame of these points, which have passed [`check`].
+    /// The frame of these points, which have passed [`check`](super::check).
     ///
     /// ```
     /// use neurbs::{DVec3, cloud::Normalization};

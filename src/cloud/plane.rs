@@ -57,11 +57,6 @@ impl Plane {
         self.axes[2]
     }
 
-    /// The normal that does not point down, along z.
-    pub(crate) fn upward(&self) -> DVec3 {
-        upward(self.normal())
-    }
-
     /// Whether the points lie in a line, as neighbours on scan lines do.
     pub(crate) fn is_line(&self) -> bool {
         self.deviations[1] < THIN * self.deviations[0]
@@ -89,11 +84,6 @@ impl Plane {
         let local = point - self.centre;
         DVec3::from_array(self.axes.map(|axis| axis.dot(local)))
     }
-}
-
-/// The same line, not pointing down.
-pub(crate) fn upward(direction: DVec3) -> DVec3 {
-    if direction.z < 0.0 { -direction } else { direction }
 }
 
 /// Eigenvalues of a symmetric matrix, largest first, and their vectors, by Jacobi's rotations

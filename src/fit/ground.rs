@@ -24,22 +24,6 @@ impl Base {
     pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
         Self { axes: height_axes(points, up), up }
     }
-
-    /// The rectangle whose first side has this direction, by the axes.
-    pub(crate) fn turned(&self, along: DVec2) -> Self {
-        let [first, second] = self.axes;
-        let along = along.x * first + along.y * second;
-        Self { axes: [along, self.up.cross(along)], up: self.up }
-    }
-
-    /// The places of points by the axes.
-    pub(crate) fn places(&self, points: &[DVec3]) -> Vec<DVec2> {
-        points.iter().map(|&point| self.place(point)).collect()
-    }
-
-    fn place(&self, point: DVec3) -> DVec2 {
-        DVec2::from_array(self.axes.map(|axis| axis.dot(point)))
-    }
 }
 
 /// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which

@@ -77,24 +77,6 @@ pub(crate) fn fit_heights_over(
     Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 
-/// As [`fit_heights_over`] with this fairness, but nothing is expected of points left out, which takes
-/// several times as long.
-pub(crate) fn fit_heights_with(
-    points: &[DVec3],
-    weights: Option<&[f64]>,
-    base: &Base,
-    options: &HeightOptions,
-    known: Near,
-    observer: &mut dyn Observer,
-) -> Result<HeightFit> {
-    let fairness = known.beside(points.len());
-    let options = HeightOptions { fairness: Some(fairness), ..*options };
-    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    let heights = Heights::of(points, weights, base, &options)?;
-    let equations = heights.equations(&mut listen)?;
-    heights.fitted(equations, fairness, known.reach, &mut listen)
-}
-
 /// As [`fit_heights_over`], with a net whose sides grow until the growth's tolerance holds, cross-validation
 /// expects no less error at points left out in turn, or more error at those left out in blocks.
 ///

@@ -12,14 +12,6 @@ pub(crate) struct Near {
 }
 
 impl Near {
-    pub(crate) fn of(fairness: f64, points: usize) -> Self {
-        Self { fairness, points, reach: None }
-    }
-
-    pub(crate) fn with_reach_of(self, other: Option<Self>) -> Self {
-        Self { reach: other.and_then(|other| other.reach), ..self }
-    }
-
     /// The fairness that counts as much beside so many points.
     pub(crate) fn beside(&self, points: usize) -> f64 {
         if points == self.points {

@@ -74,33 +74,6 @@ impl KnotVector {
         Self::clamped(degree, (0.0, 1.0), (1..spans).map(|i| i as f64 / spans as f64))
     }
 
-    /// Clamped knots for so many control points: as often repeated as the degree at creases, evenly
-    /// spaced between them. Without any creases if that many control points have no room for them.
-    pub(crate) fn clamped_creased(degree: usize, count: usize, creases: &[f64]) -> Result<Self> {
-        let needed = (creases.len() + 1) * degree + 1;
-        if creases.is_empty() || count < needed {
-            return Self::clamped_uniform(degree, count);
-        }
-        // One span to each part, the others one by one where they are longest.
-        let ends: Vec<f64> =
-            [0.0].into_iter().chain(creases.iter().copied()).chain([1.0]).collect();
-        let mut spans = vec![1_usize; ends.len() - 1];
-        for _ in needed..count {
-            let length = |part: &usize| (ends[part + 1] - ends[*part]) / spans[*part] as f64;
-            let longest = (0..spans.len()).max_by(|a, b| length(a).total_cmp(&length(b)));
-            spans[longest.unwrap_or(0)] += 1;
-        }
-        let mut inner = Vec::new();
-        for (part, count) in spans.into_iter().enumerate() {
-            if part > 0 {
-                inner.extend(std::iter::repeat_n(ends[part], degree));
-            }
-            let (start, end) = (ends[part], ends[part + 1]);
-            inner.extend((1..count).map(|i| start + (end - start) * i as f64 / count as f64));
-        }
-        Self::clamped(degree, (0.0, 1.0), inner)
-    }
-
     /// Whether the knots repeat with the length of the domain as their period, so that the basis
     /// functions of a closed curve or surface fit together at the seam.
     ///
@@ -138,18 +111,6 @@ fn check_count(degree: usize, control_points: usize) -> Result<()> {
 mod tests {
     use super::*;
     use crate::nurbs::MAX_DEGREE;
-
-    #[test]
-    fn creases_stand_as_often_as_the_degree() {
-        let knots = KnotVector::clamped_creased(2, 8, &[0.25]).unwrap();
-        // Three spans of 0.25 and less beyond the crease, one before.
-        let inner = [0.25, 0.25, 0.4375, 0.625, 0.8125];
-        assert_eq!(knots.inner(), inner);
-        assert_eq!(knots.control_points(), 8);
-        // Four control points have no room for a crease.
-        let plain = KnotVector::clamped_uniform(2, 4).unwrap();
-        assert_eq!(KnotVector::clamped_creased(2, 4, &[0.25]).unwrap(), plain);
-    }
 
     #[test]
     fn periodic_knots_repeat() {

@@ -65,12 +65,14 @@ mod tests {
 
     #[test]
     fn layers_two_spacings_apart_are_linked_once() {
-        let layer = |z: f64| {
+        let layer = |from: DVec3| {
             (0..900_u32).map(move |i| {
-                DVec3::new(f64::from(i / 30), f64::from(i % 30), z + 0.01 * f64::from(i % 7))
+                let (x, y, z) = (f64::from(i / 30), f64::from(i % 30), 0.01 * f64::from(i % 7));
+                from + DVec3::new(x, y, z)
             })
         };
-        let points: Vec<DVec3> = layer(0.0).chain(layer(2.0)).collect();
+        let above = DVec3::new(0.5, 0.5, 2.0);
+        let points: Vec<DVec3> = layer(DVec3::ZERO).chain(layer(above)).collect();
         let seen = Observations::of(&points, ObserveSettings::default());
         let graph = seen.graph();
         let across = (0..900).flat_map(|i| graph.edges(i)).filter(|edge| edge.to >= 900).count();

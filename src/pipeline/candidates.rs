@@ -2,32 +2,13 @@
 
 use glam::DVec3;
 
+use super::candidate::Candidate;
 use super::options::ReconstructOptions;
 use super::ranked::{Ranked, ranked};
 use super::relay;
 use super::select::Model;
-use crate::chart::Kind;
 use crate::error::Result;
 use crate::progress::Observer;
-
-/// A hypothesis about the surface, its score, and what became of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Candidate {
-    /// The chart that put the points on a parameter domain.
-    pub chart: &'static str,
-    /// The kind of surface.
-    pub kind: Kind,
-    /// The direction of the heights, of a height field.
-    pub direction: Option<DVec3>,
-    /// The score, the lowest of which wins; `None` if it was not computed.
-    pub score: Option<f64>,
-    /// The weighted terms whose sum is the score.
-    pub terms: Vec<(&'static str, f64)>,
-    /// Place in the ranking, the first being 1; `None` without a score.
-    pub rank: Option<usize>,
-    /// `"chosen"`, or why it lost.
-    pub outcome: String,
-}
 
 /// Ranks the hypotheses about points, the best first, without the fit of the final surface.
 ///
@@ -60,10 +41,7 @@ impl Ranked<'_> {
             Candidate {
                 chart: model.hypothesis.chart,
                 kind: model.hypothesis.kind,
-                direction: model
-                    .hypothesis
-                    .heights
-                    .map(|axes| self.cloud.frame.direction_to_given(axes[2]).normalize()),
+                direction: model.hypothesis.heights.map(|axes| self.given_direction(axes[2])),
                 score: Some(model.score.total()),
                 terms: model.score.terms.to_vec(),
                 rank: Some(place + 1),

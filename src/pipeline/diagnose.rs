@@ -79,24 +79,21 @@ fn left_out(
     ranked: &Ranked<'_>,
     settings: &DiagnoseSettings,
 ) -> Option<Diagnostic> {
-    let mut out: Vec<u32> = ranked.cloud.outliers.clone();
-    let fitted = ranked.cloud.indices.iter().filter(|index| !measured.inliers[**index as usize]);
-    out.extend(fitted);
+    let out = measured.outliers(ranked.cloud);
     let (count, points) = (out.len(), given.len());
+    if count == 0 {
+        return None;
+    }
     let tree = KdTree::new(given);
     let beside = |index: &u32| {
         let mut near = Vec::new();
         tree.nearest_to(*index, 1, &mut near);
-        near.first().is_some_and(|near| out.contains(&near.index))
+        near.first().is_some_and(|near| out.binary_search(&near.index).is_ok())
     };
     let many = count as f64 > settings.left_out * points as f64;
     // A pair may lie together by chance; half of several do not.
-    let together = || count > 3 && 2 * out.iter().filter(|index| beside(index)).count() > count;
-    (many || together()).then(|| Diagnostic::LeftOut {
-        count,
-        points,
-        together: count > 0 && together(),
-    })
+    let together = count > 3 && 2 * out.iter().filter(|index| beside(index)).count() > count;
+    (many || together).then_some(Diagnostic::LeftOut { count, points, together })
 }
 
 /// Whether the surface follows the points: not between two layers, and not of another kind.

@@ -53,6 +53,17 @@ impl Measured {
         Ok(Self { uv, deviations, inliers })
     }
 
+    /// Places of points that were looked at and left out: gross outliers, and points far from the
+    /// surface with their duplicates. Ascending.
+    pub(super) fn outliers(&self, cloud: &PreparedCloud) -> Vec<u32> {
+        let merged = cloud.merged.iter().map(|(duplicate, _)| duplicate);
+        let known = cloud.outliers.iter().chain(&cloud.indices).chain(merged);
+        let mut found: Vec<u32> =
+            known.copied().filter(|index| !self.inliers[*index as usize]).collect();
+        found.sort_unstable();
+        found
+    }
+
     /// Deviations of the inliers.
     pub(super) fn counted(&self) -> Vec<f64> {
         let all = self.deviations.iter().zip(&self.inliers);

@@ -1,6 +1,8 @@
 //! The whole job: scattered points in, a surface out.
 
+mod candidate;
 mod candidates;
+mod clock;
 mod diagnose;
 mod fitted;
 mod map;
@@ -22,7 +24,8 @@ mod score;
 mod select;
 mod start;
 
-pub use self::candidates::{Candidate, candidates};
+pub use self::candidate::Candidate;
+pub use self::candidates::candidates;
 pub use self::options::{Aspect, ReconstructOptions, Start};
 pub use self::paper::{PaperOptions, reconstruct_paper};
 pub use self::reconstruct::reconstruct;

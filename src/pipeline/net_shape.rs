@@ -20,7 +20,8 @@ pub(super) fn net_shape(
     [along_u, along_v]: [f64; 2],
     options: &ReconstructOptions<'_>,
 ) -> (usize, usize) {
-    let side = (points / 2).isqrt().clamp(LEAST_SIDE, FIRST_SIDE);
+    let most = options.max_control_points.isqrt().clamp(LEAST_SIDE, FIRST_SIDE);
+    let side = (points / 2).isqrt().clamp(LEAST_SIDE, most);
     let (rows, cols) = options.grid.unwrap_or((side, side));
     if options.grid.is_some() && options.aspect == Aspect::Fixed {
         return (rows, cols);

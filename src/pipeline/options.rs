@@ -139,12 +139,11 @@ fn check_weights(weights: &[f64], points: usize) -> Result<()> {
 /// Where the nodes of a map lie before it learns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a> {
-    /// In order along the surface, or in the principal plane where that is found to be better.
+    /// On the candidate with the best score.
     Auto,
-    /// In order by distances along the surface, however it is folded; angles around it where it
-    /// closes.
+    /// On the best candidate by distances along the surface, if there is one.
     Geodesic,
-    /// In the principal plane.
+    /// On the best candidate over a plane, if there is one.
     Pca,
     /// Here, row by row.
     Given {
@@ -158,6 +157,15 @@ pub enum Start<'a> {
 impl Start<'_> {
     /// Those with a name.
     pub const NAMED: [Self; 3] = [Self::Auto, Self::Geodesic, Self::Pca];
+
+    /// Whether a map may start on a candidate of a chart of this name.
+    pub(super) fn allows(self, chart: &str) -> bool {
+        match self {
+            Self::Auto | Self::Given { .. } => true,
+            Self::Geodesic => ["isomap", "polar", "centre line"].contains(&chart),
+            Self::Pca => chart == "plane",
+        }
+    }
 
     /// The name, as Python and the command line spell it.
     #[must_use]

@@ -28,7 +28,9 @@ pub(super) fn oriented(
         return Ok(surface);
     }
     let (low, high) = surface.knots_v().domain();
-    uv.iter_mut().for_each(|uv| uv.y = (low + high - uv.y).clamp(low, high));
+    for uv in uv.iter_mut() {
+        uv.y = (low + high - uv.y).clamp(low, high);
+    }
     surface.reversed(Direction::V, observer)
 }
 

@@ -54,9 +54,7 @@ mod tests {
             (0..900_u32).map(|i| DVec3::new(f64::from(i / 30), f64::from(i % 30), 0.0)).collect();
         let mut distances = vec![0.01; 900];
         distances[455] = 3.0;
-        for i in 0..100 {
-            distances[i] = 2.0;
-        }
+        distances[..100].fill(2.0);
         let weights = outlier_weights(&points, &distances, 0.0, &mut Silent).unwrap().unwrap();
         assert_eq!(weights[455], 0.0);
         assert!(weights[45] > 0.5);

@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::clock::Clock;
 use super::measure::closest;
 use super::reconstruction::Reconstruction;
 use super::relay;
-use super::report::{Clock, Deviations, Report, TrainingReport};
+use super::report::{Deviations, Report, TrainingReport};
 use crate::chart::Kind;
 use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;
@@ -86,10 +87,10 @@ fn run(
     let mut clock = Clock::start();
     let som = learn(points, bounds, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
-    clock.lap("training");
+    clock.lap("train");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
     let (uv, deviations) = closest(&surface, points, observer)?;
-    clock.lap("measuring");
+    clock.lap("measure");
     let converged = som.stopped_by != StoppedBy::MaxSteps;
     let not_settled = Diagnostic::NotSettled { steps: som.steps, change: som.change };
     let report = Report {

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
+use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
-use super::report::Clock;
 use super::select::{Model, Ranking, SelectSettings, ends_search, rank};
 use crate::chart::{CHARTS, Kind};
 use crate::cloud::{PrepareOptions, PreparedCloud, random_sample};
@@ -31,6 +31,16 @@ pub(super) struct Ranked<'a> {
     pub(super) axis_scale: DVec3,
     pub(super) settings: SelectSettings,
     pub(super) clock: Clock,
+}
+
+impl Ranked<'_> {
+    /// A direction of the local frame in the given one, of length 1, without rounding errors beside
+    /// an axis.
+    pub(super) fn given_direction(&self, local: DVec3) -> DVec3 {
+        let given = self.cloud.frame.direction_to_given(local).normalize();
+        let exact = given.to_array().map(|x| if x.abs() <= f64::EPSILON { 0.0 } else { x });
+        DVec3::from_array(exact)
+    }
 }
 
 /// Prepares, observes and ranks points, and hands on what is known.
@@ -61,13 +71,20 @@ pub(super) fn ranked<T>(
 
 /// The extents of points along x, y and z, if they differ so much that their units may differ.
 fn extents(points: &[DVec3]) -> Option<DVec3> {
+    let some = sampled(points);
     let extent = |axis: usize| {
-        let along = || points.iter().map(|point| point[axis]);
+        let along = || some.iter().map(|point| point[axis]);
         quantile(along(), 1.0 - TAIL) - quantile(along(), TAIL)
     };
     let extents = DVec3::new(extent(0), extent(1), extent(2));
     let uneven = extents.max_element() > UNEVEN * extents.min_element();
     (uneven && extents.min_element() > 0.0).then_some(extents)
+}
+
+/// As many points as are observed.
+fn sampled(points: &[DVec3]) -> Vec<DVec3> {
+    let chosen = random_sample(points, ObserveSettings::default().sample);
+    chosen.iter().map(|&index| points[index as usize]).collect()
 }
 
 /// The axes x, y and z moved on by so many.
@@ -92,10 +109,7 @@ fn heights_end_search(
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<bool> {
-    let some: Vec<DVec3> = random_sample(points, ObserveSettings::default().sample)
-        .iter()
-        .map(|&i| points[i as usize])
-        .collect();
+    let some = sampled(points);
     let part = ReconstructOptions { weights: None, component: None, ..*options };
     stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
         let (steep, settings) = (found.settings.drop.steep, &found.settings);
@@ -128,7 +142,16 @@ fn stages<T>(
     let given = DMat3::from_cols(local(axes.x_axis), local(axes.y_axis), local(axes.z_axis));
     let ranking = match options.init {
         Start::Given { .. } => Ranking::default(),
-        _ => rank(&seen, given, kind, &CHARTS, &select, observer)?,
+        start => {
+            let allowed: Vec<_> =
+                CHARTS.into_iter().filter(|chart| start.allows(chart.name())).collect();
+            let found = rank(&seen, given, kind, &allowed, &select, observer)?;
+            if found.models.is_empty() && allowed.len() < CHARTS.len() {
+                rank(&seen, given, kind, &CHARTS, &select, observer)?
+            } else {
+                found
+            }
+        }
     };
     clock.lap("select");
     let cloud = &cloud;

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3};
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use super::diagnose::diagnose;
 use super::fitted::Fitted;
 use super::map::LearnedMap;
@@ -119,18 +119,19 @@ fn finish(
         deviations: Deviations::of(counted),
         tolerance: options.tolerance,
         within: missed.map(|missed| 1.0 - missed as f64 / inliers as f64),
-        ended_by: fitted.ended_by,
+        ended_by: if missed == Some(0) { EndedBy::Tolerance } else { fitted.ended_by },
         fairness: Some(fitted.fairness),
         iterations: fitted.iterations,
         kind,
-        direction: heights.map(|axes| frame.direction_to_given(axes[2]).normalize()),
+        direction: heights.map(|axes| ranked.given_direction(axes[2])),
         axis_scale: ranked.axis_scale,
         valid: !diagnostics.iter().any(Diagnostic::is_defect),
         converged: missed.unwrap_or(0) == 0,
         candidates,
         diagnostics,
         duplicates: ranked.cloud.merged.len(),
-        outliers: points.len() - inliers,
+        outliers: measured.outliers(ranked.cloud).len()
+            + ranked.cloud.no_data.as_ref().map_or(0, |found| found.count),
         training: TrainingReport::of(&som, som.error.unwrap_or(f64::NAN)),
         seconds: ranked.clock.seconds(),
     };
@@ -311,7 +312,7 @@ fn from_nodes(
     let heights = (kind == Kind::Height)
         .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));
     let job = refinement(ranked, kind, heights, lengths, options);
-    let fitted = job.from_map(&map, observer)?;
+    let fitted = job.fit_map(&map, observer)?;
     let defects = defects_of(ranked, &fitted, kind)?;
     Ok(Refined { kind, heights, fitted, map, defects, whole: true })
 }

@@ -20,8 +20,8 @@ pub struct Reconstruction {
     pub uv: Vec<DVec2>,
     /// Each point's distance from there.
     pub deviations: Vec<f64>,
-    /// True for points used in the fit. False for outliers, points without weight and those of
-    /// other components.
+    /// True for points used in the fit and their duplicates. False for outliers, points without
+    /// weight and those of other components.
     pub inliers: Vec<bool>,
     /// How it went.
     pub report: Report,

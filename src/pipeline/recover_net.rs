@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::options::{Aspect, ReconstructOptions};
 use super::{reconstruct, relay};
 use crate::chart::Kind;
-use crate::cloud::{self, Normalization};
+use crate::cloud::Normalization;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::nurbs::NurbsSurface;
@@ -21,7 +21,7 @@ const DEGREE: usize = 3;
 ///
 /// # Errors
 ///
-/// Those of [`cloud::check`]; [`Error::Parameter`] if no such surface is found;
+/// Those of [`check`](crate::cloud::check); [`Error::Parameter`] if no such surface is found;
 /// [`Error::Interrupted`] if the observer stops it.
 pub fn recover_net(
     points: &[DVec3],
@@ -42,15 +42,13 @@ pub fn recover_net(
         let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
         let degree = DEGREE.min(shape.0 - 1).min(shape.1 - 1);
         let found = fit::recover_net(&local, &near.uv, shape, degree, (false, false), observer)?;
-        match found {
-            Some(found) => found.map_control_points(|point| frame.undo(point)),
-            None => {
-                let (rows, cols) = shape;
-                let must = format!("on a surface with a net of {rows} × {cols} control points");
-                let rms = near.report.deviations.rms;
-                let got = format!("points that are {rms:e} off the nearest one found, rms");
-                Err(Error::parameter("points", must, got))
-            }
+        if let Some(found) = found {
+            return found.map_control_points(|point| frame.undo(point));
         }
+        let (rows, cols) = shape;
+        let must = format!("on a surface with a net of {rows} × {cols} control points");
+        let rms = near.report.deviations.rms;
+        let got = format!("points that are {rms:e} off the nearest one found, rms");
+        Err(Error::parameter("points", must, got))
     })
 }

@@ -57,12 +57,11 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         let weights = self.robust(&start.distances, self.spacing, observer)?;
-        let fitted = match self.heights {
-            Some(_) => self.heights(weights, observer)?,
-            None => {
-                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
-            }
+        let fitted = if self.heights.is_some() {
+            self.heights(weights, observer)?
+        } else {
+            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
         self.reweighted(fitted, REWEIGHTED, observer)
     }
@@ -119,14 +118,13 @@ impl Refinement<'_> {
     }
 
     /// The surface from a map alone.
-    pub(super) fn from_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
+    pub(super) fn fit_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
         let weights = self.robust(&[], 0.0, observer)?;
-        let fitted = match self.heights {
-            Some(_) => self.heights(weights, observer)?,
-            None => {
-                let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-                self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
-            }
+        let fitted = if self.heights.is_some() {
+            self.heights(weights, observer)?
+        } else {
+            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
+            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
         self.grown(fitted, &|_, _| Ok(true), observer)
     }

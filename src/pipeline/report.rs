@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glam::DVec3;
 
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use crate::chart::Kind;
 use crate::diagnostic::Diagnostic;
 use crate::fit::EndedBy;
@@ -15,7 +15,7 @@ use crate::som::{SelfOrganizingMap, StoppedBy};
 pub struct Report {
     /// Number of points.
     pub points: usize,
-    /// Number of points used in the fit.
+    /// Number of points used in the fit, merged duplicates among them.
     pub inliers: usize,
     /// Length of the diagonal of the points' bounding box.
     pub diagonal: f64,
@@ -50,10 +50,10 @@ pub struct Report {
     pub candidates: Vec<Candidate>,
     /// What the user should know.
     pub diagnostics: Vec<Diagnostic>,
-    /// Points that were merged with others, of those that were looked at.
+    /// Points that lie where others do and were merged with them.
     pub duplicates: usize,
-    /// Points that were left out: far from all that their neighbours could form, or from the
-    /// surface.
+    /// Points that were left out as outliers: far from their neighbours, or from the surface.
+    /// Points with a no-data value are among them.
     pub outliers: usize,
     /// How the map was trained.
     pub training: TrainingReport,
@@ -129,32 +129,5 @@ impl Deviations {
         };
         let percentiles = PERCENTILES.map(&mut rank);
         Self { rms: (squares / count as f64).sqrt(), max, percentiles }
-    }
-}
-
-/// A clock that is read at the end of each stage.
-pub(super) struct Clock {
-    last: std::time::Instant,
-    times: Vec<(&'static str, Duration)>,
-}
-
-impl Clock {
-    pub(super) fn start() -> Self {
-        Self { last: std::time::Instant::now(), times: Vec::new() }
-    }
-
-    /// Ends a stage, perhaps once more.
-    pub(super) fn lap(&mut self, stage: &'static str) {
-        let now = std::time::Instant::now();
-        let spent = now - self.last;
-        match self.times.iter_mut().find(|(other, _)| *other == stage) {
-            Some((_, before)) => *before += spent,
-            None => self.times.push((stage, spent)),
-        }
-        self.last = now;
-    }
-
-    pub(super) fn seconds(self) -> Vec<(&'static str, f64)> {
-        self.times.into_iter().map(|(stage, time)| (stage, time.as_secs_f64())).collect()
     }
 }

@@ -126,11 +126,12 @@ pub fn rank(
     }
     look(charts.len())?;
     let (hopeful, dropped) = drop_hopeless(waiting, &tried, seen, settings);
-    let found: Vec<Option<Model>> = hopeful
-        .into_par_iter()
-        .map(|hypothesis| model(hypothesis, seen, &folds, settings))
-        .collect::<Result<_>>()?;
-    tried.extend(found.into_iter().flatten());
+    for some in hopeful.chunks(rayon::current_num_threads()) {
+        look(charts.len())?;
+        let fit = |hypothesis: &Hypothesis| model(hypothesis.clone(), seen, &folds, settings);
+        let found: Vec<Option<Model>> = some.par_iter().map(fit).collect::<Result<_>>()?;
+        tried.extend(found.into_iter().flatten());
+    }
     Ok(scored(tried, seen, settings, dropped))
 }
 

@@ -26,7 +26,7 @@ pub(super) struct Cleaning {
     /// How many points each kept one stands for, float64 of shape (k,): weights for a fit.
     #[pyo3(get)]
     weights: Py<PyArrayDyn<f64>>,
-    /// Median of the kept points' mean distance to their 8 nearest, in the points' unit.
+    /// Median distance of the kept points to their third nearest, in the points' unit.
     #[pyo3(get)]
     spacing: f64,
     counts: [usize; 3],
@@ -105,7 +105,8 @@ pub(super) fn clean(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> P
 /// The components of a cloud, found by :func:`components`.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct Components {
-    /// For each point the number of its component, int64 of shape (n,); 0 is the largest.
+    /// For each point the number of its component, int64 of shape (n,); 0 is the largest. -1 for
+    /// points among too few to be a component.
     #[pyo3(get)]
     labels: Py<PyArray1<i64>>,
     /// How many points each component has, descending.
@@ -162,9 +163,10 @@ pub(super) fn components(
     let points: &[DVec3] = numbers.as_slice()?;
     let found = call::run(py, progress, |watcher| {
         cloud::checked_bounds(points, watcher)?;
-        cloud::pieces(points, watcher)
+        cloud::components(points, watcher)
     })?;
-    let labels: Vec<i64> = found.labels.iter().map(|&label| i64::from(label)).collect();
+    let number = |label: u32| if label == cloud::Components::STRAY { -1 } else { label.into() };
+    let labels: Vec<i64> = found.labels.iter().map(|&label| number(label)).collect();
     Ok(Components { labels: integers(py, &labels)?, sizes: found.sizes, gap: found.gap })
 }
 

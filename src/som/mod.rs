@@ -75,7 +75,6 @@ pub use self::landmark_map::LandmarkMap;
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
 pub use self::ordered_start::spread_out;
-pub(crate) use self::ordered_start::spread_out_closely;
 pub use self::schedule::Schedule;
 pub use self::stop::StoppedBy;
 pub use self::sums::BatchSums;

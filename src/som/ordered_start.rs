@@ -36,10 +36,6 @@ const CLOSED_RADIUS: f64 = 1.0 / 14.0;
 /// Smallest such radius, in cells.
 const LEAST_RADIUS: f64 = 0.8;
 
-/// Such a radius, in cells, with which nodes stay near the points even where an open grid is wound up
-/// tightly.
-const CLOSE_RADIUS: f64 = 1.0;
-
 /// In order on the principal plane, over the whole extent of the points in it; closed lattices by
 /// the points' angles about the principal axes.
 pub(super) fn principal(
@@ -109,18 +105,6 @@ pub fn spread_out(
     let share = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
     let mut listen = progress::listener(observer, Stage::Training, points.len());
     settle(points, uv, lattice, radius(lattice, share), &mut listen)
-}
-
-/// As [`spread_out`], where the points hardly farther than one edge of the lattice say: for a grid with
-/// several points to a node.
-pub(crate) fn spread_out_closely(
-    points: &[DVec3],
-    uv: &[DVec2],
-    lattice: &Lattice,
-    observer: &mut dyn Observer,
-) -> Result<Vec<DVec3>> {
-    let mut listen = progress::listener(observer, Stage::Training, points.len());
-    settle(points, uv, lattice, CLOSE_RADIUS, &mut listen)
 }
 
 /// A tube's or torus's start, by the points' angles.
@@ -328,39 +312,5 @@ impl PrincipalFrame {
     fn undo(&self, local: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
         self.centre + local.x * x + local.y * y + local.z * z
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::TAU;
-
-    use super::*;
-    use crate::progress::Silent;
-
-    #[test]
-    fn nodes_stay_near_tight_windings_only_where_few_points_say() {
-        // Five turns of which each is 1 farther out than the last.
-        let roll = |place: DVec2| {
-            let turns = 2.0 + 5.0 * place.x;
-            DVec3::new(turns * (TAU * turns).cos(), place.y, turns * (TAU * turns).sin())
-        };
-        let mut random = Random::new(4);
-        let uv: Vec<DVec2> =
-            (0..20_000).map(|_| DVec2::new(random.unit(), random.unit())).collect();
-        let points: Vec<DVec3> = uv.iter().map(|&place| roll(place)).collect();
-        let lattice = Lattice::grid(240, 4, Cells::Quad, Topology::Sheet).unwrap();
-        let farthest = |nodes: Vec<DVec3>| {
-            let between = |node: &DVec3| {
-                let turn = node.z.atan2(node.x) / TAU;
-                let off = node.x.hypot(node.z) - turn;
-                (off - off.round()).abs()
-            };
-            nodes.iter().map(between).fold(0.0, f64::max)
-        };
-        let closely = spread_out_closely(&points, &uv, &lattice, &mut Silent).unwrap();
-        let widely = spread_out(&points, &uv, &lattice, &mut Silent).unwrap();
-        let (closely, widely) = (farthest(closely), farthest(widely));
-        assert!(closely < 0.1 && widely > 0.4, "{closely}, {widely}");
     }
 }

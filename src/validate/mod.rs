@@ -2,10 +2,10 @@
 
 mod defects;
 mod grid;
+mod surface;
 mod terms;
-mod validate;
 
 pub use self::defects::{DefectSettings, defects, folded_share};
 pub use self::grid::CellGrid;
+pub use self::surface::validate;
 pub use self::terms::{Compared, TermSettings, Terms};
-pub use self::validate::validate;

@@ -3,7 +3,10 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import neurbs
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = [page.stem for page in DOCS.glob("*.md") if "```python\n" in page.read_text("utf-8")]
@@ -36,3 +39,14 @@ def test_every_picture_is_made_by_a_script() -> None:
     for picture in (DOCS / "images").iterdir():
         # The stem: scripts that name their picture by the caller do so by it.
         assert picture.stem in sources, picture.name
+
+
+@pytest.mark.parametrize("page", ["choosing", "fitting"])
+def test_pages_list_the_terms_of_the_score(page: str, rng: np.random.Generator) -> None:
+    angle, height = rng.random((2, 500)) * [[2 * np.pi], [3.0]]
+    pipe = np.column_stack([np.cos(angle), np.sin(angle), height])
+    first, *_ = neurbs.candidates(pipe)
+    text = (DOCS / f"{page}.md").read_text(encoding="utf-8")
+    table = re.search(r"\| term \|.*?\n\n", text, re.DOTALL)
+    assert table is not None
+    assert re.findall(r"^\| `(\w+)`", table[0], re.MULTILINE) == list(first.terms)

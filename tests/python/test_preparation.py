@@ -51,7 +51,7 @@ def test_most_gross_outliers_go_and_the_surface_stays(rng: np.random.Generator) 
     points = with_outliers(rng, wave(rng, 20_000, 0.005), 0.2)
     outliers = neurbs.clean(points).outliers
     assert (outliers < 4000).sum() > 0.85 * 4000
-    assert (outliers >= 4000).sum() <= 0.001 * 16_000
+    assert (outliers >= 4000).sum() <= 0.002 * 16_000
 
 
 def test_duplicates_become_weights(rng: np.random.Generator) -> None:
@@ -79,8 +79,8 @@ def test_nothing_is_dropped_from_real_clouds_but_strays() -> None:
         ("claudius_h330", 0),
         ("mediapipe_face", 0),
         ("yacht_hull", 0),
-        ("milk_carton", 0),
-        ("soybean_leaf", 10),
+        ("milk_carton", 5),
+        ("soybean_leaf", 15),
     ]:
         assert len(neurbs.clean(real(name)).outliers) <= most, name
     assert neurbs.components(real("soybean_leaf")).sizes[0] > 5900

@@ -51,7 +51,9 @@ pub fn validate(
     // The terms take parameters on [0, 1]².
     let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
     let (low, size) = (DVec2::new(u.0, v.0), DVec2::new(u.1 - u.0, v.1 - v.0));
-    uv.iter_mut().for_each(|uv| *uv = (*uv - low) / size);
+    for uv in &mut uv {
+        *uv = (*uv - low) / size;
+    }
     let surface = surface.with_domain((0.0, 1.0), (0.0, 1.0))?;
     let seen = Observations::of(&points, settings);
     let closed = closed(&surface);

@@ -1,0 +1,30 @@
+//! Wall time by stage.
+
+use std::time::{Duration, Instant};
+
+/// A clock that is read at the end of each stage.
+pub(super) struct Clock {
+    last: Instant,
+    times: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    pub(super) fn start() -> Self {
+        Self { last: Instant::now(), times: Vec::new() }
+    }
+
+    /// Ends a stage, perhaps once more.
+    pub(super) fn lap(&mut self, stage: &'static str) {
+        let now = Instant::now();
+        let spent = now - self.last;
+        match self.times.iter_mut().find(|(other, _)| *other == stage) {
+            Some((_, before)) => *before += spent,
+            None => self.times.push((stage, spent)),
+        }
+        self.last = now;
+    }
+
+    pub(super) fn seconds(self) -> Vec<(&'static str, f64)> {
+        self.times.into_iter().map(|(stage, time)| (stage, time.as_secs_f64())).collect()
+    }
+}
