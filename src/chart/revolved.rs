@@ -24,8 +24,9 @@ const LONG: f64 = 1.2;
 /// The narrowest gap at which a surface is cut open, in radians: 7 degrees.
 const CUT_GAP: f64 = 0.12;
 
-/// Radius of a torus's section in its nearest points, in that of its median.
+/// Radius of a torus's section in this share of its points, the nearest, in that of its median.
 const HOLLOW: f64 = 0.15;
+const NEAREST: f64 = 0.05;
 
 /// Tubes, sheets cut open and tori about the principal axes.
 pub(super) struct Revolved;
@@ -101,7 +102,7 @@ impl Turned {
             found.push(Hypothesis::new(name, Kind::Tube, uv, [TAU * self.radius, length]));
             let around = Angles::of(self.profile.iter().copied());
             let section = radius(&self.profile);
-            let nearest = quantile(self.profile.iter().map(|point| point.length()), 0.05);
+            let nearest = quantile(self.profile.iter().map(|point| point.length()), NEAREST);
             if shortest && around.closed() && nearest > HOLLOW * section {
                 let uv = pairs(&self.angles.turns, &around.turns);
                 let lengths = [TAU * self.radius, TAU * section];
@@ -130,11 +131,8 @@ fn centre_line(places: &[DVec2], heights: &[f64]) -> Option<[DVec2; 3]> {
     quadratic(&centres.collect::<Vec<_>>())
 }
 
-/// The quadratic nearest to values at places; `None` if there are fewer than four.
+/// The quadratic nearest to values at places; `None` if they do not determine it.
 fn quadratic(values: &[(f64, DVec2)]) -> Option<[DVec2; 3]> {
-    if values.len() < 4 {
-        return None;
-    }
     let (mut matrix, mut right) = (glam::DMat3::ZERO, [DVec3::ZERO; 2]);
     for (z, value) in values {
         let row = DVec3::new(1.0, *z, z * z);

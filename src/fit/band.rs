@@ -119,7 +119,8 @@ impl Band {
     pub(super) fn add_block(&mut self, i: usize, j: usize, [a, b, c, d, e, f]: [f64; 6]) {
         let (row, col) = (3 * i.max(j), 3 * i.min(j));
         let columns = [[a, b, c], [b, d, e], [c, e, f]];
-        let inside = |at: usize| (at & (self.side - 1)) + 3 <= self.side;
+        let last = self.side - columns.len();
+        let inside = |at: usize| (at & (self.side - 1)) <= last;
         if i != j && inside(row) && inside(col) {
             // Most blocks lie in one tile.
             let at = self.index(row, col);

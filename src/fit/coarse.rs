@@ -247,7 +247,8 @@ impl<'a> Fitting<'a> {
         };
         let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
         let mut best = (fairness, errors(fairness)?);
-        while best.0 < 10.0_f64.powi(*TRIED.end()) {
+        let limit = 10.0_f64.powi(*TRIED.end());
+        while best.0 < limit {
             let more = 10.0 * best.0;
             let found = errors(more)?;
             if product(&found) >= product(&best.1) {

@@ -10,7 +10,7 @@ use super::band::Band;
 use super::blocks::{blocks, in_clumps};
 use super::fairness::Energy;
 use super::held_out::HeldOut;
-use super::limits::{ENOUGH_SAMPLES, POINTS_PER_TASK};
+use super::limits::{CUBIC_ORDER, ENOUGH_SAMPLES, POINTS_PER_TASK};
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Quad, Question, add, answers};
 use super::space::SplineSpace;
@@ -263,7 +263,7 @@ impl Question for Squares<'_> {
     fn answer(&self, index: usize) -> f64 {
         // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
         match Heights::orders(self.heights.space) {
-            [4, 4] => self.square(index, [4, 4]),
+            [CUBIC_ORDER, CUBIC_ORDER] => self.square(index, [CUBIC_ORDER; 2]),
             orders => self.square(index, orders),
         }
     }

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::band::Band;
-use super::limits::{BATCH, POINTS_PER_CALL, POINTS_PER_TASK};
+use super::limits::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
 use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
@@ -239,7 +239,9 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> WithSimd for Sums<'_, 
     fn with_simd<S: Simd>(self, _: S) {
         // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
         match self.sizes {
-            (4, 4) => self.add(&Layout::of_sizes((4, 4), C)),
+            (CUBIC_ORDER, CUBIC_ORDER) => {
+                self.add(&Layout::of_sizes((CUBIC_ORDER, CUBIC_ORDER), C));
+            }
             sizes => self.add(&Layout::of_sizes(sizes, C)),
         }
     }

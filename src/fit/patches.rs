@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::limits::{BATCH, DEGENERATE, POINTS_PER_TASK};
+use super::limits::{BATCH, CUBIC, DEGENERATE, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
 
 /// A point and its tangents on a surface.
@@ -111,7 +111,7 @@ impl<'a> Patches<'a> {
         let knots = [surface.knots_u(), surface.knots_v()];
         let width = surface.shape().1;
         let mut patches = Self { knots, net: net.collect(), width, cubics: Vec::new() };
-        if knots.iter().all(|knots| knots.degree() == 3) {
+        if knots.iter().all(|knots| knots.degree() == CUBIC) {
             let [rows, cols] = knots.map(powers);
             let cubic = |at: usize| {
                 let (row, col) = (at / cols.len(), at % cols.len());

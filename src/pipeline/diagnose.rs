@@ -92,7 +92,7 @@ fn left_out(
     };
     let many = count as f64 > settings.left_out * points as f64;
     // A pair may lie together by chance; half of several do not.
-    let together = count > 3 && 2 * out.iter().filter(|index| beside(index)).count() > count;
+    let together = count > 2 && 2 * out.iter().filter(|index| beside(index)).count() > count;
     (many || together).then_some(Diagnostic::LeftOut { count, points, together })
 }
 

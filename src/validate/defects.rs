@@ -4,10 +4,10 @@ use glam::DVec3;
 
 use super::grid::CellGrid;
 use super::terms::{Compared, TermSettings};
-use crate::cloud::{Bounds, Neighbor};
+use crate::cloud::Bounds;
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::numeric::{median, rms};
+use crate::numeric::rms;
 use crate::progress::Silent;
 
 /// When a surface is not valid.
@@ -100,8 +100,7 @@ fn overshoot(compared: &Compared<'_>, grid: &CellGrid) -> f64 {
 #[must_use]
 pub fn folded_share(compared: &Compared<'_>, grid: &CellGrid, settings: &DefectSettings) -> f64 {
     let (seen, planes) = (compared.seen, compared.seen.planes());
-    let reach =
-        2.0 * median(seen.near().iter().filter_map(|near| near.get(3)).map(Neighbor::distance));
+    let reach = 2.0 * seen.spacing();
     let mut found = Vec::new();
     let mut side = |cell: usize| {
         seen.tree().nearest_where(grid.places[cell], 1, reach, &mut found, |_| true);

@@ -61,7 +61,8 @@ pub fn recover_net(
     let knots = [near.surface.knots_u().clone(), near.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
     // Any surface passes through fewer points than there are numbers to find.
-    if points.len() < 3 * space.unknowns() {
+    let numbers = 3 * space.unknowns();
+    if points.len() < numbers {
         return Ok(None);
     }
     let size = diameter(points);
