@@ -18,13 +18,16 @@ pub struct Hypothesis {
     pub lengths: [f64; 2],
     /// Of heights: the plane's axes along u and v, and the direction of the heights.
     pub heights: Option<[DVec3; 3]>,
+    /// Share of the rectangle under heights, as compared with that of evenly scattered points, that
+    /// the points' convex hull leaves empty.
+    pub unfilled: f64,
 }
 
 impl Hypothesis {
     /// Of a sheet, a tube or a torus.
     #[must_use]
     pub fn new(chart: &'static str, kind: Kind, uv: Vec<DVec2>, lengths: [f64; 2]) -> Self {
-        Self { chart, kind, uv, lengths, heights: None }
+        Self { chart, kind, uv, lengths, heights: None, unfilled: 0.0 }
     }
 
     /// Which directions close, u and v.

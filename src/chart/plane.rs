@@ -95,9 +95,10 @@ impl Footprint {
     }
 
     fn heights(&self) -> Hypothesis {
-        let heights = Some(self.axes);
+        let (heights, unfilled) = (Some(self.axes), (1.0 - self.filled).max(0.0));
         Hypothesis {
             heights,
+            unfilled,
             ..Hypothesis::new(self.name, Kind::Height, self.uv.clone(), self.lengths)
         }
     }

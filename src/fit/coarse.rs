@@ -6,11 +6,11 @@ use rayon::prelude::*;
 use super::band::Band;
 use super::blocks::FOLDS;
 use super::correct::feet;
+use super::cross_validation::FREEDOM;
 use super::fairness::Energy;
 use super::folds::Folds;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::residuals::are_noise;
 use super::robust::biweight;
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
@@ -57,9 +57,6 @@ const TRIED: std::ops::RangeInclusive<i32> = -6..=3;
 /// The first of them.
 const FIRST: i32 = -2;
 
-/// Degrees of freedom that parameters add to those of the net, as a share of these.
-const FREEDOM: f64 = 1.2;
-
 /// Standard deviations of normal noise for each median absolute deviation.
 const NORMAL: f64 = 1.4826;
 
@@ -101,8 +98,6 @@ pub struct CoarseFit {
     pub held_out: [f64; 2],
     /// The distance of each point when it was left out in turn.
     pub left_out: Vec<f64>,
-    /// Whether the distances are noise, which neighbours do not share.
-    pub is_noise: bool,
 }
 
 /// Root mean square distance of the points from a surface of few control points, after one solution
@@ -140,8 +135,7 @@ pub fn coarse(
     let (fairness, held_out, left_out) = fitting.smoothed(fairness, folds)?;
     let surface = fitting.solve(fairness)?;
     let distances = fitting.distances(&surface);
-    let is_noise = fitting.is_noise(&surface);
-    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out, is_noise })
+    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out })
 }
 
 /// A coarse fit in progress.
@@ -305,16 +299,6 @@ impl<'a> Fitting<'a> {
         let usual = median(distances.iter().copied()).max(self.problem.noise / NORMAL);
         let reach = usual * (self.rounds - round) as f64;
         self.weights = distances.iter().map(|d| biweight(*d, reach).max(RIDGE)).collect();
-    }
-
-    /// Whether the distances along the normals are noise.
-    fn is_noise(&self, surface: &NurbsSurface) -> bool {
-        let points = self.problem.points;
-        let along = |i: usize, place: super::patches::Tangents| {
-            (points[i] - place.point).dot(place.normal())
-        };
-        let signed = Patches::of(surface).each(points.len(), |i| self.uv[i], along);
-        are_noise(&self.uv, &signed)
     }
 
     /// Each point's distance from the surface at its parameters.

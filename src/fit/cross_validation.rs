@@ -25,6 +25,9 @@ const TRIED: (f64, f64) = (-4.0, 3.0);
 /// How close the search comes, in decades.
 const FINEST: f64 = 0.2;
 
+/// Degrees of freedom with those that parameters add, which follow the surface, in those of the net.
+pub(super) const FREEDOM: f64 = 1.2;
+
 /// The surface may not have more than this share of as many degrees of freedom as there are
 /// points: it would pass through them and know nothing of their noise.
 const MOST_FREEDOM: f64 = 0.9;
@@ -227,7 +230,7 @@ impl<'a> Heights<'a> {
         if !factor.factor::<Error>(&mut || Ok(()))? {
             return Ok(None);
         }
-        let freedom = factor.inverse().inner_product(&equations.matrix);
+        let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
         if freedom > MOST_FREEDOM * self.count {
             return Ok(None);
         }

@@ -15,7 +15,7 @@ use crate::nurbs::NurbsSurface;
 
 /// Share of the squared error that the spans hold which are divided; where the net may not become so large,
 /// those are which hold half as much, and so on down to this.
-const DIVIDED: f64 = 0.7;
+const DIVIDED: f64 = 0.85;
 const LEAST_DIVIDED: f64 = 0.01;
 
 /// Share of its error that cross-validation must expect after growing at most, for the growth to
@@ -24,7 +24,7 @@ pub(super) const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows: with fewer, points left out are
 /// further off, since cross-validation does not know of the freedom that their parameters have.
-const POINTS_PER_CONTROL_POINT: usize = 4;
+const POINTS_PER_CONTROL_POINT: usize = 6;
 
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 pub(super) const FEW: usize = 256;
@@ -65,6 +65,7 @@ impl Fitting<'_> {
         let exact = EXACT * diameter(self.points);
         // A finer net begins no rougher than the one before.
         self.left = 1.0;
+        self.limit = self.limit.div_ceil(2);
         loop {
             let feet = self.correct(&surface, 2);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);

@@ -39,10 +39,6 @@ const MARGIN: f64 = 3.0;
 /// worse.
 const WORSE: f64 = 1.2;
 
-/// Distance of the points from a refined surface, in that from a coarse one off which they are by
-/// noise alone, under which it follows the noise.
-const OVERFIT: f64 = 0.93;
-
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
 
@@ -234,15 +230,24 @@ fn refine(
     let coarse = &model.fit.surface;
     let map = LearnedMap::on_surface(job.points, coarse, kind, job.net(), observer)?;
     let coarse_rms = rms(start.distances.iter().copied());
-    let least = if model.fit.is_noise { OVERFIT * coarse_rms } else { 0.0 };
     let small = job.fit(&start, &map, observer)?;
-    let mut best = mended(ranked, &job, small, least, observer)?;
-    // A finer net must bring no defects, and must not follow the noise.
+    let mut best = mended(ranked, &job, small, observer)?;
+    // A finer net must bring no defects, or none that more fairness does not mend.
     let accept = |surface: &NurbsSurface, uv: &[DVec2]| {
         Ok(defects_on(ranked, surface, uv, kind)?.is_empty())
     };
-    if best.1.is_empty() && least == 0.0 {
-        best.0 = job.grown(best.0, &accept, observer)?;
+    if best.1.is_empty() {
+        let grown = job.grown(best.0.clone(), &accept, observer)?;
+        let all = if grown.ended_by == EndedBy::Defects {
+            let all = job.grown(best.0, &|_, _| Ok(true), observer)?;
+            Some(mended(ranked, &job, all, observer)?)
+        } else {
+            None
+        };
+        best.0 = match all {
+            Some((all, defects)) if defects.is_empty() && all.rms() < grown.rms() => all,
+            _ => grown,
+        };
     }
     let whole = best.0.ended_by != EndedBy::Defects && best.0.rms() <= WORSE * coarse_rms;
     if let Some(nearer) = job.within_tolerance(&best.0, &accept, observer)? {
@@ -255,25 +260,20 @@ fn refine(
     Ok(Refined { kind, heights, fitted, map, defects, whole })
 }
 
-/// A surface, repaired if it folds, overshoots or follows noise to less than the `least` distance and
-/// more fairness mends that, and its defects.
+/// A surface, repaired if it folds or overshoots and more fairness mends that, and its defects.
 fn mended(
     ranked: &Ranked<'_>,
     job: &Refinement<'_>,
     fitted: Fitted,
-    least: f64,
     observer: &mut dyn Observer,
 ) -> Result<(Fitted, Vec<Diagnostic>)> {
     let defects = defects_of(ranked, &fitted, job.kind)?;
-    let wrong = !defects.is_empty() || fitted.rms() < least;
-    if wrong
+    if !defects.is_empty()
         && defects.iter().all(smoothed)
         && job.heights.is_none()
         && job.options.fairness.is_none()
     {
-        let wrong = |fitted: &Fitted| {
-            Ok(fitted.rms() < least || !defects_of(ranked, fitted, job.kind)?.is_empty())
-        };
+        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, job.kind)?.is_empty());
         let found = repaired(job, &fitted, ranked.seen.noise(), wrong, observer)?;
         if let Some(better) = found {
             return Ok((better, Vec::new()));

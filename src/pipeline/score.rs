@@ -20,12 +20,15 @@ pub struct ScoreSettings {
     pub misaligned: f64,
     /// See `uncovered`.
     pub folded: f64,
+    /// Share of the rectangle under heights that the points leave empty which counts ln 2: sheets
+    /// end where the points end.
+    pub unfilled: f64,
     /// Weight of pinched ends.
     pub pinched: f64,
     /// What a closed direction costs.
     pub closed: f64,
-    /// What parameters that follow the surface cost, times the number of points: they are more
-    /// freedom than heights have.
+    /// What parameters that follow the surface cost, times the root of the number of points: by
+    /// so much another hypothesis may be better than heights by chance.
     pub free: f64,
 }
 
@@ -37,9 +40,10 @@ impl Default for ScoreSettings {
             uncovered: 0.02,
             misaligned: 0.05,
             folded: 0.01,
+            unfilled: 0.2,
             pinched: 1.5,
             closed: 1.5,
-            free: 40.0,
+            free: 4.0,
         }
     }
 }
@@ -48,15 +52,16 @@ impl Default for ScoreSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
     /// The terms by name, each with its weight.
-    pub terms: [(&'static str, f64); 8],
+    pub terms: [(&'static str, f64); 9],
 }
 
 impl Score {
     /// Of a surface of this kind with these errors of points left out, by random folds and by
-    /// blocks, where errors below `floor` are noise.
+    /// blocks, where errors below `floor` are noise; of heights, with so much of their rectangle unfilled.
     #[must_use]
     pub fn of(
         kind: Kind,
+        unfilled: f64,
         [random, blocks]: [f64; 2],
         floor: f64,
         terms: &Terms,
@@ -77,9 +82,10 @@ impl Score {
                 ),
                 ("misaligned", grows(terms.misaligned, settings.misaligned)),
                 ("folded", grows(terms.folded, settings.folded)),
+                ("unfilled", grows(unfilled, settings.unfilled)),
                 ("pinched", settings.pinched * terms.pinched),
                 ("closed", if closed { settings.closed } else { 0.0 }),
-                ("free", if kind == Kind::Height { 0.0 } else { settings.free / points as f64 }),
+                ("free", if kind == Kind::Height { 0.0 } else { settings.free / root }),
             ],
         }
     }

@@ -163,6 +163,7 @@ pub(super) fn ends_search(
         && torn <= scale.torn.1
         && terms.misaligned <= scale.misaligned
         && terms.folded <= scale.folded
+        && model.hypothesis.unfilled <= scale.unfilled
 }
 
 /// The hypotheses whose quick errors are within reach of the best, fewest errors first, and the
@@ -218,7 +219,7 @@ fn model(
         distances: &fit.distances,
     };
     let terms = compared.terms(&settings.terms)?;
-    let score = Score { terms: [("", 0.0); 8] };
+    let score = Score { terms: [("", 0.0); 9] };
     Ok(Some(Model { hypothesis, fit, terms, score }))
 }
 
@@ -234,7 +235,15 @@ fn scored(
     for model in &mut models {
         let (kind, points) = (model.hypothesis.kind, seen.points().len());
         let held_out = model.fit.held_out;
-        model.score = Score::of(kind, held_out, floor, &model.terms, points, &settings.score);
+        model.score = Score::of(
+            kind,
+            model.hypothesis.unfilled,
+            held_out,
+            floor,
+            &model.terms,
+            points,
+            &settings.score,
+        );
     }
     models.sort_by(|a, b| a.score.compare(&b.score));
     Ranking { models, dropped }

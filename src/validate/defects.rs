@@ -65,15 +65,6 @@ pub fn defects(
     let share = folded_share(compared, &grid, settings);
     let off = rms(compared.distances.iter().copied());
     let closed = compared.closed[0];
-    if std::env::var("DBG").is_ok() {
-        eprintln!(
-            "DBG folded {share:.3} overshoot {:.3} unc {:.3} torn {:.3} rms {:.4}",
-            distance / diagonal,
-            found.uncovered,
-            found.torn,
-            off / diagonal
-        );
-    }
     let all = [
         (share > settings.folded, Diagnostic::Folded { share }),
         (distance > settings.overshoot * diagonal, Diagnostic::Overshoot { distance, diagonal }),
