@@ -24,7 +24,7 @@ pub(super) const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows: with fewer, points left out are
 /// further off, since cross-validation does not know of the freedom that their parameters have.
-const POINTS_PER_CONTROL_POINT: usize = 6;
+const POINTS_PER_CONTROL_POINT: usize = 4;
 
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 pub(super) const FEW: usize = 256;
@@ -65,7 +65,7 @@ impl Fitting<'_> {
         let exact = EXACT * diameter(self.points);
         // A finer net begins no rougher than the one before.
         self.left = 1.0;
-        self.limit = self.limit.div_ceil(2);
+        self.limit = self.limit.div_ceil(2) - 1;
         loop {
             let feet = self.correct(&surface, 2);
             let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
@@ -99,7 +99,8 @@ impl Fitting<'_> {
             };
             let before = (self.score, self.uv.clone());
             let next = self.descend(&finer, surface.clone())?;
-            if let (Some(old), Some(new)) = (before.0, self.score)
+            if growth.tolerance.is_none()
+                && let (Some(old), Some(new)) = (before.0, self.score)
                 && (new.error > LEAST_GAIN * old.error || new.error_of_blocks > old.error_of_blocks)
             {
                 (self.score, self.uv) = before;

@@ -123,7 +123,8 @@ pub(crate) fn grow_heights(
             Err(_) => return Ok((fit, EndedBy::Points)),
         };
         let gains = finer.expected <= LEAST_GAIN * LEAST_GAIN * fit.expected;
-        if !gains || finer.expected_of_blocks > fit.expected_of_blocks {
+        let noise = !gains || finer.expected_of_blocks > fit.expected_of_blocks;
+        if noise && growth.tolerance.is_none() {
             return Ok((fit, EndedBy::Noise));
         }
         fit = finer;

@@ -12,6 +12,10 @@ use crate::progress::Observer;
 /// cannot follow a feature, all of them are far from it, and none is an outlier.
 const AROUND: usize = 16;
 
+/// Share of the way to the farthest of those that a point may be off the surface without having
+/// changed its shape.
+const SLIGHT: f64 = 0.1;
+
 /// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where the usual distance
 /// is the median around a point, or of all points if that is more. Only points beyond the reach of
 /// all points' median, and beyond `least`, can lose weight.
@@ -37,6 +41,9 @@ pub(super) fn outlier_weights(
             return 1.0;
         }
         tree.nearest_to(index, AROUND, found);
+        if distance <= SLIGHT * found.last().map_or(0.0, Neighbor::distance) {
+            return 1.0;
+        }
         let around = median(found.iter().map(|near| distances[near.index as usize]));
         biweight(distance, around.max(usual))
     })?;

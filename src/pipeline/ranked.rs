@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
 use super::select::{Model, Ranking, SelectSettings, ends_search, rank};
 use crate::chart::{CHARTS, Kind};
-use crate::cloud::{PrepareOptions, PreparedCloud, random_sample};
+use crate::cloud::{KdTree, PrepareOptions, PreparedCloud, random_sample};
 use crate::error::Result;
 use crate::numeric::quantile;
 use crate::observe::{Observations, ObserveSettings};
@@ -18,12 +18,17 @@ const UNEVEN: f64 = 30.0;
 /// Share of the points at either end of an axis that its extent leaves out.
 const TAIL: f64 = 0.01;
 
+/// Points by which folds are told from bends, at most.
+const MANY: usize = 50_000;
+
 /// What is known of points before a surface is refined.
 pub(super) struct Ranked<'a> {
     pub(super) cloud: &'a PreparedCloud,
     /// Places of the points that were observed, among the cloud's points.
     pub(super) chosen: Vec<u32>,
-    /// These points.
+    /// A tree over many of the cloud's points.
+    pub(super) tree: KdTree<'a>,
+    /// The observed points.
     pub(super) sample: &'a [DVec3],
     pub(super) seen: &'a Observations<'a>,
     pub(super) ranking: Ranking,
@@ -136,6 +141,10 @@ fn stages<T>(
     let (settings, select) = (ObserveSettings::default(), SelectSettings::default());
     let chosen = random_sample(&cloud.points, settings.sample);
     let sample: Vec<DVec3> = chosen.iter().map(|&index| cloud.points[index as usize]).collect();
+    let many: Vec<DVec3> = random_sample(&cloud.points, MANY)
+        .iter()
+        .map(|&index| cloud.points[index as usize])
+        .collect();
     let seen = Observations::of(&sample, settings);
     clock.lap("observe");
     let local = |axis: DVec3| cloud.frame.direction_to_local(axis).normalize();
@@ -159,6 +168,7 @@ fn stages<T>(
         Ranked {
             cloud,
             chosen,
+            tree: KdTree::new(&many),
             sample: &sample,
             seen: &seen,
             ranking,

@@ -330,7 +330,14 @@ fn defects_on(
     let distances: Vec<f64> =
         feet.iter().zip(ranked.sample).map(|(foot, point)| foot.distance(*point)).collect();
     let closed = kind.closed().into();
-    let compared = Compared { seen: ranked.seen, surface, closed, uv: &uv, distances: &distances };
+    let compared = Compared {
+        seen: ranked.seen,
+        tree: &ranked.tree,
+        surface,
+        closed,
+        uv: &uv,
+        distances: &distances,
+    };
     let mut found = defects(&compared, &ranked.settings.terms, &DefectSettings::default())?;
     let frame = &ranked.cloud.frame;
     for defect in &mut found {

@@ -90,8 +90,20 @@ impl Refinement<'_> {
         accept: Accept<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let (from, fairness) = (self.from(known), self.options.fairness);
-        let (points, given) = (self.points, Some(weights.as_slice()));
+        self.on_with(known, weights, self.options.fairness, growth, accept, observer)
+    }
+
+    /// The same with this fairness.
+    fn on_with(
+        &self,
+        known: &Fitted,
+        weights: Vec<f64>,
+        fairness: Option<f64>,
+        growth: Option<Growth>,
+        accept: Accept<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Fitted> {
+        let (from, points, given) = (self.from(known), self.points, Some(weights.as_slice()));
         let found = continued(points, given, &from, fairness, growth, accept, observer)?;
         Ok(Fitted::new(found, weights))
     }
@@ -159,23 +171,30 @@ impl Refinement<'_> {
         accept: Accept<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Option<Fitted>> {
-        let Some(tolerance) = self.tolerance.filter(|tolerance| fitted.max() > *tolerance) else {
-            return Ok(None);
-        };
+        let Some(tolerance) = self.tolerance else { return Ok(None) };
         let growth = Growth { tolerance: Some(tolerance), most: self.options.max_control_points };
-        let weights = fitted.weights.clone();
-        let nearer = if self.heights.is_some() {
-            self.heights_with(weights, Some(growth), Some(LEAST_FAIRNESS), observer)
-        } else {
-            self.on(fitted, weights, Some(growth), accept, observer)
-        };
-        match nearer {
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            Ok(nearer) if nearer.max() <= fitted.max() && nearer.rms() <= fitted.rms() => {
-                Ok(Some(nearer))
+        let mut best: Option<Fitted> = None;
+        // With next to no fairness few points are followed, too.
+        for fairness in [self.options.fairness, Some(LEAST_FAIRNESS)] {
+            let from = best.as_ref().unwrap_or(fitted);
+            if from.max() <= tolerance {
+                break;
             }
-            _ => Ok(None),
+            let weights = from.weights.clone();
+            let nearer = if self.heights.is_some() {
+                self.heights_with(weights, Some(growth), fairness, observer)
+            } else {
+                self.on_with(from, weights, fairness, Some(growth), accept, observer)
+            };
+            match nearer {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Ok(nearer) if nearer.max() <= from.max() && nearer.rms() <= from.rms() => {
+                    best = Some(nearer);
+                }
+                _ => {}
+            }
         }
+        Ok(best)
     }
 
     /// The weights that were given, less what outliers lose. No distance under `least` or within the

@@ -213,6 +213,7 @@ fn model(
     };
     let compared = Compared {
         seen,
+        tree: seen.tree(),
         surface: &fit.surface,
         closed: hypothesis.closed(),
         uv: &fit.uv,

@@ -1,14 +1,18 @@
 //! The defects of a surface: what makes it invalid.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::grid::CellGrid;
 use super::terms::{Compared, TermSettings};
-use crate::cloud::Bounds;
+use crate::cloud::{Bounds, Neighbor, Plane};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::numeric::rms;
+use crate::numeric::{median, rms};
 use crate::progress::Silent;
+
+/// The neighbour whose distance is the spacing around a cell.
+const SPACING: usize = 4;
 
 /// When a surface is not valid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +29,8 @@ pub struct DefectSettings {
     pub thick: f64,
     /// Cells along a side of the grid on which folds are looked for.
     pub cells: usize,
+    /// Points in a local plane.
+    pub neighbors: usize,
     /// Thickness over width up to which a local plane has a side.
     pub flat: f64,
     /// Cosine between neighbouring local planes from which on their sides are compared.
@@ -40,6 +46,7 @@ impl Default for DefectSettings {
             torn: 0.05,
             thick: 0.11,
             cells: 70,
+            neighbors: 12,
             flat: 0.14,
             alike: 0.7,
         }
@@ -99,17 +106,22 @@ fn overshoot(compared: &Compared<'_>, grid: &CellGrid) -> f64 {
 /// beneath: the side of the plane, carried along, must not change against the surface's.
 #[must_use]
 pub fn folded_share(compared: &Compared<'_>, grid: &CellGrid, settings: &DefectSettings) -> f64 {
-    let (seen, planes) = (compared.seen, compared.seen.planes());
-    let reach = 2.0 * seen.spacing();
-    let mut found = Vec::new();
-    let mut side = |cell: usize| {
-        seen.tree().nearest_where(grid.places[cell], 1, reach, &mut found, |_| true);
-        let near = found.first()?.index as usize;
-        let normal = planes.normals[near];
-        let sign = grid.normals[cell].dot(normal).signum();
-        (planes.flatness[near] < settings.flat).then_some((normal, sign))
+    let (tree, points) = (compared.tree, compared.tree.points());
+    let below = |found: &mut Vec<Neighbor>, place: &DVec3| {
+        tree.nearest_where(*place, settings.neighbors, f64::INFINITY, found, |_| true);
+        let plane = Plane::of(found.iter().map(|near| points[near.index as usize]));
+        let spacing = found.iter().take(SPACING).next_back().map_or(0.0, Neighbor::distance);
+        (found.first().map_or(0.0, Neighbor::distance), spacing, plane)
     };
-    let sides: Vec<Option<(DVec3, f64)>> = (0..grid.places.len()).map(&mut side).collect();
+    let planes: Vec<(f64, f64, Plane)> = grid.places.par_iter().map_init(Vec::new, below).collect();
+    let reach = 2.0 * median(planes.iter().map(|(_, spacing, _)| *spacing));
+    let side = |cell: usize| {
+        let (near, _, plane) = &planes[cell];
+        let [_, width, thickness] = plane.deviations;
+        let told = *near < reach && thickness < settings.flat * width;
+        told.then(|| (plane.normal(), grid.normals[cell].dot(plane.normal()).signum()))
+    };
+    let sides: Vec<Option<(DVec3, f64)>> = (0..planes.len()).map(side).collect();
     let (mut turned, mut count) = (0.0, 0.0);
     for [a, b] in grid.neighbors() {
         let (Some((normal_a, sign_a)), Some((normal_b, sign_b))) = (sides[a], sides[b]) else {

@@ -57,8 +57,14 @@ pub fn validate(
     let surface = surface.with_domain((0.0, 1.0), (0.0, 1.0))?;
     let seen = Observations::of(&points, settings);
     let closed = closed(&surface);
-    let compared =
-        Compared { seen: &seen, surface: &surface, closed, uv: &uv, distances: &distances };
+    let compared = Compared {
+        seen: &seen,
+        tree: seen.tree(),
+        surface: &surface,
+        closed,
+        uv: &uv,
+        distances: &distances,
+    };
     defects(&compared, &TermSettings::default(), &DefectSettings::default())
 }
 

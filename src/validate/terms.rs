@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::grid::CellGrid;
-use crate::cloud::{Neighbor, hull};
+use crate::cloud::{KdTree, Neighbor, hull};
 use crate::error::Result;
 use crate::numeric::median;
 use crate::nurbs::{NurbsSurface, Outside};
@@ -61,6 +61,8 @@ pub struct Terms {
 pub struct Compared<'a> {
     /// The observations.
     pub seen: &'a Observations<'a>,
+    /// A tree over as many points as may tell of folds, beside which the observed ones are few.
+    pub tree: &'a KdTree<'a>,
     /// The surface.
     pub surface: &'a NurbsSurface,
     /// Directions that close.

@@ -34,7 +34,7 @@ def normals(surface: neurbs.NurbsSurface, side: int = 60) -> Array:
     """Return unit normals inside a surface, of shape (side, side, 3)."""
     inside = np.linspace(0.003, 0.997, side)
     u, v = (low + (high - low) * inside for low, high in surface.domain)
-    return surface.normals_grid(u, v)
+    return surface.normals_grid(u, v)[1]
 
 
 def facets(surface: neurbs.NurbsSurface) -> tuple[Array, Array]:
