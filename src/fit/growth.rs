@@ -24,7 +24,7 @@ pub(super) const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows: with fewer, points left out are
 /// further off, since cross-validation does not know of the freedom that their parameters have.
-const POINTS_PER_CONTROL_POINT: usize = 4;
+const POINTS_PER_CONTROL_POINT: usize = 5;
 
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 pub(super) const FEW: usize = 256;

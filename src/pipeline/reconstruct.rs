@@ -39,6 +39,9 @@ const MARGIN: f64 = 3.0;
 /// worse.
 const WORSE: f64 = 1.2;
 
+/// Share of the folds that make a surface invalid which may be left after a repair.
+const HARDLY: f64 = 0.25;
+
 /// The median of normal noise's distances, in its standard deviation.
 const MEDIAN: f64 = 0.6745;
 
@@ -234,7 +237,7 @@ fn refine(
     let mut best = mended(ranked, &job, small, observer)?;
     // A finer net must bring no defects, or none that more fairness does not mend.
     let accept = |surface: &NurbsSurface, uv: &[DVec2]| {
-        Ok(defects_on(ranked, surface, uv, kind)?.is_empty())
+        Ok(defects_on(ranked, surface, uv, kind, &sure())?.is_empty())
     };
     if best.1.is_empty() {
         let grown = job.grown(best.0.clone(), &accept, observer)?;
@@ -273,13 +276,23 @@ fn mended(
         && job.heights.is_none()
         && job.options.fairness.is_none()
     {
-        let wrong = |fitted: &Fitted| Ok(!defects_of(ranked, fitted, job.kind)?.is_empty());
+        let wrong = |fitted: &Fitted| {
+            let Fitted { surface, uv, .. } = fitted;
+            Ok(!defects_on(ranked, surface, uv, job.kind, &sure())?.is_empty())
+        };
         let found = repaired(job, &fitted, ranked.seen.noise(), wrong, observer)?;
         if let Some(better) = found {
             return Ok((better, Vec::new()));
         }
     }
     Ok((fitted, defects))
+}
+
+/// The defects that finer and repaired surfaces must not have: hardly any folds are left, so that no
+/// finer look finds them.
+fn sure() -> DefectSettings {
+    let settings = DefectSettings::default();
+    DefectSettings { folded: HARDLY * settings.folded, ..settings }
 }
 
 /// Whether more fairness may mend a defect.
@@ -323,6 +336,7 @@ fn defects_on(
     surface: &NurbsSurface,
     uv: &[DVec2],
     kind: Kind,
+    settings: &DefectSettings,
 ) -> Result<Vec<Diagnostic>> {
     let uv: Vec<DVec2> = ranked.chosen.iter().map(|&index| uv[index as usize]).collect();
     let mut feet = vec![DVec3::ZERO; uv.len()];
@@ -338,7 +352,7 @@ fn defects_on(
         uv: &uv,
         distances: &distances,
     };
-    let mut found = defects(&compared, &ranked.settings.terms, &DefectSettings::default())?;
+    let mut found = defects(&compared, &ranked.settings.terms, settings)?;
     let frame = &ranked.cloud.frame;
     for defect in &mut found {
         if let Diagnostic::Overshoot { distance: length, diagonal }
@@ -352,5 +366,5 @@ fn defects_on(
 }
 
 fn defects_of(ranked: &Ranked<'_>, fitted: &Fitted, kind: Kind) -> Result<Vec<Diagnostic>> {
-    defects_on(ranked, &fitted.surface, &fitted.uv, kind)
+    defects_on(ranked, &fitted.surface, &fitted.uv, kind, &DefectSettings::default())
 }

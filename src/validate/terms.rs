@@ -34,7 +34,7 @@ impl Default for TermSettings {
         Self {
             cells: 32,
             stretch: 3.0,
-            uncovered: (2.0, 1.5),
+            uncovered: (1.5, 1.5),
             misaligned: 0.5,
             flat: 0.35,
             turned: -0.2,
