@@ -25,7 +25,7 @@ use crate::progress::{self, Observer, Stage};
 /// n of the rectangle, 0.02 of it at most).
 ///
 /// Where there are no points the fairness decides: the surface spans holes like a thin plate. Heights over the
-/// plane nearest to all points are held within their range there, and a tenth of it beyond on either side: where a
+/// plane nearest to all points are held within their range there, and half of it beyond on either side: where a
 /// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
 /// side.
 /// O(points · degree⁴), a few times that where fairness is to be found (by 20,000 points at most).

@@ -113,7 +113,7 @@ impl<'a> Heights<'a> {
             equations.tighten(reach);
         }
         let (low, high) = range(self.local.iter().map(|point| point.z));
-        let beyond = 0.1 * (high - low);
+        let beyond = 0.5 * (high - low);
         let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
         while fairness > 0.0 && reach.is_none_or(|reach| reach > SHORTEST_REACH) {
             let (lowest, highest) = range(self::heights(&heights));
