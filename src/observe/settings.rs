@@ -29,7 +29,7 @@ pub struct ObserveSettings {
 impl Default for ObserveSettings {
     fn default() -> Self {
         Self {
-            sample: 2000,
+            sample: 1500,
             neighbors: 8,
             least_plane: 6,
             largest_plane: 160,

@@ -121,7 +121,9 @@ impl Refinement<'_> {
                 break;
             }
             fitted = if self.heights.is_some() {
-                self.heights(weights, observer)?
+                let (net, fairness) = (fitted.surface.shape(), Some(fitted.fairness));
+                let again = self.heights_with(net, weights, None, fairness, observer)?;
+                Fitted { ended_by: fitted.ended_by, ..again }
             } else {
                 self.on(&fitted, weights, None, &|_, _| Ok(true), observer)?
             };
@@ -182,7 +184,7 @@ impl Refinement<'_> {
             }
             let weights = from.weights.clone();
             let nearer = if self.heights.is_some() {
-                self.heights_with(weights, Some(growth), fairness, observer)
+                self.heights_with(self.net(), weights, Some(growth), fairness, observer)
             } else {
                 self.on_with(from, weights, fairness, Some(growth), accept, observer)
             };
@@ -250,12 +252,13 @@ impl Refinement<'_> {
     }
 
     fn heights(&self, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
-        self.heights_with(weights, self.growth(), self.options.fairness, observer)
+        self.heights_with(self.net(), weights, self.growth(), self.options.fairness, observer)
     }
 
     /// Heights whose net grows if it may.
     fn heights_with(
         &self,
+        net: (usize, usize),
         weights: Vec<f64>,
         growth: Option<Growth>,
         fairness: Option<f64>,
@@ -263,7 +266,6 @@ impl Refinement<'_> {
     ) -> Result<Fitted> {
         let [along, across, up] = self.heights.unwrap_or(DVec3::AXES);
         let base = Base { axes: [along, across], up };
-        let net = self.net();
         let options = HeightOptions { net, degree: self.degree(net), fairness };
         let most = net.0 * net.1;
         let growth = growth.unwrap_or(Growth { tolerance: None, most });
