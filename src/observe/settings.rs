@@ -29,7 +29,7 @@ pub struct ObserveSettings {
 impl Default for ObserveSettings {
     fn default() -> Self {
         Self {
-            sample: 1500,
+            sample: 2000,
             neighbors: 8,
             least_plane: 6,
             largest_plane: 160,

@@ -32,7 +32,7 @@ use crate::validate::{Compared, DefectSettings, defects};
 
 /// Hypotheses that are refined, at most, and how much higher than the best their scores may be: a
 /// surface without defects that is far from the points is no better than one with defects.
-const REFINED: usize = 3;
+const REFINED: usize = 5;
 const MARGIN: f64 = 3.0;
 
 /// Distance of the points from a refined surface, in that from the coarse one, from which on it is

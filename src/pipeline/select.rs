@@ -50,7 +50,7 @@ pub struct DropSettings {
 impl Default for DropSettings {
     fn default() -> Self {
         Self {
-            most: 6,
+            most: 8,
             error: 5.0,
             noise: 2.0,
             exit_points: 100,
