@@ -204,6 +204,25 @@ impl ClosestPointSearch {
         })
     }
 
+    /// Parameters and distances of the closest points, as of [`Self::closest_points`].
+    pub(crate) fn closest_parameters(
+        &self,
+        points: &[DVec3],
+        observer: &mut dyn Observer,
+    ) -> Result<(Vec<DVec2>, Vec<f64>)> {
+        let count = points.len();
+        let (mut uv, mut feet) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
+        let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
+        let out = ClosestPointSlices {
+            uv: &mut uv,
+            points: &mut feet,
+            distances: &mut distances,
+            converged: &mut converged,
+        };
+        self.closest_points(points, out, observer)?;
+        Ok((uv, distances))
+    }
+
     fn search<'a>(&'a self, point: DVec3, stack: &mut Vec<(f64, &'a Node)>) -> ClosestPoint {
         let nowhere = DVec3::splat(f64::NAN);
         let mut best = ClosestPoint {

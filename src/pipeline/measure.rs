@@ -6,7 +6,7 @@ use super::fitted::Fitted;
 use super::start::Start;
 use crate::cloud::PreparedCloud;
 use crate::error::Result;
-use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
+use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::Observer;
 
 /// Parameters, deviations and inliers of all given points.
@@ -29,7 +29,8 @@ impl Measured {
     ) -> Result<Self> {
         let known: Vec<DVec3> = cloud.indices.iter().map(|&index| given[index as usize]).collect();
         let found = if surface.weights().is_some() {
-            let (uv, distances) = closest(surface, given, observer)?;
+            let (uv, distances) =
+                ClosestPointSearch::new(surface)?.closest_parameters(given, observer)?;
             Start { uv, distances }
         } else {
             Start::near(given, surface, closed, &known, &fitted.uv, observer)?
@@ -69,23 +70,4 @@ impl Measured {
         let all = self.deviations.iter().zip(&self.inliers);
         all.filter(|(_, inlier)| **inlier).map(|(deviation, _)| *deviation).collect()
     }
-}
-
-/// Parameters of the points' projections onto a surface of any kind, and their distances.
-pub(super) fn closest(
-    surface: &NurbsSurface,
-    points: &[DVec3],
-    observer: &mut dyn Observer,
-) -> Result<(Vec<DVec2>, Vec<f64>)> {
-    let count = points.len();
-    let (mut uv, mut feet) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
-    let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
-    let found = ClosestPointSlices {
-        uv: &mut uv,
-        points: &mut feet,
-        distances: &mut distances,
-        converged: &mut converged,
-    };
-    ClosestPointSearch::new(surface)?.closest_points(points, found, observer)?;
-    Ok((uv, distances))
 }

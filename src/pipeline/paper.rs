@@ -5,7 +5,6 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::clock::Clock;
-use super::measure::closest;
 use super::reconstruction::Reconstruction;
 use super::relay;
 use super::report::{Deviations, Report, TrainingReport};
@@ -14,7 +13,7 @@ use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::nurbs::{MAX_DEGREE, OrderedSurface, check_degree};
+use crate::nurbs::{ClosestPointSearch, MAX_DEGREE, OrderedSurface, check_degree};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 
@@ -89,7 +88,8 @@ fn run(
     let quantization_error = som.quantization_error(points, observer)?;
     clock.lap("train");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
-    let (uv, deviations) = closest(&surface, points, observer)?;
+    let (uv, deviations) =
+        ClosestPointSearch::new(&surface)?.closest_parameters(points, observer)?;
     clock.lap("measure");
     let converged = som.stopped_by != StoppedBy::MaxSteps;
     let not_settled = Diagnostic::NotSettled { steps: som.steps, change: som.change };

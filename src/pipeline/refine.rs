@@ -14,6 +14,7 @@ use crate::fit::{
     Accept, ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
     continued, grow_heights, project, rational, reach,
 };
+use crate::nurbs::ClosestPointSearch;
 use crate::progress::Observer;
 
 /// How far outer cells of the map go on for points beyond them, in cells.
@@ -283,7 +284,8 @@ impl Refinement<'_> {
         if surface == fitted.surface {
             return Ok(fitted);
         }
-        let (uv, distances) = super::measure::closest(&surface, self.points, observer)?;
+        let (uv, distances) =
+            ClosestPointSearch::new(&surface)?.closest_parameters(self.points, observer)?;
         Ok(Fitted { surface, uv, distances, ..fitted })
     }
 }

@@ -7,7 +7,7 @@ use super::terms::{Compared, TermSettings};
 use crate::cloud::random_sample;
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
+use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::observe::{Observations, ObserveSettings};
 use crate::progress::Observer;
 
@@ -38,16 +38,8 @@ pub fn validate(
     let settings = ObserveSettings::default();
     let sample = random_sample(points, settings.sample);
     let points: Vec<DVec3> = sample.iter().map(|&index| points[index as usize]).collect();
-    let count = points.len();
-    let (mut uv, mut feet) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
-    let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
-    let found = ClosestPointSlices {
-        uv: &mut uv,
-        points: &mut feet,
-        distances: &mut distances,
-        converged: &mut converged,
-    };
-    ClosestPointSearch::new(surface)?.closest_points(&points, found, observer)?;
+    let (mut uv, distances) =
+        ClosestPointSearch::new(surface)?.closest_parameters(&points, observer)?;
     // The terms take parameters on [0, 1]².
     let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
     let (low, size) = (DVec2::new(u.0, v.0), DVec2::new(u.1 - u.0, v.1 - v.0));
