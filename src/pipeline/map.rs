@@ -106,10 +106,15 @@ pub(super) fn lattice(net: (usize, usize), points: usize, kind: Kind) -> Result<
     let most = (points / POINTS_PER_NODE).max(least.0 * least.1) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
     let side = |count: usize, least| whole(count as f64 * shrink).max(least);
+    grid((side(net.0, least.0), side(net.1, least.1)), kind)
+}
+
+/// A lattice of so many rows and columns, closed as the kind is.
+pub(super) fn grid((rows, cols): (usize, usize), kind: Kind) -> Result<Lattice> {
     let topology = match kind.closed() {
         (false, _) => Topology::Sheet,
         (true, false) => Topology::Tube,
         (true, true) => Topology::Torus,
     };
-    Lattice::grid(side(net.0, least.0), side(net.1, least.1), Cells::Quad, topology)
+    Lattice::grid(rows, cols, Cells::Quad, topology)
 }

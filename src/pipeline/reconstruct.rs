@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use super::candidate::Candidate;
 use super::diagnose::diagnose;
 use super::fitted::Fitted;
-use super::map::LearnedMap;
+use super::map::{LearnedMap, grid};
 use super::measure::Measured;
 use super::options::{ReconstructOptions, Start as Init};
 use super::orientation::oriented;
@@ -27,7 +27,7 @@ use crate::fit::{EndedBy, lengths};
 use crate::numeric::rms;
 use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::{Observer, Silent};
-use crate::som::{Init as MapInit, Lattice, Topology};
+use crate::som::Init as MapInit;
 use crate::validate::{Compared, DefectSettings, defects};
 
 /// Hypotheses that are refined, at most, and how much higher than the best their scores may be: a
@@ -304,24 +304,18 @@ fn smoothed(defect: &Diagnostic) -> bool {
 fn from_nodes(
     ranked: &Ranked<'_>,
     nodes: &[DVec3],
-    (rows, cols): (usize, usize),
+    shape: (usize, usize),
     options: &ReconstructOptions<'_>,
     observer: &mut dyn Observer,
 ) -> Result<Refined> {
     let frame = ranked.cloud.frame;
     let kind = options.kind.unwrap_or(Kind::Sheet);
-    let topology = match kind.closed() {
-        (false, _) => Topology::Sheet,
-        (true, false) => Topology::Tube,
-        (true, true) => Topology::Torus,
-    };
     let mut observer = LocalObserver { frame, observer };
     let observer: &mut dyn Observer = &mut observer;
     let nodes = nodes.iter().map(|node| frame.to_local(*node)).collect();
-    let lattice = Lattice::grid(rows, cols, crate::som::Cells::Quad, topology)?;
-    let points = &ranked.cloud.points;
-    let map = LearnedMap::learn(points, lattice, MapInit::Given(nodes), observer)?;
-    let lengths = [rows as f64, cols as f64];
+    let lattice = grid(shape, kind)?;
+    let map = LearnedMap::learn(&ranked.cloud.points, lattice, MapInit::Given(nodes), observer)?;
+    let lengths = [shape.0 as f64, shape.1 as f64];
     let heights = (kind == Kind::Height)
         .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));
     let job = refinement(ranked, kind, heights, lengths, options);

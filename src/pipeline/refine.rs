@@ -160,10 +160,8 @@ impl Refinement<'_> {
         fairness: f64,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let (from, weights) = (self.from(known), Some(known.weights.as_slice()));
         let all: Accept<'_> = &|_, _| Ok(true);
-        let found = continued(self.points, weights, &from, Some(fairness), None, all, observer)?;
-        Ok(Fitted::new(found, known.weights.clone()))
+        self.on_with(known, known.weights.clone(), Some(fairness), None, all, observer)
     }
 
     /// The surface within the tolerance, if there is one and a nearer surface is found: its net
