@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::border::border;
@@ -10,7 +10,7 @@ use super::links::{surface_graph, tight_graph};
 use super::local_planes::LocalPlanes;
 use super::settings::ObserveSettings;
 use crate::cloud::{KdTree, Neighbor, NeighborGraph, Plane};
-use crate::numeric::{median, rms};
+use crate::numeric::median;
 
 /// Observations of a few thousand points, evenly taken from a cloud.
 ///
@@ -162,17 +162,5 @@ impl<'a> Observations<'a> {
     pub fn border_share(&self) -> f64 {
         let border = self.border();
         border.iter().filter(|open| **open).count() as f64 / border.len() as f64
-    }
-
-    /// Axes of the points as a matrix, with their mean.
-    #[must_use]
-    pub fn principal_frame(&self) -> (DVec3, DMat3) {
-        (self.axes.centre, DMat3::from_cols_array_2d(&self.axes.axes.map(|axis| axis.to_array())))
-    }
-
-    /// Root mean square of distances, in units of the points' size.
-    #[must_use]
-    pub fn relative(&self, distances: &[f64]) -> f64 {
-        rms(distances.iter().copied()) / self.size()
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn ranked<T>(
     let heights = options.kind.is_none_or(|kind| kind == Kind::Height);
     let scale = extents(points).filter(|_| options.axis_scale.is_none() && heights);
     if let Some(scale) = scale
-        && !plain_heights(points, given, options, observer)?
+        && !heights_end_search(points, given, DMat3::IDENTITY, options, observer)?
     {
         let turned = [DMat3::IDENTITY, cycled(2), cycled(1)];
         for axes in turned {
@@ -97,16 +97,7 @@ fn cycled(by: usize) -> DMat3 {
     DMat3::from_cols(DVec3::AXES[by % 3], DVec3::AXES[(by + 1) % 3], DVec3::AXES[(by + 2) % 3])
 }
 
-/// Whether heights end the search without a scale.
-fn plain_heights(
-    points: &[DVec3],
-    scale: DVec3,
-    options: &ReconstructOptions<'_>,
-    observer: &mut dyn Observer,
-) -> Result<bool> {
-    heights_end_search(points, scale, DMat3::IDENTITY, options, observer)
-}
-
+/// Whether heights end the search, with this scale and these axes as x, y and z.
 fn heights_end_search(
     points: &[DVec3],
     scale: DVec3,

@@ -96,12 +96,6 @@ impl Score {
         self.terms.iter().map(|(_, value)| value).sum()
     }
 
-    /// A term by its name; 0 if there is none of that name.
-    #[must_use]
-    pub fn term(&self, name: &str) -> f64 {
-        self.terms.iter().find(|term| term.0 == name).map_or(0.0, |term| term.1)
-    }
-
     /// The lower score first.
     #[must_use]
     pub fn compare(&self, other: &Self) -> Ordering {

@@ -29,21 +29,8 @@ const LANDMARKS: usize = 60;
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
     let graph = NeighborGraph::connected(points, NEIGHBORS, observer)?;
-    unroll_along(points, &graph, observer)
-}
-
-/// As [`unroll`], by distances along the edges of a connected graph.
-///
-/// # Errors
-///
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
-pub fn unroll_along(
-    points: &[DVec3],
-    graph: &NeighborGraph,
-    observer: &mut dyn Observer,
-) -> Result<Option<Vec<DVec2>>> {
     let mut listen = progress::listener(observer, Stage::Training, points.len());
-    embed(graph, spread_out(points, LANDMARKS), &mut listen)
+    embed(&graph, spread_out(points, LANDMARKS), &mut listen)
 }
 
 /// As [`unroll`].

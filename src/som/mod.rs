@@ -70,7 +70,7 @@ use self::options::Plan;
 use self::random::Random;
 
 pub use self::distribution::Sampler;
-pub use self::geodesic::{unroll, unroll_along};
+pub use self::geodesic::unroll;
 pub use self::landmark_map::LandmarkMap;
 pub use self::lattice::{Lattice, MAX_NODES};
 pub use self::options::{Init, Kernel, Neighborhood, Presentation, SomOptions, Training};
