@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::even_sample::even_sample;
+use super::even_sample::{even_sample, items_at};
 use super::kd_tree::{KdTree, Neighbor};
 use super::partition::{NO_PART, Partition};
 use super::plane::Plane;
@@ -65,7 +65,7 @@ impl Components {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn components(points: &[DVec3], observer: &mut dyn Observer) -> Result<Components> {
-    let sample = of(points, &even_sample(points, MAX_SAMPLE));
+    let sample = items_at(points, &even_sample(points, MAX_SAMPLE));
     let tree = KdTree::over(&sample, observer)?;
     let roots = grow(&tree, observer)?;
     let (labels, sizes) = numbered(&roots);
@@ -97,10 +97,6 @@ fn gap(points: &[DVec3], labels: &[u32], count: usize) -> f64 {
         nearest
     };
     (0..count).into_par_iter().map(nearest).reduce(|| f64::INFINITY, f64::min)
-}
-
-fn of(points: &[DVec3], indices: &[u32]) -> Vec<DVec3> {
-    indices.iter().map(|&index| points[index as usize]).collect()
 }
 
 /// For each point the first of its component.
@@ -143,7 +139,7 @@ fn grow(tree: &KdTree<'_>, observer: &mut dyn Observer) -> Result<Vec<u32>> {
         // By chance a few neighbouring points may be flat.
         is_closed = counts.iter().map(|[flat, others]| *flat > others + NEIGHBORS).collect();
         growing.retain(|&at| !is_flat[at as usize] && !is_closed[roots[at as usize] as usize]);
-        let kept = even_sample(&of(points, &few), few.len() / 2);
+        let kept = even_sample(&items_at(points, &few), few.len() / 2);
         few = kept.into_iter().map(|at| few[at as usize]).collect();
     }
     // Points without a surface are joined to their nearest.

@@ -225,6 +225,11 @@ fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> R
     Ok(Some(size(large)))
 }
 
+/// The items at these places.
+pub(crate) fn items_at<T: Copy>(items: &[T], indices: &[u32]) -> Vec<T> {
+    indices.iter().map(|&index| items[index as usize]).collect()
+}
+
 /// Places of `most` points of a cloud, any of them: as densely in some places as compared with others
 /// as all points lie. They depend on the points alone, not on their order.
 #[must_use]

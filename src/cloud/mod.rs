@@ -23,6 +23,7 @@ pub use self::checks::{check, check_finite};
 pub(crate) use self::checks::{checked_bounds, finite_bounds};
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::components::{Components, components};
+pub(crate) use self::even_sample::items_at;
 pub use self::even_sample::{EvenSample, even_sample, random_sample};
 pub use self::frame::{Frame, LocalObserver};
 pub(crate) use self::hull::{area, hull, least_rectangle, turned};

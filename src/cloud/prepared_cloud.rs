@@ -9,7 +9,7 @@ use super::bounds::{POINTS_PER_REPORT, centroid};
 use super::checks::{check, checked_bounds};
 use super::clean::{Fate, clean};
 use super::components::{Components, components};
-use super::even_sample::EvenSample;
+use super::even_sample::{EvenSample, items_at};
 use super::frame::Frame;
 use super::no_data::{NoData, no_data};
 use crate::error::{Error, Result};
@@ -89,7 +89,7 @@ impl PreparedCloud {
         };
         let mut points = scaled(&indices);
         check(&points)?;
-        let mut weights = options.weights.map(|weights| select(weights, &indices));
+        let mut weights = options.weights.map(|weights| items_at(weights, &indices));
         let (mut merged, mut outliers) = (Vec::new(), Vec::new());
         if options.clean {
             let found = clean(&points, observer)?;
@@ -102,17 +102,17 @@ impl PreparedCloud {
                     merged.push((indices[duplicate as usize], indices[keeper as usize]));
                 }
             }
-            weights = weights.map(|weights| select(&weights, &found.kept));
-            indices = select(&indices, &found.kept);
-            points = select(&points, &found.kept);
+            weights = weights.map(|weights| items_at(&weights, &found.kept));
+            indices = items_at(&indices, &found.kept);
+            points = items_at(&points, &found.kept);
         }
         let mut components = components(&points, observer)?;
         if let Some(component) = options.component {
             let chosen = chosen(&components, component)?;
-            weights = weights.map(|weights| select(&weights, &chosen));
-            indices = select(&indices, &chosen);
-            components.labels = select(&components.labels, &chosen);
-            points = select(&points, &chosen);
+            weights = weights.map(|weights| items_at(&weights, &chosen));
+            indices = items_at(&indices, &chosen);
+            components.labels = items_at(&components.labels, &chosen);
+            points = items_at(&points, &chosen);
             let mut is_left = vec![false; given.len()];
             for &index in &indices {
                 is_left[index as usize] = true;
@@ -121,11 +121,11 @@ impl PreparedCloud {
         }
         check(&points)?;
         let (frame, points, order) = to_local(&points, options.axis_scale);
-        components.labels = select(&components.labels, &order);
+        components.labels = items_at(&components.labels, &order);
         Ok(Self {
             points,
-            weights: weights.map(|weights| select(&weights, &order)),
-            indices: select(&indices, &order),
+            weights: weights.map(|weights| items_at(&weights, &order)),
+            indices: items_at(&indices, &order),
             merged,
             outliers,
             no_data,
@@ -164,11 +164,11 @@ fn thinned(given: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
 /// The local frame of scaled points, these in it, and their order from the farthest to the nearest.
 fn to_local(scaled: &[DVec3], axis_scale: DVec3) -> (Frame, Vec<DVec3>, Vec<u32>) {
     let order = outwards(scaled, centroid(scaled));
-    let frame = Frame::of(&select(scaled, &order), axis_scale);
+    let frame = Frame::of(&items_at(scaled, &order), axis_scale);
     let local: Vec<DVec3> = scaled.par_iter().map(|&point| frame.scaled_to_local(point)).collect();
     // Equal distances differ by rounding before, and not in the frame.
     let order = outwards(&local, DVec3::ZERO);
-    (frame, select(&local, &order), order)
+    (frame, items_at(&local, &order), order)
 }
 
 /// The order of points from the farthest to the nearest.
@@ -182,11 +182,6 @@ fn outwards(points: &[DVec3], centre: DVec3) -> Vec<u32> {
         places.fold(farther, Ordering::then).then(a.1.cmp(&b.1))
     });
     keyed.into_iter().map(|(_, index)| index).collect()
-}
-
-/// The items at these places.
-fn select<T: Copy>(items: &[T], indices: &[u32]) -> Vec<T> {
-    indices.iter().map(|&index| items[index as usize]).collect()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::chart::Kind;
-use crate::cloud::{Frame, even_sample};
+use crate::cloud::{Frame, even_sample, items_at};
 use crate::error::Result;
 use crate::numeric::whole;
 use crate::nurbs::{NurbsSurface, Outside};
@@ -61,8 +61,7 @@ impl LearnedMap {
         init: Init,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let chosen = even_sample(points, LEARNED);
-        let sample: Vec<DVec3> = chosen.iter().map(|&index| points[index as usize]).collect();
+        let sample = items_at(points, &even_sample(points, LEARNED));
         let options = SomOptions {
             init,
             kernel: Some(Kernel::Linear),

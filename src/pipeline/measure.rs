@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::fitted::Fitted;
 use super::start::Start;
-use crate::cloud::PreparedCloud;
+use crate::cloud::{PreparedCloud, items_at};
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::Observer;
@@ -27,7 +27,7 @@ impl Measured {
         closed: (bool, bool),
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let known: Vec<DVec3> = cloud.indices.iter().map(|&index| given[index as usize]).collect();
+        let known = items_at(given, &cloud.indices);
         let found = if surface.weights().is_some() {
             let (uv, distances) =
                 ClosestPointSearch::new(surface)?.closest_parameters(given, observer)?;

@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
 use super::select::{Model, Ranking, SelectSettings, ends_search, rank};
 use crate::chart::{CHARTS, Kind};
-use crate::cloud::{KdTree, PrepareOptions, PreparedCloud, random_sample};
+use crate::cloud::{KdTree, PrepareOptions, PreparedCloud, items_at, random_sample};
 use crate::error::Result;
 use crate::numeric::quantile;
 use crate::observe::{Observations, ObserveSettings};
@@ -88,8 +88,7 @@ fn extents(points: &[DVec3]) -> Option<DVec3> {
 
 /// As many points as are observed.
 fn sampled(points: &[DVec3]) -> Vec<DVec3> {
-    let chosen = random_sample(points, ObserveSettings::default().sample);
-    chosen.iter().map(|&index| points[index as usize]).collect()
+    items_at(points, &random_sample(points, ObserveSettings::default().sample))
 }
 
 /// The axes x, y and z moved on by so many.
@@ -131,11 +130,8 @@ fn stages<T>(
     clock.lap("prepare");
     let (settings, select) = (ObserveSettings::default(), SelectSettings::default());
     let chosen = random_sample(&cloud.points, settings.sample);
-    let sample: Vec<DVec3> = chosen.iter().map(|&index| cloud.points[index as usize]).collect();
-    let many: Vec<DVec3> = random_sample(&cloud.points, MANY)
-        .iter()
-        .map(|&index| cloud.points[index as usize])
-        .collect();
+    let sample = items_at(&cloud.points, &chosen);
+    let many = items_at(&cloud.points, &random_sample(&cloud.points, MANY));
     let seen = Observations::of(&sample, settings);
     clock.lap("observe");
     let local = |axis: DVec3| cloud.frame.direction_to_local(axis).normalize();

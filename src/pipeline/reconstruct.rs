@@ -20,7 +20,7 @@ use super::report::{Deviations, Report, TrainingReport};
 use super::select::Model;
 use super::start::Start;
 use crate::chart::Kind;
-use crate::cloud::{self, Bounds, LocalObserver};
+use crate::cloud::{self, Bounds, LocalObserver, items_at};
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::fit::{EndedBy, lengths};
@@ -332,7 +332,7 @@ fn defects_on(
     kind: Kind,
     settings: &DefectSettings,
 ) -> Result<Vec<Diagnostic>> {
-    let uv: Vec<DVec2> = ranked.chosen.iter().map(|&index| uv[index as usize]).collect();
+    let uv = items_at(uv, &ranked.chosen);
     let mut feet = vec![DVec3::ZERO; uv.len()];
     surface.evaluate(&uv, &mut feet, Outside::Refuse, &mut Silent)?;
     let distances: Vec<f64> =

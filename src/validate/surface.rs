@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::defects::{DefectSettings, defects};
 use super::terms::{Compared, TermSettings};
-use crate::cloud::random_sample;
+use crate::cloud::{items_at, random_sample};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
@@ -36,8 +36,7 @@ pub fn validate(
     observer: &mut dyn Observer,
 ) -> Result<Vec<Diagnostic>> {
     let settings = ObserveSettings::default();
-    let sample = random_sample(points, settings.sample);
-    let points: Vec<DVec3> = sample.iter().map(|&index| points[index as usize]).collect();
+    let points = items_at(points, &random_sample(points, settings.sample));
     let (mut uv, distances) =
         ClosestPointSearch::new(surface)?.closest_parameters(&points, observer)?;
     // The terms take parameters on [0, 1]².
