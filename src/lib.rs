@@ -1,9 +1,9 @@
 //! Scattered 3D points in, a standard NURBS surface out.
 //!
 //! Charts propose how the points may lie on a surface. Coarse fits of the proposals are scored, and
-//! the best is refined. A Kohonen self-organizing map brings the points in order on it. Least squares
-//! with fairness then pull a B-spline surface to the points while their parameters follow it. The net
-//! grows until a tolerance holds or more control points would follow noise.
+//! the best is refined: least squares with fairness pull a B-spline surface to the points while their
+//! parameters follow it. The net grows until a tolerance holds or more control points would follow
+//! noise. A Kohonen self-organizing map learns the points from the coarse surface.
 //!
 //! The source is *Free-form Surfaces for Scattered Data by Neural Networks* (M. Hoffmann, L. Várady,
 //! 1998), called "the paper" here. There the trained lattice itself is the control net; that method is

@@ -28,12 +28,15 @@ pub struct Progress {
     pub reached: usize,
     /// How many points there are.
     pub points: usize,
+    /// The share of a whole reconstruction that is done, as far as can be told; `None` in other jobs.
+    pub share: Option<f64>,
 }
 
 impl Progress {
     /// Of a stage in which no lattice changes.
     pub(crate) fn of_stage(stage: Stage, step: u64, total: u64, points: usize) -> Self {
-        Self { stage, step, total, change: None, error: None, radius: None, reached: 0, points }
+        let (change, error, radius, share) = (None, None, None, None);
+        Self { stage, step, total, change, error, radius, reached: 0, points, share }
     }
 }
 

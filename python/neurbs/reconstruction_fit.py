@@ -92,10 +92,9 @@ def reconstruct(
     """Turn scattered points into a NURBS surface.
 
     Duplicates are merged and gross outliers left out. Charts propose how the points may lie on a
-    surface; coarse fits of the proposals are scored, and the best is refined. A self-organizing
-    map brings the points in order on it. Least squares with fairness then pull a B-spline surface
-    to the points, while their parameters follow it. A height field is fitted as z = f(x, y),
-    without a map.
+    surface; coarse fits of the proposals are scored, and the best is refined: least squares with
+    fairness pull a B-spline surface to the points, while their parameters follow it. A height field
+    is fitted as z = f(x, y). A self-organizing map learns the points from the coarse surface.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ impl Chart for Plane {
 
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         let seen = input.seen;
-        let steep = |up: DVec3| seen.share_along(up, STEEP) < UPRIGHT;
+        let steep = |up: DVec3| seen.planes().tell && seen.share_along(up, STEEP) < UPRIGHT;
         let z = input.given.z_axis;
         if input.asked == Some(Kind::Height) {
             return vec![Footprint::along("plane z", input, z).heights()];

@@ -168,14 +168,17 @@ fn flat_neighborhoods(
         let plane = Plane::of(around.iter().chain([&own]).map(|&at| points[at as usize]));
         (around, plane.is_flat())
     };
-    let of_few = tree.map(observer, |own, found| look(own, found).1)?;
-    let subset = KdTree::of_subset(points, growing.to_vec(), observer)?;
-    let mut all = subset.map(observer, |own, found| {
-        let (around, is_flat) = look(own, found);
-        let flat = around.iter().filter(|&&near| of_few[near as usize]).count();
-        if is_flat && 2 * flat > around.len() { around } else { Vec::new() }
-    })?;
-    Ok(growing.iter().map(|&own| std::mem::take(&mut all[own as usize])).collect())
+    // Those of the few are none of those without neighbours.
+    let of_few = tree.map(observer, look)?;
+    let others = growing.iter().copied().filter(|&own| of_few[own as usize].0.is_empty());
+    let of_others = KdTree::of_subset(points, others.collect(), observer)?.map(observer, look)?;
+    let flat = |&own: &u32| {
+        let known = &of_few[own as usize];
+        let (around, is_flat) = if known.0.is_empty() { &of_others[own as usize] } else { known };
+        let flat = around.iter().filter(|&&near| of_few[near as usize].1).count();
+        if *is_flat && 2 * flat > around.len() { around.clone() } else { Vec::new() }
+    };
+    Ok(growing.par_iter().map(flat).collect())
 }
 
 /// Labels by size, the earlier component first among equals, and the sizes.

@@ -74,13 +74,8 @@ impl<W: Fn(u32) -> bool> Search for Nearest<'_, W> {
         if self.found.len() == self.count {
             self.found.pop();
         }
-        let mut place = self.found.len();
-        self.found.push(near);
-        while place > 0 && near.is_before(&self.found[place - 1]) {
-            self.found[place] = self.found[place - 1];
-            place -= 1;
-        }
-        self.found[place] = near;
+        let place = self.found.partition_point(|found| found.is_before(&near));
+        self.found.insert(place, near);
         if self.found.len() == self.count {
             self.worst = self.found[self.count - 1];
         }

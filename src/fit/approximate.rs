@@ -8,8 +8,9 @@
 
 use glam::{DVec2, DVec3};
 
+use super::edge::Reach;
 use super::fitting::Fitting;
-use super::growth::Accept;
+use super::growth::{Accept, Grown};
 use super::options::{ApproximateOptions, Growth, uniform};
 use super::outcome::Approximation;
 use super::rim::Rim;
@@ -17,6 +18,9 @@ use super::space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
+
+/// Turns in which the domain follows an outline that leans, at most.
+const TURNS: usize = 3;
 
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
@@ -70,17 +74,17 @@ pub fn approximate(
     }
     fitting.limit = options.iterations.div_ceil(2);
     if fitting.look_at_all(&surface) || options.closed != (true, true) {
-        // The domain follows a notch of the outline in two turns.
-        for _ in 0..2 {
-            let (bent, notched) = fitting.conform(surface, options.border)?;
+        for turn in 1..=TURNS {
+            let (bent, reach) = fitting.conform(surface, options.border)?;
             surface = fitting.descend(whole, bent)?;
-            if !notched {
+            // A notch that is followed twice is followed.
+            if reach == Reach::Free || reach == Reach::Notch && turn == 2 {
                 break;
             }
         }
     }
     fitting.limit = options.iterations;
-    fitting.grown(surface, options.growth, &|_, _| Ok(true))
+    Ok(fitting.grown(surface, options.growth, &|_, _| Ok(true))?.finest)
 }
 
 /// A surface that a fit goes on from.
@@ -108,7 +112,7 @@ pub(crate) fn continued(
     growth: Option<Growth>,
     accept: Accept<'_>,
     observer: &mut dyn Observer,
-) -> Result<Approximation> {
+) -> Result<Grown> {
     let &FittedSurface { surface, uv, closed, fairness: first } = from;
     let options = ApproximateOptions { closed, fairness, ..ApproximateOptions::default() };
     let mut fitting = Fitting::new(points, uv, weights, &options, observer);

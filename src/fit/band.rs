@@ -44,11 +44,10 @@ impl Band {
         let length = columns * reach * side * side;
         let mut values = spare.map_or_else(Vec::new, |spare| spare.values);
         if values.capacity() < length {
-            values = vec![0.0; length];
-        } else {
-            values.clear();
-            values.resize(length, 0.0);
+            values = Vec::with_capacity(length);
         }
+        values.clear();
+        values.resize(length, 0.0);
         let mut band = Self { size, width, side, reach, values };
         band.complete();
         band

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::edge::{Edge, extremes, lowest};
+use super::edge::{Edge, Reach, extremes, lowest};
 use super::limits::POINTS_PER_TASK;
 use super::space::SplineSpace;
 use crate::error::Result;
@@ -42,15 +42,15 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
 /// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the square goes on by about `border` spacings, which have this size
-/// along u and v. Says as well whether a side has a notch.
+/// along u and v. Says as well how far the sides are drawn in.
 pub(super) fn conformed(
     uv: &[DVec2],
     space: &SplineSpace,
     noise: DVec2,
     border: f64,
     spacing: DVec2,
-) -> Result<(Vec<DVec2>, bool)> {
-    let (closed, mut uv, mut notched) = (space.closed, uv.to_vec(), false);
+) -> Result<(Vec<DVec2>, Reach)> {
+    let (closed, mut uv, mut reach) = (space.closed, uv.to_vec(), Reach::Free);
     let mut sides = [None, None];
     for d in [0, 1, 0, 1].into_iter().filter(|&d| !closed[d]) {
         let side = |depth: fn(f64) -> f64| {
@@ -60,7 +60,7 @@ pub(super) fn conformed(
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
-        notched |= low.is_notched() || high.is_notched();
+        reach = reach.max(low.reach()).max(high.reach());
         each(&mut uv, |uv| {
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
@@ -81,7 +81,7 @@ pub(super) fn conformed(
             uv[d] = (inside[d] + low) / (1.0 + low + high);
         }
     });
-    Ok((uv, notched))
+    Ok((uv, reach))
 }
 
 /// Changes each of many parameters.

@@ -9,9 +9,10 @@ use super::correct::feet;
 use super::cross_validation::FREEDOM;
 use super::fairness::Energy;
 use super::folds::Folds;
+use super::limits::RIDGE;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::robust::biweight;
+use super::robust::{NORMAL, biweight};
 use super::space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::numeric::{median, rms, whole};
@@ -57,15 +58,8 @@ const TRIED: std::ops::RangeInclusive<i32> = -6..=3;
 /// The first of them.
 const FIRST: i32 = -2;
 
-/// Standard deviations of normal noise for each median absolute deviation.
-const NORMAL: f64 = 1.4826;
-
 /// Steps of left-out points towards their feet.
 const HELD_OUT_STEPS: usize = 2;
-
-/// A share of the mean diagonal entry that keeps matrices definite.
-const RIDGE: f64 = 1e-9;
-
 /// Points with rough parameters, to be fitted coarsely.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseProblem<'a> {
@@ -136,6 +130,12 @@ pub fn coarse(
     let surface = fitting.solve(fairness)?;
     let distances = fitting.distances(&surface);
     Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out })
+}
+
+/// Points that are left out, and the equations of the others.
+struct Part {
+    out: Vec<usize>,
+    rest: NormalEquations,
 }
 
 /// A coarse fit in progress.
@@ -239,10 +239,12 @@ impl<'a> Fitting<'a> {
     /// More fairness than generalized cross-validation wants, as long as points that are left out,
     /// in blocks too, are predicted better; and how well they are.
     fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
-        let equations = self.equations(|_| true)?;
+        let all = self.equations(|_| true)?;
+        let in_turn = self.parts(&all, &folds.in_turn)?;
+        let blocks = self.parts(&all, &folds.blocks)?;
         let errors = |fairness: f64| -> Result<([f64; 2], Vec<f64>)> {
-            let in_turn = self.held_out(&equations, &folds.in_turn, fairness)?;
-            let blocks = self.held_out(&equations, &folds.blocks, fairness)?;
+            let in_turn = self.held_out(&all, &in_turn, fairness)?;
+            let blocks = self.held_out(&all, &blocks, fairness)?;
             Ok(([rms(in_turn.iter().copied()), rms(blocks)], in_turn))
         };
         let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
@@ -260,30 +262,32 @@ impl<'a> Fitting<'a> {
         Ok((fairness, held_out, left_out))
     }
 
-    /// Distances of the points from surfaces that do not know them.
-    fn held_out(&self, all: &NormalEquations, folds: &[usize], fairness: f64) -> Result<Vec<f64>> {
-        let fold = |fold: usize| -> Result<Vec<(usize, f64)>> {
-            let out: Vec<usize> = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
-            let left = self.equations(|i| folds[i] == fold)?;
-            let mut rest = NormalEquations { matrix: all.matrix.clone(), right: all.right.clone() };
-            rest.matrix.add_scaled(-1.0, &left.matrix);
-            for (sum, part) in rest.right.iter_mut().zip(&left.right) {
-                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum -= part);
-            }
-            let (surface, _) = self.solved(&rest, all, fairness)?;
-            let points: Vec<DVec3> = out.iter().map(|&i| self.problem.points[i]).collect();
-            let uv: Vec<DVec2> = out.iter().map(|&i| self.uv[i]).collect();
-            let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
-            let distances = feet.iter().map(|foot| foot.offset.length());
-            Ok(out.iter().copied().zip(distances).collect())
+    /// For each fold its points, and the equations of all others.
+    fn parts(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<Part>> {
+        let part = |fold: usize| -> Result<Part> {
+            let out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
+            let mut rest = all.clone();
+            rest.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
+            Ok(Part { out, rest })
         };
-        let numbers: Vec<usize> = (0..FOLDS).collect();
-        let found = numbers.par_iter().map(|n| fold(*n)).collect::<Result<Vec<_>>>()?;
-        let mut distances = vec![0.0; folds.len()];
-        for (index, distance) in found.into_iter().flatten() {
-            distances[index] = distance;
+        (0..FOLDS).into_par_iter().map(part).collect()
+    }
+
+    /// Distances of the points from surfaces that do not know them.
+    fn held_out(&self, all: &NormalEquations, parts: &[Part], fairness: f64) -> Result<Vec<f64>> {
+        let distances = |Part { out, rest }: &Part| -> Result<Vec<f64>> {
+            let (surface, _) = self.solved(rest, all, fairness)?;
+            let points: Vec<DVec3> = out.iter().map(|&at| self.problem.points[at]).collect();
+            let uv: Vec<DVec2> = out.iter().map(|&at| self.uv[at]).collect();
+            let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
+            Ok(feet.iter().map(|foot| foot.offset.length()).collect())
+        };
+        let found = parts.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
+        let mut all = vec![0.0; self.uv.len()];
+        for (Part { out, .. }, distances) in parts.iter().zip(found) {
+            out.iter().zip(distances).for_each(|(&at, distance)| all[at] = distance);
         }
-        Ok(distances)
+        Ok(all)
     }
 
     /// Moves the parameters one step towards the points' feet, but for those of heights.

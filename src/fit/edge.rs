@@ -58,6 +58,17 @@ pub(super) const NOTCHED: f64 = 0.03;
 /// An edge does not go farther out than this.
 const OUTERMOST: f64 = -0.5;
 
+/// How far an edge is drawn in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reach {
+    /// As far as the points want it.
+    Free,
+    /// As deep as it may.
+    Deepest,
+    /// Into a notch.
+    Notch,
+}
+
 /// A smooth curve, y over x in [0, 1].
 pub(super) struct Edge {
     knots: KnotVector,
@@ -94,9 +105,15 @@ impl Edge {
         Self::likeliest(places, noise, closed, &SUPPLE)
     }
 
-    /// Whether it follows a notch.
-    pub(super) fn is_notched(&self) -> bool {
-        self.deepest > FIRM.deepest
+    /// How far it is drawn in: in one more turn an outline may be followed that lies deeper.
+    pub(super) fn reach(&self) -> Reach {
+        if self.deepest > FIRM.deepest {
+            Reach::Notch
+        } else if self.heights.iter().any(|height| *height >= self.deepest) {
+            Reach::Deepest
+        } else {
+            Reach::Free
+        }
     }
 
     fn likeliest(
@@ -202,7 +219,8 @@ mod tests {
             Edge::under(&above(notch), 0.0, false).unwrap(),
             Edge::under(&above(round), 0.0, false).unwrap(),
         ];
-        assert_eq!(edges.each_ref().map(Edge::is_notched), [true, false]);
+        assert_eq!(edges[0].reach(), Reach::Notch);
+        assert!(edges[1].reach() < Reach::Notch);
         assert!((0.08..0.2).contains(&edges[0].at(0.5)), "{}", edges[0].at(0.5));
         assert!(edges[1].at(0.02) < 0.5 * round(0.02), "{}", edges[1].at(0.02));
     }

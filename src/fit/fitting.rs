@@ -9,9 +9,10 @@ use super::band::Band;
 use super::border::conformed;
 use super::correct::{Foot, STEPS, feet};
 use super::cross_validation;
+use super::edge::Reach;
 use super::fairness::{Energy, ORDER};
 use super::lengths::lengths;
-use super::limits::{POINTS_PER_TASK, TANGENTIAL};
+use super::limits::{ENOUGH_POINTS, POINTS_PER_TASK, TANGENTIAL};
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::ApproximateOptions;
 use super::outcome::{Approximation, EndedBy};
@@ -30,10 +31,9 @@ const FIRST_FAIRNESS: f64 = 1.0;
 /// Least weight of the fairness: enough to hold control points that no point holds.
 const LEAST_FAIRNESS: f64 = 1e-4;
 
-/// Points per control point that are looked at while a surface takes shape, and points at
-/// least: more would not change the shape, but the noise in it.
+/// Points per control point that are looked at while a surface takes shape: more would not change the
+/// shape, but the noise in it.
 const ENOUGH: usize = 16;
-const LEAST_SEEN: usize = 2000;
 
 /// Fairness of points that are noisy: a surface without the noise says more of how smooth it is.
 const NOISY: f64 = 0.1;
@@ -103,7 +103,7 @@ impl<'a> Fitting<'a> {
 
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
-        let enough = (ENOUGH * space.unknowns()).max(LEAST_SEEN);
+        let enough = (ENOUGH * space.unknowns()).max(ENOUGH_POINTS);
         self.stride = (self.points.len() / enough).max(1);
     }
 
@@ -239,14 +239,14 @@ impl<'a> Fitting<'a> {
     }
 
     /// Bends the domain so that it ends where the points end, and goes on by this many of their mean
-    /// spacings, at open borders; says whether one has a notch.
+    /// spacings, at open borders; says how far its sides are drawn in.
     pub(super) fn conform(
         &mut self,
         surface: NurbsSurface,
         border: f64,
-    ) -> Result<(NurbsSurface, bool)> {
+    ) -> Result<(NurbsSurface, Reach)> {
         if self.closed == [true, true] {
-            return Ok((surface, false));
+            return Ok((surface, Reach::Free));
         }
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
@@ -262,24 +262,20 @@ impl<'a> Fitting<'a> {
         };
         self.rim =
             outline.as_ref().map(|outline| Rim::through(&Patches::of(&surface), outline.rim()));
-        let notched;
-        (self.uv, notched) = match outline {
-            Some(outline) => (outline.squared(&self.uv), false),
+        let reach;
+        (self.uv, reach) = match outline {
+            Some(outline) => (outline.squared(&self.uv), Reach::Free),
             None => conformed(&self.uv, &space, noise / size, border, spacing / size)?,
         };
         let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
         let samples = self.samples(None);
         self.falling = self.aim();
-        Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, notched))
+        Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, reach))
     }
 
-    /// The approximation by a surface on which the points have these feet.
-    pub(super) fn end(
-        self,
-        surface: NurbsSurface,
-        feet: &[Foot],
-        ended_by: EndedBy,
-    ) -> Approximation {
+    /// The approximation by a surface.
+    pub(super) fn end(&mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
+        let feet = self.correct(&surface, 2);
         Approximation {
             surface,
             distances: feet.iter().map(|foot| foot.offset.length()).collect(),
@@ -287,7 +283,7 @@ impl<'a> Fitting<'a> {
             expected: self.score.map(|score| score.error),
             iterations: self.iterations,
             ended_by,
-            uv: self.uv,
+            uv: self.uv.clone(),
         }
     }
 

@@ -14,7 +14,7 @@ use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
 /// Share of the squared error that the spans hold which are divided; where the net may not become so large,
-/// those are which hold half as much, and so on down to this.
+/// those are which hold this share of it, and so on down to the least, and growth ends there.
 const DIVIDED: f64 = 0.85;
 const LEAST_DIVIDED: f64 = 0.01;
 
@@ -24,7 +24,7 @@ pub(super) const LEAST_GAIN: f64 = 0.95;
 
 /// Least number of points for each control point of a net that grows: with fewer, points left out are
 /// further off, since cross-validation does not know of the freedom that their parameters have.
-const POINTS_PER_CONTROL_POINT: usize = 5;
+const POINTS_PER_CONTROL_POINT: usize = 3;
 
 /// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
 pub(super) const FEW: usize = 256;
@@ -37,6 +37,14 @@ pub(crate) const EXACT: f64 = 1e-5;
 /// before.
 pub(crate) type Accept<'a> = &'a dyn Fn(&NurbsSurface, &[DVec2]) -> Result<bool>;
 
+/// What a net grows to.
+pub(crate) struct Grown {
+    /// The finest.
+    pub(crate) finest: Approximation,
+    /// The last one before the first that was not accepted, if there is one.
+    pub(crate) accepted: Option<Approximation>,
+}
+
 impl Fitting<'_> {
     /// The approximation by this surface, or by what it grows to.
     pub(super) fn grown(
@@ -44,21 +52,25 @@ impl Fitting<'_> {
         surface: NurbsSurface,
         growth: Option<Growth>,
         accept: Accept<'_>,
-    ) -> Result<Approximation> {
+    ) -> Result<Grown> {
+        let mut accepted = None;
         let (surface, ended_by) = match growth {
-            Some(growth) => self.grow(surface, growth, accept)?,
+            Some(growth) => self.grow(surface, growth, accept, &mut accepted)?,
             None => (surface, EndedBy::Grid),
         };
-        let feet = self.correct(&surface, 2);
-        Ok(self.end(surface, &feet, ended_by))
+        let finest = self.end(surface, ended_by);
+        Ok(Grown { finest, accepted })
     }
 
-    /// Divides spans and solves again until the tolerance holds or something forbids more.
+    /// Divides spans and solves again until the tolerance holds or something forbids more. With a
+    /// tolerance, it ends at the first net that is not accepted; without, this only keeps the one
+    /// before.
     fn grow(
         &mut self,
         mut surface: NurbsSurface,
         growth: Growth,
         accept: Accept<'_>,
+        accepted: &mut Option<Approximation>,
     ) -> Result<(NurbsSurface, EndedBy)> {
         let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
         let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
@@ -90,7 +102,7 @@ impl Fitting<'_> {
             while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
                 let few = held < growth.most;
                 ended_by = if few { EndedBy::Points } else { EndedBy::MaxControlPoints };
-                share *= 0.5;
+                share *= DIVIDED;
                 finer = if share < LEAST_DIVIDED { None } else { refined(share)? };
             }
             let Some(finer) = finer else {
@@ -106,11 +118,19 @@ impl Fitting<'_> {
                 (self.score, self.uv) = before;
                 return Ok((surface, ended_by));
             }
-            if !accept(&next, &self.uv)? {
+            if accepted.is_none() && !accept(&next, &self.uv)? {
+                let after = (self.score, std::mem::take(&mut self.uv));
                 (self.score, self.uv) = before;
-                return Ok((surface, EndedBy::Defects));
+                if growth.tolerance.is_some() {
+                    return Ok((surface, EndedBy::Defects));
+                }
+                *accepted = Some(self.end(surface, EndedBy::Defects));
+                (self.score, self.uv) = after;
             }
             surface = next;
+            if share < DIVIDED {
+                return Ok((surface, ended_by));
+            }
         }
     }
 }

@@ -53,6 +53,7 @@ impl Heights<'_> {
         let known = near.map(|near| near.beside(self.local.len()));
         let space = equations.space().clone();
         let turn = HeldOut::of(&space, &samples, |samples| in_turn(samples.len()))?;
+        let turn = turn.with_enough();
         let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
@@ -85,8 +86,7 @@ impl Heights<'_> {
 }
 
 fn error(held_out: &HeldOut<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
-    let times = equations.times(fairness) * held_out.trace() / equations.trace();
-    held_out.error(&equations.energy, times)
+    held_out.error(&equations.energy, equations.times(fairness))
 }
 
 /// The fairness with the least error, on a scale of half decades: near one that is known errors have one

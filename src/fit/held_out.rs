@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::blocks::FOLDS;
-use super::limits::ENOUGH_SAMPLES;
+use super::limits::{ENOUGH_POINTS, ENOUGH_SAMPLES};
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
 use super::space::SplineSpace;
@@ -18,6 +18,8 @@ pub(super) struct HeldOut<'a> {
     folds: Vec<Vec<Sample>>,
     all: NormalEquations,
     parts: Vec<NormalEquations>,
+    /// How many folds are left out.
+    asked: usize,
 }
 
 impl<'a> HeldOut<'a> {
@@ -38,7 +40,19 @@ impl<'a> HeldOut<'a> {
         let parts = folds.par_iter().map(part).collect::<Result<Vec<_>>>()?;
         let mut all = parts[0].clone();
         parts[1..].iter().for_each(|part| all.add_scaled(1.0, part));
-        Ok(Self { space, folds, all, parts })
+        Ok(Self { space, folds, all, parts, asked: FOLDS })
+    }
+
+    /// The same with only as many folds left out as have enough samples together.
+    pub(super) fn with_enough(mut self) -> Self {
+        let mut count = 0;
+        let asked = self.folds.iter().take_while(|fold| {
+            let more = count < ENOUGH_POINTS;
+            count += fold.len();
+            more
+        });
+        self.asked = asked.count();
+        self
     }
 
     /// The trace of the matrix of all samples.
@@ -72,8 +86,9 @@ impl<'a> HeldOut<'a> {
                 patches.each(samples.len(), |i| samples[i].uv, |i, place| square(i, place.point));
             Ok(squares.iter().sum())
         };
-        let sums = (0..FOLDS).into_par_iter().map(of_fold).collect::<Result<Vec<f64>>>()?;
-        let weight: f64 = self.folds.iter().flatten().map(|sample| sample.weight).sum();
+        let sums = (0..self.asked).into_par_iter().map(of_fold).collect::<Result<Vec<f64>>>()?;
+        let weight: f64 =
+            self.folds[..self.asked].iter().flatten().map(|sample| sample.weight).sum();
         Ok(sums.iter().sum::<f64>() / weight)
     }
 }

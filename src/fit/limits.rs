@@ -19,6 +19,9 @@ pub(super) const BATCH: usize = 32;
 /// Samples that are enough for a statistic of all.
 pub(super) const ENOUGH_SAMPLES: usize = 20_000;
 
+/// Points that are enough, where they are spread over a surface, for its shape and for its error.
+pub(super) const ENOUGH_POINTS: usize = 2000;
+
 /// Weight of distances across the normal. Less lets the net slide away, more is plain distance,
 /// which converges slowly.
 pub(super) const TANGENTIAL: f64 = 0.01;

@@ -5,7 +5,7 @@
 const CUTOFF: f64 = 4.7;
 
 /// Standard deviations of normal noise for each median absolute deviation.
-const NORMAL: f64 = 1.4826;
+pub(crate) const NORMAL: f64 = 1.4826;
 
 /// Tukey's biweight for distances from a surface, without or with sign: near 1 for small ones,
 /// falling to 0 at 4.7 standard deviations, which are estimated by the median of the absolute

@@ -24,6 +24,9 @@ pub struct LocalPlanes {
     /// Thickness of each neighbourhood over its width: its third principal deviation over its
     /// second.
     pub flatness: Vec<f64>,
+    /// Whether they are flatter than as many points that fill a volume: else they say nothing of
+    /// normals and noise.
+    pub tell: bool,
     /// Root mean square distance of each neighbourhood from its plane: noise, and curvature over it.
     pub thickness: Vec<f64>,
     /// Whether each neighbourhood is no line: planes through lines have any normal.
@@ -34,8 +37,9 @@ pub struct LocalPlanes {
 }
 
 impl LocalPlanes {
-    /// The planes of the size with the least median thickness over width. Larger planes see through
-    /// noise that exceeds the spacing; they must be flatter by a margin, since they bridge bends.
+    /// The planes of the size with the least median thickness over width, beside what chance makes of a
+    /// volume. Larger planes see through noise that exceeds the spacing; they must be flatter by a
+    /// margin, since they bridge bends.
     pub(super) fn of(points: &[DVec3], tree: &KdTree<'_>, settings: &ObserveSettings) -> Self {
         let most = (points.len() / 8).max(settings.least_plane + 4).min(points.len() - 1);
         let compared: Vec<u32> =
@@ -44,7 +48,7 @@ impl LocalPlanes {
         let mut best = (f64::INFINITY, size);
         while size <= most.min(settings.largest_plane) {
             let planes = planes(points, tree, &compared, size);
-            let flat = median(planes.iter().map(flatness));
+            let flat = relative(&planes, size);
             if flat < settings.flatter * best.0 {
                 best = (flat, size);
             } else if flat > WORSE * best.0 {
@@ -52,10 +56,15 @@ impl LocalPlanes {
             }
             size += size / 2;
         }
-        Self::of_size(points, tree, best.1)
+        Self::of_size(points, tree, best.1, settings)
     }
 
-    fn of_size(points: &[DVec3], tree: &KdTree<'_>, size: usize) -> Self {
+    fn of_size(
+        points: &[DVec3],
+        tree: &KdTree<'_>,
+        size: usize,
+        settings: &ObserveSettings,
+    ) -> Self {
         let all: Vec<u32> = (0..).take(points.len()).collect();
         let planes = planes(points, tree, &all, size);
         // A plane takes three degrees of freedom from its points.
@@ -63,6 +72,7 @@ impl LocalPlanes {
         let squares = planes.iter().map(|plane| plane.deviations[2].powi(2));
         Self {
             size,
+            tell: points.len() < settings.few || relative(&planes, size) < settings.thick,
             normals: planes.iter().map(Plane::normal).collect(),
             flatness: planes.iter().map(flatness).collect(),
             thickness: planes.iter().map(|p| p.deviations[2] * freedom.sqrt()).collect(),
@@ -75,6 +85,12 @@ impl LocalPlanes {
 fn flatness(plane: &Plane) -> f64 {
     let [_, width, thickness] = plane.deviations;
     if width > 0.0 { thickness / width } else { 1.0 }
+}
+
+/// The median flatness of planes through so many neighbours, in that of points that fill a volume: by
+/// chance, few of these lie nearer to a plane, 1 - 1 / √n times their width.
+fn relative(planes: &[Plane], size: usize) -> f64 {
+    median(planes.iter().map(flatness)) / (1.0 - 1.0 / (size.max(2) as f64).sqrt())
 }
 
 fn planes(points: &[DVec3], tree: &KdTree<'_>, of: &[u32], size: usize) -> Vec<Plane> {

@@ -55,7 +55,7 @@ pub(super) fn diagnose(
     if kind != Kind::Torus && border < settings.closed {
         found.push(Diagnostic::ClosedBody);
     }
-    found.extend(astray(ranked, options, fitted, &settings));
+    found.extend(astray(ranked, options, fitted));
     found.extend(missed(options, fitted, measured));
     found
 }
@@ -97,17 +97,16 @@ fn left_out(
 }
 
 /// Whether the surface follows the points: not between two layers, and not of another kind.
-fn astray(
+pub(super) fn astray(
     ranked: &Ranked<'_>,
     options: &ReconstructOptions<'_>,
     fitted: &Fitted,
-    settings: &DiagnoseSettings,
 ) -> Option<Diagnostic> {
     let (frame, seen) = (&ranked.cloud.frame, ranked.seen);
-    let (noise, share) = settings.astray;
-    let diagonal = crate::cloud::Bounds::of(seen.points()).diagonal();
+    let (noise, share) = DiagnoseSettings::default().astray;
+    let diagonal = ranked.diagonal;
     let rms = fitted.rms();
-    if rms <= (noise * seen.noise()).max(share * diagonal) {
+    if !seen.planes().tell || rms <= (noise * seen.noise()).max(share * diagonal) {
         return None;
     }
     let [rms, noise, diagonal] =

@@ -16,6 +16,8 @@ pub(super) struct Fitted {
     /// What each squared distance counts; 0 of outliers.
     pub(super) weights: Vec<f64>,
     pub(super) fairness: f64,
+    /// Mean square of the distance that cross-validation expects of a point that was left out.
+    pub(super) expected: Option<f64>,
     pub(super) iterations: usize,
     pub(super) ended_by: EndedBy,
 }
@@ -28,6 +30,7 @@ impl Fitted {
             distances: found.distances,
             weights,
             fairness: found.fairness,
+            expected: found.expected,
             iterations: found.iterations,
             ended_by: found.ended_by,
         }
@@ -47,6 +50,12 @@ impl Fitted {
             .zip(&self.weights)
             .fold((0.0, 0.0), |(sum, all), (d, w)| (sum + w * d * d, all + w));
         (squares / weights).sqrt()
+    }
+
+    /// Root mean square of the distance to be expected of a point that was left out; that of the
+    /// points where none was, since the fairness was given or raised.
+    pub(super) fn error(&self) -> f64 {
+        self.expected.map_or_else(|| self.rms(), f64::sqrt)
     }
 
     /// The largest of them.

@@ -17,12 +17,14 @@ mod reconstruct;
 mod reconstruction;
 mod recover_net;
 mod refine;
+mod refined;
 mod relay;
 mod repair;
 mod report;
 mod score;
 mod select;
 mod start;
+mod whole;
 
 pub use self::candidate::Candidate;
 pub use self::candidates::candidates;

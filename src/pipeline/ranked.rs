@@ -5,21 +5,20 @@ use glam::{DMat3, DVec3};
 use super::clock::Clock;
 use super::options::{ReconstructOptions, Start};
 use super::select::{Model, Ranking, SelectSettings, ends_search, rank};
+use super::whole::{Part, before};
 use crate::chart::{CHARTS, Kind};
-use crate::cloud::{KdTree, PrepareOptions, PreparedCloud, items_at, random_sample};
+use crate::cloud::{Bounds, KdTree, PrepareOptions, PreparedCloud, items_at, random_sample};
 use crate::error::Result;
 use crate::numeric::quantile;
 use crate::observe::{Observations, ObserveSettings};
 use crate::progress::Observer;
+use crate::validate::DefectSettings;
 
 /// Ratio of the points' extents along x, y and z from which on axes may have different units.
 const UNEVEN: f64 = 30.0;
 
 /// Share of the points at either end of an axis that its extent leaves out.
 const TAIL: f64 = 0.01;
-
-/// Points by which folds are told from bends, at most.
-const MANY: usize = 50_000;
 
 /// What is known of points before a surface is refined.
 pub(super) struct Ranked<'a> {
@@ -31,6 +30,8 @@ pub(super) struct Ranked<'a> {
     /// The observed points.
     pub(super) sample: &'a [DVec3],
     pub(super) seen: &'a Observations<'a>,
+    /// The diagonal of their box in the given frame, as a local length.
+    pub(super) diagonal: f64,
     pub(super) ranking: Ranking,
     /// What coordinates were divided by.
     pub(super) axis_scale: DVec3,
@@ -106,7 +107,8 @@ fn heights_end_search(
 ) -> Result<bool> {
     let some = sampled(points);
     let part = ReconstructOptions { weights: None, component: None, ..*options };
-    stages(&some, scale, axes, Some(Kind::Height), &part, observer, |found, _| {
+    let mut observer = before(observer);
+    stages(&some, scale, axes, Some(Kind::Height), &part, &mut observer, |found, _| {
         let (steep, settings) = (found.settings.drop.steep, &found.settings);
         let ends = |model: &Model| ends_search(model, found.seen, steep, settings);
         Ok(found.ranking.models.first().is_some_and(ends))
@@ -126,12 +128,16 @@ fn stages<T>(
     let mut clock = Clock::start();
     let ReconstructOptions { weights, clean, component, .. } = *options;
     let prepare = PrepareOptions { weights, clean, component, axis_scale };
-    let cloud = PreparedCloud::of(points, &prepare, observer)?;
+    let seen = ObserveSettings::default().sample;
+    let mut part = Part::Prepare.observed(points.len(), seen, observer);
+    let cloud = PreparedCloud::of(points, &prepare, &mut part)?;
+    let mut part = Part::Select.observed(points.len(), seen, observer);
     clock.lap("prepare");
     let (settings, select) = (ObserveSettings::default(), SelectSettings::default());
     let chosen = random_sample(&cloud.points, settings.sample);
     let sample = items_at(&cloud.points, &chosen);
-    let many = items_at(&cloud.points, &random_sample(&cloud.points, MANY));
+    let many =
+        items_at(&cloud.points, &random_sample(&cloud.points, DefectSettings::default().points));
     let seen = Observations::of(&sample, settings);
     clock.lap("observe");
     let local = |axis: DVec3| cloud.frame.direction_to_local(axis).normalize();
@@ -141,16 +147,18 @@ fn stages<T>(
         start => {
             let allowed: Vec<_> =
                 CHARTS.into_iter().filter(|chart| start.allows(chart.name())).collect();
-            let found = rank(&seen, given, kind, &allowed, &select, observer)?;
+            let found = rank(&seen, given, kind, &allowed, &select, &mut part)?;
             if found.models.is_empty() && allowed.len() < CHARTS.len() {
-                rank(&seen, given, kind, &CHARTS, &select, observer)?
+                rank(&seen, given, kind, &CHARTS, &select, &mut part)?
             } else {
                 found
             }
         }
     };
     clock.lap("select");
-    let cloud = &cloud;
+    let (cloud, frame) = (&cloud, cloud.frame);
+    let given_sample: Vec<DVec3> =
+        sample.iter().map(|point| frame.to_given(*point) / axis_scale).collect();
     then(
         Ranked {
             cloud,
@@ -158,6 +166,7 @@ fn stages<T>(
             tree: KdTree::new(&many),
             sample: &sample,
             seen: &seen,
+            diagonal: frame.length_to_local(Bounds::of(&given_sample).diagonal()),
             ranking,
             axis_scale,
             settings: select,

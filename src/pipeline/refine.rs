@@ -11,8 +11,8 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    Accept, ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
-    continued, grow_heights, project, rational, reach,
+    Accept, ApproximateOptions, Base, FittedSurface, Grown, Growth, HeightOptions, approximate,
+    bounded, continued, grow_heights, project, rational, reach,
 };
 use crate::nurbs::ClosestPointSearch;
 use crate::progress::Observer;
@@ -49,53 +49,51 @@ pub(super) struct Refinement<'a> {
 }
 
 impl Refinement<'_> {
-    /// The surface with the net that growth begins with, from where the points lie on a coarse one
-    /// and from the map that learned them. Heights have grown already: they cannot fold.
-    pub(super) fn fit(
-        &self,
-        start: &Start,
-        map: &LearnedMap,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
+    /// The surface with the net that growth begins with, from where the points lie on a coarse one.
+    pub(super) fn fit(&self, start: &Start, observer: &mut dyn Observer) -> Result<Fitted> {
         let weights = self.robust(&start.distances, self.spacing, observer)?;
         let fitted = if self.heights.is_some() {
-            self.heights(weights, observer)?
+            self.heights_with(self.net(), weights, None, self.options.fairness, observer)?
         } else {
-            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
+            self.sheet(&bounded(&start.uv, self.kind.closed()), weights, observer)?
         };
         self.reweighted(fitted, REWEIGHTED, observer)
     }
 
-    /// The surface with a net that grows as long as finer ones are accepted; heights and nets of a
-    /// given size stay.
+    /// The surface with a net that grows as far as the points hold it; and, if finer ones were not
+    /// accepted, the last one before. Nets of a given size stay.
     pub(super) fn grown(
         &self,
         small: Fitted,
         accept: Accept<'_>,
         observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        if self.options.grid.is_some() || self.heights.is_some() {
-            return Ok(small);
+    ) -> Result<(Fitted, Option<Fitted>)> {
+        if self.options.grid.is_some() {
+            return Ok((small, None));
         }
-        let growth = Growth { tolerance: None, most: self.options.max_control_points };
-        self.on(&small, small.weights.clone(), Some(growth), accept, observer)
+        if self.heights.is_some() {
+            let grown = self.heights(small.weights, observer)?;
+            return Ok((self.reweighted(grown, REWEIGHTED, observer)?, None));
+        }
+        let (weights, fairness) = (small.weights.clone(), self.options.fairness);
+        let found = self.continued(&small, &weights, fairness, self.growth(), accept, observer)?;
+        let accepted = found.accepted.map(|found| Fitted::new(found, weights.clone()));
+        Ok((Fitted::new(found.finest, weights), accepted))
     }
 
-    /// The surface that one becomes with other weights and a net that may grow.
+    /// The surface that one becomes with other weights.
     fn on(
         &self,
         known: &Fitted,
         weights: Vec<f64>,
-        growth: Option<Growth>,
-        accept: Accept<'_>,
+        fairness: Option<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        self.on_with(known, weights, self.options.fairness, growth, accept, observer)
+        self.on_growing(known, weights, fairness, None, &|_, _| Ok(true), observer)
     }
 
-    /// The same with this fairness.
-    fn on_with(
+    /// The same with a net that may grow.
+    fn on_growing(
         &self,
         known: &Fitted,
         weights: Vec<f64>,
@@ -104,9 +102,26 @@ impl Refinement<'_> {
         accept: Accept<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let (from, points, given) = (self.from(known), self.points, Some(weights.as_slice()));
-        let found = continued(points, given, &from, fairness, growth, accept, observer)?;
-        Ok(Fitted::new(found, weights))
+        let found = self.continued(known, &weights, fairness, growth, accept, observer)?;
+        Ok(Fitted::new(found.finest, weights))
+    }
+
+    fn continued(
+        &self,
+        known: &Fitted,
+        weights: &[f64],
+        fairness: Option<f64>,
+        growth: Option<Growth>,
+        accept: Accept<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Grown> {
+        let from = FittedSurface {
+            surface: &known.surface,
+            uv: &known.uv,
+            closed: self.kind.closed(),
+            fairness: known.fairness,
+        };
+        continued(self.points, Some(weights), &from, fairness, growth, accept, observer)
     }
 
     /// The same surface without the outliers that it shows, in so many turns at most.
@@ -126,7 +141,7 @@ impl Refinement<'_> {
                 let again = self.heights_with(net, weights, None, fairness, observer)?;
                 Fitted { ended_by: fitted.ended_by, ..again }
             } else {
-                self.on(&fitted, weights, None, &|_, _| Ok(true), observer)?
+                self.on(&fitted, weights, self.options.fairness, observer)?
             };
         }
         Ok(fitted)
@@ -141,16 +156,7 @@ impl Refinement<'_> {
             let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
             self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
         };
-        self.grown(fitted, &|_, _| Ok(true), observer)
-    }
-
-    fn from<'a>(&self, known: &'a Fitted) -> FittedSurface<'a> {
-        FittedSurface {
-            surface: &known.surface,
-            uv: &known.uv,
-            closed: self.kind.closed(),
-            fairness: known.fairness,
-        }
+        Ok(self.grown(fitted, &|_, _| Ok(true), observer)?.0)
     }
 
     /// The surface with this fairness and the net that it has.
@@ -160,8 +166,7 @@ impl Refinement<'_> {
         fairness: f64,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        let all: Accept<'_> = &|_, _| Ok(true);
-        self.on_with(known, known.weights.clone(), Some(fairness), None, all, observer)
+        self.on(known, known.weights.clone(), Some(fairness), observer)
     }
 
     /// The surface within the tolerance, if there is one and a nearer surface is found: its net
@@ -185,7 +190,7 @@ impl Refinement<'_> {
             let nearer = if self.heights.is_some() {
                 self.heights_with(self.net(), weights, Some(growth), fairness, observer)
             } else {
-                self.on_with(from, weights, fairness, Some(growth), accept, observer)
+                self.on_growing(from, weights, fairness, Some(growth), accept, observer)
             };
             match nearer {
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
@@ -271,8 +276,13 @@ impl Refinement<'_> {
         let (fit, ended_by) =
             grow_heights(self.points, Some(&weights), &base, &options, growth, observer)?;
         let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
+        let squares = |all: &[f64]| {
+            all.iter().zip(&weights).map(|(off, weight)| weight * off * off).sum::<f64>()
+        };
+        let slope = squares(&distances) / squares(&fit.residuals);
+        let expected = fit.expected.is_finite().then_some(slope * fit.expected);
         let (surface, fairness) = (fit.surface, fit.fairness);
-        Ok(Fitted { surface, uv, distances, weights, fairness, iterations: 1, ended_by })
+        Ok(Fitted { surface, uv, distances, weights, fairness, expected, iterations: 1, ended_by })
     }
 
     /// The surface with weights of the control points, where that is nearer.

@@ -9,21 +9,17 @@ use crate::progress::Observer;
 const STEP: f64 = 8.0;
 const STEPS: i32 = 7;
 
-/// Error after the repair, in that before or in the noise, from which on the hypothesis is wrong.
-const WORSE: f64 = 1.2;
-
 /// The surface with the least fairness, of steps that grow eightfold, with which nothing is wrong;
-/// `None` if none does or the points are far from it then.
+/// `None` if none does or the points are farther from it than the limit then, by root mean square.
 ///
 /// Bisection over the steps: the more fairness, the fewer folds and bulges.
 pub(super) fn repaired(
     refinement: &Refinement<'_>,
     first: &Fitted,
-    noise: f64,
+    limit: f64,
     wrong: impl Fn(&Fitted) -> Result<bool>,
     observer: &mut dyn Observer,
 ) -> Result<Option<Fitted>> {
-    let limit = WORSE * first.rms().max(noise);
     let (mut low, mut high, mut found) = (0, STEPS + 1, None);
     while high - low > 1 {
         let step = i32::midpoint(low, high);

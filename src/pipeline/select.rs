@@ -28,7 +28,7 @@ pub struct SelectSettings {
 /// When a hypothesis is dropped before it is scored, and when one ends the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DropSettings {
-    /// Hypotheses that are scored at most.
+    /// Hypotheses that are scored at most; heights come beside where noise leaves no local plane flat.
     pub most: usize,
     /// Quick error, in that of the best, from which on a hypothesis is dropped.
     pub error: f64,
@@ -184,8 +184,14 @@ fn drop_hopeless(
     let best =
         all.first().map(|first| first.0).into_iter().chain(known).fold(f64::INFINITY, f64::min);
     let limit = (settings.drop.error * best).max(settings.drop.noise * seen.noise());
-    let within = all.iter().take_while(|(error, _)| *error <= limit).count();
-    let rest = all.split_off(within.min(settings.drop.most));
+    // Where planes say nothing, heights are as likely as others that follow noise.
+    let (mut free, blind) = (0, !seen.planes().tell);
+    let hopeful = |(error, hypothesis): &(f64, Hypothesis)| {
+        let heights = blind && hypothesis.kind == Kind::Height;
+        free += usize::from(!heights);
+        *error <= limit && (heights || free <= settings.drop.most)
+    };
+    let (all, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(hopeful);
     let dropped = rest.into_iter().map(|(error, h)| (h.chart, h.kind, error / best));
     (all.into_iter().map(|(_, hypothesis)| hypothesis).collect(), dropped.collect())
 }
@@ -218,6 +224,7 @@ fn model(
         closed: hypothesis.closed(),
         uv: &fit.uv,
         distances: &fit.distances,
+        diagonal: seen.size(),
     };
     let terms = compared.terms(&settings.terms)?;
     let score = Score { terms: [("", 0.0); 9] };

@@ -24,6 +24,9 @@ use crate::progress;
 ///     How many points lay on the lattice when they were last presented.
 /// points : int
 ///     How many points there are.
+/// share : float or None
+///     The share of a whole reconstruction that is done, 0 to 1, as far as can be told; None in
+///     other jobs.
 #[pyclass(frozen, get_all, module = "neurbs")]
 pub(super) struct Progress {
     stage: &'static str,
@@ -34,13 +37,23 @@ pub(super) struct Progress {
     radius: Option<f64>,
     reached: usize,
     points: usize,
+    share: Option<f64>,
 }
 
 impl From<progress::Progress> for Progress {
     fn from(progress: progress::Progress) -> Self {
-        let progress::Progress { stage, step, total, change, error, radius, reached, points } =
-            progress;
-        Self { stage: stage.name(), step, total, change, error, radius, reached, points }
+        let progress::Progress {
+            stage,
+            step,
+            total,
+            change,
+            error,
+            radius,
+            reached,
+            points,
+            share,
+        } = progress;
+        Self { stage: stage.name(), step, total, change, error, radius, reached, points, share }
     }
 }
 

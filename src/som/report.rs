@@ -25,6 +25,7 @@ impl SelfOrganizingMap {
             radius: Some(self.radius()),
             reached: self.reached,
             points: usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX),
+            share: None,
         };
         progress::report(observer, &progress)
     }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::grid::CellGrid;
 use super::terms::{Compared, TermSettings};
-use crate::cloud::{Bounds, Neighbor, Plane};
+use crate::cloud::{Neighbor, Plane};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::numeric::{median, rms};
@@ -27,6 +27,8 @@ pub struct DefectSettings {
     pub torn: f64,
     /// Root mean square distance of the points, in the diagonal of their box.
     pub thick: f64,
+    /// Points by which folds are told from bends, at most.
+    pub points: usize,
     /// Cells along a side of the grid on which folds are looked for.
     pub cells: usize,
     /// Points in a local plane.
@@ -45,6 +47,7 @@ impl Default for DefectSettings {
             uncovered: 0.1,
             torn: 0.05,
             thick: 0.11,
+            points: 50_000,
             cells: 70,
             neighbors: 12,
             flat: 0.14,
@@ -63,9 +66,7 @@ pub fn defects(
     terms: &TermSettings,
     settings: &DefectSettings,
 ) -> Result<Vec<Diagnostic>> {
-    let points = compared.seen.points();
-    let bounds = Bounds::of(points);
-    let diagonal = bounds.diagonal();
+    let diagonal = compared.diagonal;
     let grid = CellGrid::of(compared.surface, settings.cells, &mut Silent)?;
     let distance = overshoot(compared, &grid);
     let found = compared.terms(terms)?;

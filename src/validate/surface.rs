@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::defects::{DefectSettings, defects};
 use super::terms::{Compared, TermSettings};
-use crate::cloud::{items_at, random_sample};
+use crate::cloud::{Bounds, KdTree, items_at, random_sample};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
@@ -35,7 +35,8 @@ pub fn validate(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<Vec<Diagnostic>> {
-    let settings = ObserveSettings::default();
+    let (settings, wanted) = (ObserveSettings::default(), DefectSettings::default());
+    let many = items_at(points, &random_sample(points, wanted.points));
     let points = items_at(points, &random_sample(points, settings.sample));
     let (mut uv, distances) =
         ClosestPointSearch::new(surface)?.closest_parameters(&points, observer)?;
@@ -50,13 +51,14 @@ pub fn validate(
     let closed = closed(&surface);
     let compared = Compared {
         seen: &seen,
-        tree: seen.tree(),
+        tree: &KdTree::new(&many),
         surface: &surface,
         closed,
         uv: &uv,
         distances: &distances,
+        diagonal: Bounds::of(&points).diagonal(),
     };
-    defects(&compared, &TermSettings::default(), &DefectSettings::default())
+    defects(&compared, &TermSettings::default(), &wanted)
 }
 
 /// In which directions a surface over [0, 1]² ends where it begins.

@@ -71,6 +71,8 @@ pub struct Compared<'a> {
     pub uv: &'a [DVec2],
     /// Their distances from the surface.
     pub distances: &'a [f64],
+    /// The diagonal of the points' box, in the frame in which they were given.
+    pub diagonal: f64,
 }
 
 impl Compared<'_> {

@@ -246,6 +246,15 @@ def test_an_exception_in_the_callback_ends_the_job(terrain_points: Points) -> No
         neurbs.reconstruct(terrain_points, progress=fail)
 
 
+def test_progress_tells_the_share_of_the_whole_job(terrain_points: Points) -> None:
+    shares = []
+    neurbs.reconstruct(terrain_points, progress=lambda progress: shares.append(progress.share))
+    assert all(share is not None for share in shares)
+    assert shares == sorted(shares)
+    assert 0 <= shares[0] < 0.1
+    assert 0.5 < shares[-1] <= 1
+
+
 LONG_JOBS = {
     "reconstruct": "neurbs.reconstruct_paper(points, max_steps=10**12, min_change=1e-12)",
     "fit": "neurbs.SelfOrganizingMap(epochs=10**9, min_change=1e-300).fit(points)",

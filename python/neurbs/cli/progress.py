@@ -13,7 +13,8 @@ from neurbs import Progress
 def progress_bar(shown: bool, name: str = "") -> Iterator[Callable[[Progress], None] | None]:
     """Give what draws the progress on a terminal, and `None` where there is none.
 
-    Stage, steps, their rate, the error so far, the time passed and what it will take at most.
+    One bar for the whole job: what is done, the stage, the error so far, the time passed and what
+    it will take.
     """
     if not shown or sys.stderr is None or not sys.stderr.isatty():
         yield None
@@ -29,29 +30,23 @@ def progress_bar(shown: bool, name: str = "") -> Iterator[Callable[[Progress], N
     columns = (
         text("{task.description}"),
         rich.BarColumn(),
-        text("{task.completed:,.0f}/{task.total:,.0f}"),
-        text("{task.fields[rate]}{task.fields[error]}"),
+        rich.TaskProgressColumn(),
+        text("{task.fields[stage]}{task.fields[error]}"),
         rich.TimeElapsedColumn(),
         text("of"),
         rich.TimeRemainingColumn(elapsed_when_finished=True),
     )
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        tasks: dict[str, rich.TaskID] = {}
+        task = bar.add_task(name, total=1.0, stage="", error="")
 
         def draw(progress: Progress) -> None:
-            stage = progress.stage
-            if stage not in tasks:
-                # A stage at a time: each has its own rate.
-                for task in tasks.values():
-                    bar.update(task, visible=False)
-                description = f"{name} {stage}".strip()
-                tasks[stage] = bar.add_task(description, total=progress.total, rate="", error="")
-            speed = bar.tasks[bar.task_ids.index(tasks[stage])].speed
+            share = progress.share
+            if share is None:
+                share = progress.step / max(progress.total, 1)
             bar.update(
-                tasks[stage],
-                completed=progress.step,
-                total=progress.total,
-                rate=f"{speed:,.0f}/s" if speed else "",
+                task,
+                completed=share,
+                stage=progress.stage,
                 error="" if progress.error is None else f", error {progress.error:.3g}",
             )
 
