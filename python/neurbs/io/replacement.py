@@ -34,8 +34,12 @@ def replacement(path: Path) -> Iterator[str]:
     try:
         yield str(new)
         with suppress(OSError):
+            before = target.stat()
+            # Whose it was it stays, where that is allowed; a change of owner may change the mode.
+            with suppress(OSError, AttributeError):
+                os.chown(new, before.st_uid, before.st_gid)
             # Who could read the file before can read it after, and nobody else.
-            new.chmod(stat.S_IMODE(target.stat().st_mode))
+            new.chmod(stat.S_IMODE(before.st_mode))
         os.replace(new, target)
     except BaseException as error:
         new.unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from typing import Any
 from neurbs._core import NeurbsError
 from neurbs.io.extras import imported
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
+from neurbs.io.vtk_legacy import check_whole
 
 _READERS = {
     ".vtk": ("vtkmodules.vtkIOLegacy", "vtkGenericDataObjectReader"),
@@ -23,6 +24,8 @@ _COLORS = ("RGB", "RGBA", "Colors", "colors")
 def read_vtk(path: Path, request: Request) -> PointSource:
     """Read the points of a data set that has some."""
     module, name = _READERS[path.suffix.lower()]
+    if path.suffix.lower() == ".vtk":
+        check_whole(path)
     reader = getattr(imported(path, module), name)()
     to_numpy = imported(path, "vtkmodules.util.numpy_support").vtk_to_numpy
     reader.SetFileName(str(path))

@@ -1,0 +1,136 @@
+"""Whether a binary `.vtk` file holds all that its header promises.
+
+VTK's own reader does not ask: what is missing is whatever the memory held before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from neurbs._core import NeurbsError
+
+_BYTES = {
+    "unsigned_char": 1,
+    "char": 1,
+    "unsigned_short": 2,
+    "short": 2,
+    "unsigned_int": 4,
+    "int": 4,
+    "unsigned_long": 8,
+    "long": 8,
+    "vtkidtype": 4,
+    "vtktypeint64": 8,
+    "vtktypeuint64": 8,
+    "float": 4,
+    "double": 8,
+}
+"""Bytes of a value of each type."""
+
+_LONGEST_LINE = 1 << 16
+"""Bytes of a line of the header, at most."""
+
+_CELLS = ("vertices", "lines", "polygons", "triangle_strips", "cells")
+_PER_POINT = {
+    "vectors": 3,
+    "normals": 3,
+    "tensors": 9,
+    "tensors6": 6,
+    "global_ids": 1,
+    "pedigree_ids": 1,
+}
+"""Values that an attribute has for each point or cell."""
+
+
+def check_whole(path: Path) -> None:
+    """Raise if a binary file in VTK's legacy format ends before what it promises.
+
+    Raises
+    ------
+    NeurbsError
+        If it is cut short.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        version = file.readline(_LONGEST_LINE)
+        file.readline(_LONGEST_LINE)
+        if file.readline(_LONGEST_LINE).strip().upper() != b"BINARY":
+            return
+        offsets = not version.rstrip().endswith((b"1.0", b"2.0", b"3.0", b"4.0", b"4.1", b"4.2"))
+        for name, count in _arrays(file, offsets=offsets):
+            missing = file.tell() + count - size
+            if missing > 0:
+                raise NeurbsError(
+                    f"{path}: must be a whole VTK file, but is cut short: {missing:,} bytes of "
+                    f"{name} are missing"
+                )
+            file.seek(count, 1)
+
+
+def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int]]:
+    """Give name and bytes of each array, the file standing at its begin; the caller skips them.
+
+    `offsets` says whether cells are two arrays, as they are from version 5 on.
+    """
+    tuples = 0
+    cells = (0, 0)
+    while words := _words(file):
+        key = words[0].lower()
+        try:
+            if key == "points":
+                yield words[0], 3 * int(words[1]) * _BYTES[words[2].lower()]
+            elif key.endswith("_coordinates") and key[0] in "xyz":
+                yield words[0], int(words[1]) * _BYTES[words[2].lower()]
+            elif key in _CELLS:
+                cells = (int(words[1]), int(words[2]))
+                if not offsets:
+                    yield words[0], 4 * cells[1]
+            elif key in ("offsets", "connectivity"):
+                yield words[0], cells[key == "connectivity"] * _BYTES[words[1].lower()]
+            elif key == "cell_types":
+                yield words[0], 4 * int(words[1])
+            elif key in ("point_data", "cell_data"):
+                tuples = int(words[1])
+            elif key == "scalars":
+                components = int(words[3]) if len(words) > 3 else 1
+                # The line after it names a table of colours.
+                _words(file)
+                yield words[1], tuples * components * _BYTES[words[2].lower()]
+            elif key == "lookup_table":
+                yield words[1], 4 * int(words[2])
+            elif key == "color_scalars":
+                yield words[1], tuples * int(words[2])
+            elif key == "texture_coordinates":
+                yield words[1], tuples * int(words[2]) * _BYTES[words[3].lower()]
+            elif key in _PER_POINT:
+                yield words[1], tuples * _PER_POINT[key] * _BYTES[words[2].lower()]
+            elif key == "field":
+                yield from _fields(file, int(words[2]))
+            elif key == "metadata":
+                _skip_paragraph(file)
+        except (IndexError, KeyError, ValueError):
+            # What this does not know, VTK complains of, or its size is not said.
+            return
+
+
+def _fields(file: BinaryIO, count: int) -> Iterator[tuple[str, int]]:
+    while count > 0 and (words := _words(file)):
+        if words[0].lower() == "metadata":
+            _skip_paragraph(file)
+            continue
+        yield words[0], int(words[1]) * int(words[2]) * _BYTES[words[3].lower()]
+        count -= 1
+
+
+def _words(file: BinaryIO) -> list[str]:
+    """Return the words of the next line that has some; none at the end of the file."""
+    while line := file.readline(_LONGEST_LINE):
+        if words := line.decode("latin-1").split():
+            return words
+    return []
+
+
+def _skip_paragraph(file: BinaryIO) -> None:
+    while file.readline(_LONGEST_LINE).strip():
+        pass
