@@ -343,7 +343,7 @@ def test_points_are_not_overwritten(tmp_path: Path, capsys: pytest.CaptureFixtur
     path.write_text("v 1 2 3\n")
     done = Outcome(capsys, "reconstruct", path, "-o", path)
     assert done.code == 2
-    assert "the points must not be overwritten" in done.err
+    assert "the input must not be overwritten" in done.err
     assert path.read_text() == "v 1 2 3\n"
 
 
@@ -425,7 +425,8 @@ def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
     code, out, err = on_terminal("reconstruct-paper", points_file, "-o", tmp_path / "a.obj", *words)
     assert code == 0
     assert "60 × 60" in out
-    assert re.search(r" \d+% training, error [\d.]+.*0:00:0\d.* of ", err)
+    plain = re.sub(r"\x1b\[[\d;?]*[a-zA-Z]", "", err)
+    assert re.search(r" \d+% training, error [\d.]+ .*0:00:0\d of ", plain), plain
     assert "neurbs: warning: Training ended after 100000 steps" in err
 
 

@@ -23,7 +23,8 @@ from neurbs.cli.command import (
     print_json,
     print_table,
 )
-from neurbs.cli.options import blamed, check_output
+from neurbs.cli.options import blamed
+from neurbs.cli.outputs import check_outputs
 from neurbs.cli.points import check_points, read_point_cloud
 from neurbs.cli.progress import progress_bar
 from neurbs.io.units import check_unit
@@ -90,6 +91,11 @@ def run(
     files = [file for path in points for file in _expanded(path)]
     batch = len(files) > 1 or any(map(_is_folder, output))
     jobs = _jobs(context, files, output, suffix, unit, batch=batch)
+    written = [target for targets in jobs.values() for target in targets]
+    # Of each component come files of its own.
+    sources = [file for file, targets in jobs.items() for _ in targets] if batch else []
+    each = given.get("component") == "each"
+    check_outputs(context, written, files, sources=sources, numbered=each)
     documents: list[dict[str, Any]] = []
     met = True
     for file, targets in jobs.items():
@@ -138,7 +144,6 @@ def _jobs(
     jobs = {file: _targets(context, file, places, suffix, batch=batch) for file in files}
     for file, targets in jobs.items():
         for target in targets:
-            check_output(context, target, *files)
             with blamed(context, {"unit": unit}):
                 # The legend of a report may have any.
                 check_unit(None if _is_report(target) else unit)

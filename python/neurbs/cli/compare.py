@@ -16,8 +16,8 @@ from neurbs.cli.options import (
     Config,
     Quiet,
     Surface,
-    check_output,
 )
+from neurbs.cli.outputs import check_outputs
 from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.deviation import Deviation
 
@@ -66,8 +66,7 @@ def compare(
         _refuse(context, "tolerance", "a number that is positive and finite", tolerance)
     if not 0 <= share <= 1:
         _refuse(context, "share", "a number from 0 to 1", share)
-    for path in output or []:
-        check_output(context, path, points, surface)
+    check_outputs(context, output or [], [points, surface])
     check_points(context, points)
     loaded = neurbs.load_surface(surface)
     cloud = read_points(context, points, columns, nan)

@@ -142,18 +142,6 @@ def blamed(context: typer.Context, given: Mapping[str, Any]) -> Iterator[None]:
         ) from None
 
 
-def check_output(context: typer.Context, path: Path, *inputs: Path) -> None:
-    """Check that a file can be written, and is not what is read."""
-    wrong = partial(typer.BadParameter, ctx=context, param_hint="'--output'")
-    try:
-        io.check_target(path)
-    except neurbs.NeurbsError as error:
-        raise wrong(str(error)) from None
-    for read in inputs:
-        if path.exists() and read.exists() and path.samefile(read):
-            raise wrong(f"{path}: the points must not be overwritten, give another file")
-
-
 def _described(doc: str) -> dict[str, tuple[str, str]]:
     """Read type and description of each parameter out of a numpydoc text."""
     _, _, section = doc.partition("Parameters\n----------\n")

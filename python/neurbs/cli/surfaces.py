@@ -17,10 +17,10 @@ from neurbs.cli.options import (
     Surface,
     Unit,
     blamed,
-    check_output,
     options_of,
     values,
 )
+from neurbs.cli.outputs import check_outputs
 from neurbs.cli.points import Columns, Nan, read_point_cloud
 
 
@@ -50,8 +50,7 @@ def tessellate(
 
     Example: neurbs tessellate part.step -o part.stl
     """
-    for path in output:
-        check_output(context, path, surface)
+    check_outputs(context, output, [surface])
     given = values(options)
     loaded = neurbs.load_surface(surface)
     with blamed(context, given):
@@ -92,7 +91,7 @@ def convert(
 
     Example: neurbs convert part.json part.step
     """
-    check_output(context, target, source)
+    check_outputs(context, [target], [source])
     thing = load(context, source, columns, nan)
     with blamed(context, {"unit": unit}):
         neurbs.save(thing, target, unit=unit)

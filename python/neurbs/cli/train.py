@@ -17,6 +17,7 @@ from neurbs.cli.options import (
     options_of,
     values,
 )
+from neurbs.cli.outputs import check_outputs
 from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
@@ -60,8 +61,7 @@ def train(
     Example: neurbs train scan.xyz -o map.npz -o training.gif --rows 24 --cols 16
     """
     films = [path for path in output if path.suffix.lower() in _FILMS]
-    for path in output:
-        _check(context, path, films)
+    check_outputs(context, output, [points], check=lambda path: _check(context, path, films))
     check_points(context, points)
     cloud = read_points(context, points, columns, nan)
     given = values(options)
