@@ -1,4 +1,4 @@
-"""Files that are cut short are errors, whatever the libraries that read them think."""
+"""Files that are not what they seem: cut short, or leading elsewhere."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rasterio
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -83,3 +84,20 @@ def test_a_vtk_file_that_is_cut_short_is_an_error(
         cut.write_bytes(whole[:end])
         with pytest.raises(neurbs.NeurbsError, match="cut short"):
             neurbs.read_points(cut)
+
+
+def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.Generator) -> None:
+    secret = tmp_path / "secret.tif"
+    shape = {"height": 8, "width": 9, "count": 1, "dtype": "float64"}
+    transform = rasterio.transform.from_origin(0, 8, 1, 1)
+    with rasterio.open(secret, "w", driver="GTiff", transform=transform, **shape) as file:
+        file.write(rng.random((8, 9)), 1)
+    assert len(neurbs.read_points(secret)) == 72
+    leading = tmp_path / "leading.tif"
+    leading.write_text(
+        f"""<VRTDataset rasterXSize="9" rasterYSize="8"><VRTRasterBand dataType="Float64" band="1">
+        <SimpleSource><SourceFilename relativeToVRT="0">{secret}</SourceFilename>
+        <SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>"""
+    )
+    with pytest.raises(neurbs.NeurbsError, match="must be a whole GeoTIFF"):
+        neurbs.read_points(leading)

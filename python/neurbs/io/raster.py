@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain, islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
     windows = imported(path, "rasterio.windows")
     damaged = NeurbsError(f"{path}: must be a whole GeoTIFF, but is damaged or cut short")
     try:
-        with rasterio.open(path) as file:
+        with _opened(rasterio, path) as file:
             if file.count != 1:
                 raise NeurbsError(
                     f"{path}: must have one band, of heights, got {file.count}: is it a picture?"
@@ -40,7 +41,7 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
 
     def blocks() -> Iterator[Block]:
         try:
-            with rasterio.open(path) as file:
+            with _opened(rasterio, path) as file:
                 rows = max(BLOCK // width, 1)
                 for row in range(0, height, rows):
                     window = windows.Window(0, row, width, min(rows, height - row))
@@ -60,6 +61,14 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
     return PointSource(
         blocks(), count=width * height, unit=unit, crs=crs.to_string() if crs else None
     )
+
+
+def _opened(rasterio: Any, path: Path) -> Any:
+    """Open a file of this machine as GeoTIFF, whatever it claims to be.
+
+    Other drivers follow what a file refers to: other files, and addresses.
+    """
+    return rasterio.open(path.resolve(strict=True), driver="GTiff")
 
 
 def read_asc(path: Path, request: Request) -> PointSource:
