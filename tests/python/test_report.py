@@ -149,6 +149,17 @@ def test_names_are_no_markup(result: Reconstruction, tmp_path: Path) -> None:
     assert len(re.findall("</script>", page)) == len(re.findall(r"<script[ >]", page)) == 3
 
 
+def test_a_unit_does_not_open_a_script(result: Reconstruction, tmp_path: Path) -> None:
+    # In a script, this keeps "</script>" from ending it.
+    unit = "<!--<script>"
+    result.write_report(tmp_path / "a.html", unit=unit)
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    held = re.search(r'<script id="figures" type="application/json">(.*?)</script>', page, re.S)
+    assert held
+    assert not set("<>&") & set(held[1])
+    assert unit in str(json.loads(held[1]))
+
+
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [

@@ -111,8 +111,7 @@ def write_page(
         version=_core.__version__,
         cards=_cards(result, deviation, tolerance, unit),
         shown=_shown(len(result.points), len(deviation.signed)),
-        # A script ends at the first "</", wherever that stands.
-        figures=json.dumps(figures).replace("</", "<\\/"),
+        figures=_json_in_script(figures),
         measures=_table(_measures(deviation, tolerance, unit)),
         candidates=_candidates(result),
         diagnostics=_diagnostics(result),
@@ -124,6 +123,12 @@ def write_page(
         plotly=offline.get_plotlyjs(),
     )
     Path(path).write_text(content, encoding="utf-8")
+
+
+def _json_in_script(document: Any) -> str:
+    """Return JSON without any character that HTML could take for markup, within a script too."""
+    signs = {ord(sign): f"\\u{ord(sign):04x}" for sign in "<>&"}
+    return json.dumps(document).translate(signs)
 
 
 def _resource(name: str) -> str:
