@@ -52,8 +52,7 @@ impl Heights<'_> {
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.beside(self.local.len()));
         let space = equations.space().clone();
-        let turn = HeldOut::of(&space, &samples, |samples| in_turn(samples.len()))?;
-        let turn = turn.with_enough();
+        let turn = HeldOut::of_enough(&space, &samples, |samples| in_turn(samples.len()))?;
         let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {

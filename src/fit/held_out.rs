@@ -17,9 +17,8 @@ pub(super) struct HeldOut<'a> {
     space: &'a SplineSpace,
     folds: Vec<Vec<Sample>>,
     all: NormalEquations,
+    /// The equations of those folds that are left out, the first ones.
     parts: Vec<NormalEquations>,
-    /// How many folds are left out.
-    asked: usize,
 }
 
 impl<'a> HeldOut<'a> {
@@ -29,30 +28,35 @@ impl<'a> HeldOut<'a> {
         samples: &[Sample],
         rule: impl FnOnce(&[Sample]) -> Vec<usize>,
     ) -> Result<Self> {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
-        let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let mut folds = vec![Vec::new(); FOLDS];
-        for (sample, fold) in samples.iter().zip(rule(&samples)) {
-            folds[fold].push(*sample);
-        }
-        let part =
+        let (_, folds) = dealt(samples, rule);
+        let equations =
             |samples: &Vec<Sample>| NormalEquations::of_distances(space, samples, &mut || Ok(()));
-        let parts = folds.par_iter().map(part).collect::<Result<Vec<_>>>()?;
+        let parts = folds.par_iter().map(equations).collect::<Result<Vec<_>>>()?;
         let mut all = parts[0].clone();
         parts[1..].iter().for_each(|part| all.add_scaled(1.0, part));
-        Ok(Self { space, folds, all, parts, asked: FOLDS })
+        Ok(Self { space, folds, all, parts })
     }
 
-    /// The same with only as many folds left out as have enough samples together.
-    pub(super) fn with_enough(mut self) -> Self {
+    /// As [`HeldOut::of`], but only as many folds are left out as have enough samples together.
+    pub(super) fn of_enough(
+        space: &'a SplineSpace,
+        samples: &[Sample],
+        rule: impl FnOnce(&[Sample]) -> Vec<usize>,
+    ) -> Result<Self> {
+        let (samples, folds) = dealt(samples, rule);
         let mut count = 0;
-        let asked = self.folds.iter().take_while(|fold| {
+        let asked = folds.iter().take_while(|fold| {
             let more = count < ENOUGH_POINTS;
             count += fold.len();
             more
         });
-        self.asked = asked.count();
-        self
+        let asked = asked.count();
+        let equations =
+            |samples: &[Sample]| NormalEquations::of_distances(space, samples, &mut || Ok(()));
+        let all = equations(&samples)?;
+        let parts =
+            folds[..asked].par_iter().map(|fold| equations(fold)).collect::<Result<Vec<_>>>()?;
+        Ok(Self { space, folds, all, parts })
     }
 
     /// The trace of the matrix of all samples.
@@ -86,11 +90,26 @@ impl<'a> HeldOut<'a> {
                 patches.each(samples.len(), |i| samples[i].uv, |i, place| square(i, place.point));
             Ok(squares.iter().sum())
         };
-        let sums = (0..self.asked).into_par_iter().map(of_fold).collect::<Result<Vec<f64>>>()?;
+        let sums =
+            (0..self.parts.len()).into_par_iter().map(of_fold).collect::<Result<Vec<f64>>>()?;
         let weight: f64 =
-            self.folds[..self.asked].iter().flatten().map(|sample| sample.weight).sum();
+            self.folds[..self.parts.len()].iter().flatten().map(|sample| sample.weight).sum();
         Ok(sums.iter().sum::<f64>() / weight)
     }
+}
+
+/// At most 20,000 of some samples, and the same in folds.
+fn dealt(
+    samples: &[Sample],
+    rule: impl FnOnce(&[Sample]) -> Vec<usize>,
+) -> (Vec<Sample>, Vec<Vec<Sample>>) {
+    let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+    let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
+    let mut folds = vec![Vec::new(); FOLDS];
+    for (sample, fold) in samples.iter().zip(rule(&samples)) {
+        folds[fold].push(*sample);
+    }
+    (samples, folds)
 }
 
 #[cfg(test)]
