@@ -131,6 +131,46 @@ fn the_observer_sees_progress_and_can_stop() {
 }
 
 #[test]
+fn a_job_that_is_told_once_to_stop_stops() {
+    // A leaf, of which several first fits are made.
+    let leaf = |i: u32| {
+        let (u, v) = (f64::from(i) / 300.0, (f64::from(i) * 0.618_033_988_75).fract() - 0.5);
+        let width = 0.9 * (std::f64::consts::PI * u).sin().powf(0.7);
+        DVec3::new(2.0 * u, width * v, 0.25 * (3.0 * u).sin() + 0.3 * v * v)
+    };
+    let points: Vec<DVec3> = (0..300).map(leaf).collect();
+    let options = ReconstructOptions::default();
+    let run = |stop: usize| {
+        let mut calls = 0;
+        let mut observer = |_: &Progress| {
+            calls += 1;
+            if calls == stop { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let done = reconstruct(&points, &options, &mut observer).map(|_| ());
+        (done, calls)
+    };
+    // In a pool the job calls its observer itself.
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| {
+        let (done, calls) = run(0);
+        assert!(done.is_ok() && calls > 40, "{calls}");
+        for stop in (1..=calls).step_by(calls / 40) {
+            let (done, _) = run(stop);
+            assert!(matches!(done, Err(Error::Interrupted)), "{stop} of {calls}");
+        }
+    });
+}
+
+#[test]
+fn a_kind_that_nothing_proposes_is_an_error() {
+    let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5)];
+    for kind in [Kind::Tube, Kind::Torus] {
+        let options = ReconstructOptions { kind: Some(kind), ..ReconstructOptions::default() };
+        let error = reconstruct(&points, &options, &mut Silent).unwrap_err();
+        assert!(matches!(error, Error::Parameter { name: "points", .. }), "{error}");
+    }
+}
+
+#[test]
 fn options_of_the_paper_out_of_range_are_refused_by_name() {
     let points = terrain();
     let message = |options: PaperOptions| {

@@ -136,13 +136,17 @@ fn best(
     let mut first_fits: Vec<Result<Begun<'_>>> = Vec::new();
     // Where the first fit is much nearer than the coarse one, the coarse order says little.
     for model in alike {
-        first_fits.push(begin(ranked, model, options, observer));
+        match begin(ranked, model, options, observer) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            first_fit => first_fits.push(first_fit),
+        }
         if first_fits[0].as_ref().is_ok_and(|first| !first.tells_more()) {
             break;
         }
     }
     let mut order: Vec<usize> = (0..near).collect();
-    order[..=nearest(&first_fits, ranked)].rotate_right(1);
+    let first = nearest(&first_fits, ranked);
+    order.sort_by_key(|place| *place != first);
     let mut first_fits: Vec<Option<_>> = first_fits.into_iter().map(Some).collect();
     first_fits.resize_with(near, || None);
     let (mut best, mut failed): (Option<(usize, Refined)>, Option<Error>) = (None, None);
