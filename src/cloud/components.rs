@@ -168,7 +168,7 @@ fn flat_neighborhoods(
         let plane = Plane::of(around.iter().chain([&own]).map(|&at| points[at as usize]));
         (around, plane.is_flat())
     };
-    // Those of the few are none of those without neighbours.
+    // Points that are not among the few have no neighbours yet.
     let of_few = tree.map(observer, look)?;
     let others = growing.iter().copied().filter(|&own| of_few[own as usize].0.is_empty());
     let of_others = KdTree::of_subset(points, others.collect(), observer)?.map(observer, look)?;

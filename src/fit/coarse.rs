@@ -60,6 +60,7 @@ const FIRST: i32 = -2;
 
 /// Steps of left-out points towards their feet.
 const HELD_OUT_STEPS: usize = 2;
+
 /// Points with rough parameters, to be fitted coarsely.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseProblem<'a> {
@@ -168,13 +169,7 @@ impl<'a> Fitting<'a> {
     }
 
     fn samples(&self, wanted: impl Fn(usize) -> bool) -> Vec<Sample> {
-        let sample = |i: usize| Sample {
-            point: self.problem.points[i],
-            uv: self.uv[i],
-            weight: self.weights[i],
-            normal: DVec3::ZERO,
-            tangential: 1.0,
-        };
+        let sample = |i: usize| Sample::plain(self.problem.points[i], self.uv[i], self.weights[i]);
         (0..self.uv.len()).filter(|&i| wanted(i)).map(sample).collect()
     }
 
@@ -283,11 +278,11 @@ impl<'a> Fitting<'a> {
             Ok(feet.iter().map(|foot| foot.offset.length()).collect())
         };
         let found = parts.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
-        let mut all = vec![0.0; self.uv.len()];
+        let mut left_out = vec![0.0; self.uv.len()];
         for (Part { out, .. }, distances) in parts.iter().zip(found) {
-            out.iter().zip(distances).for_each(|(&at, distance)| all[at] = distance);
+            out.iter().zip(distances).for_each(|(&at, distance)| left_out[at] = distance);
         }
-        Ok(all)
+        Ok(left_out)
     }
 
     /// Moves the parameters one step towards the points' feet, but for those of heights.

@@ -142,7 +142,7 @@ impl Search<'_> {
         if !in_clumps(samples.iter().map(|sample| sample.uv)) {
             return Ok(found);
         }
-        let held_out = HeldOut::of(space, samples, |samples| {
+        let held_out = HeldOut::of(space, samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let error =

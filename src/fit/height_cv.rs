@@ -8,6 +8,7 @@ use super::blocks::{blocks, in_clumps, in_turn};
 use super::height_field::Heights;
 use super::held_out::HeldOut;
 use super::least_squares::Equations;
+use super::limits::ENOUGH_POINTS;
 use super::normal_equations::Sample;
 use super::warm_start::Near;
 use crate::error::Result;
@@ -52,7 +53,7 @@ impl Heights<'_> {
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.beside(self.local.len()));
         let space = equations.space().clone();
-        let turn = HeldOut::of_enough(&space, &samples, |samples| in_turn(samples.len()))?;
+        let turn = HeldOut::of(&space, &samples, ENOUGH_POINTS, |samples| in_turn(samples.len()))?;
         let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
@@ -65,7 +66,7 @@ impl Heights<'_> {
             let (fairness, expected) = choose(&turn, &equations)?;
             return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
         }
-        let block = HeldOut::of(&space, &samples, |samples| {
+        let block = HeldOut::of(&space, &samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let (mut found, mut least) = (None, f64::INFINITY);

@@ -53,7 +53,7 @@ pub use self::correct::project;
 pub use self::folds::Folds;
 pub(crate) use self::ground::Base;
 pub use self::ground::height_axes;
-pub(crate) use self::growth::{Accept, EXACT, Grown, diameter};
+pub(crate) use self::growth::{Accept, EXACT, diameter};
 pub use self::height::fit_heights;
 pub(crate) use self::height::grow_heights;
 pub use self::least_squares::{PartialSums, fit};

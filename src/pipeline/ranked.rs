@@ -128,12 +128,11 @@ fn stages<T>(
     let mut clock = Clock::start();
     let ReconstructOptions { weights, clean, component, .. } = *options;
     let prepare = PrepareOptions { weights, clean, component, axis_scale };
-    let seen = ObserveSettings::default().sample;
-    let mut part = Part::Prepare.observed(points.len(), seen, observer);
-    let cloud = PreparedCloud::of(points, &prepare, &mut part)?;
-    let mut part = Part::Select.observed(points.len(), seen, observer);
-    clock.lap("prepare");
     let (settings, select) = (ObserveSettings::default(), SelectSettings::default());
+    let mut part = Part::Prepare.observed(points.len(), settings.sample, observer);
+    let cloud = PreparedCloud::of(points, &prepare, &mut part)?;
+    let mut part = Part::Select.observed(points.len(), settings.sample, observer);
+    clock.lap("prepare");
     let chosen = random_sample(&cloud.points, settings.sample);
     let sample = items_at(&cloud.points, &chosen);
     let many =

@@ -11,8 +11,8 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    Accept, ApproximateOptions, Base, FittedSurface, Grown, Growth, HeightOptions, approximate,
-    bounded, continued, grow_heights, project, rational, reach,
+    Accept, ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
+    continued, grow_heights, project, rational, reach,
 };
 use crate::nurbs::ClosestPointSearch;
 use crate::progress::Observer;
@@ -76,9 +76,7 @@ impl Refinement<'_> {
             return Ok((self.reweighted(grown, REWEIGHTED, observer)?, None));
         }
         let (weights, fairness) = (small.weights.clone(), self.options.fairness);
-        let found = self.continued(&small, &weights, fairness, self.growth(), accept, observer)?;
-        let accepted = found.accepted.map(|found| Fitted::new(found, weights.clone()));
-        Ok((Fitted::new(found.finest, weights), accepted))
+        self.continued(&small, weights, fairness, self.growth(), accept, observer)
     }
 
     /// The surface that one becomes with other weights.
@@ -89,11 +87,11 @@ impl Refinement<'_> {
         fairness: Option<f64>,
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
-        self.on_growing(known, weights, fairness, None, &|_, _| Ok(true), observer)
+        Ok(self.continued(known, weights, fairness, None, &|_, _| Ok(true), observer)?.0)
     }
 
-    /// The same with a net that may grow.
-    fn on_growing(
+    /// The same with a net that may grow; and the last one before, if finer ones were not accepted.
+    fn continued(
         &self,
         known: &Fitted,
         weights: Vec<f64>,
@@ -101,27 +99,17 @@ impl Refinement<'_> {
         growth: Option<Growth>,
         accept: Accept<'_>,
         observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        let found = self.continued(known, &weights, fairness, growth, accept, observer)?;
-        Ok(Fitted::new(found.finest, weights))
-    }
-
-    fn continued(
-        &self,
-        known: &Fitted,
-        weights: &[f64],
-        fairness: Option<f64>,
-        growth: Option<Growth>,
-        accept: Accept<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<Grown> {
+    ) -> Result<(Fitted, Option<Fitted>)> {
         let from = FittedSurface {
             surface: &known.surface,
             uv: &known.uv,
             closed: self.kind.closed(),
             fairness: known.fairness,
         };
-        continued(self.points, Some(weights), &from, fairness, growth, accept, observer)
+        let (points, given) = (self.points, Some(weights.as_slice()));
+        let found = continued(points, given, &from, fairness, growth, accept, observer)?;
+        let accepted = found.accepted.map(|found| Fitted::new(found, weights.clone()));
+        Ok((Fitted::new(found.finest, weights), accepted))
     }
 
     /// The same surface without the outliers that it shows, in so many turns at most.
@@ -190,7 +178,8 @@ impl Refinement<'_> {
             let nearer = if self.heights.is_some() {
                 self.heights_with(self.net(), weights, Some(growth), fairness, observer)
             } else {
-                self.on_growing(from, weights, fairness, Some(growth), accept, observer)
+                let grown = Some(growth);
+                self.continued(from, weights, fairness, grown, accept, observer).map(|all| all.0)
             };
             match nearer {
                 Err(Error::Interrupted) => return Err(Error::Interrupted),

@@ -92,8 +92,8 @@ def run(
     batch = len(files) > 1 or any(map(_is_folder, output))
     jobs = _jobs(context, files, output, suffix, unit, batch=batch)
     written = [target for targets in jobs.values() for target in targets]
-    # Of each component come files of its own.
     sources = [file for file, targets in jobs.items() for _ in targets] if batch else []
+    # Of each component come files of its own.
     each = given.get("component") == "each"
     check_outputs(context, written, files, sources=sources, numbered=each)
     documents: list[dict[str, Any]] = []

@@ -57,7 +57,7 @@ def check_whole(path: Path) -> None:
         file.readline(_LONGEST_LINE)
         if file.readline(_LONGEST_LINE).strip().upper() != b"BINARY":
             return
-        offsets = not version.rstrip().endswith((b"1.0", b"2.0", b"3.0", b"4.0", b"4.1", b"4.2"))
+        offsets = version.split()[-1:] >= [b"5"]
         for name, count in _arrays(file, offsets=offsets):
             missing = file.tell() + count - size
             if missing > 0:
