@@ -1,6 +1,11 @@
 """Sphinx: python -m sphinx -W -b html docs docs/_build."""
 
+import sys
+from pathlib import Path
+
 import neurbs
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "neurbs"
 author = "The neurbs developers"
@@ -10,10 +15,14 @@ version = release = neurbs.__version__
 extensions = [
     "myst_parser",
     "numpydoc",
+    "settings",
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
 ]
+settings_strict = False
 exclude_patterns = ["_build"]
+html_static_path = ["static"]
+html_css_files = ["settings.css"]
 html_theme = "furo"
 html_title = f"neurbs {release}"
 html_theme_options = {

@@ -13,6 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+import stage_pictures
 from matplotlib.figure import Figure
 from matplotlib.image import imread, imsave
 from numpy.typing import NDArray
@@ -98,6 +99,15 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "grids.png": grids,
     "unfolding.gif": unfolding,
     "report.png": report,
+    "flow.svg": stage_pictures.flow,
+    "prepare.png": stage_pictures.prepare,
+    "observe.png": stage_pictures.observe,
+    "propose.png": stage_pictures.propose,
+    "coarse_fit.png": stage_pictures.coarse_fit,
+    "select.png": stage_pictures.select,
+    "refine.png": stage_pictures.refine,
+    "validate.png": stage_pictures.validate,
+    "measure.png": stage_pictures.measure,
 }
 
 

@@ -9,7 +9,9 @@ import pytest
 import neurbs
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = [page.stem for page in DOCS.glob("*.md") if "```python\n" in page.read_text("utf-8")]
+ALL = [*DOCS.glob("*.md"), *DOCS.glob("stages/*.md")]
+STAGES = sorted(DOCS.glob("stages/*.md"))
+PAGES = [page.stem for page in ALL if "```python\n" in page.read_text("utf-8")]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -28,9 +30,9 @@ def test_the_examples_of_a_page_run(
 
 
 def test_what_the_pages_link_to_is_there() -> None:
-    for page in DOCS.glob("*.md"):
+    for page in ALL:
         for target in re.findall(r"\]\(\s*([^)#\s]+)", page.read_text(encoding="utf-8")):
-            assert (DOCS / target).exists(), f"{page.name}: {target}"
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
 def test_every_picture_is_made_by_a_script() -> None:
@@ -41,7 +43,7 @@ def test_every_picture_is_made_by_a_script() -> None:
         assert picture.stem in sources, picture.name
 
 
-@pytest.mark.parametrize("page", ["choosing", "fitting"])
+@pytest.mark.parametrize("page", ["choosing", "stages/select"])
 def test_pages_list_the_terms_of_the_score(page: str, rng: np.random.Generator) -> None:
     angle, height = rng.random((2, 500)) * [[2 * np.pi], [3.0]]
     pipe = np.column_stack([np.cos(angle), np.sin(angle), height])
@@ -50,3 +52,35 @@ def test_pages_list_the_terms_of_the_score(page: str, rng: np.random.Generator) 
     table = re.search(r"\| term \|.*?\n\n", text, re.DOTALL)
     assert table is not None
     assert re.findall(r"^\| `(\w+)`", table[0], re.MULTILINE) == list(first.terms)
+
+
+@pytest.mark.parametrize("page", STAGES, ids=lambda page: page.stem)
+def test_a_stage_has_all_sections_and_a_picture(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    sections = re.findall(r"^## (.+)$", text, re.MULTILINE)
+    assert sections == ["Method", "Limits", "Test", "Settings"]
+    assert "| input |" in text
+    assert "| output |" in text
+    assert "](../images/" in text
+
+
+@pytest.mark.parametrize("page", STAGES, ids=lambda page: page.stem)
+def test_the_tests_that_a_stage_names_exist(page: Path) -> None:
+    section = page.read_text(encoding="utf-8").split("## Test\n")[1].split("\n## ")[0]
+    names = re.findall(r"`([\w/.]+)::(\w+)`", section)
+    assert names
+    for place, name in names:
+        path = DOCS.parent / place
+        files = path.rglob("*.rs") if path.is_dir() else [path]
+        found = re.compile(rf"\b(fn|def) {name}\(")
+        assert any(found.search(file.read_text(encoding="utf-8")) for file in files), name
+
+
+def test_the_charts_of_the_page_are_those_of_the_crate() -> None:
+    text = (DOCS / "stages" / "propose.md").read_text(encoding="utf-8")
+    table = re.search(r"\| chart \|.*?\n\n", text, re.DOTALL)
+    assert table is not None
+    first = re.findall(r"^\| (`.+?) \|", table[0], re.MULTILINE)
+    sources = "".join(file.read_text("utf-8") for file in (DOCS.parent / "src/chart").glob("*.rs"))
+    for name in re.findall(r"`([\w ]+)`", " ".join(first)):
+        assert f'"{name}"' in sources, name
