@@ -15,7 +15,8 @@ The expected form of a struct is
         pub(crate) const STANDARD: Self = Self { k_neighbors: 8 };
     }
 
-A field whose type is another settings struct needs neither unit nor source.
+A field whose type is another settings struct needs neither unit nor source. A struct that has only
+such fields needs no STANDARD.
 """
 
 from __future__ import annotations
@@ -129,24 +130,29 @@ def _fields(struct: str, text: str, start: int) -> Iterator[Field]:
         if match is None:
             raise SettingsError(f"{struct}: cannot read the field {code!r}")
         name, kind = match[1], match[2].strip()
-        if name not in values:
+        nested = kind.split("::")[-1].endswith("Settings")
+        if nested and not values:
+            value = f"{kind}::STANDARD"
+        elif name in values:
+            value = values[name]
+        else:
             raise SettingsError(f"{struct}::{name} has no value in STANDARD")
         parts = DOC.match(doc)
         if parts is not None:
-            yield Field(name, values[name], parts["unit"], parts["meaning"], parts["source"])
-        elif kind.split("::")[-1].endswith("Settings"):
-            yield Field(name, values[name], "", doc, "")
+            yield Field(name, value, parts["unit"], parts["meaning"], parts["source"])
+        elif nested:
+            yield Field(name, value, "", doc, "")
         else:
             raise SettingsError(f"{struct}::{name} lacks 'Unit: ….' or 'Source: ….': {doc!r}")
 
 
 def _values(struct: str, text: str) -> dict[str, str]:
-    """Return the values of the constant STANDARD of a struct, as they are written."""
+    """Return the values in the constant STANDARD of a struct as they are written, if it has one."""
     impl = re.search(rf"\bimpl\s+{struct}\s*\{{", text)
     body = text[impl.end() : _closing(text, impl.end())] if impl else ""
     literal = re.search(r"\bconst\s+STANDARD\s*:\s*\w+\s*=\s*\w+\s*\{", body)
     if literal is None:
-        raise SettingsError(f"{struct} has no constant STANDARD")
+        return {}
     values = {}
     for part in _split(body[literal.end() : _closing(body, literal.end())]):
         code = " ".join(line for line in _lines(part) if not line.startswith("//"))

@@ -84,6 +84,12 @@ def test_structs_and_fields_are_read() -> None:
     assert fit.fields[0].value == "2 * 3"
 
 
+def test_a_struct_of_settings_needs_no_values() -> None:
+    text = "pub struct AllSettings {\n/// The fit.\npub fit: FitSettings,\n}"
+    (only,) = settings.parse(text)
+    assert [field.value for field in only.fields] == ["FitSettings::STANDARD"]
+
+
 def test_a_table_has_a_line_for_each_field() -> None:
     lines = settings.markdown(settings.parse(SMALL)[1])
     assert lines[0] == "**FitSettings**: The fit."
@@ -96,11 +102,7 @@ def test_a_table_has_a_line_for_each_field() -> None:
         (" Unit: steps.", "", "FitSettings::rounds lacks"),
         (" Source: cost.", "", "FitSettings::rounds lacks"),
         ("{ rounds: 2 * 3 }", "{ }", "FitSettings::rounds has no value"),
-        (
-            "const STANDARD: Self = Self { rounds",
-            "const OTHER: Self = Self { rounds",
-            "no constant",
-        ),
+        ("STANDARD: Self = Self { rounds", "OTHER: Self = Self { rounds", "rounds has no value"),
     ],
 )
 def test_a_field_without_unit_source_or_value_is_an_error(old: str, new: str, message: str) -> None:
