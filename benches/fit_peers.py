@@ -9,7 +9,7 @@ of 0.005 D in all directions, D being the diagonal of the shape's bounding box. 
 rms2
     root mean square of the distances from shape to surface and from surface to shape, from 20,000
     samples each. Left out are samples of the surface farther from all points than R, three times
-    the 95 % quantile of the distance to the fourth nearest point (`wild`), and those beyond the
+    the 95 % quantile of the distance to the fourth nearest point (`far`), and those beyond the
     shape's border by more than 0.002 D (`over`): their areas are given in percent of the shape's.
 core
     from the shape to the surface, farther than 1.5 mean spacings from the border
@@ -279,8 +279,8 @@ def score(
         border = cKDTree(shape.border)
         outside = (border.query(foot)[0] < 0.004 * diagonal) & (to_shape > 0.002 * diagonal)
         strip = border.query(on_shape)[0] < 1.5 * np.sqrt(area / len(points))
-    wild = ~outside & (cKDTree(points).query(on_surface)[0] >= reach)
-    kept = to_shape[~outside & ~wild]
+    far = ~outside & (cKDTree(points).query(on_surface)[0] >= reach)
+    kept = to_shape[~outside & ~far]
 
     def rms(distances: Array) -> float:
         if len(distances) == 0:
@@ -292,7 +292,7 @@ def score(
         "core": rms(to_surface[~strip]),
         "border": rms(to_surface[strip]),
         "over": 100 * float(outside.mean()) * fitted_area / area,
-        "wild": 100 * float(wild.mean()) * fitted_area / area,
+        "far": 100 * float(far.mean()) * fitted_area / area,
     }
 
 
@@ -357,7 +357,7 @@ def main() -> None:
     known = shapes()
     if options.fresh:
         processes = multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1)
-    print("| case | rms2 | worst seed | core | border | over % | wild % | seconds |")
+    print("| case | rms2 | worst seed | core | border | over % | far % | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     for name in options.cases.split(","):
         shape = known[name.split("_")[0]]
@@ -374,7 +374,7 @@ def main() -> None:
         worst = max(found["rms2"] for found in scores)
         print(
             f"| {name} | {mean['rms2']:.2f} | {worst:.2f} | {mean['core']:.2f} "
-            f"| {mean['border']:.2f} | {mean['over']:.1f} | {mean['wild']:.1f} "
+            f"| {mean['border']:.2f} | {mean['over']:.1f} | {mean['far']:.1f} "
             f"| {np.mean(seconds):.3f} |",
             flush=True,
         )

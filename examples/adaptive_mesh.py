@@ -2,8 +2,8 @@
 
     python examples/adaptive_mesh.py out.png
 
-A drop has fallen into water: ripples run out from a peak and fade. The mesh keeps within 5e-4 of
-the diagonal; the picture is drawn by matplotlib, triangle by triangle from back to front.
+The surface is a drop in water: ripples around a peak that fade outward. Matplotlib draws the
+picture, triangle by triangle from back to front.
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ from matplotlib.colors import LinearSegmentedColormap
 import neurbs
 
 TOLERANCE = 5e-4
+"""Distance between mesh and surface, as a share of the diagonal of the net."""
+
 SIDE = 48
+"""Interpolated points along a side."""
 
 
 def drop() -> neurbs.NurbsSurface:
@@ -54,12 +57,12 @@ def draw(mesh: neurbs.TriangleMesh, path: str) -> None:
     hue = np.clip((height + 0.13) / 0.36, 0, 1)
     water = LinearSegmentedColormap.from_list("water", ["#07364f", "#0f7c8c", "#9fd6cf", "#fff4dd"])
     base = water(hue)[:, :3]
-    colours = np.clip(base * (0.45 + 0.65 * diffuse[:, None]) + 0.35 * shine[:, None], 0, 1)
+    colors = np.clip(base * (0.45 + 0.65 * diffuse[:, None]) + 0.35 * shine[:, None], 0, 1)
     order = np.argsort(-depth)
     figure, axes = plt.subplots(figsize=(12, 7.4))
     lines = PolyCollection(
         corners[order],
-        facecolors=colours[order],
+        facecolors=colors[order],
         edgecolors=(0.02, 0.16, 0.24, 0.5),
         linewidths=0.35,
         joinstyle="round",

@@ -1,4 +1,4 @@
-"""The paper's figure 1: scattered points, the grid that has learned them, and the surface.
+"""Draw figure 1 of the paper: scattered points, the grid that has learned them, and the surface.
 
 python examples/paper_figure.py [PICTURE]
 """

@@ -1,12 +1,12 @@
-"""The table of the paper's section 4.3: special against original presentation, 100 runs each.
+"""Print the table of the paper's section 4.3: special against original presentation, 100 runs each.
 
     python examples/paper_table.py [--runs N]
 
-The paper leaves open how many points there were, the scales q and s, how near a point must be to
-count as on the grid, and when a run counts as failed. This is the choice, among some thirty that
-were tried, whose figures resemble the paper's most: 100 points of a wavy
-sheet, the paper's 4 n nodes, a start around the centroid, reach = 0.01 of the diagonal, s such that
-the radius is zero at t0 = 2000, q = 6000, and failed when 12,000 steps were not enough.
+The paper does not give the number of points, the scales q and s, the distance at which a point is
+on the grid, or the condition of failure. About thirty choices were tried; this one resembles the
+paper most: points of a wavy sheet, the paper's 4 n nodes, a start around the centroid, `REACH` of
+the diagonal, s such that the radius is less than one edge at `T0`, `GAIN_SCALE` for q, and failure
+after `MAX_STEPS`.
 """
 
 import argparse
@@ -25,7 +25,7 @@ PAPER = {"special": (3265, 328, 0), "original": (6821, 1747, 13)}
 
 
 def main() -> None:
-    """Print our table beside the paper's."""
+    """Print the table of neurbs beside that of the paper."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=100)
     runs: int = parser.parse_args().runs
@@ -53,7 +53,7 @@ def train(presentation: str, seed: int, **options: Any) -> neurbs.SelfOrganizing
     points = np.column_stack([x, y, 0.3 * np.sin(3 * x) * np.cos(2 * y)])
     diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
     som = neurbs.SelfOrganizingMap.paper(points, presentation=presentation, seed=seed)
-    # The radius starts at half the number of points, and falls under 1 at t0.
+    # The radius starts at half the number of points and falls below one edge at T0.
     edges = som.rows + som.cols - 2
     scale = T0 / np.sqrt(2 * np.log(min(POINTS / 2, edges)))
     som.set_params(
@@ -61,7 +61,7 @@ def train(presentation: str, seed: int, **options: Any) -> neurbs.SelfOrganizing
         gain=("gaussian", None, GAIN_SCALE),
         max_steps=MAX_STEPS,
         reach=REACH * diagonal,
-        # The lattice coming to rest does not end a run: only the points do.
+        # A run ends when all points are reached, not when the lattice stops moving.
         min_change=1e-12 * diagonal,
         **options,
     )

@@ -1,9 +1,9 @@
-"""A picture of each start and each topology of the self-organizing map.
+"""Draw each start and each topology of the self-organizing map.
 
-The first row shows the starts themselves, the second what training makes of them: batch training
-of those in order, online training of random ones, whose nodes have to find their order first. The
-third row shows other topologies and kernels. Over each trained map stand how many of its cells are
-folded over, if it has cells, and the share of points whose two nearest nodes are no neighbours.
+The first row shows the starts. The second row shows the maps after training: batch training from
+ordered starts, online training from random ones. The third row shows other topologies and kernels.
+The title of a trained map has the number of cells that are folded over, if it has cells, and
+the share of points whose two nearest nodes are not neighbors.
 
 python examples/som_starts.py [PICTURE]
 """
@@ -30,7 +30,7 @@ def fold(count: int) -> NDArray[np.float64]:
 
 
 def zigzag(rows: int, cols: int) -> NDArray[np.float64]:
-    """Return a net that goes roughly as the S goes: straight from one of its turns to the next."""
+    """Return a net that follows the S roughly: straight from one of its turns to the next."""
     turns = np.linspace(0, 3 * np.pi, 7)
     x = np.where(turns < 1.5 * np.pi, np.sin(turns), -2 - np.sin(turns))
     along = np.linspace(0, 3 * np.pi, rows)

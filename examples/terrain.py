@@ -1,4 +1,4 @@
-"""The whole job on real terrain.
+"""Reconstruct real terrain.
 
     python examples/terrain.py
 
@@ -12,7 +12,7 @@ import neurbs
 
 
 def main() -> None:
-    """Reconstruct, say how it went, and write the files."""
+    """Reconstruct, print the report and write the files."""
     points = neurbs.read_points(Path(__file__).with_name("jacksboro.xyz"))
     result = neurbs.reconstruct(points)
     print(result.report)
