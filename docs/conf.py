@@ -7,6 +7,8 @@ import neurbs
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import settings
+
 project = "neurbs"
 author = "The neurbs developers"
 copyright = author
@@ -19,7 +21,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
 ]
-settings_strict = False
+settings_strict = settings.are_complete()
 exclude_patterns = ["_build"]
 html_static_path = ["static"]
 html_css_files = ["settings.css"]

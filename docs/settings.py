@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 SOURCES = Path(__file__).parents[1] / "src"
+MODULES = ("cloud", "observe", "chart", "fit", "validate", "pipeline")
 
 STRUCT = re.compile(r"^\s*(?:pub(?:\([^)]*\))?\s+)?struct\s+(\w+)\s*\{", re.MULTILINE)
 FIELD = re.compile(r"^(?:pub(?:\([^)]*\))?\s+)?(\w+)\s*:\s*(.+)$", re.DOTALL)
@@ -95,6 +96,11 @@ def read(module: str, names: tuple[str, ...] = (), exclude: tuple[str, ...] = ()
         raise SettingsError(f"{file} has no struct {absent}; it has {present}")
     wanted = names or tuple(name for name in known if name not in exclude)
     return [known[name] for name in wanted]
+
+
+def are_complete() -> bool:
+    """Return whether all modules have a settings file. Only then is a missing table an error."""
+    return all((SOURCES / module / "settings.rs").is_file() for module in MODULES)
 
 
 def parse(text: str) -> list[Struct]:
