@@ -4,10 +4,10 @@ use glam::{DVec3, DVec4};
 
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
+use super::curve_family::Strip;
 use super::interpolate::{by_strips, check_counts, singular, wrapped};
 use super::knot_vector::KnotVector;
 use super::parametrization::GridOptions;
-use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::progress::{Listen, Observer};

@@ -4,11 +4,11 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::basis::Row;
-use super::batch::{in_rows, listening};
-use super::bezier::{Patch, bernstein};
+use super::bezier_patch::{Patch, bernstein};
 use super::gauss;
-use super::measure::check_accuracy;
+use super::gauss::check_accuracy;
 use super::surface::NurbsSurface;
+use super::work_blocks::{in_rows, listening};
 use crate::error::Result;
 use crate::progress::Observer;
 

@@ -6,7 +6,7 @@
 
 use glam::DVec4;
 
-use super::batch::steps;
+use super::work_blocks::steps;
 use crate::error::Result;
 use crate::progress::Listen;
 

@@ -11,10 +11,11 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_timed_blocks, listening};
-use super::bezier::Patch;
-use super::piece_tree::{Inside, Node, Piece};
+use super::bezier_patch::Patch;
+use super::box_tree::{Inside, Node, Piece};
+use super::parameter_checks::check_length;
 use super::surface::NurbsSurface;
+use super::work_blocks::{in_timed_blocks, listening};
 use crate::error::{Error, Result};
 use crate::progress::{Observer, Silent};
 

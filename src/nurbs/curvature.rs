@@ -4,11 +4,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::basis::BasisDerivatives;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
 use super::evaluate::DETOURS;
-use super::frame::Frame;
 use super::isocurve::{self, Isocurve};
+use super::parameter_checks::{Outside, check_length};
+use super::partials::Frame;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, in_rows};
 use crate::error::Result;
 use crate::progress::Observer;
 

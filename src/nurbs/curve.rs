@@ -6,11 +6,12 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, derivatives, padded};
-use super::batch::{Outside, check_inside, check_length, in_rows};
+use super::control_net::{bounds, lift, project, same_place, same_row};
+use super::curve_family::Strip;
 use super::derivatives::{check_order, project as project_derivatives};
 use super::knot_vector::KnotVector;
-use super::net::{bounds, lift, project, same_place};
-use super::strip::{Strip, same_row};
+use super::parameter_checks::{Outside, check_inside, check_length};
+use super::work_blocks::in_rows;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 

@@ -2,11 +2,12 @@
 
 use glam::DAffine3;
 
-use super::algebra::check_tolerance;
-use super::batch::listening;
+use super::compatible::unify_degrees;
 use super::curve::NurbsCurve;
-use super::parts::joined;
-use super::strip::{Strip, unify_degrees};
+use super::curve_family::Strip;
+use super::split_join::joined;
+use super::surface_algebra::check_tolerance;
+use super::work_blocks::listening;
 use crate::error::Result;
 use crate::progress::{Listen, Observer};
 

@@ -4,8 +4,9 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, Row, derivatives};
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
+use super::parameter_checks::{Outside, check_length};
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, in_rows};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 

@@ -3,10 +3,10 @@
 use glam::DVec4;
 
 use super::basis::padded;
-use super::batch::in_steps;
+use super::curve_family::Strip;
 use super::knot_vector::KnotVector;
-use super::strip::Strip;
 use super::surface::NurbsSurface;
+use super::work_blocks::in_steps;
 use crate::error::Result;
 use crate::progress::Listen;
 

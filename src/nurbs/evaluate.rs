@@ -5,11 +5,12 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::basis::{BasisDerivatives, Row, padded};
-use super::batch::{Outside, POINTS_PER_TASK, in_blocks};
-use super::frame::Frame;
+use super::evaluate_scattered::{BLOCK, homogeneous};
 use super::knot_vector::KnotVector;
-use super::scattered::{BLOCK, homogeneous};
+use super::parameter_checks::Outside;
+use super::partials::Frame;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, in_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
@@ -109,6 +110,24 @@ impl NurbsSurface {
             let normal = self.flats().normal(tangent(by_u), tangent(by_v));
             *out = normal.unwrap_or_else(|| self.normal(at.x, at.y));
         })
+    }
+
+    /// [`NurbsSurface::point`] and [`NurbsSurface::normal`] at parameters inside the domain, at the
+    /// cost of one of them.
+    pub(crate) fn vertices(&self, uv: &[DVec2], points: &mut [DVec3], normals: &mut [DVec3]) {
+        let arch = Arch::new();
+        let out = points.chunks_mut(BLOCK).zip(normals.chunks_mut(BLOCK));
+        for (uv, (points, normals)) in uv.chunks(BLOCK).zip(out) {
+            let sums = homogeneous::<3>(self, arch, uv);
+            for (k, at) in uv.iter().enumerate() {
+                let [value, by_u, by_v] = sums[k].map(DVec4::from);
+                let point = value.truncate() / value.w;
+                let tangent = |d: DVec4| (d.truncate() - d.w * point) / value.w;
+                let normal = self.flats().normal(tangent(by_u), tangent(by_v));
+                points[k] = point;
+                normals[k] = normal.unwrap_or_else(|| self.normal(at.x, at.y));
+            }
+        }
     }
 
     /// Writes what `f` makes of each parameter's homogeneous point (and derivatives by u and v, if
@@ -240,5 +259,17 @@ mod tests {
     fn a_net_in_one_point_has_no_normal_but_no_nan_either() {
         let surface = NurbsSurface::clamped(vec![DVec3::ONE; 16], (4, 4), 3).unwrap();
         assert_eq!(surface.normal(0.3, 0.3), DVec3::ZERO);
+    }
+
+    #[test]
+    fn agree_with_points_and_normals() {
+        let sphere = NurbsSurface::sphere(DVec3::X, 2.0).unwrap();
+        let uv = [(0.0, 0.0), (0.3, 0.1), (0.5, 1.0), (1.0, 0.7)].map(DVec2::from);
+        let (mut points, mut normals) = ([DVec3::ZERO; 4], [DVec3::ZERO; 4]);
+        sphere.vertices(&uv, &mut points, &mut normals);
+        for (k, at) in uv.iter().enumerate() {
+            assert!(points[k].distance(sphere.point(at.x, at.y)) < 1e-15);
+            assert!(normals[k].distance(sphere.normal(at.x, at.y)) < 1e-14);
+        }
     }
 }

@@ -3,9 +3,10 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
 use super::curvature::POINTS_PER_CURVATURE;
+use super::parameter_checks::{Outside, check_length};
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, in_rows};
 use crate::error::Result;
 use crate::progress::Observer;
 

@@ -1,5 +1,7 @@
 //! Gauss-Legendre quadrature.
 
+use crate::error::{Error, Result};
+
 /// Most points that are ever asked for: twice the highest order of a spline.
 const MOST: usize = 20;
 
@@ -28,6 +30,14 @@ pub(crate) fn rule(count: usize) -> Vec<(f64, f64)> {
         ((1.0 - x) / 2.0, 1.0 / ((1.0 - x * x) * slope * slope))
     };
     (0..count).map(root).collect()
+}
+
+/// Checks the accuracy asked for of a length or an area.
+pub(super) fn check_accuracy(accuracy: f64) -> Result<()> {
+    if (1e-14..=1.0).contains(&accuracy) {
+        return Ok(());
+    }
+    Err(Error::parameter("accuracy", "between 1e-14 and 1", accuracy))
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@ use glam::{DVec3, DVec4};
 
 use super::banded::{Banded, Cyclic};
 use super::basis::padded;
-use super::batch::{in_steps, listening, steps};
 use super::curve::NurbsCurve;
+use super::curve_family::Strip;
 use super::direction::turned;
 use super::knot_vector::KnotVector;
 use super::parametrization::{GridOptions, Parametrization, Sites, check_points, shifted, sites};
-use super::strip::Strip;
 use super::surface::NurbsSurface;
+use super::work_blocks::{in_steps, listening, steps};
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 

@@ -3,7 +3,7 @@
 use glam::DVec4;
 
 use super::basis::BasisDerivatives;
-use super::frame::Frame;
+use super::partials::Frame;
 use super::surface::NurbsSurface;
 
 /// A homogeneous point.

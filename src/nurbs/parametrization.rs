@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::batch::{in_steps, listening, steps};
 use super::surface::NurbsSurface;
+use super::work_blocks::{in_steps, listening, steps};
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 

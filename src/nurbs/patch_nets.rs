@@ -12,7 +12,6 @@ use pulp::{Arch, Simd, WithSimd};
 use super::basis::{window, with_order};
 use super::bending::{Bending, in_space};
 use super::knot_vector::KnotVector;
-use super::surface::NurbsSurface;
 
 /// Patches along each direction of which it is asked how they bend, at most.
 const MOST_LINES: usize = 12;
@@ -43,12 +42,12 @@ impl fmt::Debug for PatchNets {
 }
 
 impl PatchNets {
-    /// Cuts a surface at its knots and at these parameters inside its domain.
-    pub(crate) fn new(surface: &NurbsSurface, more_u: &[f64], more_v: &[f64]) -> Self {
-        let (u, v) = (Cuts::of(surface.knots_u(), more_u), Cuts::of(surface.knots_v(), more_v));
+    /// Cuts a homogeneous control net at its knots and at `more` parameters inside the domain.
+    pub(super) fn new(net: &[DVec4], knots: [&KnotVector; 2], more: [&[f64]; 2]) -> Self {
+        let (u, v) = (Cuts::of(knots[0], more[0]), Cuts::of(knots[1], more[1]));
         let (arch, cols) = (Arch::new(), v.firsts.len());
         let along_v = with_order!(v.order - 1, ORDER => {
-            arch.dispatch(AlongV::<ORDER> { surface, cuts: &v })
+            arch.dispatch(AlongV::<ORDER> { net, knots, cuts: &v })
         });
         let points = with_order!(u.order - 1, ORDER => {
             arch.dispatch(AlongU::<ORDER> { points: &along_v, cols, cuts: &u })
@@ -205,7 +204,8 @@ type Lanes = [f64; 4];
 
 /// The control points of the curves along v that stand for the rows of a surface's net.
 struct AlongV<'a, const ORDER: usize> {
-    surface: &'a NurbsSurface,
+    net: &'a [DVec4],
+    knots: [&'a KnotVector; 2],
     cuts: &'a Cuts,
 }
 
@@ -214,8 +214,8 @@ impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<Lanes> {
-        let (rows, cols) = self.surface.shape();
-        let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
+        let [rows, cols] = self.knots.map(KnotVector::control_points);
+        let net: &[Lanes] = bytemuck::cast_slice(self.net);
         let width = self.cuts.firsts.len();
         let mut all = vec![[0.0; 4]; rows * width];
         for (row, out) in net.chunks_exact(cols).zip(all.chunks_exact_mut(width)) {
@@ -271,7 +271,8 @@ impl<const ORDER: usize> WithSimd for AlongU<'_, ORDER> {
 mod tests {
     use glam::DVec3;
 
-    use super::super::bezier::bernstein;
+    use super::super::bezier_patch::bernstein;
+    use super::super::surface::NurbsSurface;
     use super::*;
 
     #[test]
@@ -286,7 +287,7 @@ mod tests {
         let v = KnotVector::new(3, vec![-1.0, 0.0, 0.5, 0.6, 1.0, 1.0, 3.0, 4.0, 4.0, 4.0, 4.0]);
         let net = (0..35).map(point).collect();
         let surface = NurbsSurface::new(net, Some(weights), u, v.unwrap()).unwrap();
-        let nets = PatchNets::new(&surface, &[0.7, 1.6], &[2.0]);
+        let nets = surface.patch_nets_cut_at(&[0.7, 1.6], &[2.0]);
         let middle = |degree| bernstein(degree, 0.3)[0];
         let (rows, cols) = (middle(2), middle(3));
         for (i, ends_u) in nets.u.windows(2).enumerate() {
@@ -316,7 +317,7 @@ mod tests {
     #[test]
     fn patches_begin_and_end_on_the_surface() {
         let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap();
-        let nets = PatchNets::new(&torus, &[0.1], &[0.6, 0.7]);
+        let nets = torus.patch_nets_cut_at(&[0.1], &[0.6, 0.7]);
         assert_eq!((nets.u.len(), nets.v.len(), nets.degrees), (6, 7, (2, 2)));
         for (i, ends_u) in nets.u.windows(2).enumerate() {
             for (j, ends_v) in nets.v.windows(2).enumerate() {

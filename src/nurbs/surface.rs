@@ -4,9 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, DVec4};
 
-use super::frame::Flats;
+use super::control_net::{bounds, lift, project};
 use super::knot_vector::{KnotVector, check_degree};
-use super::net::{bounds, lift, project};
+use super::partials::Flats;
 use super::patch_nets::PatchNets;
 use crate::error::{Error, Result};
 use crate::progress::Listen;
@@ -125,12 +125,17 @@ impl NurbsSurface {
         if let Some(nets) = self.patch_nets.get() {
             return Arc::clone(nets);
         }
-        let nets = Arc::new(PatchNets::new(self, &[], &[]));
+        let nets = Arc::new(self.patch_nets_cut_at(&[], &[]));
         if nets.control_points() > KEPT {
             return nets;
         }
         // Two threads may make them at once; the first to end are kept.
         Arc::clone(self.patch_nets.get_or_init(|| nets))
+    }
+
+    /// The Bézier nets between the knots and these additional parameters inside the domain.
+    pub(crate) fn patch_nets_cut_at(&self, u: &[f64], v: &[f64]) -> PatchNets {
+        PatchNets::new(&self.homogeneous, [&self.knots_u, &self.knots_v], [u, v])
     }
 
     /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).

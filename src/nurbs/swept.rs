@@ -2,13 +2,14 @@
 
 use glam::DVec3;
 
-use super::batch::{in_steps, listening};
+use super::compatible::unify;
 use super::curve::{NurbsCurve, arc};
+use super::curve_family::Strip;
 use super::interpolate::interpolate_strip;
 use super::parametrization::{Parametrization, sites};
 use super::primitives::direction;
-use super::strip::{Strip, unify};
 use super::surface::NurbsSurface;
+use super::work_blocks::{in_steps, listening};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 

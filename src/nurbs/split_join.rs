@@ -1,13 +1,15 @@
 //! Parts of a surface, and one of two.
 
-use super::algebra::check_tolerance;
-use super::batch::listening;
-use super::bezier::Patch;
+use super::bezier_patch::Patch;
+use super::compatible::{unify, unify_degrees};
+use super::control_net::deviation;
 use super::curve::NurbsCurve;
+use super::curve_family::Strip;
 use super::direction::Direction;
-use super::remove::deviation;
-use super::strip::{Strip, unify, unify_degrees};
+use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
+use super::surface_algebra::check_tolerance;
+use super::work_blocks::listening;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
@@ -150,6 +152,53 @@ impl NurbsSurface {
         let joined = joined(&strip, &next_strip, tolerance, &mut listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();
         first.rebuilt_as(direction, joined, rational, &mut listen)
+    }
+}
+
+impl Strip {
+    /// The parts before and after a parameter inside the domain, clamped.
+    pub(super) fn split(&self, at: f64, listen: &mut Listen<'_>) -> Result<(Self, Self)> {
+        self.check_inside("split", at)?;
+        let degree = self.knots.degree();
+        let missing = degree.saturating_sub(self.knots.multiplicity(at));
+        let strip = self.clamped(listen)?.refined(&vec![at; missing], listen)?;
+        let t = strip.knots.as_slice();
+        let (first, end) =
+            (t.partition_point(|&knot| knot < at), t.partition_point(|&knot| knot <= at));
+        let before: Vec<f64> = t[..end].iter().copied().chain([at]).collect();
+        let after: Vec<f64> = [at].into_iter().chain(t[first..].iter().copied()).collect();
+        let mut part = |knots: Vec<f64>, rows| -> Result<Self> {
+            let (knots, points) = (KnotVector::new(degree, knots)?, strip.rows_from(rows, listen)?);
+            Ok(Self { knots, points, width: self.width })
+        };
+        let cut = first - 1;
+        Ok((part(before, 0..cut + 1)?, part(after, cut..strip.rows())?))
+    }
+
+    /// The part between two parameters of the domain, clamped.
+    pub(super) fn between(&self, (from, to): (f64, f64), listen: &mut Listen<'_>) -> Result<Self> {
+        let (start, end) = self.knots.domain();
+        if !(start <= from && from < to && to <= end) {
+            let must = format!("an increasing pair inside the domain [{start}, {end}]");
+            return Err(Error::parameter("range", must, format!("({from}, {to})")));
+        }
+        let tail = if from > start { self.split(from, listen)?.1 } else { self.clamped(listen)? };
+        if to < end { Ok(tail.split(to, listen)?.0) } else { Ok(tail) }
+    }
+
+    /// This and the strip that follows it, which begins where this one ends and has the same
+    /// degree; the knots of the second are moved behind those of the first.
+    pub(super) fn joined(&self, next: &Self, listen: &mut Listen<'_>) -> Result<Self> {
+        let (first, next) = (self.clamped(listen)?, next.clamped(listen)?);
+        let degree = first.knots.degree();
+        let ((_, end), (start, _)) = (first.knots.domain(), next.knots.domain());
+        let shift = end - start;
+        let t = first.knots.as_slice();
+        let tail = next.knots.as_slice()[degree + 1..].iter().map(|knot| knot + shift);
+        let knots = t[..t.len() - 1].iter().copied().chain(tail).collect();
+        let mut points = first.points;
+        points.extend(next.rows_from(1..next.rows(), listen)?);
+        Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 }
 

@@ -3,10 +3,11 @@
 use glam::DVec4;
 
 use super::banded::Banded;
-use super::batch::in_steps;
+use super::control_net::deviation;
+use super::curve_family::Strip;
+use super::knot_multiset::difference;
 use super::knot_vector::{KnotVector, MAX_DEGREE};
-use super::remove::deviation;
-use super::strip::Strip;
+use super::work_blocks::in_steps;
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
@@ -151,20 +152,9 @@ impl Strip {
     }
 }
 
-/// The elements of a sorted sequence that another one, which it contains, does not have.
-pub(super) fn difference(all: &[f64], without: &[f64]) -> Vec<f64> {
-    let mut without = without.iter().peekable();
-    all.iter().copied().filter(|value| without.next_if(|other| *other == value).is_none()).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn differences_count_repetitions() {
-        assert_eq!(difference(&[1.0, 1.0, 2.0, 3.0, 3.0], &[1.0, 3.0]), [1.0, 2.0, 3.0]);
-    }
 
     #[test]
     fn a_parabola_is_a_cubic_with_known_control_points() {

@@ -4,11 +4,11 @@ use std::borrow::Cow;
 
 use glam::DAffine3;
 
-use super::batch::listening;
+use super::control_net::{same_place, same_row};
+use super::curve_family::Strip;
 use super::direction::Direction;
-use super::net::same_place;
-use super::strip::{Strip, same_row};
 use super::surface::NurbsSurface;
+use super::work_blocks::listening;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 

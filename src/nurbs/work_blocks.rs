@@ -6,12 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use glam::DVec2;
-use rayon::prelude::*;
-
-use super::knot_vector::KnotVector;
-use super::surface::NurbsSurface;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Progress, Stage};
 
 /// Points between two calls of the observer: a few milliseconds, of which the threads lose a few
@@ -31,36 +26,6 @@ const FIRST_BLOCK: usize = 2;
 /// Time for which a thread that is done with its part looks whether the others at work are, before it
 /// sleeps: to be woken takes as long as a small mesh.
 const PATIENCE: Duration = Duration::from_micros(50);
-
-/// What to do with parameters outside the domain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Outside {
-    /// Refuse them.
-    #[default]
-    Refuse,
-    /// Continue the outermost patches beyond their borders.
-    Extrapolate,
-}
-
-impl NurbsSurface {
-    pub(super) fn check_scattered(&self, uv: &[DVec2], out: usize, outside: Outside) -> Result<()> {
-        check_length(out, uv.len())?;
-        let check = |(task, uv): (usize, &[DVec2])| {
-            let first = task * POINTS_PER_TASK;
-            check_inside("u", self.knots_u(), outside, first, uv.iter().map(|at| at.x))
-                .and_then(|()| {
-                    check_inside("v", self.knots_v(), outside, first, uv.iter().map(|at| at.y))
-                })
-                .err()
-        };
-        uv.par_chunks(POINTS_PER_TASK).enumerate().find_map_first(check).map_or(Ok(()), Err)
-    }
-
-    pub(super) fn check_grid(&self, u: &[f64], v: &[f64], outside: Outside) -> Result<()> {
-        check_inside("u", self.knots_u(), outside, 0, u.iter().copied())?;
-        check_inside("v", self.knots_v(), outside, 0, v.iter().copied())
-    }
-}
 
 /// Does `total` points in blocks from..to, with a report after each.
 pub(super) fn in_blocks(
@@ -188,40 +153,4 @@ fn report(observer: &mut dyn Observer, done: usize, total: usize) -> Result<()> 
     let (step, total) = (done as u64, total as u64);
     let stage = Stage::Tessellation;
     progress::report(observer, &Progress::of_stage(stage, step, total, 0))
-}
-
-pub(super) fn check_length(out: usize, needed: usize) -> Result<()> {
-    if out == needed {
-        return Ok(());
-    }
-    Err(Error::parameter("out", format!("of length {needed}, one for each parameter"), out))
-}
-
-/// Checks parameters, of which the first has this index.
-pub(super) fn check_inside(
-    name: &'static str,
-    knots: &KnotVector,
-    outside: Outside,
-    first: usize,
-    parameters: impl Iterator<Item = f64> + Clone,
-) -> Result<()> {
-    let (start, end) = match outside {
-        Outside::Refuse => knots.domain(),
-        // Infinities would come back as NaN.
-        Outside::Extrapolate => (f64::MIN, f64::MAX),
-    };
-    // Not `<` and `>`: NaN lies nowhere.
-    let inside = |t: f64| (start..=end).contains(&t);
-    // Without branches first: nearly all parameters are inside.
-    if parameters.clone().fold(true, |all, t| all & inside(t)) {
-        return Ok(());
-    }
-    let found = parameters.enumerate().find(|(_, t)| !inside(*t));
-    found.map_or(Ok(()), |(index, t)| {
-        let must = match outside {
-            Outside::Refuse => format!("inside the domain [{start}, {end}]"),
-            Outside::Extrapolate => "finite".to_string(),
-        };
-        Err(Error::parameter(name, must, format!("{t} at index {}", first + index)))
-    })
 }

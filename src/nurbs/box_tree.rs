@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::bezier::Patch;
-use super::net::bounds;
+use super::bezier_patch::Patch;
+use super::control_net::bounds;
 
 /// A piece is flat when its control points lie this near to a parallelogram, as a share of its
 /// diagonal. Smaller means more pieces; larger means more of them tried for each point.

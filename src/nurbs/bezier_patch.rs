@@ -6,11 +6,11 @@
 use glam::{DVec3, DVec4};
 
 use super::basis::{MAX_ORDER, Row};
-use super::batch::in_steps;
-use super::frame::Frame;
+use super::control_net::bounds;
 use super::knot_vector::KnotVector;
-use super::net::bounds;
+use super::partials::Frame;
 use super::surface::NurbsSurface;
+use super::work_blocks::in_steps;
 use crate::error::Result;
 use crate::progress::Listen;
 

@@ -4,7 +4,7 @@
 //! the two loops is compiled for one order and any two degrees go together. Four lanes of a
 //! homogeneous point are one register for the compiler. As on grids, no loop fuses multiplication
 //! and addition, and the net is summed along u first: results are the same on every machine, and
-//! those of [`grid`](super::grid).
+//! those of [`evaluate_grid`](super::evaluate_grid).
 
 use glam::DVec2;
 use pulp::{Arch, Simd, WithSimd};

@@ -1,10 +1,9 @@
 //! Knot removal within a tolerance.
 
-use glam::{DVec3, DVec4};
-
-use super::elevate::difference;
+use super::control_net::deviation;
+use super::curve_family::Strip;
+use super::knot_multiset::difference;
 use super::knot_vector::KnotVector;
-use super::strip::Strip;
 use crate::error::Result;
 use crate::progress::Listen;
 
@@ -84,25 +83,10 @@ impl Strip {
     }
 }
 
-/// A bound of the distance between curves or surfaces of the same knots with these homogeneous
-/// control points. With A = w P about the middle of the net, two rational points differ by a mean
-/// of `ΔA - R Δw`, over the weights of the second.
-pub(super) fn deviation(a: &[DVec4], b: &[DVec4]) -> f64 {
-    let place = |h: &DVec4| h.truncate() / h.w;
-    let first = place(&a[0]);
-    let (low, high) =
-        a.iter().fold((first, first), |(low, high), h| (low.min(place(h)), high.max(place(h))));
-    let (middle, radius) = (low.midpoint(high), low.distance(high) / 2.0);
-    let around = |h: &DVec4| -> DVec3 { h.truncate() - h.w * middle };
-    let change =
-        |(a, b): (&DVec4, &DVec4)| around(a).distance(around(b)) + radius * (a.w - b.w).abs();
-    let most = a.iter().zip(b).map(change).fold(0.0, f64::max);
-    let least = b.iter().map(|h| h.w).fold(f64::INFINITY, f64::min);
-    if least > 0.0 { most / least } else { f64::INFINITY }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec4;
+
     use super::*;
 
     #[test]

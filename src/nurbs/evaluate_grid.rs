@@ -8,11 +8,12 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::with_order;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows, share};
-use super::columns::{BLOCK, Columns, Numbers, ROWS};
-use super::frame::Flats;
+use super::basis_block::{BLOCK, Columns, Numbers, ROWS};
 use super::isocurve::Isocurve;
+use super::parameter_checks::{Outside, check_length};
+use super::partials::Flats;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, in_rows, share};
 use crate::error::Result;
 use crate::progress::Observer;
 

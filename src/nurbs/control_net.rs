@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::batch::{in_steps, steps};
+use super::work_blocks::{in_steps, steps};
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
@@ -80,4 +80,33 @@ pub(super) fn same_place((low, high): (DVec3, DVec3), weights: Option<&[f64]>) -
     let most = weights.clone().copied().fold(0.0, f64::max);
     let least = weights.copied().fold(f64::INFINITY, f64::min);
     SAME_PLACE * low.distance(high) + ROUNDING * farthest * (most / least)
+}
+
+/// A bound of the distance between curves or surfaces of the same knots with these homogeneous
+/// control points. With A = w P about the middle of the net, two rational points differ by a mean
+/// of `ΔA - R Δw`, over the weights of the second.
+pub(super) fn deviation(a: &[DVec4], b: &[DVec4]) -> f64 {
+    let place = |h: &DVec4| h.truncate() / h.w;
+    let first = place(&a[0]);
+    let (low, high) =
+        a.iter().fold((first, first), |(low, high), h| (low.min(place(h)), high.max(place(h))));
+    let (middle, radius) = (low.midpoint(high), low.distance(high) / 2.0);
+    let around = |h: &DVec4| -> DVec3 { h.truncate() - h.w * middle };
+    let change =
+        |(a, b): (&DVec4, &DVec4)| around(a).distance(around(b)) + radius * (a.w - b.w).abs();
+    let most = a.iter().zip(b).map(change).fold(0.0, f64::max);
+    let least = b.iter().map(|h| h.w).fold(f64::INFINITY, f64::min);
+    if least > 0.0 { most / least } else { f64::INFINITY }
+}
+
+/// Whether two rows of homogeneous points are the same place, within a tolerance.
+pub(super) fn same_row(a: &[DVec4], b: &[DVec4], tolerance: f64) -> bool {
+    // Most rows that are not begin in different places.
+    if a[0].project().distance(b[0].project()) > tolerance {
+        return false;
+    }
+    // Weights count only up to a factor.
+    let factor = a[0].w / b[0].w;
+    let b: Vec<DVec4> = b.iter().map(|point| *point * factor).collect();
+    deviation(a, &b) <= tolerance
 }
