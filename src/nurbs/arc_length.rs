@@ -1,27 +1,28 @@
-//! The length of a curve.
+//! Arc length of a curve by adaptive Gauss-Legendre quadrature.
 
 use glam::DAffine3;
 
 use super::control_net::bounds;
 use super::curve::NurbsCurve;
 use super::gauss::{self, check_accuracy};
-use super::work_blocks::listening;
+use super::work_blocks::interrupt_check;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Points of the quadrature along a piece.
-const NODES: usize = 8;
+/// Quadrature nodes per piece.
+const NODE_COUNT: usize = 8;
 
-/// Halvings of a span at most when its length is measured: where the curve is singular, the pieces
-/// are negligible by then.
-const MOST_HALVINGS: usize = 12;
+/// Maximal number of halvings of a span. Near a singular point the remaining pieces are negligible
+/// by then.
+const MAX_HALVINGS: usize = 12;
 
-/// Two estimates of a length agree when they differ by this share of it: the rest is rounding.
+/// Relative difference below which two length estimates agree up to rounding.
 const ROUNDING: f64 = 1e-15;
 
 impl NurbsCurve {
-    /// The length, in the points' unit, to a share of `accuracy`: Gauss-Legendre quadrature on each
-    /// span, which is halved until it agrees with itself.
+    /// Returns the length, in the points' unit, with relative error at most `accuracy`.
+    ///
+    /// Applies Gauss-Legendre quadrature to each span and halves it until two estimates agree.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -39,44 +40,49 @@ impl NurbsCurve {
         check_accuracy(accuracy)?;
         let (low, high) = bounds(self.control_points().iter().copied());
         let middle = low.midpoint(high);
-        let centred = self.transformed(&DAffine3::from_translation(-middle))?;
-        let rule = gauss::rule(NODES);
-        let breaks = centred.knots().breaks();
-        let part = |from: f64, to: f64| -> f64 {
+        let centered = self.transformed(&DAffine3::from_translation(-middle))?;
+        let rule = gauss::rule(NODE_COUNT);
+        let breaks = centered.knots().breaks();
+        let quadrature = |from: f64, to: f64| -> f64 {
             let speed = |(place, weight): &(f64, f64)| {
                 let u = from + place * (to - from);
-                weight * (to - from) * centred.velocity(u).length()
+                weight * (to - from) * centered.velocity(u).length()
             };
             rule.iter().map(speed).sum()
         };
-        let spans: Vec<(f64, f64, f64)> =
-            breaks.windows(2).map(|ends| (ends[0], ends[1], part(ends[0], ends[1]))).collect();
+        let spans: Vec<(f64, f64, f64)> = breaks
+            .windows(2)
+            .map(|ends| (ends[0], ends[1], quadrature(ends[0], ends[1])))
+            .collect();
         let total: f64 = spans.iter().map(|(.., length)| length).sum();
-        let enough = (accuracy / spans.len() as f64).max(ROUNDING) * total;
-        let mut listen = listening(observer);
-        let whole = |span: &(f64, f64, f64)| {
+        let allowed = (accuracy / spans.len() as f64).max(ROUNDING) * total;
+        let mut listen = interrupt_check(observer);
+        let span_length = |span: &(f64, f64, f64)| {
             listen()?;
-            Ok(halved(*span, (enough, false), &part, MOST_HALVINGS))
+            Ok(refined_length(*span, (allowed, false), &quadrature, MAX_HALVINGS))
         };
-        spans.iter().map(whole).sum()
+        spans.iter().map(span_length).sum()
     }
 }
 
-/// The length of a piece, from one parameter to another, of which this estimate is known, and
-/// whether it agreed with that of the piece it is a half of. Near a cusp one agreement may be chance.
-fn halved(
+/// Returns the length of the piece `(from, to)`, halving it until its estimates agree.
+///
+/// `length` is the estimate for the whole piece. `parent_agreed` says whether the estimate of the
+/// parent piece agreed with the sum over its halves. Two agreements in a row are required, because
+/// near a cusp one may be accidental.
+fn refined_length(
     (from, to, length): (f64, f64, f64),
-    (enough, agreed): (f64, bool),
-    part: &impl Fn(f64, f64) -> f64,
+    (allowed, parent_agreed): (f64, bool),
+    quadrature: &impl Fn(f64, f64) -> f64,
     halvings: usize,
 ) -> f64 {
     let middle = f64::midpoint(from, to);
-    let halves = [(from, middle), (middle, to)].map(|(a, b)| (a, b, part(a, b)));
+    let halves = [(from, middle), (middle, to)].map(|(a, b)| (a, b, quadrature(a, b)));
     let sum = halves[0].2 + halves[1].2;
-    let agrees = (sum - length).abs() <= enough;
-    if agrees && agreed || halvings == 0 {
+    let agrees = (sum - length).abs() <= allowed;
+    if agrees && parent_agreed || halvings == 0 {
         return sum;
     }
-    let enough = (enough / 2.0, agrees);
-    halves.iter().map(|half| halved(*half, enough, part, halvings - 1)).sum()
+    let allowed = (allowed / 2.0, agrees);
+    halves.iter().map(|half| refined_length(*half, allowed, quadrature, halvings - 1)).sum()
 }

@@ -1,39 +1,44 @@
-//! Compatible curves: the same degree and the same knots.
+//! Compatible curves: the same degree and the same knots (The NURBS Book, section 10.3).
 
-use super::curve_family::Strip;
+use super::curve_family::CurveFamily;
 use super::knot_multiset::{difference, intersection};
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
-/// Raises strips to the highest degree among them, clamped.
-pub(super) fn unify_degrees(strips: &mut [Strip], listen: &mut Listen<'_>) -> Result<()> {
-    let degree = strips.iter().map(|strip| strip.knots.degree()).max().unwrap_or(0);
-    strips.iter_mut().try_for_each(|strip| {
-        *strip = strip.elevated(degree - strip.knots.degree(), listen)?;
+/// Elevates all families to the highest degree among them, clamped.
+pub(super) fn unify_degrees(families: &mut [CurveFamily], listen: &mut Listen<'_>) -> Result<()> {
+    let degree = families.iter().map(|family| family.knots.degree()).max().unwrap_or(0);
+    families.iter_mut().try_for_each(|family| {
+        *family = family.elevated(degree - family.knots.degree(), listen)?;
         Ok(())
     })
 }
 
-/// Gives strips of the same domain the same degree and the same knots: those of all of them.
+/// Makes families on the same domain compatible: the highest degree and the union of all knots.
 ///
 /// # Errors
 ///
 /// [`Error::Parameter`] if the domains differ.
-pub(super) fn unify(strips: &mut [Strip], listen: &mut Listen<'_>) -> Result<()> {
-    unify_degrees(strips, listen)?;
-    let domain = strips[0].knots.domain();
-    if let Some(other) = strips.iter().map(|strip| strip.knots.domain()).find(|d| *d != domain) {
-        return Err(Error::parameter("domain", format!("{domain:?} of all"), format!("{other:?}")));
+pub(super) fn unify(families: &mut [CurveFamily], listen: &mut Listen<'_>) -> Result<()> {
+    unify_degrees(families, listen)?;
+    let domain = families[0].knots.domain();
+    if let Some(other) = families.iter().map(|family| family.knots.domain()).find(|d| *d != domain)
+    {
+        return Err(Error::parameter(
+            "domain",
+            format!("{domain:?}, as that of the first"),
+            format!("{other:?}"),
+        ));
     }
     let mut all: Vec<f64> = Vec::new();
-    for strip in &*strips {
+    for family in &*families {
         listen()?;
-        let new = difference(strip.knots.inner(), &intersection(strip.knots.inner(), &all));
+        let new = difference(family.knots.inner(), &intersection(family.knots.inner(), &all));
         all.extend(new);
         all.sort_by(f64::total_cmp);
     }
-    strips.iter_mut().try_for_each(|strip| {
-        *strip = strip.refined(&difference(&all, strip.knots.inner()), listen)?;
+    families.iter_mut().try_for_each(|family| {
+        *family = family.refined(&difference(&all, family.knots.inner()), listen)?;
         Ok(())
     })
 }

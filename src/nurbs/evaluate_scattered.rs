@@ -1,10 +1,11 @@
-//! The inner loops of evaluation at scattered parameters: a block of points at a time.
+//! Inner loops of evaluation at scattered parameters, one block of points at a time.
 //!
-//! The basis functions in u come first, then those in v and the sums over the net, so that each of
-//! the two loops is compiled for one order and any two degrees go together. Four lanes of a
-//! homogeneous point are one register for the compiler. As on grids, no loop fuses multiplication
-//! and addition, and the net is summed along u first: results are the same on every machine, and
-//! those of [`evaluate_grid`](super::evaluate_grid).
+//! One loop evaluates the basis functions in u; the other those in v and the sums over the net. So
+//! each loop is compiled for one order, and all pairs of degrees are covered.
+//!
+//! The four lanes of a homogeneous point are one register. No loop uses fused multiply-add, and the
+//! net is summed along u first, so results are the same on every machine and equal to those of
+//! [`evaluate_grid`](super::evaluate_grid).
 
 use glam::DVec2;
 use pulp::{Arch, Simd, WithSimd};
@@ -13,14 +14,14 @@ use super::basis::{Basis, MAX_ORDER, window, with_order};
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 
-/// A homogeneous point as an array, in a form that the compiler vectorizes.
+/// A homogeneous point as an array, which the compiler vectorizes.
 type Lanes = [f64; 4];
 
-/// Points whose basis functions stay in the first level of the cache.
+/// Points whose basis functions stay in the L1 cache.
 pub(super) const BLOCK: usize = 32;
 
-/// The homogeneous points at up to [`BLOCK`] parameters; if `SUMS` is 3, also the derivatives by u
-/// and v. What is behind the last parameter is anything.
+/// Evaluates the homogeneous points at up to [`BLOCK`] parameters; if `SUMS` is 3, also the
+/// derivatives by u and v. Entries after the last parameter are meaningless.
 pub(super) fn homogeneous<const SUMS: usize>(
     surface: &NurbsSurface,
     arch: Arch,
@@ -38,7 +39,7 @@ pub(super) fn homogeneous<const SUMS: usize>(
     sums
 }
 
-/// The basis functions in u.
+/// Evaluates the basis functions in u.
 struct Rows<'a, const ORDER: usize> {
     knots: &'a KnotVector,
     uv: &'a [DVec2],
@@ -57,7 +58,7 @@ impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
     }
 }
 
-/// The sums of control points, weighted by basis functions.
+/// Sums the control points weighted by basis functions.
 struct Sums<'a, const ORDER: usize, const SUMS: usize> {
     surface: &'a NurbsSurface,
     uv: &'a [DVec2],
@@ -93,7 +94,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     }
 }
 
-/// Adds a multiple of points to points.
+/// Adds `factor` times `points` to `sums`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lanes; ORDER]) {
@@ -104,7 +105,7 @@ fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lan
     }
 }
 
-/// The sum of points, each by its factor.
+/// Returns the sum of points weighted by `factors`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn weighted<const ORDER: usize>(points: &[Lanes; ORDER], factors: &[f64; ORDER]) -> Lanes {

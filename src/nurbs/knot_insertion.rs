@@ -1,24 +1,24 @@
-//! Knot insertion, and the forms that follow from it: clamped curves and Bézier curves.
+//! Knot insertion, and conversion to clamped and to Bézier form.
 
 use glam::DVec4;
 
-use super::curve_family::{Strip, gathered};
+use super::curve_family::{CurveFamily, concat_rows};
 use super::knot_vector::KnotVector;
-use super::work_blocks::steps;
+use super::work_blocks::row_ranges;
 use crate::error::Result;
 use crate::progress::Listen;
 
-impl Strip {
-    /// The strip whose row i is a mixture of two rows of this one, `share` of the first and the
-    /// rest of the second; a share of 1 copies the first row to the last bit.
-    fn mixed(
+impl CurveFamily {
+    /// Returns rows that are combinations of two rows each: `share` times the first plus `1 -
+    /// share` times the second. A share of 1 copies the first row exactly.
+    fn combined_rows(
         &self,
         count: usize,
         row: impl Fn(usize) -> (f64, usize, usize),
         listen: &mut Listen<'_>,
     ) -> Result<Vec<DVec4>> {
         let mut points = Vec::with_capacity(count * self.width);
-        for range in steps(count, self.width) {
+        for range in row_ranges(count, self.width) {
             listen()?;
             for (share, a, b) in range.map(&row) {
                 let pairs = self.row(a).iter().zip(self.row(b));
@@ -28,12 +28,12 @@ impl Strip {
         Ok(points)
     }
 
-    /// With one knot more, inside the domain or at its start (Boehm's algorithm; The NURBS Book,
-    /// A5.1). All mixtures are convex, so rounding does not grow.
+    /// Inserts one knot, inside the domain or at its start (Boehm's algorithm; The NURBS Book,
+    /// A5.1). All combinations are convex, so rounding errors do not grow.
     fn with_knot(&self, value: f64, listen: &mut Listen<'_>) -> Result<Self> {
         let (degree, span) = (self.knots.degree(), self.knots.span(value));
         let t = self.knots.as_slice();
-        let mixture = |i: usize| {
+        let combination = |i: usize| {
             if i + degree <= span {
                 return (1.0, i, i);
             }
@@ -43,19 +43,19 @@ impl Strip {
             }
             ((value - from) / (to - from), i, i - 1)
         };
-        let points = self.mixed(self.rows() + 1, mixture, listen)?;
+        let points = self.combined_rows(self.rows() + 1, combination, listen)?;
         let mut knots = t.to_vec();
         knots.insert(span + 1, value);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 
-    /// With more knots (The NURBS Book, A5.4 in its effect): as long as there are fewer of them
-    /// than spans, O(knots · rows · width).
+    /// Inserts knots (The NURBS Book, A5.4). Costs O(knots · rows · width) if there are fewer new
+    /// knots than spans.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a knot lies outside the open domain, [`Error::Knots`] if one would
-    /// stand more often than the degree.
+    /// [`Error::Parameter`] if a knot is not strictly inside the domain, [`Error::Knots`] if the
+    /// multiplicity of one would exceed the degree.
     pub(super) fn refined(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
         knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
         if knots.is_empty() {
@@ -63,21 +63,21 @@ impl Strip {
         }
         let mut all = [self.knots.as_slice(), knots].concat();
         all.sort_by(f64::total_cmp);
-        // Refuses knots that stand too often, before any work.
+        // Checks the multiplicities before any work.
         let refined = KnotVector::new(self.knots.degree(), all)?;
         let mut sorted = knots.to_vec();
         sorted.sort_by(f64::total_cmp);
         self.inserted(&sorted, refined, listen)
     }
 
-    /// Inserts sorted knots, from the last to the first, in place (The NURBS Book, A5.4).
+    /// Inserts sorted knots in place, from the last to the first (The NURBS Book, A5.4).
     fn inserted(&self, new: &[f64], knots: KnotVector, listen: &mut Listen<'_>) -> Result<Self> {
         let (p, width) = (self.knots.degree(), self.width);
         let t = self.knots.as_slice();
         let s = knots.as_slice();
         let total = knots.control_points();
         let (first, last) = (self.knots.span(new[0]), self.knots.span(new[new.len() - 1]) + 1);
-        // The rows before and behind stay; those between are filled below.
+        // The rows before and after the new knots stay; those between are filled below.
         let (head, tail) = (first + 1 - p, self.rows() + 1 - last);
         let old = |row: usize| {
             if row < head {
@@ -88,8 +88,8 @@ impl Strip {
         };
         let empty = vec![DVec4::ZERO; width];
         let row = |row| old(row).map_or(&empty[..], |row| self.row(row));
-        let mut points = gathered((total, width), listen, row)?;
-        // Row k - p - 1 is the next to be filled; i is the old span that is being copied.
+        let mut points = concat_rows((total, width), listen, row)?;
+        // The next row to fill is k - p - 1; the old span to copy is i.
         let mut i = last + p - 1;
         let mut k = last + p - 1 + new.len();
         for &value in new.iter().rev() {
@@ -115,7 +115,7 @@ impl Strip {
         Ok(Self { knots, points, width })
     }
 
-    /// The same curves with clamped knots on the same domain.
+    /// Clamps the knots on the same domain.
     pub(super) fn clamped(&self, listen: &mut Listen<'_>) -> Result<Self> {
         if self.is_clamped() {
             return self.copied(listen);
@@ -126,26 +126,27 @@ impl Strip {
 
     fn clamped_at_start(&self, listen: &mut Listen<'_>) -> Result<Self> {
         let (start, degree) = (self.knots.domain().0, self.knots.degree());
-        let mut strip = self.copied(listen)?;
-        while strip.knots.multiplicity(start) < degree {
-            strip = strip.with_knot(start, listen)?;
+        let mut family = self.copied(listen)?;
+        while family.knots.multiplicity(start) < degree {
+            family = family.with_knot(start, listen)?;
         }
-        // The last `degree` knots of this value and what follows; one of them once more.
-        let end = strip.knots.as_slice().partition_point(|&knot| knot <= start);
+        // Keeps the last `degree` knots at the start and all knots after it, and repeats one of
+        // them.
+        let end = family.knots.as_slice().partition_point(|&knot| knot <= start);
         let first = end - degree;
-        if first == 1 && strip.knots.as_slice()[0] == start {
-            return Ok(strip);
+        if first == 1 && family.knots.as_slice()[0] == start {
+            return Ok(family);
         }
-        let mut knots = strip.knots.as_slice()[first - 1..].to_vec();
+        let mut knots = family.knots.as_slice()[first - 1..].to_vec();
         knots[0] = start;
-        let points = strip.rows_from(first - 1..strip.rows(), listen)?;
+        let points = family.rows_from(first - 1..family.rows(), listen)?;
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 
-    /// The same curves with every inner knot as often as the degree: Bézier curves, end to end.
-    pub(super) fn bezier(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    /// Inserts every inner knot up to multiplicity `degree`: a sequence of Bézier curves.
+    pub(super) fn bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
         if !self.is_clamped() {
-            return self.clamped(listen)?.bezier(listen);
+            return self.clamped(listen)?.bezier_form(listen);
         }
         let degree = self.knots.degree();
         let missing = |value| std::iter::repeat_n(value, degree - self.knots.multiplicity(value));

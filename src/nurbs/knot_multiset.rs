@@ -1,12 +1,13 @@
 //! Differences and intersections of sorted knots, with repetitions.
 
-/// The elements of a sorted sequence that another one, which it contains, does not have.
+/// Returns the elements of the sorted sequence `all` without those of `without`, a subsequence of
+/// it.
 pub(super) fn difference(all: &[f64], without: &[f64]) -> Vec<f64> {
     let mut without = without.iter().peekable();
     all.iter().copied().filter(|value| without.next_if(|other| *other == value).is_none()).collect()
 }
 
-/// What two sorted sequences have in common, with repetitions.
+/// Returns the common elements of two sorted sequences, with repetitions.
 pub(super) fn intersection(a: &[f64], b: &[f64]) -> Vec<f64> {
     let mut b = b.iter().peekable();
     let mut common = Vec::new();
@@ -22,7 +23,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_count_repetitions() {
+    fn differences_respect_multiplicity() {
         assert_eq!(difference(&[1.0, 1.0, 2.0, 3.0, 3.0], &[1.0, 3.0]), [1.0, 2.0, 3.0]);
     }
 }

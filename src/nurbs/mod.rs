@@ -1,7 +1,7 @@
-//! NURBS surfaces: knots, basis functions, the surface and its evaluation.
+//! NURBS curves and surfaces: knots, basis functions, evaluation, algebra, closest points.
 //!
-//! u runs along the rows of a control net, v along its columns; arrays over a net are row-major,
-//! v fastest.
+//! u runs along axis 0 of a control net (its rows), v along axis 1 (its columns). Arrays over a net
+//! are row-major, v fastest.
 
 mod approximate;
 mod arc_length;
@@ -54,7 +54,7 @@ pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_patch::halve;
 pub(crate) use self::knot_vector::check_degree;
 pub(crate) use self::patch_nets::PatchNets;
-pub(crate) use self::work_blocks::share;
+pub(crate) use self::work_blocks::for_each_task;
 
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};
 pub use self::curvature::{Curvature, CurvatureSlices};

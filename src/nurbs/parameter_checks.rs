@@ -8,13 +8,13 @@ use super::surface::NurbsSurface;
 use super::work_blocks::POINTS_PER_TASK;
 use crate::error::{Error, Result};
 
-/// What to do with parameters outside the domain.
+/// The treatment of parameters outside the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outside {
     /// Refuse them.
     #[default]
     Refuse,
-    /// Continue the outermost patches beyond their borders.
+    /// Extrapolate the outermost patches.
     Extrapolate,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn check_length(out: usize, needed: usize) -> Result<()> {
     Err(Error::parameter("out", format!("of length {needed}, one for each parameter"), out))
 }
 
-/// Checks parameters, of which the first has this index.
+/// Checks parameters; `first` is the index of the first one, for the error message.
 pub(super) fn check_inside(
     name: &'static str,
     knots: &KnotVector,
@@ -55,12 +55,12 @@ pub(super) fn check_inside(
 ) -> Result<()> {
     let (start, end) = match outside {
         Outside::Refuse => knots.domain(),
-        // Infinities would come back as NaN.
+        // Infinite parameters would evaluate to NaN.
         Outside::Extrapolate => (f64::MIN, f64::MAX),
     };
-    // Not `<` and `>`: NaN lies nowhere.
+    // Not `<` and `>`: NaN must fail.
     let inside = |t: f64| (start..=end).contains(&t);
-    // Without branches first: nearly all parameters are inside.
+    // First a test without branches: most parameters are inside.
     if parameters.clone().fold(true, |all, t| all & inside(t)) {
         return Ok(());
     }

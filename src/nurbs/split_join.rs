@@ -1,20 +1,20 @@
-//! Parts of a surface, and one of two.
+//! Splitting of surfaces and curve families, and joining of two of them.
 
-use super::bezier_patch::Patch;
+use super::bezier_patch::BezierPatch;
 use super::compatible::{unify, unify_degrees};
-use super::control_net::deviation;
+use super::control_net::distance_bound;
 use super::curve::NurbsCurve;
-use super::curve_family::Strip;
+use super::curve_family::CurveFamily;
 use super::direction::Direction;
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 use super::surface_algebra::check_tolerance;
-use super::work_blocks::listening;
+use super::work_blocks::interrupt_check;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
-    /// The parts before and after a parameter, which keep their parameters.
+    /// Splits the surface at a parameter; both parts keep their parameters.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -27,21 +27,21 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if it does not lie strictly inside the domain, [`Error::Interrupted`]
-    /// if the observer stops it.
+    /// [`Error::Parameter`] if the parameter is not strictly inside the domain,
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn split(
         &self,
         direction: Direction,
         at: f64,
         observer: &mut dyn Observer,
     ) -> Result<(Self, Self)> {
-        let mut listen = listening(observer);
-        let (before, after) = self.strip(direction, &mut listen)?.split(at, &mut listen)?;
-        let mut part = |strip| self.rebuilt(direction, strip, &mut listen);
+        let mut listen = interrupt_check(observer);
+        let (before, after) = self.family(direction, &mut listen)?.split(at, &mut listen)?;
+        let mut part = |family| self.with_family(direction, family, &mut listen);
         Ok((part(before)?, part(after)?))
     }
 
-    /// The part over a rectangle of the domain, which keeps its parameters.
+    /// Returns the part over a rectangle of the domain, with unchanged parameters.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -53,24 +53,21 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a range is empty or leaves the domain, [`Error::Interrupted`] if the
-    /// observer stops it.
+    /// [`Error::Parameter`] if a range is empty or not inside the domain, [`Error::Interrupted`] if
+    /// the observer stops it.
     pub fn sub_surface(
         &self,
         u: (f64, f64),
         v: (f64, f64),
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let mut listen = listening(observer);
-        self.along(Direction::U, &mut listen, |strip, listen| strip.between(u, listen))?.along(
-            Direction::V,
-            &mut listen,
-            |strip, listen| strip.between(v, listen),
-        )
+        let mut listen = interrupt_check(observer);
+        self.map_family(Direction::U, &mut listen, |family, listen| family.restricted(u, listen))?
+            .map_family(Direction::V, &mut listen, |family, listen| family.restricted(v, listen))
     }
 
-    /// The surface as Bézier patches, one for each pair of spans, row by row; each keeps its
-    /// parameters, so that a point has the same u and v on its patch.
+    /// Returns the Bézier patches of the surface, one for each pair of spans, row by row. The
+    /// patches keep their parameters: a point has the same u and v on its patch.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -84,16 +81,16 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn bezier_patches(&self, observer: &mut dyn Observer) -> Result<Vec<Vec<Self>>> {
-        let (rational, mut listen) = (self.weights().is_some(), listening(observer));
-        let (patches, (_, cols)) = Patch::of(self, &mut listen)?;
-        let mut row = |row: &[Patch]| {
+        let (rational, mut listen) = (self.weights().is_some(), interrupt_check(observer));
+        let (patches, (_, cols)) = BezierPatch::of(self, &mut listen)?;
+        let mut row = |row: &[BezierPatch]| {
             listen()?;
             row.iter().map(|patch| patch.surface(rational)).collect()
         };
         patches.chunks(cols).map(&mut row).collect()
     }
 
-    /// The curve of points with this parameter in this direction; it runs in the other one.
+    /// Returns the isocurve at a parameter in `direction`; it runs in the other direction.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}};
@@ -105,21 +102,22 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the parameter lies outside the domain.
+    /// [`Error::Parameter`] if the parameter is outside the domain.
     pub fn isocurve(&self, direction: Direction, at: f64) -> Result<NurbsCurve> {
         let (start, end) = self.knots(direction).domain();
         if !(start..=end).contains(&at) {
             let must = format!("inside the domain [{start}, {end}]");
             return Err(Error::parameter("parameter", must, at));
         }
-        let (points, rational) = (self.row(direction, at), self.weights().is_some());
+        let (points, rational) = (self.isocurve_net(direction, at), self.weights().is_some());
         let knots = self.knots(direction.other()).clone();
         NurbsCurve::from_homogeneous(points, rational, knots, &mut || Ok(()))
     }
 
-    /// This surface and `next`, which begins where this one ends in a direction, as one. Degrees
-    /// and knots are made equal first; the parameters of `next` in this direction are moved behind
-    /// the domain of this one.
+    /// Joins this surface and `next`, which begins where this one ends in `direction`.
+    ///
+    /// Degrees and knots are made compatible first. The parameters of `next` in `direction` are
+    /// shifted to follow the domain of this surface.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -132,8 +130,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the edges, point by point over their knots, lie further apart than
-    /// `tolerance`, in the points' unit, or the other direction's domains differ;
+    /// [`Error::Parameter`] if the distance between the edges, bounded by their control points,
+    /// exceeds `tolerance`, in the points' unit, or the domains in the other direction differ;
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn joined(
         &self,
@@ -143,40 +141,45 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let mut listen = listening(observer);
+        let mut listen = interrupt_check(observer);
         let [along, next_along] = compatible(direction, self, next, false, &mut listen)?;
         let across = direction.other();
         let [first, second] = compatible(across, &along, &next_along, true, &mut listen)?;
-        let strip = first.strip(direction, &mut listen)?;
-        let next_strip = second.strip(direction, &mut listen)?;
-        let joined = joined(&strip, &next_strip, tolerance, &mut listen)?;
+        let family = first.family(direction, &mut listen)?;
+        let next_family = second.family(direction, &mut listen)?;
+        let joined = joined(&family, &next_family, tolerance, &mut listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        first.rebuilt_as(direction, joined, rational, &mut listen)
+        first.replace_family(direction, joined, rational, &mut listen)
     }
 }
 
-impl Strip {
-    /// The parts before and after a parameter inside the domain, clamped.
+impl CurveFamily {
+    /// Splits the curves at a parameter inside the domain; both parts are clamped.
     pub(super) fn split(&self, at: f64, listen: &mut Listen<'_>) -> Result<(Self, Self)> {
         self.check_inside("split", at)?;
         let degree = self.knots.degree();
         let missing = degree.saturating_sub(self.knots.multiplicity(at));
-        let strip = self.clamped(listen)?.refined(&vec![at; missing], listen)?;
-        let t = strip.knots.as_slice();
+        let family = self.clamped(listen)?.refined(&vec![at; missing], listen)?;
+        let t = family.knots.as_slice();
         let (first, end) =
             (t.partition_point(|&knot| knot < at), t.partition_point(|&knot| knot <= at));
         let before: Vec<f64> = t[..end].iter().copied().chain([at]).collect();
         let after: Vec<f64> = [at].into_iter().chain(t[first..].iter().copied()).collect();
         let mut part = |knots: Vec<f64>, rows| -> Result<Self> {
-            let (knots, points) = (KnotVector::new(degree, knots)?, strip.rows_from(rows, listen)?);
+            let (knots, points) =
+                (KnotVector::new(degree, knots)?, family.rows_from(rows, listen)?);
             Ok(Self { knots, points, width: self.width })
         };
         let cut = first - 1;
-        Ok((part(before, 0..cut + 1)?, part(after, cut..strip.rows())?))
+        Ok((part(before, 0..cut + 1)?, part(after, cut..family.rows())?))
     }
 
-    /// The part between two parameters of the domain, clamped.
-    pub(super) fn between(&self, (from, to): (f64, f64), listen: &mut Listen<'_>) -> Result<Self> {
+    /// Returns the part between two parameters of the domain, clamped.
+    pub(super) fn restricted(
+        &self,
+        (from, to): (f64, f64),
+        listen: &mut Listen<'_>,
+    ) -> Result<Self> {
         let (start, end) = self.knots.domain();
         if !(start <= from && from < to && to <= end) {
             let must = format!("an increasing pair inside the domain [{start}, {end}]");
@@ -186,8 +189,8 @@ impl Strip {
         if to < end { Ok(tail.split(to, listen)?.0) } else { Ok(tail) }
     }
 
-    /// This and the strip that follows it, which begins where this one ends and has the same
-    /// degree; the knots of the second are moved behind those of the first.
+    /// Joins this family and `next`, which has the same degree and begins where this one ends. The
+    /// knots of `next` are shifted to follow those of this family.
     pub(super) fn joined(&self, next: &Self, listen: &mut Listen<'_>) -> Result<Self> {
         let (first, next) = (self.clamped(listen)?, next.clamped(listen)?);
         let degree = first.knots.degree();
@@ -202,29 +205,29 @@ impl Strip {
     }
 }
 
-/// A strip and one of the same degree that begins where it ends, within a tolerance.
+/// Joins two families of the same degree whose ends coincide within a tolerance.
 pub(super) fn joined(
-    first: &Strip,
-    next: &Strip,
+    first: &CurveFamily,
+    next: &CurveFamily,
     tolerance: f64,
     listen: &mut Listen<'_>,
-) -> Result<Strip> {
+) -> Result<CurveFamily> {
     let (first, mut next) = (first.clamped(listen)?, next.clamped(listen)?);
-    // Weights count only up to a factor.
+    // A common factor of all weights does not change the curves.
     let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
     next.points.iter_mut().for_each(|point| *point *= factor);
-    let gap = deviation(first.row(first.rows() - 1), next.row(0));
+    let gap = distance_bound(first.row(first.rows() - 1), next.row(0));
     // `gap > tolerance` would let NaN pass.
     let held = gap <= tolerance;
     if !held {
-        let must = format!("at least {gap:e}, which is how far the edges are apart");
+        let must = format!("at least {gap:e}, the distance between the edges");
         return Err(Error::parameter("tolerance", must, tolerance));
     }
     first.joined(&next, listen)
 }
 
-/// Two surfaces with the higher of their degrees in a direction, and with the same knots there if
-/// that is asked for.
+/// Elevates two surfaces to the higher of their degrees in a direction; if `knots`, also unites
+/// their knots.
 fn compatible(
     direction: Direction,
     a: &NurbsSurface,
@@ -232,12 +235,12 @@ fn compatible(
     knots: bool,
     listen: &mut Listen<'_>,
 ) -> Result<[NurbsSurface; 2]> {
-    let mut strips = [a.strip(direction, listen)?, b.strip(direction, listen)?];
+    let mut families = [a.family(direction, listen)?, b.family(direction, listen)?];
     if knots {
-        unify(&mut strips, listen)?;
+        unify(&mut families, listen)?;
     } else {
-        unify_degrees(&mut strips, listen)?;
+        unify_degrees(&mut families, listen)?;
     }
-    let [first, second] = strips;
-    Ok([a.rebuilt(direction, first, listen)?, b.rebuilt(direction, second, listen)?])
+    let [first, second] = families;
+    Ok([a.with_family(direction, first, listen)?, b.with_family(direction, second, listen)?])
 }

@@ -1,4 +1,4 @@
-//! Batches of parameters: their checks, and their way through in blocks that report.
+//! Long work in blocks: parallel tasks, progress reports and interrupt checks.
 
 use std::hint;
 use std::ops::Range;
@@ -9,35 +9,36 @@ use std::time::{Duration, Instant};
 use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Progress, Stage};
 
-/// Points between two calls of the observer: a few milliseconds, of which the threads lose a few
-/// microseconds in meeting.
+/// Points between two progress reports: a few milliseconds of work. Synchronizing the threads costs
+/// a few microseconds.
 const POINTS_PER_REPORT: usize = 1 << 20;
 
-/// Points that a thread takes at a time: tens of microseconds of work.
+/// Points in the task of a thread: tens of microseconds of work.
 pub(super) const POINTS_PER_TASK: usize = 1 << 10;
 
-/// Points that work without threads goes through before it listens again: a millisecond at most.
+/// Points between two interrupt checks of single-threaded work: at most a millisecond.
 const POINTS_PER_STEP: usize = 1 << 15;
 
-/// How long a block of tasks of unknown cost should take, and how many are tried first.
+/// Target duration of a block of tasks with unknown cost, and the size of the first block.
 const BLOCK_TIME: Duration = Duration::from_millis(20);
 const FIRST_BLOCK: usize = 2;
 
-/// Time for which a thread that is done with its part looks whether the others at work are, before it
-/// sleeps: to be woken takes as long as a small mesh.
-const PATIENCE: Duration = Duration::from_micros(50);
+/// Time for which an idle thread polls the active ones before it sleeps. Waking a thread takes as
+/// long as a small mesh.
+const SPIN_TIME: Duration = Duration::from_micros(50);
 
-/// Does `total` points in blocks from..to, with a report after each.
-pub(super) fn in_blocks(
+/// Calls `work(from, to)` for blocks of `total` points, with a progress report before each.
+pub(super) fn for_blocks(
     total: usize,
     observer: &mut dyn Observer,
     mut work: impl FnMut(usize, usize),
 ) -> Result<()> {
-    in_rows(total, 1, observer, &mut work)
+    for_row_blocks(total, 1, observer, &mut work)
 }
 
-/// Does `rows` rows of `width` points in blocks from..to, with a report after each.
-pub(super) fn in_rows(
+/// Calls `work(from, to)` for blocks of `rows` rows of `width` points, with a progress report
+/// before each.
+pub(super) fn for_row_blocks(
     rows: usize,
     width: usize,
     observer: &mut dyn Observer,
@@ -52,9 +53,9 @@ pub(super) fn in_rows(
     report(observer, total, total)
 }
 
-/// Does `total` tasks, of which nobody knows how long one takes, in blocks from..to that take some
-/// [`BLOCK_TIME`] each, with a report after each.
-pub(super) fn in_timed_blocks(
+/// Calls `work(from, to)` for blocks of tasks with unknown cost, with a progress report before
+/// each. The block size adapts so that a block takes about [`BLOCK_TIME`].
+pub(super) fn for_timed_blocks(
     total: usize,
     observer: &mut dyn Observer,
     mut work: impl FnMut(usize, usize),
@@ -74,75 +75,75 @@ pub(super) fn in_timed_blocks(
     report(observer, total, total)
 }
 
-/// Works through tasks on all threads, each of which takes so many at once and has room of its own
-/// that it uses again.
+/// Processes tasks on all threads. A thread takes `batch_size` tasks at a time and reuses its own
+/// scratch buffer.
 ///
-/// The thread that calls does its part: what takes two milliseconds must not wait until the system
-/// has found a processor for every thread that sleeps.
-pub(crate) fn share<T, R: Default>(
+/// The calling thread works, too: a job of two milliseconds must not wait until the system has
+/// woken every sleeping thread.
+pub(crate) fn for_each_task<T, R: Default>(
     tasks: impl Iterator<Item = T> + Send,
-    at_once: usize,
+    batch_size: usize,
     work: impl Fn(&mut R, T) + Sync,
 ) {
-    let at_once = at_once.max(1);
-    let most = tasks.size_hint().1.unwrap_or(usize::MAX);
-    let helpers = most.div_ceil(at_once).min(rayon::current_num_threads());
+    let batch_size = batch_size.max(1);
+    let max_tasks = tasks.size_hint().1.unwrap_or(usize::MAX);
+    let threads = max_tasks.div_ceil(batch_size).min(rayon::current_num_threads());
     let tasks = Mutex::new(tasks);
-    let through = || {
-        let (mut room, mut taken) = (R::default(), Vec::with_capacity(at_once));
+    let worker = || {
+        let (mut scratch, mut batch) = (R::default(), Vec::with_capacity(batch_size));
         loop {
             let mut tasks = tasks.lock().unwrap_or_else(PoisonError::into_inner);
-            taken.extend(tasks.by_ref().take(at_once));
+            batch.extend(tasks.by_ref().take(batch_size));
             drop(tasks);
-            if taken.is_empty() {
+            if batch.is_empty() {
                 return;
             }
-            taken.drain(..).for_each(|task| work(&mut room, task));
+            batch.drain(..).for_each(|task| work(&mut scratch, task));
         }
     };
-    if helpers <= 1 {
-        return through();
+    if threads <= 1 {
+        return worker();
     }
-    let at_work = AtomicUsize::new(0);
+    let active = AtomicUsize::new(0);
     rayon::in_place_scope(|scope| {
-        for _ in 1..helpers {
+        for _ in 1..threads {
             scope.spawn(|_| {
-                at_work.fetch_add(1, Ordering::Relaxed);
-                through();
-                at_work.fetch_sub(1, Ordering::Release);
+                active.fetch_add(1, Ordering::Relaxed);
+                worker();
+                active.fetch_sub(1, Ordering::Release);
             });
         }
-        through();
-        // Threads of the pool have other work to look for. Those that have not come yet may need the
+        worker();
+        // Threads of the pool have other work. Threads that have not started yet may need the
         // processor of this one.
         if rayon::current_thread_index().is_none() {
             let started = Instant::now();
-            while at_work.load(Ordering::Acquire) > 0 && started.elapsed() < PATIENCE {
+            while active.load(Ordering::Acquire) > 0 && started.elapsed() < SPIN_TIME {
                 hint::spin_loop();
             }
         }
     });
 }
 
-/// What work in small steps calls between them, to hear from the observer whether to go on.
-pub(super) fn listening(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
+/// Returns a function that checks whether the observer stops the work; for work in small steps.
+pub(super) fn interrupt_check(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
     move || report(observer, 0, 1)
 }
 
-/// The ranges of `rows` rows of `width` points, after each of which such work listens.
-pub(super) fn steps(rows: usize, width: usize) -> impl Iterator<Item = Range<usize>> {
+/// Divides `rows` rows of `width` points into ranges between two interrupt checks.
+pub(super) fn row_ranges(rows: usize, width: usize) -> impl Iterator<Item = Range<usize>> {
     let step = (POINTS_PER_STEP / width.max(1)).max(1);
     (0..rows).step_by(step).map(move |from| from..rows.min(from + step))
 }
 
-/// A list made of what `part` returns for each of these ranges.
-pub(super) fn in_steps<T, I: Iterator<Item = T>>(
+/// Collects the results of `part` for each of these ranges, with interrupt checks.
+pub(super) fn collect_in_steps<T, I: Iterator<Item = T>>(
     (rows, width): (usize, usize),
     listen: &mut Listen<'_>,
     part: impl Fn(Range<usize>) -> I,
 ) -> Result<Vec<T>> {
     let mut all = Vec::with_capacity(rows * width);
-    for rows in steps(rows, width) {
+    for rows in row_ranges(rows, width) {
         listen()?;
         all.extend(part(rows));
     }
