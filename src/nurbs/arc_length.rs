@@ -34,8 +34,8 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the accuracy is not between 1e-14 and 1, [`Error::Interrupted`] if
-    /// the observer stops it.
+    /// [`crate::Error::Parameter`] if the accuracy is not between 1e-14 and 1,
+    /// [`crate::Error::Interrupted`] if the observer stops it.
     pub fn length(&self, accuracy: f64, observer: &mut dyn Observer) -> Result<f64> {
         check_accuracy(accuracy)?;
         let (low, high) = bounds(self.control_points().iter().copied());

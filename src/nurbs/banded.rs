@@ -23,6 +23,7 @@ pub(super) struct BandedMatrix {
 }
 
 impl BandedMatrix {
+    /// A matrix of zeros.
     pub(super) fn new(size: usize, half_bandwidth: usize) -> Self {
         Self { size, half_bandwidth, entries: vec![0.0; size * (2 * half_bandwidth + 1)] }
     }
@@ -31,6 +32,7 @@ impl BandedMatrix {
         i * (2 * self.half_bandwidth + 1) + j + self.half_bandwidth - i
     }
 
+    /// Adds a value to the entry in row i and column j.
     pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
         let at = self.at(i, j);
         self.entries[at] += value;
@@ -106,10 +108,12 @@ pub(super) struct CyclicBandedMatrix {
 }
 
 impl CyclicBandedMatrix {
+    /// A matrix of zeros.
     pub(super) fn new(size: usize, half_bandwidth: usize) -> Self {
         Self { size, half_bandwidth, entries: Vec::new() }
     }
 
+    /// Adds a value to the entry in row i and column j.
     pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
         self.entries.push((i % self.size, j % self.size, value));
     }

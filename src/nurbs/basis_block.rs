@@ -6,7 +6,7 @@
 use pulp::Simd;
 
 use super::basis::{Basis, window};
-use super::isocurve::Point;
+use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 
 /// Columns in a group: as many numbers as the widest register contains.
@@ -30,6 +30,7 @@ struct Lanes([f64; LANES]);
 pub(super) struct BlockValues(pub [f64; BLOCK + LANES]);
 
 impl BlockValues {
+    /// All ones, the initial content of buffers.
     pub(super) const ONES: Self = Self([1.0; BLOCK + LANES]);
 }
 
@@ -85,7 +86,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
     pub(super) fn values<'a, S: Simd>(
         &self,
         simd: S,
-        rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+        rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
         combine(simd, &self.groups, &self.values, rows, out);
@@ -98,7 +99,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
     pub(super) fn slopes<'a, S: Simd>(
         &self,
         simd: S,
-        rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+        rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
         combine(simd, &self.groups, &self.slopes, rows, out);
@@ -112,7 +113,7 @@ fn combine<'a, S: Simd, const ORDER: usize>(
     simd: S,
     groups: &[Group],
     functions: &[Functions<ORDER>],
-    rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+    rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
     out: &mut TilePoints,
 ) {
     for (&Group { first, start }, functions) in groups.iter().zip(functions) {
@@ -123,7 +124,7 @@ fn combine<'a, S: Simd, const ORDER: usize>(
                 *held = S::as_simd_f64s(&function.0).0[part];
             }
             for (row, out) in rows.clone().zip(&mut *out) {
-                let net: &[Point; ORDER] = window(row, first);
+                let net: &[HomogeneousPoint; ORDER] = window(row, first);
                 for (c, BlockValues(out)) in out.iter_mut().enumerate() {
                     let mut sum = simd.mul_f64s(simd.splat_f64s(net[0][c]), held[0]);
                     for k in 1..ORDER {

@@ -75,6 +75,7 @@ impl BezierPatch {
         h.truncate() / h.w
     }
 
+    /// The degrees in u and v.
     pub(super) fn degrees(&self) -> (usize, usize) {
         (self.degree_u, self.degree_v)
     }

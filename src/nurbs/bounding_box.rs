@@ -60,7 +60,7 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// [`crate::Error::Interrupted`] if the observer stops it.
     pub fn bounding_box(&self, observer: &mut dyn Observer) -> Result<(DVec3, DVec3)> {
         let tolerance = BOX_TOLERANCE * self.size();
         let mut listen = interrupt_check(observer);

@@ -21,6 +21,7 @@ pub(super) struct BoxNode {
     pub inside: NodeContent,
 }
 
+/// The contents of a node.
 #[derive(Debug)]
 pub(super) enum NodeContent {
     Children(Box<[BoxNode; 2]>),

@@ -7,6 +7,9 @@ use super::work_blocks::{collect_in_steps, row_ranges};
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
+/// A homogeneous point (w x, w y, w z, w) as an array, which the compiler vectorizes.
+pub(super) type HomogeneousPoint = [f64; 4];
+
 /// Two ends of a net coincide if their distance is below this fraction of the net's size.
 const COINCIDENCE: f64 = 1e-10;
 
@@ -104,8 +107,8 @@ pub(super) fn coincidence_tolerance((low, high): (DVec3, DVec3), weights: Option
 /// Bounds the distance between two curves or surfaces with the same knots, from their homogeneous
 /// control points.
 ///
-/// With A = w P relative to the center of the net, two rational points differ by a mean of `ΔA - R
-/// Δw`, divided by the weights of the second.
+/// With A = w P relative to the center of the net, two rational points differ by a mean of
+/// `ΔA - R Δw`, divided by the weights of the second.
 pub(super) fn distance_bound(a: &[DVec4], b: &[DVec4]) -> f64 {
     let place = |h: &DVec4| h.truncate() / h.w;
     let first = place(&a[0]);

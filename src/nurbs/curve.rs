@@ -142,6 +142,7 @@ impl NurbsCurve {
         Self::new(circle.iter().map(place).collect(), Some(weights), knots)
     }
 
+    /// Builds a curve from homogeneous control points (w x, w y, w z, w).
     pub(super) fn from_homogeneous(
         points: Vec<DVec4>,
         rational: bool,

@@ -30,10 +30,12 @@ impl CurveFamily {
         self.knots.control_points()
     }
 
+    /// The i-th control points of all curves.
     pub(super) fn row(&self, i: usize) -> &[DVec4] {
         &self.points[i * self.width..][..self.width]
     }
 
+    /// Checks that a parameter is strictly inside the domain.
     pub(super) fn check_inside(&self, name: &'static str, value: f64) -> Result<()> {
         let (start, end) = self.knots.domain();
         if start < value && value < end {

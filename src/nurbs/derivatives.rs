@@ -80,6 +80,7 @@ impl NurbsSurface {
     }
 }
 
+/// Checks that an order is at most [`MAX_DERIVATIVE`].
 pub(super) fn check_order(order: usize) -> Result<()> {
     if order <= MAX_DERIVATIVE {
         return Ok(());

@@ -21,6 +21,7 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// The other direction.
     pub(super) fn other(self) -> Self {
         match self {
             Self::U => Self::V,
@@ -76,6 +77,7 @@ impl NurbsSurface {
         Ok(CurveFamily { knots: self.knots(direction).clone(), points, width })
     }
 
+    /// Applies `f` to the net as a family of curves along a direction.
     pub(super) fn map_family<'l>(
         &self,
         direction: Direction,
@@ -86,6 +88,7 @@ impl NurbsSurface {
         self.with_family(direction, family, listen)
     }
 
+    /// Returns the surface with `family` as its net along a direction; rational if this surface is.
     pub(super) fn with_family(
         &self,
         direction: Direction,

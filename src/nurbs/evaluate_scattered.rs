@@ -11,11 +11,9 @@ use glam::DVec2;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::{Basis, MAX_ORDER, window, with_order};
+use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
-
-/// A homogeneous point as an array, which the compiler vectorizes.
-type Lanes = [f64; 4];
 
 /// Points whose basis functions stay in the L1 cache.
 pub(super) const BLOCK: usize = 32;
@@ -26,7 +24,7 @@ pub(super) fn homogeneous<const SUMS: usize>(
     surface: &NurbsSurface,
     arch: Arch,
     uv: &[DVec2],
-) -> [[Lanes; SUMS]; BLOCK] {
+) -> [[HomogeneousPoint; SUMS]; BLOCK] {
     let (knots_u, knots_v) = (surface.knots_u(), surface.knots_v());
     let mut rows = [Basis::default(); BLOCK];
     with_order!(knots_u.degree(), ORDER => {
@@ -63,7 +61,7 @@ struct Sums<'a, const ORDER: usize, const SUMS: usize> {
     surface: &'a NurbsSurface,
     uv: &'a [DVec2],
     rows: &'a [Basis<MAX_ORDER>; BLOCK],
-    out: &'a mut [[Lanes; SUMS]; BLOCK],
+    out: &'a mut [[HomogeneousPoint; SUMS]; BLOCK],
 }
 
 impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
@@ -72,7 +70,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
+        let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.surface.homogeneous());
         let (cols, order_u) = (self.surface.shape().1, self.surface.knots_u().degree() + 1);
         let tangents = SUMS == 3;
         for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.out) {
@@ -97,7 +95,11 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
 /// Adds `factor` times `points` to `sums`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lanes; ORDER]) {
+fn add<const ORDER: usize>(
+    sums: &mut [HomogeneousPoint; ORDER],
+    factor: f64,
+    points: &[HomogeneousPoint; ORDER],
+) {
     for (sum, point) in sums.iter_mut().zip(points) {
         for c in 0..4 {
             sum[c] += factor * point[c];
@@ -108,7 +110,10 @@ fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lan
 /// Returns the sum of points weighted by `factors`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn weighted<const ORDER: usize>(points: &[Lanes; ORDER], factors: &[f64; ORDER]) -> Lanes {
+fn weighted<const ORDER: usize>(
+    points: &[HomogeneousPoint; ORDER],
+    factors: &[f64; ORDER],
+) -> HomogeneousPoint {
     let mut sum = points[0].map(|c| factors[0] * c);
     for (point, factor) in points.iter().zip(factors).skip(1) {
         for c in 0..4 {

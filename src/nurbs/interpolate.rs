@@ -187,6 +187,7 @@ pub(super) fn wrapped_rows(
     collect_in_steps((count + degree, width), listen, |rows| rows.flat_map(row).copied())
 }
 
+/// Checks that `control_points` exceeds the degree and is at most `points`.
 pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
     if control_points <= degree {
         let must = format!("more than the degree, {degree}");
@@ -199,6 +200,7 @@ pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) 
     Ok(())
 }
 
+/// The error for a singular system.
 pub(super) fn singular(degree: usize) -> Error {
     let must = format!("dense enough that every span of degree {degree} contains some");
     Error::parameter("points", must, "a singular system: use fewer control points")

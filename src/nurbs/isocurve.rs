@@ -3,18 +3,16 @@
 use glam::DVec4;
 
 use super::basis::BasisDerivatives;
+use super::control_net::HomogeneousPoint;
 use super::partials::Partials;
 use super::surface::NurbsSurface;
-
-/// A homogeneous point.
-pub(super) type Point = [f64; 4];
 
 /// The control points of an isocurve in v, and their first and second derivatives by u.
 #[derive(Default)]
 pub(super) struct Isocurve {
-    pub values: Vec<Point>,
-    pub slopes: Vec<Point>,
-    second: Vec<Point>,
+    pub values: Vec<HomogeneousPoint>,
+    pub slopes: Vec<HomogeneousPoint>,
+    second: Vec<HomogeneousPoint>,
 }
 
 impl Isocurve {
@@ -24,7 +22,7 @@ impl Isocurve {
     pub(super) fn contract<const ROWS: usize>(&mut self, surface: &NurbsSurface, u: f64) {
         let basis = BasisDerivatives::<ROWS>::at(surface.knots_u(), u);
         let cols = surface.shape().1;
-        let net: &[Point] = bytemuck::cast_slice(surface.homogeneous());
+        let net: &[HomogeneousPoint] = bytemuck::cast_slice(surface.homogeneous());
         let (first, others) = net[basis.first * cols..].split_at(cols);
         let others = &others[..surface.knots_u().degree() * cols];
         let targets = [&mut self.values, &mut self.slopes, &mut self.second];
@@ -53,7 +51,7 @@ pub(super) fn partials_along(
     net.contract::<3>(surface, u);
     let order = surface.knots_v().degree() + 1;
     for (column, basis) in columns.iter().enumerate() {
-        let sum = |points: &[Point], derivative: usize| {
+        let sum = |points: &[HomogeneousPoint], derivative: usize| {
             let points = points[basis.first..][..order].iter().zip(&basis.rows[derivative]);
             points.map(|(point, factor)| *factor * DVec4::from(*point)).sum::<DVec4>()
         };

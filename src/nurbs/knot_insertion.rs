@@ -9,8 +9,8 @@ use crate::error::Result;
 use crate::progress::Listen;
 
 impl CurveFamily {
-    /// Returns rows that are combinations of two rows each: `share` times the first plus `1 -
-    /// share` times the second. A share of 1 copies the first row exactly.
+    /// Returns rows that are combinations of two rows each: `share` times the first
+    /// plus `1 - share` times the second. A share of 1 copies the first row exactly.
     fn combined_rows(
         &self,
         count: usize,
@@ -54,8 +54,8 @@ impl CurveFamily {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a knot is not strictly inside the domain, [`Error::Knots`] if the
-    /// multiplicity of one would exceed the degree.
+    /// [`crate::Error::Parameter`] if a knot is not strictly inside the domain,
+    /// [`crate::Error::Knots`] if the multiplicity of one would exceed the degree.
     pub(super) fn refined(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
         knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
         if knots.is_empty() {

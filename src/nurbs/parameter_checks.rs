@@ -19,6 +19,7 @@ pub enum Outside {
 }
 
 impl NurbsSurface {
+    /// Checks scattered parameters and the length of their output.
     pub(super) fn check_scattered(&self, uv: &[DVec2], out: usize, outside: Outside) -> Result<()> {
         check_length(out, uv.len())?;
         let check = |(task, uv): (usize, &[DVec2])| {
@@ -32,12 +33,14 @@ impl NurbsSurface {
         uv.par_chunks(POINTS_PER_TASK).enumerate().find_map_first(check).map_or(Ok(()), Err)
     }
 
+    /// Checks the parameters of a grid.
     pub(super) fn check_grid(&self, u: &[f64], v: &[f64], outside: Outside) -> Result<()> {
         check_inside("u", self.knots_u(), outside, 0, u.iter().copied())?;
         check_inside("v", self.knots_v(), outside, 0, v.iter().copied())
     }
 }
 
+/// Checks that an output has one element for each parameter.
 pub(super) fn check_length(out: usize, needed: usize) -> Result<()> {
     if out == needed {
         return Ok(());

@@ -83,6 +83,7 @@ pub(super) struct GridParameters {
 }
 
 impl GridParameters {
+    /// Computes the parameters of a grid of points, row by row, with this shape.
     pub(super) fn new(
         grid: &[DVec3],
         (rows, cols): (usize, usize),
@@ -112,6 +113,7 @@ impl GridParameters {
     }
 }
 
+/// Checks that all points are finite; `name` is that of the argument.
 pub(super) fn check_points(
     name: &'static str,
     points: &[DVec3],

@@ -11,6 +11,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::{window, with_order};
 use super::bending::{Bending, in_space};
+use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 
 /// Maximal number of sampled patches along each direction.
@@ -206,9 +207,6 @@ fn blossom<const ORDER: usize>(
     coefficients
 }
 
-/// A homogeneous point as an array, which the compiler vectorizes.
-type Lanes = [f64; 4];
-
 /// Applies the extraction in v to each row of a surface's net.
 struct AlongV<'a, const ORDER: usize> {
     net: &'a [DVec4],
@@ -217,12 +215,12 @@ struct AlongV<'a, const ORDER: usize> {
 }
 
 impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
-    type Output = Vec<Lanes>;
+    type Output = Vec<HomogeneousPoint>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<Lanes> {
+    fn with_simd<S: Simd>(self, _: S) -> Vec<HomogeneousPoint> {
         let [rows, cols] = self.knots.map(KnotVector::control_points);
-        let net: &[Lanes] = bytemuck::cast_slice(self.net);
+        let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.net);
         let width = self.extraction.firsts.len();
         let mut all = vec![[0.0; 4]; rows * width];
         for (row, out) in net.chunks_exact(cols).zip(all.chunks_exact_mut(width)) {
@@ -240,7 +238,7 @@ impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
 
 /// Applies the extraction in u to the result of [`AlongV`].
 struct AlongU<'a, const ORDER: usize> {
-    points: &'a [Lanes],
+    points: &'a [HomogeneousPoint],
     cols: usize,
     extraction: &'a BezierExtraction,
 }

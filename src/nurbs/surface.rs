@@ -273,6 +273,7 @@ impl NurbsSurface {
         low.distance(high)
     }
 
+    /// Squared lengths below which tangents count as zero.
     pub(super) fn tangent_thresholds(&self) -> TangentThresholds {
         self.tangent_thresholds
     }

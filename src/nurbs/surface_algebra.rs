@@ -273,6 +273,7 @@ impl NurbsSurface {
     }
 }
 
+/// Checks that a tolerance is finite and not negative.
 pub(super) fn check_tolerance(tolerance: f64) -> Result<()> {
     if tolerance >= 0.0 && tolerance.is_finite() {
         return Ok(());
