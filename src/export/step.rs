@@ -70,8 +70,8 @@ fn uncertainty(surface: &NurbsSurface, unit: LengthUnit) -> f64 {
     let (min, max) =
         net.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)));
     let magnitude = min.abs().max(max.abs()).max_element();
-    let least = MIN_UNCERTAINTY / unit.in_millimetres();
-    least.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
+    let min_uncertainty = MIN_UNCERTAINTY / unit.in_millimetres();
+    min_uncertainty.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
 }
 
 /// The data section, which numbers its entities.

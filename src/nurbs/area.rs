@@ -59,11 +59,11 @@ impl NurbsSurface {
             }
             pieces.sort_by(|a, b| a.error.total_cmp(&b.error));
             let mut error = 0.0;
-            let stays = |piece: &&Piece| {
+            let negligible = |piece: &&Piece| {
                 error += piece.error;
                 error <= allowed / 2.0
             };
-            let refined = pieces.split_off(pieces.iter().take_while(stays).count());
+            let refined = pieces.split_off(pieces.iter().take_while(negligible).count());
             let quarters: Vec<(BezierPatch, f64)> =
                 refined.iter().flat_map(Piece::quarters).collect();
             pieces.extend(measure_pieces(&quarters, Clone::clone, &rules, observer)?);

@@ -48,7 +48,7 @@ impl BandedMatrix {
         width: usize,
         listen: &mut Listen<'_>,
     ) -> Result<bool> {
-        let largest = self.entries.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+        let largest = self.entries.iter().fold(0.0_f64, |max, entry| max.max(entry.abs()));
         let (n, half_bandwidth) = (self.size, self.half_bandwidth);
         for range in row_ranges(n, width) {
             listen()?;
@@ -199,7 +199,7 @@ mod tests {
     fn solutions_satisfy_open_and_cyclic_systems() {
         let (size, half_bandwidth, width) = (17, 3, 2);
         let entry = |i: usize, j: usize| if i == j { 9.0 } else { (1 + (3 * i + j) % 4) as f64 };
-        let wanted: Vec<DVec4> =
+        let expected: Vec<DVec4> =
             (0..size * width).map(|i| DVec4::new(i as f64, 1.0, -(i as f64).sin(), 0.0)).collect();
         for wrapped in [false, true] {
             let (mut open, mut cyclic) = (
@@ -218,12 +218,12 @@ mod tests {
                         open.add(i, column, entry(i, column));
                     }
                     for c in 0..width {
-                        rows[i * width + c] += entry(i, column) * wanted[column * width + c];
+                        rows[i * width + c] += entry(i, column) * expected[column * width + c];
                     }
                 }
             }
             let check = |solved: &[DVec4]| {
-                let error = solved.iter().zip(&wanted).map(|(a, b)| a.distance(*b));
+                let error = solved.iter().zip(&expected).map(|(a, b)| a.distance(*b));
                 assert!(error.fold(0.0, f64::max) < 1e-12);
             };
             let mut solved = rows.clone();

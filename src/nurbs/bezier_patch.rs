@@ -60,8 +60,8 @@ impl BezierPatch {
     pub(super) fn centered(&self) -> (Self, f64) {
         let (low, high) = bounds(self.points());
         let middle = low.midpoint(high);
-        let moved = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
-        (Self { net: moved.collect(), ..self.clone() }, low.distance(high))
+        let net = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
+        (Self { net: net.collect(), ..self.clone() }, low.distance(high))
     }
 
     /// The control points in space.
@@ -191,9 +191,9 @@ pub(super) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
         if k > 0 {
             let mut carried = 0.0;
             for value in &mut values[..k] {
-                let (stays, goes) = ((1.0 - t) * *value, t * *value);
-                *value = carried + stays;
-                carried = goes;
+                let (kept, passed) = ((1.0 - t) * *value, t * *value);
+                *value = carried + kept;
+                carried = passed;
             }
             values[k] = carried;
         }

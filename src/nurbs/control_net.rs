@@ -37,7 +37,7 @@ pub(super) fn to_homogeneous(
         return fail("have one weight for each control point", got);
     }
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let mut lifted = Vec::with_capacity(points.len());
+    let mut homogeneous = Vec::with_capacity(points.len());
     for range in row_ranges(points.len(), 1) {
         listen()?;
         if let Some(i) = range.clone().find(|&i| !points[i].is_finite()) {
@@ -47,17 +47,17 @@ pub(super) fn to_homogeneous(
             let got = format!("weight {} is {}", name(i), weight(i));
             return fail("have positive, finite weights", got);
         }
-        lifted.extend(range.clone().map(|i| (points[i] * weight(i)).extend(weight(i))));
+        homogeneous.extend(range.clone().map(|i| (points[i] * weight(i)).extend(weight(i))));
         let usable = |h: &DVec4| h.is_finite() && h.w.is_normal();
-        if let Some(i) = range.clone().find(|&i| !usable(&lifted[i])) {
-            let got = format!("control point {} with its weight is {}", name(i), lifted[i]);
+        if let Some(i) = range.clone().find(|&i| !usable(&homogeneous[i])) {
+            let got = format!("control point {} with its weight is {}", name(i), homogeneous[i]);
             return fail(
                 "have finite products of points and weights, and no subnormal weights",
                 got,
             );
         }
     }
-    Ok(lifted)
+    Ok(homogeneous)
 }
 
 /// Returns the control points in space and, for a rational net, the weights.
@@ -99,9 +99,9 @@ pub(super) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) 
 pub(super) fn coincidence_tolerance((low, high): (DVec3, DVec3), weights: Option<&[f64]>) -> f64 {
     let farthest = low.abs().max(high.abs()).max_element();
     let weights = weights.unwrap_or(&[1.0]).iter();
-    let most = weights.clone().copied().fold(0.0, f64::max);
-    let least = weights.copied().fold(f64::INFINITY, f64::min);
-    COINCIDENCE * low.distance(high) + ROUNDING * farthest * (most / least)
+    let max_weight = weights.clone().copied().fold(0.0, f64::max);
+    let min_weight = weights.copied().fold(f64::INFINITY, f64::min);
+    COINCIDENCE * low.distance(high) + ROUNDING * farthest * (max_weight / min_weight)
 }
 
 /// Bounds the distance between two curves or surfaces with the same knots, from their homogeneous
@@ -118,9 +118,9 @@ pub(super) fn distance_bound(a: &[DVec4], b: &[DVec4]) -> f64 {
     let around = |h: &DVec4| -> DVec3 { h.truncate() - h.w * middle };
     let change =
         |(a, b): (&DVec4, &DVec4)| around(a).distance(around(b)) + radius * (a.w - b.w).abs();
-    let most = a.iter().zip(b).map(change).fold(0.0, f64::max);
-    let least = b.iter().map(|h| h.w).fold(f64::INFINITY, f64::min);
-    if least > 0.0 { most / least } else { f64::INFINITY }
+    let max_change = a.iter().zip(b).map(change).fold(0.0, f64::max);
+    let min_weight = b.iter().map(|h| h.w).fold(f64::INFINITY, f64::min);
+    if min_weight > 0.0 { max_change / min_weight } else { f64::INFINITY }
 }
 
 /// Whether two rows of homogeneous points describe the same curve, within a tolerance.

@@ -261,7 +261,7 @@ pub(super) mod tests {
             NurbsSurface::interpolate(grid, shape, &options, &mut Silent).unwrap_err().to_string()
         };
         let good = grid(5, 5);
-        assert!(message(&good, (5, 4)).contains("5 × 4 points, got 25"));
+        assert!(message(&good, (5, 4)).contains("5 × 4 points, at least 2 × 2, got 25"));
         assert!(message(&good[..15], (3, 5)).contains("more than the degree, 3, got 3"));
         let mut twice = good.clone();
         twice.copy_within(5..10, 10);

@@ -58,10 +58,10 @@ impl KnotVector {
         check_degree(degree)?;
         let fail = |must, got| Err(Error::Knots { degree, must, got });
         if knots.len() < 2 * (degree + 1) {
-            let least = 2 * (degree + 1);
+            let required = 2 * (degree + 1);
             return fail(
                 "have at least 2 (degree + 1) knots",
-                format!("{} of {least} were given", knots.len()),
+                format!("{} of {required} were given", knots.len()),
             );
         }
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {

@@ -55,13 +55,13 @@ impl OrderedSurface {
     /// [`Error::Parameter`] if a side has fewer than 2 points, or a side of a Bézier surface has
     /// more than `MAX_DEGREE + 1`.
     pub fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
-        let most = if self == Self::Bezier { MAX_DEGREE + 1 } else { usize::MAX };
-        if (2..=most).contains(&rows) && (2..=most).contains(&cols) {
+        let max_points = if self == Self::Bezier { MAX_DEGREE + 1 } else { usize::MAX };
+        if (2..=max_points).contains(&rows) && (2..=max_points).contains(&cols) {
             return Ok(());
         }
         let must = if self == Self::Bezier {
             format!(
-                "from 2 to {most} rows and columns for surface='bezier', whose degrees are one less"
+                "from 2 to {max_points} rows and columns for surface='bezier', whose degrees are one less"
             )
         } else {
             "at least 2 rows and columns".to_string()

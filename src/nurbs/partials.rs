@@ -37,9 +37,9 @@ impl TangentThresholds {
     #[inline(always)]
     pub(super) fn normal_margin(self, u: f64, v: f64, cross: f64) -> f64 {
         // One instruction, unlike `f64::min`; it returns `b` if that is NaN.
-        let lesser = |a: f64, b: f64| if a < b { a } else { b };
-        let least = PARALLEL_TANGENTS * PARALLEL_TANGENTS * (u * v) + f64::MIN_POSITIVE;
-        lesser(v - self.v, lesser(u - self.u, cross - least))
+        let min = |a: f64, b: f64| if a < b { a } else { b };
+        let min_cross = PARALLEL_TANGENTS * PARALLEL_TANGENTS * (u * v) + f64::MIN_POSITIVE;
+        min(v - self.v, min(u - self.u, cross - min_cross))
     }
 
     /// Returns the unit normal of two tangents, unless it is degenerate.
