@@ -13,8 +13,8 @@ use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Principal curvatures are equal if they differ by less than this fraction of their mean. The
-/// point is then umbilic, and every direction is principal.
+/// A point is umbilic if half of the difference of its principal curvatures is at most this
+/// fraction of their mean. Every direction is then principal.
 const UMBILIC_TOLERANCE: f64 = 1e-7;
 
 /// Cost of one curvature, in point evaluations; progress reports use it.

@@ -80,8 +80,8 @@ impl Partials {
         }
     }
 
-    /// Returns the limit of the unit normal along a parameter direction, approached against (du,
-    /// dv): the normalized first derivative of the tangents' cross product.
+    /// Returns the limit of the unit normal when the point is approached from the direction (du, dv)
+    /// of the parameters: the normalized first derivative of the tangents' cross product.
     pub(super) fn limit_normal(&self, (du, dv): (f64, f64)) -> Option<DVec3> {
         let (move_u, move_v) = (du * self.uu + dv * self.uv, du * self.uv + dv * self.vv);
         let (left, right) = (move_u.cross(self.v), self.u.cross(move_v));

@@ -21,6 +21,7 @@ pub(crate) fn knots(degree: usize) -> impl Strategy<Value = KnotVector> {
     })
 }
 
+/// A random net of control points, with weights or without.
 fn net(count: usize) -> impl Strategy<Value = (Vec<DVec3>, Option<Vec<f64>>)> {
     let points = prop::collection::vec(prop::array::uniform3(-1.0..1.0_f64), count);
     let weights = prop::option::of(prop::collection::vec(0.1..10.0_f64, count));
@@ -61,6 +62,7 @@ pub(crate) fn affine() -> impl Strategy<Value = DAffine3> {
     prop::array::uniform12(-2.0..2.0_f64).prop_map(|numbers| DAffine3::from_cols_array(&numbers))
 }
 
+/// Fractions of a domain at which shapes are compared.
 pub(crate) const STEPS: [f64; 10] = [0.0, 0.013, 0.1, 0.25, 0.43, 0.5, 0.77, 0.9, 0.999, 1.0];
 
 /// The parameter at a fraction of a domain.
@@ -68,6 +70,7 @@ pub(crate) fn place((from, to): (f64, f64), share: f64) -> f64 {
     if share == 1.0 { to } else { from + share * (to - from) }
 }
 
+/// The parameters at [`STEPS`] of two domains.
 pub(crate) fn samples(u: (f64, f64), v: (f64, f64)) -> impl Iterator<Item = DVec2> {
     STEPS.into_iter().flat_map(move |s| STEPS.map(|t| DVec2::new(place(u, s), place(v, t))))
 }
@@ -80,6 +83,7 @@ pub(crate) fn rounding(point: impl Fn(f64) -> DVec3, at: f64, (start, end): (f64
     4.0 * f64::EPSILON * start.abs().max(end.abs()) * speed
 }
 
+/// Asserts that `b` at each parameter is `a` at the parameter `of_a` of it.
 pub(crate) fn assert_same_at(a: &NurbsSurface, b: &NurbsSurface, of_a: impl Fn(DVec2) -> DVec2) {
     let (u, v) = (b.knots_u().domain(), b.knots_v().domain());
     for at in samples(u, v) {
@@ -91,6 +95,7 @@ pub(crate) fn assert_same_at(a: &NurbsSurface, b: &NurbsSurface, of_a: impl Fn(D
     }
 }
 
+/// Asserts that two surfaces have the same domain and the same points.
 pub(crate) fn assert_same(a: &NurbsSurface, b: &NurbsSurface) {
     assert_eq!(
         (a.knots_u().domain(), a.knots_v().domain()),
