@@ -1,6 +1,7 @@
-//! How long does the kernel take for its usual jobs, and how does that grow with the net?
+//! Time of evaluation, closest points, fitting, interpolation and areas, as a function of the net
+//! size.
 //!
-//! Sweeps the side of the net from 5 to 100; rational, bicubic.
+//! The side of the rational bicubic net varies from 5 to 100.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use neurbs::fit::{FitOptions, fit};
@@ -25,7 +26,7 @@ fn steps(count: usize) -> Vec<f64> {
     (0..count).map(|i| i as f64 / (count - 1) as f64).collect()
 }
 
-/// Parameters that fill the unit square evenly, in no order.
+/// Returns parameters that fill the unit square evenly, in scattered order.
 fn scattered(count: usize) -> Vec<DVec2> {
     let place = |i: usize| (i as f64 * 0.754_877_666).fract();
     (0..count).map(|i| DVec2::new(place(i), (i as f64 * 0.569_840_291).fract())).collect()
@@ -83,7 +84,7 @@ fn inverse_problems(criterion: &mut Criterion) {
     }
 }
 
-/// Of a wavy sheet and of a net of random points, which folds over in every patch.
+/// Measures areas of a wavy sheet and of a random net, which folds in every patch.
 fn areas(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("area");
     group.sample_size(10);

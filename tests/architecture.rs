@@ -45,8 +45,6 @@ const KNOWN_CIRCLES: &[&str] = &[
     "som/smoothing som/triangular",
     "som/initialize som/ordered_start",
     "som/batch som/mod som/online som/stop",
-    "nurbs/batch nurbs/net nurbs/patch_nets nurbs/surface",
-    "nurbs/elevate nurbs/remove nurbs/strip",
     "mesh/bernstein mesh/cost mesh/means mesh/triangle",
     "mesh/certify mesh/chord",
     "mesh/lattice mesh/piece mesh/stitch",

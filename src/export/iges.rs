@@ -1,4 +1,4 @@
-//! IGES 5.3, entity 128: the rational B-spline surface, for programs that do not read STEP.
+//! IGES 5.3 export: a rational B-spline surface (entity 128), for programs that do not read STEP.
 
 use std::io::Write;
 
@@ -6,24 +6,24 @@ use super::unit::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
-/// Columns of the parameter section that hold data.
+/// Columns with data in the parameter section.
 const DATA_COLUMNS: usize = 64;
 
-/// Parameters on a line. A real takes at most 24 characters, so that two always fit, and the number
-/// of lines, which stands before them, is known beforehand.
+/// Parameters per line. A real has at most 24 characters, so two always fit. The number of lines,
+/// which the directory entry needs, is thus known in advance.
 const FIELDS_PER_LINE: usize = 2;
 
-/// The integers that open the parameters of entity 128, its number included.
-const INTEGERS: usize = 10;
+/// Number of integers at the start of the parameters of entity 128, including the entity number.
+const INTEGER_FIELDS: usize = 10;
 
-/// Columns of the other sections that hold data.
-const COLUMNS: usize = 72;
+/// Columns with data in the other sections.
+const SECTION_COLUMNS: usize = 72;
 
-/// The resolution that the file claims, in millimetres: far below any model's.
+/// The declared resolution, in millimeters: far below the detail of any model.
 const RESOLUTION: f64 = 1e-7;
 
 /// Writes a surface as an IGES file with one rational B-spline surface (entity 128), in
-/// millimetres.
+/// millimeters.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_iges, nurbs::NurbsSurface};
@@ -41,16 +41,16 @@ pub fn write_iges(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
     write_iges_in(surface, LengthUnit::default(), out)
 }
 
-/// [`write_iges`] with another unit of the coordinates.
+/// Writes the coordinates in another unit; see [`write_iges`].
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_iges_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Write) -> Result<()> {
-    let global = wrap(&global(unit));
+    let global = wrap_lines(&global(unit));
     let fields = parameters(surface);
     let count = field_count(surface).div_ceil(FIELDS_PER_LINE);
-    // The directory entry: type, first parameter line, nothing special; then line count, form 0.
+    // The directory entry: type, first parameter line, default attributes; then line count, form 0.
     let directory = [
         format!("{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:8}{:>8}", 128, 1, 0, 0, 0, 0, 0, 0, "00000000"),
         format!("{:8}{:8}{:8}{count:8}{:8}{:8}{:8}{:8}{:8}", 128, 0, 0, 0, "", "", "", 0),
@@ -64,12 +64,12 @@ pub fn write_iges_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Wr
 
 fn section(out: &mut impl Write, letter: char, lines: &[String]) -> Result<()> {
     for (line, number) in lines.iter().zip(1..) {
-        writeln!(out, "{line:COLUMNS$}{letter}{number:7}")?;
+        writeln!(out, "{line:SECTION_COLUMNS$}{letter}{number:7}")?;
     }
     Ok(())
 }
 
-/// Writes the parameter section: `count` lines of fields, a semicolon after the last.
+/// Writes the parameter section: `count` lines of fields, with a semicolon after the last.
 fn write_record(
     out: &mut impl Write,
     mut fields: impl Iterator<Item = String>,
@@ -84,8 +84,8 @@ fn write_record(
     Ok(())
 }
 
-/// The global section: separators, names, number formats (32-bit integers, doubles of 15 digits up
-/// to 10^308), scale 1, the unit and the resolution.
+/// Returns the fields of the global section: separators, names, number formats (32-bit integers,
+/// doubles of 15 digits up to 10^308), scale 1, unit and resolution.
 fn global(unit: LengthUnit) -> Vec<String> {
     let (flag, unit_name) = match unit {
         LengthUnit::Inch => ("1", "IN"),
@@ -127,18 +127,18 @@ fn global(unit: LengthUnit) -> Vec<String> {
     fields.into()
 }
 
-/// How many parameters entity 128 has for this surface.
+/// Number of parameters of entity 128 for this surface.
 fn field_count(surface: &NurbsSurface) -> usize {
     let knots = surface.knots_u().as_slice().len() + surface.knots_v().as_slice().len();
-    INTEGERS + knots + 4 * surface.control_points().len() + 4
+    INTEGER_FIELDS + knots + 4 * surface.control_points().len() + 4
 }
 
-/// The parameters of entity 128, in the standard's order: u runs fastest over weights and points.
+/// The parameters of entity 128 in the standard's order: over weights and points, u runs fastest.
 fn parameters(surface: &NurbsSurface) -> impl Iterator<Item = String> {
     let (rows, cols) = surface.shape();
     let (u, v) = (surface.knots_u(), surface.knots_v());
     let polynomial = usize::from(surface.weights().is_none());
-    let integers: [usize; INTEGERS] =
+    let integers: [usize; INTEGER_FIELDS] =
         [128, rows - 1, cols - 1, u.degree(), v.degree(), 0, 0, polynomial, 0, 0];
     let by_columns = move || (0..cols).flat_map(move |j| (0..rows).map(move |i| i * cols + j));
     let weights = by_columns().map(|i| surface.weights().map_or(1.0, |w| w[i]));
@@ -150,19 +150,19 @@ fn parameters(surface: &NurbsSurface) -> impl Iterator<Item = String> {
     integers.into_iter().map(|integer| integer.to_string()).chain(reals.map(real))
 }
 
-/// A real number of IGES: the shortest that is read back as the same bits; the exponent's letter D
-/// asks for double precision.
+/// Formats a real with the fewest digits that read back as the same bits. The exponent letter D
+/// means double precision.
 fn real(value: f64) -> String {
     format!("{value:?}").replace('e', "D")
 }
 
-/// Joins the fields of the global section, broken into lines between fields.
-fn wrap(fields: &[String]) -> Vec<String> {
+/// Joins the fields of the global section and breaks lines between fields.
+fn wrap_lines(fields: &[String]) -> Vec<String> {
     let mut lines = vec![String::new()];
     for (i, field) in fields.iter().enumerate() {
         let end = if i + 1 == fields.len() { ';' } else { ',' };
         let line = lines.last_mut().expect("there is a line from the beginning");
-        if line.len() + field.len() < COLUMNS {
+        if line.len() + field.len() < SECTION_COLUMNS {
             line.push_str(field);
             line.push(end);
         } else {

@@ -1,8 +1,7 @@
-//! Plain-text files: STEP, IGES and OBJ for surfaces, OBJ for meshes.
+//! Plain-text export: STEP, IGES and OBJ for surfaces, OBJ for meshes.
 //!
-//! Numbers are written with as many digits as it takes to read the same bits back. What a reader
-//! makes of them is its own affair: OpenCASCADE, for one, turns a net that is closed into a periodic
-//! one, and drops weights that are all the same.
+//! Numbers have as many digits as are needed to read back the same bits. Readers may still change
+//! the surface. OpenCASCADE, for example, makes a closed net periodic and drops equal weights.
 
 mod iges;
 mod obj;

@@ -1,4 +1,4 @@
-//! Wavefront OBJ: the mesh format that everything reads, in text, with all digits.
+//! Wavefront OBJ export of meshes, as text with all digits.
 
 use std::io::Write;
 

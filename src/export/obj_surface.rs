@@ -1,15 +1,15 @@
-//! Wavefront OBJ, free-form geometry: a surface itself and not its triangles.
+//! Wavefront OBJ export of a surface as free-form geometry, without triangles.
 
 use std::io::Write;
 
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
-/// Numbers on a line; a backslash continues it.
+/// Numbers per line; a backslash continues a line.
 const NUMBERS_PER_LINE: usize = 16;
 
-/// Writes a surface as an OBJ file with one B-spline surface: the control points, with their weight
-/// where the surface is rational, its degrees, its net and its knots.
+/// Writes a surface as an OBJ file with one B-spline surface: control points (with weights if the
+/// surface is rational), degrees, net and knots.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_obj_surface, nurbs::NurbsSurface};
@@ -39,15 +39,15 @@ pub fn write_obj_surface(surface: &NurbsSurface, out: &mut impl Write) -> Result
     writeln!(out, "cstype {rational}bspline")?;
     writeln!(out, "deg {} {}", u.degree(), v.degree())?;
     let ((u0, u1), (v0, v1)) = (u.domain(), v.domain());
-    // Counted from 1, and u runs fastest.
-    let places = (0..cols).flat_map(|j| (0..rows).map(move |i| i * cols + j + 1));
-    record(out, &format!("surf {u0:?} {u1:?} {v0:?} {v1:?}"), places)?;
+    // Indices start at 1, and u runs fastest.
+    let indices = (0..cols).flat_map(|j| (0..rows).map(move |i| i * cols + j + 1));
+    record(out, &format!("surf {u0:?} {u1:?} {v0:?} {v1:?}"), indices)?;
     record(out, "parm u", u.as_slice())?;
     record(out, "parm v", v.as_slice())?;
     Ok(writeln!(out, "end")?)
 }
 
-/// A statement and its many numbers.
+/// Writes a statement followed by numbers, broken into lines.
 fn record(
     out: &mut impl Write,
     statement: &str,

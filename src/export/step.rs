@@ -1,4 +1,4 @@
-//! STEP (ISO 10303-21, application protocol 214): what every CAD program reads.
+//! STEP export (ISO 10303-21, application protocol 214).
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -10,20 +10,21 @@ use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::progress::Silent;
 
-/// Distance under which a reader may take two places for one, as a share of the surface's size.
-/// Edges and surface are the same curves to the last bit, but readers evaluate both at places of
-/// their own and compare.
+/// Distance below which a reader may identify two points, as a fraction of the surface's size.
+/// Edges and surface are exactly the same curves, but readers compare them at sampled points.
 const UNCERTAINTY: f64 = 1e-6;
 
-/// The same as a share of the largest coordinate: far from the origin, rounding alone is larger.
+/// The same distance as a fraction of the largest coordinate. Far from the origin, rounding is
+/// larger.
 const ROUNDING: f64 = 1e-11;
 
-/// The usual absolute uncertainty of CAD programs, in millimetres: the least that they accept.
-const LEAST_UNCERTAINTY: f64 = 1e-7;
+/// The smallest uncertainty that CAD programs accept, in millimeters.
+const MIN_UNCERTAINTY: f64 = 1e-7;
 
 /// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
-/// boundary curves of the net. Coordinates are in millimetres, the unit that CAD programs assume.
-/// Knots that are not clamped are clamped first.
+/// boundary curves of the net.
+///
+/// Coordinates are in millimeters. Unclamped knots are clamped first.
 ///
 /// ```
 /// use neurbs::{DVec3, export::write_step, nurbs::NurbsSurface};
@@ -41,13 +42,13 @@ pub fn write_step(surface: &NurbsSurface, out: &mut impl Write) -> Result<()> {
     write_step_in(surface, LengthUnit::default(), out)
 }
 
-/// [`write_step`] with another unit of the coordinates.
+/// Writes the coordinates in another unit; see [`write_step`].
 ///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if writing fails.
 pub fn write_step_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Write) -> Result<()> {
-    // The boundary of a face is that of the outermost control points only if knots are clamped.
+    // Only with clamped knots are the outermost control points the boundary of the face.
     let clamped = surface.knots_u().is_clamped() && surface.knots_v().is_clamped();
     let surface =
         &if clamped { Cow::Borrowed(surface) } else { Cow::Owned(surface.clamp(&mut Silent)?) };
@@ -63,17 +64,17 @@ pub fn write_step_in(surface: &NurbsSurface, unit: LengthUnit, out: &mut impl Wr
     Ok(())
 }
 
-/// How exact the file claims to be, in its unit.
+/// Returns the declared uncertainty, in the unit of the file.
 fn uncertainty(surface: &NurbsSurface, unit: LengthUnit) -> f64 {
     let net = surface.control_points().iter();
     let (min, max) =
         net.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)));
     let magnitude = min.abs().max(max.abs()).max_element();
-    let least = LEAST_UNCERTAINTY / unit.in_millimetres();
-    least.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
+    let min_uncertainty = MIN_UNCERTAINTY / unit.in_millimetres();
+    min_uncertainty.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
 }
 
-/// The data section as it is written.
+/// The data section, which numbers its entities.
 struct Entities<'a, W: Write> {
     out: &'a mut W,
     count: usize,
@@ -98,7 +99,8 @@ impl<W: Write> Entities<'_, W> {
     }
 }
 
-/// A real number of STEP: the shortest that is read back as the same bits, always with a point.
+/// Formats a real with the fewest digits that read back as the same bits, always with a decimal
+/// point.
 fn real(value: f64) -> String {
     let text = format!("{value:?}");
     match text.split_once('e') {
@@ -113,7 +115,7 @@ fn list(items: impl IntoIterator<Item = String>) -> String {
     format!("({})", items.join(","))
 }
 
-/// Multiplicities and distinct values of the knots.
+/// The multiplicities and the distinct values of the knots.
 fn knots(knots: &KnotVector) -> (String, String) {
     let (values, times): (Vec<f64>, Vec<usize>) = knots.distinct().unzip();
     (list(times.iter().map(ToString::to_string)), list(values.into_iter().map(real)))
@@ -139,21 +141,21 @@ fn geometry<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Res
     ))
 }
 
-/// The boundary curve through these places of the net.
+/// Writes the boundary curve through the control points with these indices.
 fn boundary<W: Write>(
     file: &mut Entities<'_, W>,
     surface: &NurbsSurface,
-    places: impl Iterator<Item = usize> + Clone,
+    indices: impl Iterator<Item = usize> + Clone,
     along: &KnotVector,
 ) -> Result<String> {
-    let points = file.points(places.clone().map(|i| surface.control_points()[i]))?;
+    let points = file.points(indices.clone().map(|i| surface.control_points()[i]))?;
     let (degree, (times, values)) = (along.degree(), knots(along));
     let form = format!("{degree},{points},.UNSPECIFIED.,.F.,.F.");
     let spans = format!("{times},{values},.UNSPECIFIED.");
     let Some(weights) = surface.weights() else {
         return file.add(&format!("B_SPLINE_CURVE_WITH_KNOTS('',{form},{spans})"));
     };
-    let weights = list(places.map(|i| real(weights[i])));
+    let weights = list(indices.map(|i| real(weights[i])));
     file.add(&format!(
         "(BOUNDED_CURVE() B_SPLINE_CURVE({form}) B_SPLINE_CURVE_WITH_KNOTS({spans}) CURVE() \
          GEOMETRIC_REPRESENTATION_ITEM() RATIONAL_B_SPLINE_CURVE({weights}) \
@@ -161,7 +163,8 @@ fn boundary<W: Write>(
     ))
 }
 
-/// The face, counter-clockwise about the normal: along u, along v, and back both ways.
+/// Writes the face. Its boundary is counterclockwise around the normal: along u, along v, and back
+/// in both.
 fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<String> {
     let geometry = geometry(file, surface)?;
     let (rows, cols) = surface.shape();
@@ -179,7 +182,7 @@ fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<
         boundary(file, surface, column(cols - 1), u)?,
         boundary(file, surface, row(0), v)?,
     ];
-    // Curves run with the parameters; the two last are walked backwards.
+    // The curves follow increasing parameters, so the last two are traversed backwards.
     let ends = [(0, 1, ".T."), (1, 2, ".T."), (3, 2, ".F."), (0, 3, ".F.")];
     let edges = std::iter::zip(&curves, ends)
         .map(|(curve, (from, to, same))| {
@@ -193,7 +196,7 @@ fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<
     file.add(&format!("ADVANCED_FACE('',({bound}),{geometry},.T.)"))
 }
 
-/// The unit of length; those that are no metres are defined by them.
+/// Writes the unit of length. Inches and feet are defined by millimeters.
 fn length_unit<W: Write>(file: &mut Entities<'_, W>, unit: LengthUnit) -> Result<String> {
     let (prefix, name) = match unit {
         LengthUnit::Millimetre => (".MILLI.", None),
@@ -215,7 +218,7 @@ fn length_unit<W: Write>(file: &mut Entities<'_, W>, unit: LengthUnit) -> Result
     ))
 }
 
-/// The product around the face: what AP214 wants to know beside the geometry.
+/// Writes the product, units and context that AP214 requires in addition to the face.
 fn product<W: Write>(
     file: &mut Entities<'_, W>,
     face: &str,
@@ -263,7 +266,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reals_have_a_point_and_all_their_digits() {
+    fn reals_have_a_decimal_point_and_all_digits() {
         let cases = [(1.0, "1.0"), (-0.1, "-0.1"), (1e300, "1.E300"), (-2.5e-7, "-2.5E-7")];
         for (value, text) in cases {
             assert_eq!(real(value), text);
@@ -273,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn every_reference_is_to_an_entity_before_it() {
+    fn references_point_to_earlier_entities() {
         let net = (0..6).map(|i| DVec3::splat(f64::from(i))).collect();
         let u = KnotVector::clamped_uniform(1, 2).unwrap();
         let v = KnotVector::clamped_uniform(2, 3).unwrap();

@@ -1,7 +1,8 @@
-//! The unit that a CAD file gives to its coordinates.
+//! The unit of length in CAD files.
 
-/// The unit of length of the coordinates in a STEP or IGES file. They are written as they are: the
-/// unit is a label, and it is the reader that converts.
+/// The unit of length of the coordinates in a STEP or IGES file.
+///
+/// The unit is a label: coordinates are written unchanged, and readers convert them.
 ///
 /// ```
 /// use neurbs::export::LengthUnit;
@@ -10,7 +11,7 @@
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LengthUnit {
-    /// What CAD programs assume.
+    /// 1 mm, the default unit of CAD programs.
     #[default]
     Millimetre,
     /// 10 mm.
@@ -19,16 +20,16 @@ pub enum LengthUnit {
     Metre,
     /// 25.4 mm.
     Inch,
-    /// 304.8 mm, the international foot; not that of United States surveys.
+    /// 304.8 mm, the international foot, not the US survey foot.
     Foot,
 }
 
 impl LengthUnit {
-    /// All of them.
+    /// All units.
     pub const ALL: [Self; 5] =
         [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
 
-    /// How many millimetres one is.
+    /// The unit in millimeters.
     #[must_use]
     pub fn in_millimetres(self) -> f64 {
         match self {
@@ -40,7 +41,7 @@ impl LengthUnit {
         }
     }
 
-    /// Its symbol, `"mm"` for example.
+    /// The symbol of the unit, `"mm"` for example.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {

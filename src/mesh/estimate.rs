@@ -24,11 +24,11 @@ impl Estimate {
     /// triangle may have.
     pub(super) fn of(nets: &PatchNets, limits: &Limits) -> Self {
         let mut sums = [0.0; 3];
-        for (at, bending) in nets.some().zip(nets.bends()) {
+        for (at, bending) in nets.sampled_patches().zip(nets.sampled_bending()) {
             let counts = counts(nets, at, *bending, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }
-        let mean = sums.map(|sum| sum / nets.bends().len() as f64);
+        let mean = sums.map(|sum| sum / nets.sampled_bending().len() as f64);
         let (rows, cols) = ((nets.u.len() - 1) as f64, (nets.v.len() - 1) as f64);
         Self {
             along: (mean[0] * rows, mean[1] * cols),

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::error::Result;
-use crate::nurbs::share;
+use crate::nurbs::for_each_task;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Time between two calls of the observer that is aimed at.
@@ -50,7 +50,7 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
         };
         // What was wrongly expected to be little is shared after a while.
         if triangles > FEW || left < total {
-            share(group, 1, work);
+            for_each_task(group, 1, work);
         } else {
             let mut room = R::default();
             group.for_each(|item| work(&mut room, item));

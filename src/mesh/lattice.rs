@@ -56,7 +56,7 @@ impl Lattice {
         let (more_u, block_u) = more(surface.knots_u(), estimate.along.0, closed.0);
         let (more_v, block_v) = more(surface.knots_v(), estimate.along.1, closed.1);
         if !(more_u.is_empty() && more_v.is_empty()) {
-            nets = Arc::new(PatchNets::new(surface, &more_u, &more_v));
+            nets = Arc::new(surface.patch_nets_cut_at(&more_u, &more_v));
         }
         let lines = |cuts: &[f64], patches: usize, knots: &KnotVector| {
             let crease = |&i: &usize| knots.multiplicity(cuts[i]) >= knots.degree();

@@ -82,7 +82,7 @@ impl Tessellation<'_> {
                     vertices
                 }
             };
-            self.surface.vertices(uv, points, normals);
+            self.surface.points_and_normals(uv, points, normals);
         };
         in_groups(tasks, self.triangles(), observer, write, Ok)
     }

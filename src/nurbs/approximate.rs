@@ -1,21 +1,24 @@
-//! Surfaces that come closest to a grid of points.
+//! Least-squares approximation of a grid of points by a B-spline surface (The NURBS Book, section
+//! 9.4).
 
 use glam::{DVec3, DVec4};
 
-use super::banded::{Banded, Cyclic};
+use super::banded::{BandedMatrix, CyclicBandedMatrix};
 use super::basis::padded;
-use super::interpolate::{by_strips, check_counts, singular, wrapped};
+use super::curve_family::CurveFamily;
+use super::interpolate::{by_directions, check_counts, singular, wrapped_rows};
 use super::knot_vector::KnotVector;
 use super::parametrization::GridOptions;
-use super::strip::Strip;
 use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
-    /// The surface with a smaller net that comes closest to a grid of points, in the sense of least
-    /// squares in u and then in v. Knots follow the density of the points (The NURBS Book, section
-    /// 9.4.1). In closed directions `net` counts the different control points.
+    /// Approximates a grid of points by a surface with a smaller net, by least squares first in u
+    /// and then in v.
+    ///
+    /// The knots follow the density of the points (The NURBS Book, section 9.4.1). In closed
+    /// directions `net` is the number of distinct control points.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}, progress::Silent};
@@ -32,10 +35,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`], and
-    /// [`Error::Parameter`](crate::Error::Parameter) if a side of the net has not more control points
-    /// than the degree, or more than the grid has points;
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// Those of [`NurbsSurface::grid_parameters`]; [`Error::Parameter`](crate::Error::Parameter) if
+    /// a side of the net has at most `degree` control points or more control points than the grid
+    /// has points; [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],
         shape: (usize, usize),
@@ -45,29 +47,29 @@ impl NurbsSurface {
     ) -> Result<Self> {
         let GridOptions { degree, closed, .. } = *options;
         let sides = [(net.0, degree.0, closed.0), (net.1, degree.1, closed.1)];
-        by_strips(grid, shape, options, observer, |d, points, width, sites, listen| {
-            approximate_strip(&points, width, sites, sides[d], listen)
+        by_directions(grid, shape, options, observer, |d, points, width, parameters, listen| {
+            approximate_family(&points, width, parameters, sides[d], listen)
         })
     }
 }
 
-/// Splines with `count` different control points nearest to rows of points at these parameters.
-fn approximate_strip(
+/// Approximates rows of points at these parameters by splines with `count` distinct control points.
+fn approximate_family(
     points: &[DVec4],
     width: usize,
-    sites: &[f64],
+    parameters: &[f64],
     (count, degree, closed): (usize, usize, bool),
     listen: &mut Listen<'_>,
-) -> Result<Strip> {
-    check_counts(degree, count, sites.len())?;
-    // The parameter at a fractional place among the sites.
+) -> Result<CurveFamily> {
+    check_counts(degree, count, parameters.len())?;
+    // Interpolates the parameters linearly at a fractional index.
     let place = |at: f64| {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to count")]
         let (i, share) = (at as usize, at.fract());
-        let next = sites.get(i + 1).copied().unwrap_or(1.0);
-        sites[i] + share * (next - sites[i])
+        let next = parameters.get(i + 1).copied().unwrap_or(1.0);
+        parameters[i] + share * (next - parameters[i])
     };
-    let per_span = |spans: usize| sites.len() as f64 / spans as f64;
+    let per_span = |spans: usize| parameters.len() as f64 / spans as f64;
     let knots = if closed {
         let inner = (1..count).map(|j| place(j as f64 * per_span(count)));
         let breaks: Vec<f64> = [0.0].into_iter().chain(inner).chain([1.0]).collect();
@@ -78,10 +80,10 @@ fn approximate_strip(
         KnotVector::clamped(degree, (0.0, 1.0), inner)?
     };
     let mut sums = vec![DVec4::ZERO; count * width];
-    let mut entries = Vec::with_capacity(sites.len() * (degree + 1) * (degree + 1));
-    for (row, site) in points.chunks(width).zip(sites) {
+    let mut entries = Vec::with_capacity(parameters.len() * (degree + 1) * (degree + 1));
+    for (row, parameter) in points.chunks(width).zip(parameters) {
         listen()?;
-        let basis = padded(&knots, *site);
+        let basis = padded(&knots, *parameter);
         for k in 0..=degree {
             let (i, value) = ((basis.first + k) % count, basis.values[k]);
             for (sum, point) in sums[i * width..][..width].iter_mut().zip(row) {
@@ -92,13 +94,13 @@ fn approximate_strip(
         }
     }
     let solved = if closed {
-        let mut matrix = Cyclic::new(count, degree);
+        let mut matrix = CyclicBandedMatrix::new(count, degree);
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
         matrix.solve(&mut sums, width, listen)?
     } else {
-        let mut matrix = Banded::new(count, degree.min(count - 1));
+        let mut matrix = BandedMatrix::new(count, degree.min(count - 1));
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
@@ -107,8 +109,8 @@ fn approximate_strip(
     if !solved {
         return Err(singular(degree));
     }
-    let points = if closed { wrapped(&sums, width, degree, 0, listen)? } else { sums };
-    Ok(Strip { knots, points, width })
+    let points = if closed { wrapped_rows(&sums, width, degree, 0, listen)? } else { sums };
+    Ok(CurveFamily { knots, points, width })
 }
 
 #[cfg(test)]
@@ -119,7 +121,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn approximation_finds_a_surface_that_is_there() {
+    fn approximation_reproduces_a_cubic_and_closed_directions() {
         for closed in [(false, false), (true, true)] {
             let options = GridOptions {
                 parametrization: Parametrization::Uniform,
@@ -132,7 +134,7 @@ mod tests {
                 NurbsSurface::approximate(&grid(40, 40), (40, 40), (40, 40), &options, &mut Silent);
             assert_eq!((near.unwrap().closed(), same.unwrap().closed()), (closed, closed));
         }
-        // A bicubic polynomial is met by any net.
+        // Every net reproduces a bicubic polynomial.
         let options =
             GridOptions { parametrization: Parametrization::Uniform, ..GridOptions::default() };
         let height = |x: f64, y: f64| 1.0 + x * y * y - x * x * x;

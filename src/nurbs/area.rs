@@ -1,40 +1,39 @@
-//! The area of a surface.
+//! Area of a surface by adaptive Gauss-Legendre quadrature.
 
 use pulp::Arch;
 use rayon::prelude::*;
 
 use super::basis::Row;
-use super::batch::{in_rows, listening};
-use super::bezier::{Patch, bernstein};
+use super::bezier_patch::{BezierPatch, bernstein};
 use super::gauss;
-use super::measure::check_accuracy;
+use super::gauss::check_accuracy;
 use super::surface::NurbsSurface;
+use super::work_blocks::{for_row_blocks, interrupt_check};
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Points along each side of a piece: of the quadrature, and of the coarser ones whose differences
-/// from it say how far it can be wrong. Where the surface is singular one of them may agree by
-/// chance, two hardly ever do.
-const NODES: [usize; 3] = [12, 9, 8];
+/// Quadrature nodes along each side of a piece: of the estimate, then of the two coarser rules that
+/// bound its error. Near a singular point one coarser rule may agree by accident; two rarely do.
+const NODE_COUNTS: [usize; 3] = [12, 9, 8];
 
-/// Times at most that the doubtful pieces are quartered: where the surface is singular, they are
-/// negligible by then.
-const MOST_ROUNDS: usize = 24;
+/// Maximal number of times that pieces are quartered. Near a singular point the remaining pieces
+/// are negligible by then.
+const MAX_ROUNDS: usize = 24;
 
-/// Points whose evaluation costs as much as a piece; what reports count with.
-const POINTS_PER_PIECE: usize = 1 << 9;
+/// Cost of measuring a piece, in point evaluations; progress reports use it.
+const PIECE_COST: usize = 1 << 9;
 
-/// Two estimates of an area agree when they differ by this share of what it could be at most, the
-/// tangents' lengths times the patch's extent: the rest is rounding.
+/// Two estimates of an area agree up to rounding if they differ by less than this fraction of an
+/// upper bound: the lengths of the tangents times the extent of the patch.
 const ROUNDING: f64 = 1e-15;
 
 impl NurbsSurface {
-    /// The area, in the square of the points' unit, to a share of `accuracy` (for instance 1e-9).
+    /// Returns the area, in the square of the points' unit, with relative error at most `accuracy`
+    /// (for instance 1e-9).
     ///
-    /// Gauss-Legendre quadrature on each Bézier patch with 12 × 12 points, and the larger of its
-    /// differences from those with 9 × 9 and 8 × 8 as the doubt about it. While all doubts together
-    /// pass the accuracy, the most doubtful pieces are quartered: a few where the surface folds over
-    /// cost no more than they must.
+    /// Applies Gauss-Legendre quadrature to each Bézier patch. The error estimate is the larger
+    /// difference from two coarser rules. While the total error estimate exceeds `accuracy`, the
+    /// pieces with the largest errors are quartered.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -49,83 +48,84 @@ impl NurbsSurface {
     /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn area(&self, accuracy: f64, observer: &mut dyn Observer) -> Result<f64> {
         check_accuracy(accuracy)?;
-        let (patches, _) = Patch::of(self, &mut listening(observer))?;
+        let (patches, _) = BezierPatch::of(self, &mut interrupt_check(observer))?;
         let degrees = (self.knots_u().degree(), self.knots_v().degree());
-        let rules = NODES.map(|count| Rule::new(count, degrees));
-        let mut pieces = measured(&patches, Patch::centred, &rules, observer)?;
-        for _ in 0..MOST_ROUNDS {
-            let enough = accuracy * pieces.iter().map(|piece| piece.area).sum::<f64>();
-            if pieces.iter().map(|piece| piece.doubt).sum::<f64>() <= enough {
+        let rules = NODE_COUNTS.map(|count| Rule::new(count, degrees));
+        let mut pieces = measure_pieces(&patches, BezierPatch::centered, &rules, observer)?;
+        for _ in 0..MAX_ROUNDS {
+            let allowed = accuracy * pieces.iter().map(|piece| piece.area).sum::<f64>();
+            if pieces.iter().map(|piece| piece.error).sum::<f64>() <= allowed {
                 break;
             }
-            pieces.sort_by(|a, b| a.doubt.total_cmp(&b.doubt));
-            let mut doubt = 0.0;
-            let stays = |piece: &&Piece| {
-                doubt += piece.doubt;
-                doubt <= enough / 2.0
+            pieces.sort_by(|a, b| a.error.total_cmp(&b.error));
+            let mut error = 0.0;
+            let negligible = |piece: &&Piece| {
+                error += piece.error;
+                error <= allowed / 2.0
             };
-            let doubtful = pieces.split_off(pieces.iter().take_while(stays).count());
-            let quarters: Vec<(Patch, f64)> = doubtful.iter().flat_map(Piece::quarters).collect();
-            pieces.extend(measured(&quarters, Clone::clone, &rules, observer)?);
+            let refined = pieces.split_off(pieces.iter().take_while(negligible).count());
+            let quarters: Vec<(BezierPatch, f64)> =
+                refined.iter().flat_map(Piece::quarters).collect();
+            pieces.extend(measure_pieces(&quarters, Clone::clone, &rules, observer)?);
         }
         Ok(pieces.iter().map(|piece| piece.area).sum())
     }
 }
 
-/// A part of the surface whose area is known.
+/// A part of the surface with its area.
 struct Piece {
-    patch: Patch,
-    /// The diagonal of the box of the patch that it is part of.
+    patch: BezierPatch,
+    /// The diagonal of the bounding box of the patch that contains this piece.
     extent: f64,
     area: f64,
-    /// How far the area can be wrong.
-    doubt: f64,
+    /// Error estimate of the area.
+    error: f64,
 }
 
 impl Piece {
-    fn new((patch, extent): (Patch, f64), rules: &[Rule; 3], arch: Arch) -> Self {
+    fn new((patch, extent): (BezierPatch, f64), rules: &[Rule; 3], arch: Arch) -> Self {
         let integrate = |rule: &Rule| {
             arch.dispatch(
                 #[inline(always)]
                 || rule.integrate(&patch),
             )
         };
-        let [(area, lengths), rough @ ..] = rules.each_ref().map(integrate);
-        let difference = rough.iter().map(|(rough, _)| (area - rough).abs()).fold(0.0, f64::max);
-        let doubt = if difference <= ROUNDING * extent * lengths { 0.0 } else { difference };
-        Self { patch, extent, area, doubt }
+        let [(area, lengths), coarse @ ..] = rules.each_ref().map(integrate);
+        let difference = coarse.iter().map(|(coarse, _)| (area - coarse).abs()).fold(0.0, f64::max);
+        let error = if difference <= ROUNDING * extent * lengths { 0.0 } else { difference };
+        Self { patch, extent, area, error }
     }
 
-    fn quarters(&self) -> [(Patch, f64); 4] {
+    fn quarters(&self) -> [(BezierPatch, f64); 4] {
         let (first, second) = self.patch.halves_u();
         let ((a, b), (c, d)) = (first.halves_v(), second.halves_v());
         [a, b, c, d].map(|quarter| (quarter, self.extent))
     }
 }
 
-/// What `part` makes of patches, as pieces.
-fn measured<T: Sync>(
+/// Measures the pieces that `part` returns for `patches`.
+fn measure_pieces<T: Sync>(
     patches: &[T],
-    part: impl Fn(&T) -> (Patch, f64) + Sync,
+    part: impl Fn(&T) -> (BezierPatch, f64) + Sync,
     rules: &[Rule; 3],
     observer: &mut dyn Observer,
 ) -> Result<Vec<Piece>> {
     let (mut pieces, arch) = (Vec::with_capacity(patches.len()), Arch::new());
-    in_rows(patches.len(), POINTS_PER_PIECE, observer, |from, to| {
+    for_row_blocks(patches.len(), PIECE_COST, observer, |from, to| {
         let tasks = patches[from..to].par_iter();
         pieces.par_extend(tasks.map(|patch| Piece::new(part(patch), rules, arch)));
     })?;
     Ok(pieces)
 }
 
-/// A quadrature over patches of the same degrees.
+/// A tensor-product quadrature rule for patches of the same degrees.
 struct Rule {
-    u: Vec<Node>,
-    v: Vec<Node>,
+    u: Vec<QuadratureNode>,
+    v: Vec<QuadratureNode>,
 }
 
-/// One of its parameters, with the Bernstein polynomials there.
-struct Node {
+/// A quadrature node with the Bernstein polynomials at its parameter.
+struct QuadratureNode {
     weight: f64,
     values: Row,
     slopes: Row,
@@ -136,17 +136,17 @@ impl Rule {
         let nodes = |degree| {
             let node = |(place, weight): (f64, f64)| {
                 let [values, slopes, _] = bernstein(degree, place);
-                Node { weight, values, slopes }
+                QuadratureNode { weight, values, slopes }
             };
             gauss::rule(count).into_iter().map(node).collect()
         };
         Self { u: nodes(degrees.0), v: nodes(degrees.1) }
     }
 
-    /// The area, and the lengths of both tangents, integrated likewise.
+    /// Integrates the area element, and the sum of the tangents' lengths.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn integrate(&self, patch: &Patch) -> (f64, f64) {
+    fn integrate(&self, patch: &BezierPatch) -> (f64, f64) {
         let (mut area, mut lengths) = (0.0, 0.0);
         for u in &self.u {
             let (along, along_slopes) = (patch.row(&u.values), patch.row(&u.slopes));
@@ -174,7 +174,7 @@ mod tests {
     use crate::progress::{Progress, Silent};
 
     #[test]
-    fn areas_are_those_of_closed_forms() {
+    fn areas_match_closed_forms() {
         use std::f64::consts::PI;
         let area =
             |surface: Result<NurbsSurface>| surface.unwrap().area(1e-12, &mut Silent).unwrap();
@@ -188,21 +188,21 @@ mod tests {
     }
 
     #[test]
-    fn areas_of_what_has_none_and_of_what_is_far_away_are_found_at_once() {
+    fn areas_of_degenerate_and_distant_surfaces_are_accurate() {
         let line = |i: i32| DVec3::new(0.3, 0.7, -0.1) * f64::from(i * i % 11);
         let line = NurbsSurface::clamped((0..64).map(line).collect(), (8, 8), 3).unwrap();
         assert!(line.area(1e-12, &mut Silent).unwrap() < 1e-13);
         let far = NurbsSurface::sphere(DVec3::new(5e6, 7.5e6, 300.0), 2.0).unwrap();
         let area = far.area(1e-14, &mut Silent).unwrap();
-        // The centre's coordinates have a rounding of 1e-9.
+        // The coordinates of the center are rounded to 1e-9.
         assert!((area / (16.0 * std::f64::consts::PI) - 1.0).abs() < 1e-9, "{area}");
         let mut stop = |_: &Progress| std::ops::ControlFlow::Break(());
         assert!(matches!(far.area(1e-9, &mut stop), Err(Error::Interrupted)));
     }
 
     #[test]
-    fn accuracies_are_held_where_the_surface_is_singular() {
-        // Random nets have points without a normal in a good part of their patches.
+    fn accuracy_holds_on_singular_surfaces() {
+        // Random nets have singular points in many of their patches.
         let random = |k: u32| f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
         let net = (0..225).map(|k| DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2)));
         let noise = NurbsSurface::clamped(net.collect(), (15, 15), 3).unwrap();
@@ -214,9 +214,9 @@ mod tests {
     }
 
     #[test]
-    fn estimates_that_agree_by_chance_are_no_area() {
-        // With 12 x 12 points and with 8 x 8 this folded patch has the same area to 1e-5, and
-        // neither is right to 2e-4.
+    fn accidental_agreement_of_two_rules_does_not_end_refinement() {
+        // For this folded patch the 12 × 12 and the 8 × 8 rule agree to 1e-5, but both are wrong by
+        // 2e-4.
         let patch = [
             [0.814, 0.0, -0.624, 4.084],
             [0.831, 0.0, 0.982, 5.208],

@@ -1,74 +1,78 @@
-//! Banded systems of equations, open and cyclic, with many right-hand sides.
+//! Solvers for banded linear systems, open and cyclic, with many right-hand sides.
 //!
-//! Collocation matrices of B-splines are totally positive and their normal matrices positive
-//! definite, so that elimination needs no pivoting (C. de Boor, *A Practical Guide to Splines*,
-//! chapter XIII); the zeros outside the band stay zero.
+//! Elimination without pivoting is stable here: collocation matrices of B-splines are totally
+//! positive, and their normal matrices are positive definite (C. de Boor, *A Practical Guide to
+//! Splines*, chapter XIII). Zeros outside the band stay zero.
 
 use glam::DVec4;
 
-use super::batch::steps;
+use super::work_blocks::row_ranges;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Pivots below this share of the largest entry mean that the matrix is singular.
-const SINGULAR: f64 = 1e-14;
+/// A matrix is singular if a pivot is smaller than this fraction of its largest entry.
+const SINGULAR_PIVOT: f64 = 1e-14;
 
-/// A square matrix whose entries lie at most `reach` columns from the diagonal.
+/// A square matrix whose entries lie at most `half_bandwidth` columns from the diagonal.
 #[derive(Clone, Debug)]
-pub(super) struct Banded {
+pub(super) struct BandedMatrix {
     size: usize,
-    reach: usize,
-    /// Row i, columns i - reach to i + reach.
+    half_bandwidth: usize,
+    /// Row i stores the columns from `i - half_bandwidth` to `i + half_bandwidth`.
     entries: Vec<f64>,
 }
 
-impl Banded {
-    pub(super) fn new(size: usize, reach: usize) -> Self {
-        Self { size, reach, entries: vec![0.0; size * (2 * reach + 1)] }
+impl BandedMatrix {
+    /// A matrix of zeros.
+    pub(super) fn new(size: usize, half_bandwidth: usize) -> Self {
+        Self { size, half_bandwidth, entries: vec![0.0; size * (2 * half_bandwidth + 1)] }
     }
 
     fn at(&self, i: usize, j: usize) -> usize {
-        i * (2 * self.reach + 1) + j + self.reach - i
+        i * (2 * self.half_bandwidth + 1) + j + self.half_bandwidth - i
     }
 
+    /// Adds a value to the entry in row i and column j.
     pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
         let at = self.at(i, j);
         self.entries[at] += value;
     }
 
-    /// Solves for `width` right-hand sides at once, which lie row by row in `rows`, in place:
-    /// O(size · reach · (reach + width)). `Ok(false)` if the matrix is singular.
+    /// Solves in place for `width` right-hand sides, stored row by row in `rows`.
+    ///
+    /// Costs O(size · b · (b + width)) for half bandwidth b. Returns `Ok(false)` if the matrix is
+    /// singular.
     pub(super) fn solve(
         mut self,
         rows: &mut [DVec4],
         width: usize,
         listen: &mut Listen<'_>,
     ) -> Result<bool> {
-        let largest = self.entries.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
-        let (n, reach) = (self.size, self.reach);
-        for range in steps(n, width) {
+        let largest = self.entries.iter().fold(0.0_f64, |max, entry| max.max(entry.abs()));
+        let (n, half_bandwidth) = (self.size, self.half_bandwidth);
+        for range in row_ranges(n, width) {
             listen()?;
             for k in range {
                 let pivot = self.entries[self.at(k, k)];
-                if pivot.is_nan() || pivot.abs() <= SINGULAR * largest {
+                if pivot.is_nan() || pivot.abs() <= SINGULAR_PIVOT * largest {
                     return Ok(false);
                 }
-                for i in k + 1..n.min(k + reach + 1) {
+                for i in k + 1..n.min(k + half_bandwidth + 1) {
                     let factor = self.entries[self.at(i, k)] / pivot;
                     if factor == 0.0 {
                         continue;
                     }
-                    for j in k + 1..n.min(k + reach + 1) {
+                    for j in k + 1..n.min(k + half_bandwidth + 1) {
                         self.add(i, j, -factor * self.entries[self.at(k, j)]);
                     }
                     subtract(rows, width, i, k, factor);
                 }
             }
         }
-        for range in steps(n, width) {
+        for range in row_ranges(n, width) {
             listen()?;
             for k in range.map(|behind| n - 1 - behind) {
-                for j in k + 1..n.min(k + reach + 1) {
+                for j in k + 1..n.min(k + half_bandwidth + 1) {
                     subtract(rows, width, k, j, self.entries[self.at(k, j)]);
                 }
                 let scale = self.entries[self.at(k, k)].recip();
@@ -79,7 +83,7 @@ impl Banded {
     }
 }
 
-/// Subtracts `factor` times one row from another.
+/// Subtracts `factor` times row `row` from row `from`.
 fn subtract(rows: &mut [DVec4], width: usize, from: usize, row: usize, factor: f64) {
     let (low, high) = rows.split_at_mut(from.max(row) * width);
     let (target, source) = if from > row {
@@ -92,47 +96,49 @@ fn subtract(rows: &mut [DVec4], width: usize, from: usize, row: usize, factor: f
     }
 }
 
-/// A square matrix whose band goes on beyond the last column at the first.
+/// A square matrix whose band wraps around from the last column to the first.
 ///
-/// The last `reach` unknowns are eliminated by their Schur complement; what is left is banded.
+/// The last `half_bandwidth` unknowns are eliminated by their Schur complement; the rest is banded.
 #[derive(Clone, Debug)]
-pub(super) struct Cyclic {
+pub(super) struct CyclicBandedMatrix {
     size: usize,
-    reach: usize,
-    /// (row, column, value), equal places added up.
+    half_bandwidth: usize,
+    /// (row, column, value); entries at the same place are added.
     entries: Vec<(usize, usize, f64)>,
 }
 
-impl Cyclic {
-    pub(super) fn new(size: usize, reach: usize) -> Self {
-        Self { size, reach, entries: Vec::new() }
+impl CyclicBandedMatrix {
+    /// A matrix of zeros.
+    pub(super) fn new(size: usize, half_bandwidth: usize) -> Self {
+        Self { size, half_bandwidth, entries: Vec::new() }
     }
 
+    /// Adds a value to the entry in row i and column j.
     pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
         self.entries.push((i % self.size, j % self.size, value));
     }
 
-    /// As [`Banded::solve`].
+    /// Solves in place; see [`BandedMatrix::solve`].
     pub(super) fn solve(
         self,
         rows: &mut [DVec4],
         width: usize,
         listen: &mut Listen<'_>,
     ) -> Result<bool> {
-        let border = self.reach.min(self.size);
-        let inner = self.size - border;
-        let mut band = Banded::new(inner, self.reach);
-        // Columns of the border, as more right-hand sides; four to a vector.
-        let extra = border.div_ceil(4);
+        let corner = self.half_bandwidth.min(self.size);
+        let inner = self.size - corner;
+        let mut band = BandedMatrix::new(inner, self.half_bandwidth);
+        // The columns of the corner block are extra right-hand sides, four to a vector.
+        let extra = corner.div_ceil(4);
         let mut sides = vec![DVec4::ZERO; inner * (width + extra)];
-        for range in steps(inner, width) {
+        for range in row_ranges(inner, width) {
             listen()?;
             for i in range {
                 let side = &mut sides[i * (width + extra)..][..width];
                 side.copy_from_slice(&rows[i * width..][..width]);
             }
         }
-        let mut below = vec![0.0; border * self.size];
+        let mut below = vec![0.0; corner * self.size];
         for (i, j, value) in self.entries {
             match (i < inner, j < inner) {
                 (true, true) => band.add(i, j, value),
@@ -147,13 +153,13 @@ impl Cyclic {
             return Ok(false);
         }
         let side = |i: usize| &sides[i * (width + extra)..][..width + extra];
-        // The border's own equations, once the inner unknowns are put into them.
-        let mut small = Banded::new(border, border);
+        // The Schur complement of the inner unknowns.
+        let mut small = BandedMatrix::new(corner, corner);
         let mut last = rows[inner * width..].to_vec();
-        for row in 0..border {
+        for row in 0..corner {
             listen()?;
             let below = &below[row * self.size..][..self.size];
-            for column in 0..border {
+            for column in 0..corner {
                 let inside: f64 =
                     (0..inner).map(|i| below[i] * side(i)[width + column / 4][column % 4]).sum();
                 small.add(row, column, below[inner + column] - inside);
@@ -167,12 +173,12 @@ impl Cyclic {
         if !small.solve(&mut last, width, listen)? {
             return Ok(false);
         }
-        for range in steps(inner, width) {
+        for range in row_ranges(inner, width) {
             listen()?;
             for i in range {
                 let row = &mut rows[i * width..][..width];
                 row.copy_from_slice(&side(i)[..width]);
-                for column in 0..border {
+                for column in 0..corner {
                     let factor = side(i)[width + column / 4][column % 4];
                     for (value, known) in row.iter_mut().zip(&last[column * width..]) {
                         *value -= factor * *known;
@@ -190,16 +196,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solutions_solve() {
-        let (size, reach, width) = (17, 3, 2);
+    fn solutions_satisfy_open_and_cyclic_systems() {
+        let (size, half_bandwidth, width) = (17, 3, 2);
         let entry = |i: usize, j: usize| if i == j { 9.0 } else { (1 + (3 * i + j) % 4) as f64 };
-        let wanted: Vec<DVec4> =
+        let expected: Vec<DVec4> =
             (0..size * width).map(|i| DVec4::new(i as f64, 1.0, -(i as f64).sin(), 0.0)).collect();
         for wrapped in [false, true] {
-            let (mut open, mut cyclic) = (Banded::new(size, reach), Cyclic::new(size, reach));
+            let (mut open, mut cyclic) = (
+                BandedMatrix::new(size, half_bandwidth),
+                CyclicBandedMatrix::new(size, half_bandwidth),
+            );
             let mut rows = vec![DVec4::ZERO; size * width];
             for i in 0..size {
-                for j in i + size - reach..=i + size + reach {
+                for j in i + size - half_bandwidth..=i + size + half_bandwidth {
                     if !wrapped && !(size..2 * size).contains(&j) {
                         continue;
                     }
@@ -209,12 +218,12 @@ mod tests {
                         open.add(i, column, entry(i, column));
                     }
                     for c in 0..width {
-                        rows[i * width + c] += entry(i, column) * wanted[column * width + c];
+                        rows[i * width + c] += entry(i, column) * expected[column * width + c];
                     }
                 }
             }
             let check = |solved: &[DVec4]| {
-                let error = solved.iter().zip(&wanted).map(|(a, b)| a.distance(*b));
+                let error = solved.iter().zip(&expected).map(|(a, b)| a.distance(*b));
                 assert!(error.fold(0.0, f64::max) < 1e-12);
             };
             let mut solved = rows.clone();
@@ -228,8 +237,8 @@ mod tests {
     }
 
     #[test]
-    fn singular_matrices_are_noticed() {
-        let mut matrix = Banded::new(3, 1);
+    fn singular_matrices_are_detected() {
+        let mut matrix = BandedMatrix::new(3, 1);
         matrix.add(0, 0, 1.0);
         matrix.add(2, 2, 1.0);
         assert!(!matrix.solve(&mut [DVec4::ONE; 3], 1, &mut || Ok(())).unwrap());

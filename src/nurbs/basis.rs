@@ -1,26 +1,27 @@
-//! B-spline basis functions and their derivatives.
+//! B-spline basis functions and their derivatives at one parameter (The NURBS Book, chapter 2).
 
 use super::knot_vector::{KnotVector, MAX_DEGREE};
 
-/// Most basis functions that differ from zero at one parameter.
+/// Maximal number of nonzero basis functions at one parameter.
 pub(crate) const MAX_ORDER: usize = MAX_DEGREE + 1;
 
-/// The basis functions that differ from zero at one parameter, with their first derivatives.
+/// The nonzero basis functions at one parameter, with their first derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Basis<const ORDER: usize> {
-    /// Index of the first control point that they belong to.
+    /// Index of the control point of the first function.
     pub first: usize,
     /// The values.
     pub values: [f64; ORDER],
-    /// The derivatives by the parameter.
+    /// The derivatives with respect to the parameter.
     pub slopes: [f64; ORDER],
 }
 
 impl<const ORDER: usize> Basis<ORDER> {
-    /// The `ORDER = degree + 1` basis functions at `u` (The NURBS Book, A2.2 and equation 2.7).
+    /// Evaluates the `ORDER = degree + 1` nonzero basis functions at `u` (The NURBS Book, A2.2 and
+    /// equation 2.7).
     ///
-    /// From the functions of degree k - 1 to those of degree k, each contributes its share `left`
-    /// to the right neighbour and the rest to itself.
+    /// In the step from degree k - 1 to degree k, each function passes one part to its right
+    /// neighbor and keeps the rest.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(crate) fn at(knots: &KnotVector, u: f64) -> Self {
@@ -49,7 +50,7 @@ impl<const ORDER: usize> Basis<ORDER> {
         Self { first: span + 1 - ORDER, values, slopes }
     }
 
-    /// With zeros behind the last function.
+    /// Appends zeros up to `MAX_ORDER` functions.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn padded(self) -> Basis<MAX_ORDER> {
@@ -66,7 +67,8 @@ impl<const ORDER: usize> Default for Basis<ORDER> {
     }
 }
 
-/// Evaluates an expression in which a constant is the order (degree + 1) that a degree asks for.
+/// Evaluates an expression in which a constant is the order (degree + 1) of a degree that is only
+/// known at run time.
 macro_rules! with_order {
     ($degree:expr, $order:ident => $body:expr) => {
         with_order!($degree, $order => $body, 1 2 3 4 5 6 7 8)
@@ -86,27 +88,27 @@ macro_rules! with_order {
 }
 pub(super) use with_order;
 
-/// The `N` items from `first`, which are known to be there.
+/// Returns the `N` items from index `first`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 pub(crate) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
     items[first..].first_chunk().expect("spans lie inside their tables")
 }
 
-/// As [`Basis::at`], for a degree that is only known at run time.
+/// Evaluates [`Basis::at`] for a degree that is only known at run time.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
-    // Most surfaces are cubic; one degree alone becomes part of every caller.
+    // Most surfaces are cubic, so this degree is inlined in every caller.
     if knots.degree() == 3 { Basis::<4>::at(knots, u).padded() } else { padded_of_any(knots, u) }
 }
 
-/// As [`Basis::at`], for a degree that is only known at run time, into `degree + 1` numbers; says which control point
-/// the first belongs to.
+/// Writes the `degree + 1` nonzero basis functions at `u` to `values`, for a degree that is only
+/// known at run time. Returns the index of the control point of the first function.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 pub(crate) fn values_at(knots: &KnotVector, u: f64, values: &mut [f64]) -> usize {
-    // What pads them would be written to memory, too.
+    // Avoids writing the padding to memory.
     if knots.degree() == 3 {
         let basis = Basis::<4>::at(knots, u);
         values.copy_from_slice(&basis.values);
@@ -121,28 +123,29 @@ fn padded_of_any(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
     with_order!(knots.degree(), ORDER => Basis::<ORDER>::at(knots, u).padded())
 }
 
-/// Values or derivatives of one order; `degree + 1` of them count, the rest is zero.
+/// Values or derivatives of one order; the entries after the first `degree + 1` are zero.
 pub(crate) type Row = [f64; MAX_ORDER];
 
-/// The basis functions that differ from zero at one parameter, with derivatives.
+/// The nonzero basis functions at one parameter, with derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BasisDerivatives<const ROWS: usize> {
-    /// Index of the first control point that they belong to.
+    /// Index of the control point of the first function.
     pub first: usize,
-    /// At k the k-th derivatives.
+    /// `rows[k]` contains the k-th derivatives.
     pub rows: [Row; ROWS],
 }
 
 impl<const ROWS: usize> BasisDerivatives<ROWS> {
-    /// The basis functions at `u` and their derivatives up to the order `ROWS - 1`.
+    /// Evaluates the basis functions at `u` and their derivatives up to order `ROWS - 1`.
     pub(crate) fn at(knots: &KnotVector, u: f64) -> Self {
         let mut rows = [[0.0; MAX_ORDER]; ROWS];
         Self { first: derivatives(knots, u, &mut rows), rows }
     }
 }
 
-/// The basis functions at `u` and, in `rows[k]`, their k-th derivatives (The NURBS Book, equations
-/// 2.5 and 2.7), O(degree²) for each order. Returns the first control point that they belong to.
+/// Writes the k-th derivatives of the basis functions at `u` to `rows[k]` (The NURBS Book,
+/// equations 2.5 and 2.7). Returns the index of the control point of the first function. Costs
+/// O(degree²) for each order.
 pub(super) fn derivatives(knots: &KnotVector, u: f64, rows: &mut [Row]) -> usize {
     let (degree, span) = (knots.degree(), knots.span(u));
     let t = knots.as_slice();
@@ -160,7 +163,7 @@ pub(super) fn derivatives(knots: &KnotVector, u: f64, rows: &mut [Row]) -> usize
             }
             values[k] = carried;
         }
-        // Functions of degree k, differentiated as often as degrees are still to come.
+        // Functions of degree k need one differentiation for each remaining degree.
         if let Some(row) = rows.get_mut(degree - k) {
             *row = values;
             (k + 1..=degree).for_each(|level| raise(knots, span, level, row));
@@ -169,7 +172,7 @@ pub(super) fn derivatives(knots: &KnotVector, u: f64, rows: &mut [Row]) -> usize
     span - degree
 }
 
-/// From functions of degree `level - 1` to the derivatives of those of degree `level`.
+/// Turns functions of degree `level - 1` into the derivatives of the functions of degree `level`.
 fn raise(knots: &KnotVector, span: usize, level: usize, row: &mut [f64; MAX_ORDER]) {
     let reciprocals = &knots.reciprocals(level)[span + 1..];
     let mut carried = 0.0;
@@ -185,7 +188,7 @@ fn raise(knots: &KnotVector, span: usize, level: usize, row: &mut [f64; MAX_ORDE
 mod tests {
     use super::*;
 
-    /// Cox and de Boor's definition, recursive and slow.
+    /// The recursive definition by Cox and de Boor, without optimization.
     fn definition(t: &[f64], i: usize, p: usize, u: f64) -> f64 {
         if p == 0 {
             return f64::from(u8::from(t[i] <= u && u < t[i + 1]));
@@ -195,7 +198,7 @@ mod tests {
             + ratio(t[i + p + 1] - u, t[i + p + 1] - t[i + 1]) * definition(t, i + 1, p - 1, u)
     }
 
-    /// Equation 2.7: a derivative is a difference of functions one degree lower.
+    /// Equation 2.7: a derivative is a difference of two functions of the next lower degree.
     fn derivative(t: &[f64], i: usize, p: usize, u: f64, order: usize) -> f64 {
         if order == 0 {
             return definition(t, i, p, u);

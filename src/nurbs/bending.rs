@@ -1,11 +1,11 @@
-//! How a surface bends over a patch, as its net tells.
+//! Second derivatives of a patch, estimated from its control net or its points.
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec4};
 
-/// How the surface bends over the unit square of a net: the second derivatives of its height above
-/// the plane of the diagonals.
+/// Second derivatives of the surface over the unit square: of its height above the plane that the
+/// diagonals of the net span.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bending {
     pub uu: f64,
@@ -14,13 +14,15 @@ pub(crate) struct Bending {
 }
 
 impl Bending {
-    /// Of a net of degrees p and q: the mean of its second differences. Four lanes of a point, of which
-    /// the last one does not count, are one register.
+    /// Estimates them from a net of degrees p and q as the mean of its second differences.
+    ///
+    /// The four lanes of a point are one register; the last lane is ignored.
     #[inline(always)]
     pub(crate) fn of(points: &[DVec4], (p, q): (usize, usize)) -> Self {
         let width = q + 1;
         let row = |i: usize| &points[i * width..][..width];
-        // Second differences telescope to the difference of the first ones at the ends.
+        // A sum of second differences telescopes to the difference of the first differences at both
+        // ends.
         let (first, second, last_but_one, last) = (row(0), row(1), row(p - 1), row(p));
         let mut uu = DVec4::ZERO;
         for j in 0..width {
@@ -37,8 +39,10 @@ impl Bending {
         Self { uu: normal.dot(uu), uv: normal.dot(twist), vv: normal.dot(vv) }
     }
 
-    /// Of a surface through evenly spaced points, as many as a net of these degrees has: control points
-    /// of a parabola lie n : n - 1 times as far from its chord as points of it do.
+    /// Estimates them from evenly spaced points of the surface, as many as a net of these degrees
+    /// has.
+    ///
+    /// For a parabola, control points lie n : n - 1 times as far from its chord as points do.
     #[inline(always)]
     pub(crate) fn through(points: &[DVec4], (p, q): (usize, usize)) -> Self {
         let Self { uu, uv, vv } = Self::of(points, (p, q));
@@ -46,14 +50,15 @@ impl Bending {
         Self { uu: more(p) * uu, uv, vv: more(q) * vv }
     }
 
-    /// About how far the surface leaves two triangles over the unit square.
+    /// Estimates the largest distance between the surface and two triangles over the unit square.
     #[inline(always)]
     pub(crate) fn sag_of_square(&self) -> f64 {
         let diagonal = self.sag(DVec2::ONE).min(self.sag(DVec2::new(1.0, -1.0)));
         diagonal.max(self.sag(DVec2::X)).max(self.sag(DVec2::Y))
     }
 
-    /// About how far the surface leaves the chord over this step, in the unit square, at most.
+    /// Estimates the largest distance between the surface and the chord over this step in the unit
+    /// square.
     #[inline(always)]
     pub(crate) fn sag(&self, step: DVec2) -> f64 {
         let Self { uu, uv, vv } = self;
@@ -61,7 +66,7 @@ impl Bending {
     }
 }
 
-/// A homogeneous point in space, in the first three lanes of a register.
+/// Projects a homogeneous point into space; the result is in the first three lanes.
 #[inline(always)]
 pub(crate) fn in_space(h: DVec4) -> DVec4 {
     (h.w.recip() * h.truncate()).extend(0.0)
@@ -72,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_tell_how_a_surface_bends() {
+    fn second_derivatives_of_a_paraboloid_are_exact() {
         let height = |x: f64, y: f64| 3.0 * x * (1.0 - x) - 0.5 * y * (1.0 - y);
         for (p, q) in [(2, 2), (3, 2), (2, 3), (3, 3)] {
             let places = (0..=p).flat_map(|i| (0..=q).map(move |j| (i, j)));

@@ -1,62 +1,66 @@
-//! The points of a surface that are closest to given points, globally.
+//! Projection of points onto a surface: the globally closest point.
 //!
-//! A tree of boxes over pieces of the surface, each of them nearly flat, gives lower bounds of the
-//! distance; Newton's method with second derivatives gives feet on the pieces. A piece is left
-//! aside only when it cannot hold a closer foot. Newton stays on its piece, where the surface is
-//! smooth and has one valley: edges, borders and seams need no rule of their own, because the piece
-//! on the other side has its own turn.
+//! A tree of bounding boxes over nearly flat pieces gives lower bounds of the distance. Newton's
+//! method with second derivatives finds the projection on a piece. A piece is skipped only if it
+//! cannot contain a closer point.
+//!
+//! Newton's method stays on its piece, where the surface is smooth. Edges and seams need no special
+//! rule, because the piece on the other side is searched, too.
 
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::batch::{check_length, in_timed_blocks, listening};
-use super::bezier::Patch;
-use super::piece_tree::{Inside, Node, Piece};
+use super::bezier_patch::BezierPatch;
+use super::box_tree::{BoxNode, FlatPiece, NodeContent};
+use super::parameter_checks::check_length;
 use super::surface::NurbsSurface;
+use super::work_blocks::{for_timed_blocks, interrupt_check};
 use crate::error::{Error, Result};
 use crate::progress::{Observer, Silent};
 
-/// Share of the radius of curvature beyond which a piece may have several feet: small, as parts of
-/// a piece may bend more than the whole.
-const FOCAL_SHARE: f64 = 0.1;
+/// A point farther than this fraction of the radius of curvature may have several projections on a
+/// piece. The fraction is small because a part of a piece may bend more than the whole.
+const FOCAL_FRACTION: f64 = 0.1;
 
-/// Starts of Newton's method along each side of a piece that may have several feet.
-const STARTS: usize = 3;
+/// Starting points of Newton's method along each side of a piece with several possible projections.
+const STARTS_PER_SIDE: usize = 3;
 
-/// Steps of Newton's method at most; from a flat piece it needs three or four.
-const MOST_STEPS: usize = 100;
+/// Maximal number of Newton steps. From a flat piece three or four are enough.
+const MAX_STEPS: usize = 100;
 
-/// A step shorter than this share of size and distance is the last one: the one after it would be
-/// rounding.
-const CONVERGED: f64 = 1e-12;
+/// Newton's method has converged when a step is shorter than this fraction of the surface's size
+/// plus the distance. The next step would be rounding.
+const STEP_TOLERANCE: f64 = 1e-12;
 
-/// A slope of the squared distance below this share of size and distance, for the length of the
-/// tangent, is rounding. Where a whole curve of the surface is equally near (the axis of a torus,
-/// the centre of a sphere), steps along it have no reason to become short.
-const STATIONARY: f64 = 1e-14;
+/// A slope of the squared distance is zero up to rounding if it is below this fraction of size plus
+/// distance, times the length of the tangent.
+///
+/// This ends searches where a whole curve is equally near (a point on the axis of a torus, the
+/// center of a sphere): steps along that curve do not become short.
+const GRADIENT_TOLERANCE: f64 = 1e-14;
 
-/// Share by which rounding changes a square of a distance.
+/// Relative rounding error of a squared distance.
 const ROUNDING: f64 = 1e-15;
 
-/// Points that a thread takes at a time at most.
-const POINTS_PER_TASK: usize = 64;
+/// Maximal number of points in the task of a thread.
+const MAX_POINTS_PER_TASK: usize = 64;
 
-/// The foot of a point on a surface.
+/// The projection of a point onto a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClosestPoint {
-    /// Its parameters.
+    /// The parameters of the projection.
     pub uv: DVec2,
-    /// Its place.
+    /// The projection.
     pub point: DVec3,
-    /// Its distance from the point, in the points' unit.
+    /// The distance from the point, in the points' unit.
     pub distance: f64,
-    /// Whether Newton's method came to its end.
+    /// Whether Newton's method converged.
     pub converged: bool,
 }
 
-/// Where closest points are written: slices of one element for each point.
+/// Output slices for closest points, with one element for each point.
 pub struct ClosestPointSlices<'a> {
     /// See [`ClosestPoint::uv`].
     pub uv: &'a mut [DVec2],
@@ -68,25 +72,26 @@ pub struct ClosestPointSlices<'a> {
     pub converged: &'a mut [bool],
 }
 
-/// A surface prepared for many searches. What a search finds out about the pieces of the patches
-/// that it comes to is kept for the next ones.
+/// A surface prepared for closest-point searches.
+///
+/// A search builds the pieces of the patches that it visits, and keeps them for later searches.
 ///
 /// ```
 /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
 /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 2.0)?;
 /// let search = ClosestPointSearch::new(&sphere)?;
-/// let foot = search.closest_point(DVec3::new(0.0, 5.0, 0.0));
-/// assert!(foot.point.distance(DVec3::Y * 2.0) < 1e-12 && foot.converged);
-/// assert!((foot.distance - 3.0).abs() < 1e-14);
+/// let projection = search.closest_point(DVec3::new(0.0, 5.0, 0.0));
+/// assert!(projection.point.distance(DVec3::Y * 2.0) < 1e-12 && projection.converged);
+/// assert!((projection.distance - 3.0).abs() < 1e-14);
 /// # Ok::<(), neurbs::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct ClosestPointSearch {
-    patches: Vec<Patch>,
-    /// Over the boxes of the patches.
-    root: Node,
-    /// Over the pieces of each patch, made when a search first comes there.
-    trees: Vec<OnceLock<Node>>,
+    patches: Vec<BezierPatch>,
+    /// Tree over the bounding boxes of the patches.
+    root: BoxNode,
+    /// Trees over the pieces of each patch, built on the first visit.
+    trees: Vec<OnceLock<BoxNode>>,
     size: f64,
 }
 
@@ -96,8 +101,8 @@ impl ClosestPointSearch {
     /// ```
     /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(3.0 * DVec3::X);
-    /// assert!((foot.distance - 2.0).abs() < 1e-14);
+    /// let projection = ClosestPointSearch::new(&sphere)?.closest_point(3.0 * DVec3::X);
+    /// assert!((projection.distance - 2.0).abs() < 1e-14);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
@@ -108,7 +113,7 @@ impl ClosestPointSearch {
         Self::observed(surface, &mut Silent)
     }
 
-    /// The same for a net so large that one may want to stop it.
+    /// Prepares a surface and reports to an observer, which can stop it; for large nets.
     ///
     /// ```
     /// use neurbs::{DVec3, Error, nurbs::{ClosestPointSearch, NurbsSurface}, progress::Progress};
@@ -124,9 +129,9 @@ impl ClosestPointSearch {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn observed(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Self> {
-        let (patches, (rows, cols)) = Patch::of(surface, &mut listening(observer))?;
-        let boxes = patches.iter().enumerate().map(|(index, patch)| Node::of_box(patch, index));
-        let root = Node::of_rectangle(
+        let (patches, (rows, cols)) = BezierPatch::of(surface, &mut interrupt_check(observer))?;
+        let boxes = patches.iter().enumerate().map(|(index, patch)| BoxNode::of_box(patch, index));
+        let root = BoxNode::of_rectangle(
             &mut boxes.map(Some).collect::<Vec<_>>(),
             cols,
             (0, rows),
@@ -136,16 +141,16 @@ impl ClosestPointSearch {
         Ok(Self { patches, root, trees, size: surface.size() })
     }
 
-    /// The closest point of the surface; among several equally close ones any of them.
+    /// Returns the closest point of the surface; if several are equally close, any of them.
     ///
-    /// Its parameters are clamped to the domain; in closed directions the search goes on beyond
-    /// the seam. For a point that is not finite it is NaN.
+    /// The parameters are inside the domain. In closed directions the search continues across the
+    /// seam. For a point that is not finite the result is NaN.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{ClosestPointSearch, NurbsSurface}};
     /// let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0)?;
-    /// let foot = ClosestPointSearch::new(&sphere)?.closest_point(DVec3::new(0.0, 0.0, 5.0));
-    /// assert!(foot.converged && foot.point.distance(DVec3::Z) < 1e-14);
+    /// let projection = ClosestPointSearch::new(&sphere)?.closest_point(DVec3::new(0.0, 0.0, 5.0));
+    /// assert!(projection.converged && projection.point.distance(DVec3::Z) < 1e-14);
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     #[must_use]
@@ -153,7 +158,7 @@ impl ClosestPointSearch {
         self.search(point, &mut Vec::new())
     }
 
-    /// The closest points of many points, in parallel.
+    /// Finds the closest points of many points, in parallel.
     ///
     /// ```
     /// use neurbs::nurbs::{ClosestPointSearch, ClosestPointSlices, NurbsSurface};
@@ -175,47 +180,50 @@ impl ClosestPointSearch {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`] for a point that is not finite, [`Error::Parameter`] if an output has
-    /// another length than `points`, [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::NotFinite`] if a point is not finite, [`Error::Parameter`] if the length of an
+    /// output differs from that of `points`, [`Error::Interrupted`] if the observer stops it.
     pub fn closest_points(
         &self,
         points: &[DVec3],
         out: ClosestPointSlices<'_>,
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        let ClosestPointSlices { uv, points: feet, distances, converged } = out;
-        for length in [uv.len(), feet.len(), distances.len(), converged.len()] {
+        let ClosestPointSlices { uv, points: projections, distances, converged } = out;
+        for length in [uv.len(), projections.len(), distances.len(), converged.len()] {
             check_length(length, points.len())?;
         }
         if let Some(index) = points.iter().position(|point| !point.is_finite()) {
             return Err(Error::NotFinite { index, point: points[index] });
         }
-        in_timed_blocks(points.len(), observer, |from, to| {
-            let feet = uv[from..to].par_iter_mut().zip(&mut feet[from..to]);
+        for_timed_blocks(points.len(), observer, |from, to| {
+            let projections = uv[from..to].par_iter_mut().zip(&mut projections[from..to]);
             let rest = distances[from..to].par_iter_mut().zip(&mut converged[from..to]);
-            let tasks = points[from..to].par_iter().zip(feet.zip(rest));
+            let tasks = points[from..to].par_iter().zip(projections.zip(rest));
             let share = (to - from) / (4 * rayon::current_num_threads());
-            let tasks = tasks.with_min_len(share.clamp(1, POINTS_PER_TASK));
-            tasks.for_each_init(Vec::new, |stack, (&point, ((uv, foot), (distance, done)))| {
-                let found = self.search(point, stack);
-                (*uv, *foot) = (found.uv, found.point);
-                (*distance, *done) = (found.distance, found.converged);
-            });
+            let tasks = tasks.with_min_len(share.clamp(1, MAX_POINTS_PER_TASK));
+            tasks.for_each_init(
+                Vec::new,
+                |stack, (&point, ((uv, projection), (distance, done)))| {
+                    let found = self.search(point, stack);
+                    (*uv, *projection) = (found.uv, found.point);
+                    (*distance, *done) = (found.distance, found.converged);
+                },
+            );
         })
     }
 
-    /// Parameters and distances of the closest points, as of [`Self::closest_points`].
+    /// Returns the parameters and distances of the closest points; see [`Self::closest_points`].
     pub(crate) fn closest_parameters(
         &self,
         points: &[DVec3],
         observer: &mut dyn Observer,
     ) -> Result<(Vec<DVec2>, Vec<f64>)> {
         let count = points.len();
-        let (mut uv, mut feet) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
+        let (mut uv, mut projections) = (vec![DVec2::ZERO; count], vec![DVec3::ZERO; count]);
         let (mut distances, mut converged) = (vec![0.0; count], vec![false; count]);
         let out = ClosestPointSlices {
             uv: &mut uv,
-            points: &mut feet,
+            points: &mut projections,
             distances: &mut distances,
             converged: &mut converged,
         };
@@ -223,11 +231,11 @@ impl ClosestPointSearch {
         Ok((uv, distances))
     }
 
-    fn search<'a>(&'a self, point: DVec3, stack: &mut Vec<(f64, &'a Node)>) -> ClosestPoint {
-        let nowhere = DVec3::splat(f64::NAN);
+    fn search<'a>(&'a self, point: DVec3, stack: &mut Vec<(f64, &'a BoxNode)>) -> ClosestPoint {
+        let not_found = DVec3::splat(f64::NAN);
         let mut best = ClosestPoint {
             uv: DVec2::NAN,
-            point: nowhere,
+            point: not_found,
             distance: f64::INFINITY,
             converged: false,
         };
@@ -238,88 +246,99 @@ impl ClosestPointSearch {
                 continue;
             }
             match &node.inside {
-                Inside::Nodes(nodes) => {
+                NodeContent::Children(nodes) => {
                     let [a, b] = [&nodes[0], &nodes[1]].map(|node| (node.bound(point), node));
                     let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
                     stack.extend([far, near]);
                 }
-                Inside::Patch(index) => {
+                NodeContent::Patch(index) => {
                     let patch = &self.patches[*index];
-                    let tree = self.trees[*index].get_or_init(|| Node::of_pieces(patch, *index));
+                    let tree = self.trees[*index].get_or_init(|| BoxNode::of_pieces(patch, *index));
                     stack.push((tree.bound(point), tree));
                 }
-                Inside::Piece(piece) => self.try_piece(piece, point, &mut best),
+                NodeContent::Piece(piece) => self.try_piece(piece, point, &mut best),
             }
         }
         best
     }
 
-    fn try_piece(&self, piece: &Piece, point: DVec3, best: &mut ClosestPoint) {
+    fn try_piece(&self, piece: &FlatPiece, point: DVec3, best: &mut ClosestPoint) {
         let (distance, at) = piece.nearest(point);
         if distance - piece.slack >= best.distance {
             return;
         }
         let mut start = |at: DVec2| {
-            let foot = self.newton(piece, piece.middle + at * piece.half, point);
-            if foot.distance < best.distance {
-                *best = foot;
+            let projection = self.newton(piece, piece.middle + at * piece.half, point);
+            if projection.distance < best.distance {
+                *best = projection;
             }
         };
         start(at);
-        if distance > FOCAL_SHARE * piece.radius {
-            let step = |i: usize| 2.0 * i as f64 / (STARTS - 1) as f64 - 1.0;
-            (0..STARTS * STARTS)
-                .for_each(|k| start(DVec2::new(step(k / STARTS), step(k % STARTS))));
+        if distance > FOCAL_FRACTION * piece.radius {
+            let step = |i: usize| 2.0 * i as f64 / (STARTS_PER_SIDE - 1) as f64 - 1.0;
+            (0..STARTS_PER_SIDE * STARTS_PER_SIDE).for_each(|k| {
+                start(DVec2::new(step(k / STARTS_PER_SIDE), step(k % STARTS_PER_SIDE)));
+            });
         }
     }
 
-    /// The nearest place of a piece by Newton's method for the squared distance, with steps that
-    /// are cut to the piece and halved while they lead away; where the second derivatives do not
-    /// describe a minimum, by those of Gauss and Newton.
-    fn newton(&self, piece: &Piece, start: DVec2, point: DVec3) -> ClosestPoint {
+    /// Finds the closest point of a piece by Newton's method for the squared distance.
+    ///
+    /// Steps are clamped to the piece and halved while the distance grows. Where the Hessian is not
+    /// positive definite, Gauss-Newton steps replace Newton steps.
+    fn newton(&self, piece: &FlatPiece, start: DVec2, point: DVec3) -> ClosestPoint {
         let patch = &self.patches[piece.patch];
-        // A step out of the piece could end in another valley, and leave this one unseen.
+        // A step out of the piece could converge to another minimum and miss the one on this piece.
         let (low, high) = (piece.middle - piece.half, piece.middle + piece.half);
         let mut at = start.clamp(low, high);
-        let mut frame = patch.frame(at.x, at.y);
-        let mut square = frame.point.distance_squared(point);
+        let mut partials = patch.partials(at.x, at.y);
+        let mut square = partials.point.distance_squared(point);
         let mut converged = false;
         let mut steps = 0;
-        while steps < MOST_STEPS && !converged {
-            let away = frame.point - point;
-            let gradient = DVec2::new(away.dot(frame.u), away.dot(frame.v));
-            let held = |at: f64, slope: f64, low: f64, high: f64| {
+        while steps < MAX_STEPS && !converged {
+            let offset = partials.point - point;
+            let gradient = DVec2::new(offset.dot(partials.u), offset.dot(partials.v));
+            let at_bound = |at: f64, slope: f64, low: f64, high: f64| {
                 (at <= low && slope > 0.0) || (at >= high && slope < 0.0)
             };
-            let free =
-                [!held(at.x, gradient.x, low.x, high.x), !held(at.y, gradient.y, low.y, high.y)];
-            let reach = self.size + square.sqrt();
-            let still =
-                |slope: f64, tangent: DVec3| slope.abs() <= STATIONARY * reach * tangent.length();
-            if (!free[0] || still(gradient.x, frame.u)) && (!free[1] || still(gradient.y, frame.v))
+            let free = [
+                !at_bound(at.x, gradient.x, low.x, high.x),
+                !at_bound(at.y, gradient.y, low.y, high.y),
+            ];
+            let scale = self.size + square.sqrt();
+            let is_stationary = |slope: f64, tangent: DVec3| {
+                slope.abs() <= GRADIENT_TOLERANCE * scale * tangent.length()
+            };
+            if (!free[0] || is_stationary(gradient.x, partials.u))
+                && (!free[1] || is_stationary(gradient.y, partials.v))
             {
                 converged = true;
                 break;
             }
-            let gauss = [frame.u.length_squared(), frame.u.dot(frame.v), frame.v.length_squared()];
-            let bends = [away.dot(frame.uu), away.dot(frame.uv), away.dot(frame.vv)];
-            let step = descent(gradient, gauss, bends, free);
-            let accuracy = CONVERGED * reach;
+            let gauss = [
+                partials.u.length_squared(),
+                partials.u.dot(partials.v),
+                partials.v.length_squared(),
+            ];
+            let bends = [offset.dot(partials.uu), offset.dot(partials.uv), offset.dot(partials.vv)];
+            let step = newton_step(gradient, gauss, bends, free);
+            let accuracy = STEP_TOLERANCE * scale;
             let mut share = 1.0;
             loop {
                 steps += 1;
                 let next = (at + share * step).clamp(low, high);
                 let moved = next - at;
-                let small = (moved.x * frame.u + moved.y * frame.v).length() <= accuracy;
-                let there = patch.frame(next.x, next.y);
-                let reached = there.point.distance_squared(point);
-                // Near the foot the squares differ by rounding alone, and Newton knows better.
-                let nearer = reached <= square * (1.0 + ROUNDING);
-                if nearer || small || steps >= MOST_STEPS {
-                    if nearer {
-                        (at, frame, square) = (next, there, reached);
+                let is_small = (moved.x * partials.u + moved.y * partials.v).length() <= accuracy;
+                let next_partials = patch.partials(next.x, next.y);
+                let next_square = next_partials.point.distance_squared(point);
+                // Close to the projection squared distances differ only by rounding, so the Newton
+                // step is accepted.
+                let is_closer = next_square <= square * (1.0 + ROUNDING);
+                if is_closer || is_small || steps >= MAX_STEPS {
+                    if is_closer {
+                        (at, partials, square) = (next, next_partials, next_square);
                     }
-                    converged = small;
+                    converged = is_small;
                     break;
                 }
                 share /= 2.0;
@@ -328,26 +347,28 @@ impl ClosestPointSearch {
         let (u, v) = patch.parameters(at.x, at.y);
         ClosestPoint {
             uv: DVec2::new(u, v),
-            point: frame.point,
+            point: partials.point,
             distance: square.sqrt(),
             converged,
         }
     }
 }
 
-/// The step to where a quadratic model has its minimum, in the directions that are free. The
-/// matrices are [uu, uv, vv] without and with second derivatives of the surface.
-fn descent(gradient: DVec2, gauss: [f64; 3], bends: [f64; 3], free: [bool; 2]) -> DVec2 {
-    let alone = |slope: f64, gauss: f64, bend: f64| {
+/// Returns the step to the minimum of the quadratic model, in the free directions.
+///
+/// The matrices are [uu, uv, vv]: `gauss` without second derivatives of the surface, `bends` their
+/// contribution.
+fn newton_step(gradient: DVec2, gauss: [f64; 3], bends: [f64; 3], free: [bool; 2]) -> DVec2 {
+    let along_one_axis = |slope: f64, gauss: f64, bend: f64| {
         let curvature = if gauss + bend > 0.0 { gauss + bend } else { gauss };
         if curvature > 0.0 { -slope / curvature } else { 0.0 }
     };
-    let single = DVec2::new(
-        if free[0] { alone(gradient.x, gauss[0], bends[0]) } else { 0.0 },
-        if free[1] { alone(gradient.y, gauss[2], bends[2]) } else { 0.0 },
+    let separate = DVec2::new(
+        if free[0] { along_one_axis(gradient.x, gauss[0], bends[0]) } else { 0.0 },
+        if free[1] { along_one_axis(gradient.y, gauss[2], bends[2]) } else { 0.0 },
     );
     if free != [true, true] {
-        return single;
+        return separate;
     }
     let solve = |[a, b, c]: [f64; 3]| {
         let det = a * c - b * b;
@@ -357,7 +378,7 @@ fn descent(gradient: DVec2, gauss: [f64; 3], bends: [f64; 3], free: [bool; 2]) -
         clear.then(|| DVec2::new(x, y) / det)
     };
     let full = [gauss[0] + bends[0], gauss[1] + bends[1], gauss[2] + bends[2]];
-    solve(full).or_else(|| solve(gauss)).unwrap_or(single)
+    solve(full).or_else(|| solve(gauss)).unwrap_or(separate)
 }
 
 #[cfg(test)]
@@ -365,7 +386,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn searches_end_where_a_whole_curve_is_equally_near() {
+    fn searches_converge_where_a_whole_curve_is_equally_near() {
         let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0).unwrap();
         let search = ClosestPointSearch::new(&torus).unwrap();
         for i in 0..400 {

@@ -1,25 +1,26 @@
-//! Curvatures.
+//! Gaussian, mean and principal curvatures of a surface.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::basis::BasisDerivatives;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
-use super::evaluate::DETOURS;
-use super::frame::Frame;
+use super::evaluate::INWARD_STEPS;
 use super::isocurve::{self, Isocurve};
+use super::parameter_checks::{Outside, check_length};
+use super::partials::Partials;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Principal curvatures that differ by less than this share of their size are equal: an umbilic
-/// point, where every direction is a principal one.
-const UMBILIC: f64 = 1e-7;
+/// A point is umbilic if half of the difference of its principal curvatures is at most this
+/// fraction of their mean. Every direction is then principal.
+const UMBILIC_TOLERANCE: f64 = 1e-7;
 
-/// Points whose evaluation costs as much as a curvature; what reports count with.
-pub(super) const POINTS_PER_CURVATURE: usize = 8;
+/// Cost of one curvature, in point evaluations; progress reports use it.
+pub(super) const CURVATURE_COST: usize = 8;
 
-/// How a surface bends at a point.
+/// The curvatures of a surface at a point.
 ///
 /// Curvatures are positive where the surface bends towards its normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,18 +29,18 @@ pub struct Curvature {
     pub point: DVec3,
     /// The unit normal.
     pub normal: DVec3,
-    /// Gaussian curvature, the product of the principal ones, in 1 / unit².
+    /// Gaussian curvature, the product of the principal curvatures, in 1 / unit².
     pub gaussian: f64,
-    /// Mean curvature, half the sum of the principal ones, in 1 / unit.
+    /// Mean curvature, half of the sum of the principal curvatures, in 1 / unit.
     pub mean: f64,
     /// The principal curvatures, the largest first, in 1 / unit.
     pub principal: [f64; 2],
-    /// Unit tangents along which the surface bends so, at right angles to each other; the second
-    /// is `normal × first`. At an umbilic point the first runs along u.
+    /// The principal directions, orthogonal unit tangents; the second is `normal × first`. At an
+    /// umbilic point the first runs along u.
     pub directions: [DVec3; 2],
 }
 
-/// Where curvatures are written: slices of one element for each parameter.
+/// Output slices for curvatures, with one element for each parameter.
 pub struct CurvatureSlices<'a> {
     /// See [`Curvature::point`].
     pub points: &'a mut [DVec3],
@@ -55,8 +56,8 @@ pub struct CurvatureSlices<'a> {
     pub directions: &'a mut [[DVec3; 2]],
 }
 
-/// One element of each of the slices.
-type Places<'a> = (
+/// One element of each output slice.
+type OutputElement<'a> = (
     ((&'a mut DVec3, &'a mut DVec3), (&'a mut f64, &'a mut f64)),
     (&'a mut [f64; 2], &'a mut [DVec3; 2]),
 );
@@ -70,11 +71,11 @@ impl<'a> CurvatureSlices<'a> {
     }
 
     /// The elements from..to, in parallel.
-    fn places(
+    fn elements(
         &mut self,
         from: usize,
         to: usize,
-    ) -> impl IndexedParallelIterator<Item = Places<'_>> + use<'_, 'a> {
+    ) -> impl IndexedParallelIterator<Item = OutputElement<'_>> + use<'_, 'a> {
         let vectors = self.points[from..to].par_iter_mut().zip(&mut self.normals[from..to]);
         let numbers = self.gaussian[from..to].par_iter_mut().zip(&mut self.mean[from..to]);
         let pairs = self.principal[from..to].par_iter_mut().zip(&mut self.directions[from..to]);
@@ -83,22 +84,27 @@ impl<'a> CurvatureSlices<'a> {
 }
 
 impl Curvature {
-    fn write(&self, (((point, normal), (gaussian, mean)), (principal, directions)): Places<'_>) {
+    fn write(
+        &self,
+        (((point, normal), (gaussian, mean)), (principal, directions)): OutputElement<'_>,
+    ) {
         (*point, *normal) = (self.point, self.normal);
         (*gaussian, *mean) = (self.gaussian, self.mean);
         (*principal, *directions) = (self.principal, self.directions);
     }
 
-    /// From a frame whose tangents span a plane with this normal (M. do Carmo, *Differential
-    /// Geometry of Curves and Surfaces*, section 3.3). In an orthonormal frame of the tangent
-    /// plane, which the first tangent begins, the second form is a symmetric 2 × 2 matrix.
-    fn new(frame: &Frame, normal: DVec3) -> Self {
-        let length = frame.u.length();
-        let along = frame.u / length;
+    /// Computes the curvatures from partial derivatives and a unit normal (M. do Carmo,
+    /// *Differential Geometry of Curves and Surfaces*, section 3.3).
+    ///
+    /// In an orthonormal basis of the tangent plane, whose first vector is along u, the second
+    /// fundamental form is a symmetric 2 × 2 matrix.
+    fn new(partials: &Partials, normal: DVec3) -> Self {
+        let length = partials.u.length();
+        let along = partials.u / length;
         let across = normal.cross(along);
-        // v = a along + b across, so that d/dacross = (d/dv - a / length d/du) / b.
-        let (a, b) = (frame.v.dot(along), frame.v.dot(across));
-        let [l, m, n] = [frame.uu, frame.uv, frame.vv].map(|second| second.dot(normal));
+        // v = a along + b across, so d/dacross = (d/dv - a / length d/du) / b.
+        let (a, b) = (partials.v.dot(along), partials.v.dot(across));
+        let [l, m, n] = [partials.uu, partials.uv, partials.vv].map(|second| second.dot(normal));
         let ratio = a / length;
         let xx = l / (length * length);
         let xy = (m - ratio * l) / (length * b);
@@ -106,7 +112,7 @@ impl Curvature {
         let mean = f64::midpoint(xx, yy);
         let half = f64::midpoint(xx, -yy);
         let spread = half.hypot(xy);
-        let (cos, sin) = if spread <= UMBILIC * mean.abs() {
+        let (cos, sin) = if spread <= UMBILIC_TOLERANCE * mean.abs() {
             (1.0, 0.0)
         } else {
             // Half of the angle of (half, xy), without cancellation.
@@ -120,7 +126,7 @@ impl Curvature {
         };
         let direction = cos * along + sin * across;
         Self {
-            point: frame.point,
+            point: partials.point,
             normal,
             gaussian: xx * yy - xy * xy,
             mean,
@@ -131,11 +137,11 @@ impl Curvature {
 }
 
 impl NurbsSurface {
-    /// How the surface bends at (u, v).
+    /// Returns the curvatures at (u, v).
     ///
-    /// Where the parametrization is degenerate (a pole, a collapsed edge), it is how the surface
-    /// bends a small step nearer to the middle of the domain; all zero where the surface has no
-    /// normal there either.
+    /// Where the parametrization is degenerate (a pole, a collapsed edge), returns the curvatures a
+    /// small step closer to the center of the domain. All are zero if there is no normal there
+    /// either.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -147,25 +153,25 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn curvature(&self, u: f64, v: f64) -> Curvature {
-        self.curvature_of(&self.frame(u, v), u, v)
+        self.curvature_of(&self.partials(u, v), u, v)
     }
 
-    fn curvature_of(&self, frame: &Frame, u: f64, v: f64) -> Curvature {
-        if let Some(normal) = self.flats().normal(frame.u, frame.v) {
-            return Curvature::new(frame, normal);
+    fn curvature_of(&self, partials: &Partials, u: f64, v: f64) -> Curvature {
+        if let Some(normal) = self.tangent_thresholds().normal(partials.u, partials.v) {
+            return Curvature::new(partials, normal);
         }
-        let (to_u, to_v) = self.to_middle(u, v);
-        // The first detour is too near to a pole for second derivatives.
-        let beside = DETOURS[1..].iter().find_map(|step| {
-            let near = self.frame(u + step * to_u, v + step * to_v);
-            let normal = self.flats().normal(near.u, near.v)?;
+        let (to_u, to_v) = self.toward_center(u, v);
+        // The smallest step is too close to a pole for second derivatives.
+        let beside = INWARD_STEPS[1..].iter().find_map(|step| {
+            let near = self.partials(u + step * to_u, v + step * to_v);
+            let normal = self.tangent_thresholds().normal(near.u, near.v)?;
             Some(Curvature::new(&near, normal))
         });
         let normal = self.normal(u, v);
-        Curvature { point: frame.point, normal, ..beside.unwrap_or_default() }
+        Curvature { point: partials.point, normal, ..beside.unwrap_or_default() }
     }
 
-    /// Points, normals and curvatures at scattered parameters.
+    /// Computes points, normals and curvatures at scattered parameters.
     ///
     /// ```
     /// use neurbs::nurbs::{CurvatureSlices, NurbsSurface, Outside};
@@ -199,15 +205,15 @@ impl NurbsSurface {
     ) -> Result<()> {
         out.check(uv.len())?;
         self.check_scattered(uv, uv.len(), outside)?;
-        in_rows(uv.len(), POINTS_PER_CURVATURE, observer, |from, to| {
-            let tasks = uv[from..to].par_iter().zip(out.places(from, to));
+        for_row_blocks(uv.len(), CURVATURE_COST, observer, |from, to| {
+            let tasks = uv[from..to].par_iter().zip(out.elements(from, to));
             let tasks = tasks.with_min_len(POINTS_PER_TASK);
-            tasks.for_each(|(at, places)| self.curvature(at.x, at.y).write(places));
+            tasks.for_each(|(at, elements)| self.curvature(at.x, at.y).write(elements));
         })
     }
 
-    /// Points, normals and curvatures on the grid of all pairs of `u` and `v`, row by row, `v`
-    /// fastest, in one pass.
+    /// Computes points, normals and curvatures on the grid of all pairs of `u` and `v`, row by row,
+    /// `v` fastest.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{CurvatureSlices, NurbsSurface, Outside}, progress::Silent};
@@ -246,14 +252,14 @@ impl NurbsSurface {
         }
         let columns: Vec<BasisDerivatives<3>> =
             v.iter().map(|&v| BasisDerivatives::at(self.knots_v(), v)).collect();
-        in_rows(u.len(), POINTS_PER_CURVATURE * v.len(), observer, |from, to| {
-            let places = out.places(from * v.len(), to * v.len());
-            let rows = places.chunks(v.len()).zip(&u[from..to]);
-            rows.for_each_init(Isocurve::default, |net, (places, &u)| {
-                let mut places = places.into_iter();
-                isocurve::frames(self, u, &columns, net, |column, frame| {
-                    if let Some(places) = places.next() {
-                        self.curvature_of(frame, u, v[column]).write(places);
+        for_row_blocks(u.len(), CURVATURE_COST * v.len(), observer, |from, to| {
+            let elements = out.elements(from * v.len(), to * v.len());
+            let rows = elements.chunks(v.len()).zip(&u[from..to]);
+            rows.for_each_init(Isocurve::default, |net, (elements, &u)| {
+                let mut elements = elements.into_iter();
+                isocurve::partials_along(self, u, &columns, net, |column, partials| {
+                    if let Some(elements) = elements.next() {
+                        self.curvature_of(partials, u, v[column]).write(elements);
                     }
                 });
             });
@@ -267,7 +273,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn a_torus_bends_as_the_closed_form_says() {
+    fn torus_curvatures_match_the_closed_form() {
         let (major, minor) = (3.0, 1.0);
         let torus = NurbsSurface::torus(DVec3::ZERO, major, minor).unwrap();
         for u in [0.0, 0.1, 0.33, 0.5, 0.9] {
@@ -279,7 +285,7 @@ mod tests {
                 assert!((c.gaussian - k1 * k2).abs() < 1e-13);
                 assert!((c.mean + f64::midpoint(k1, k2)).abs() < 1e-13, "{c:?}");
                 assert!((c.principal[0] + k2).abs() < 1e-13 && (c.principal[1] + k1).abs() < 1e-13);
-                // The direction of the weaker bend runs round the axis.
+                // The direction of the weaker bend is tangent to the circle around the axis.
                 let round = DVec3::Z.cross(c.point).normalize();
                 assert!((c.directions[0].dot(round).abs() - 1.0).abs() < 1e-12);
                 assert!(c.directions[1].distance(c.normal.cross(c.directions[0])) < 1e-14);
@@ -288,8 +294,8 @@ mod tests {
     }
 
     #[test]
-    fn a_saddle_has_the_curvatures_of_its_height_field() {
-        // z = x y over [-1, 1]², whose tangents are not at right angles.
+    fn saddle_curvatures_match_its_height_field() {
+        // z = x y over [-1, 1]², whose tangents are not orthogonal.
         let net = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
             .map(|(x, y)| DVec3::new(x.into(), y.into(), (x * y).into()));
         let surface = NurbsSurface::clamped(net.to_vec(), (2, 2), 1).unwrap();
@@ -302,10 +308,10 @@ mod tests {
             let forms = surface.fundamental_forms(u, v);
             let det = |m: [[f64; 2]; 2]| m[0][0] * m[1][1] - m[0][1] * m[1][0];
             assert!((det(forms.second) / det(forms.first) - c.gaussian).abs() < 1e-14);
-            // Along a principal direction the normal curvature is the principal one.
+            // Along a principal direction the normal curvature is the principal curvature.
             for (direction, principal) in c.directions.iter().zip(c.principal) {
                 let (t, f) = (forms.second, forms.first);
-                let tangent = surface.frame(u, v);
+                let tangent = surface.partials(u, v);
                 let (a, b) = (direction.dot(tangent.u), direction.dot(tangent.v));
                 let du = (a * f[1][1] - b * f[0][1]) / det(f);
                 let dv = (b * f[0][0] - a * f[0][1]) / det(f);
@@ -343,7 +349,7 @@ mod tests {
         for i in 0..9 {
             assert!(grid.0[i].distance(scattered.0[i]) < 1e-14);
             assert!(grid.1[i].distance((grid.0[i] - DVec3::ONE) / 2.0) < 1e-14);
-            // At the poles from second derivatives a step of 1e-4 aside.
+            // At the poles, second derivatives are taken a small step away.
             let accuracy = if i % 3 == 1 { 1e-14 } else { 1e-6 };
             assert!((grid.2[i] - 0.25).abs() < accuracy && (grid.3[i] + 0.5).abs() < accuracy);
             assert!((grid.2[i] - scattered.2[i]).abs() < accuracy);

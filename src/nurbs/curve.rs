@@ -1,4 +1,4 @@
-//! The NURBS curve: boundaries, isocurves, profiles.
+//! The NURBS curve: boundary curves, isocurves, profiles.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -6,11 +6,14 @@ use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, derivatives, padded};
-use super::batch::{Outside, check_inside, check_length, in_rows};
-use super::derivatives::{check_order, project as project_derivatives};
+use super::control_net::{
+    bounds, coincidence_tolerance, dehomogenize, rows_coincide, to_homogeneous,
+};
+use super::curve_family::CurveFamily;
+use super::derivatives::{check_order, rational_derivatives};
 use super::knot_vector::KnotVector;
-use super::net::{bounds, lift, project, same_place};
-use super::strip::{Strip, same_row};
+use super::parameter_checks::{Outside, check_inside, check_length};
+use super::work_blocks::for_row_blocks;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
@@ -26,10 +29,10 @@ use crate::progress::{Listen, Observer};
 pub struct NurbsCurve {
     control_points: Vec<DVec3>,
     weights: Option<Vec<f64>>,
-    strip: Strip,
+    family: CurveFamily,
 }
 
-/// Curves are equal if control points, weights and knots are.
+/// Curves are equal if their control points, weights and knots are.
 impl PartialEq for NurbsCurve {
     fn eq(&self, other: &Self) -> bool {
         self.control_points == other.control_points
@@ -39,7 +42,8 @@ impl PartialEq for NurbsCurve {
 }
 
 impl NurbsCurve {
-    /// A curve from its parts; without weights it is polynomial (all weights are 1).
+    /// Builds a curve from control points, weights and knots; without weights it is polynomial (all
+    /// weights are 1).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{KnotVector, NurbsCurve}};
@@ -52,18 +56,18 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
+    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
     /// control point is not finite, or a weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         knots: KnotVector,
     ) -> Result<Self> {
-        Self::assembled(control_points, weights, knots, &mut || Ok(()))
+        Self::new_interruptible(control_points, weights, knots, &mut || Ok(()))
     }
 
-    /// The same, which may be stopped.
-    fn assembled(
+    /// Builds a curve, with interrupt checks.
+    fn new_interruptible(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         knots: KnotVector,
@@ -71,17 +75,18 @@ impl NurbsCurve {
     ) -> Result<Self> {
         let (count, needed) = (control_points.len(), knots.control_points());
         if count != needed {
-            let got = format!("{count} control points came with knots for {needed}");
+            let got = format!("{count} control points were given with knots for {needed}");
             return Err(Error::Net {
-                must: "have as many control points as its knots ask for",
+                must: "have as many control points as its knots require",
                 got,
             });
         }
-        let points = lift(&control_points, weights.as_deref(), |i| i.to_string(), listen)?;
-        Ok(Self { control_points, weights, strip: Strip { knots, points, width: 1 } })
+        let points =
+            to_homogeneous(&control_points, weights.as_deref(), |i| i.to_string(), listen)?;
+        Ok(Self { control_points, weights, family: CurveFamily { knots, points, width: 1 } })
     }
 
-    /// The polynomial curve on `[0, 1]` with clamped, evenly spaced knots.
+    /// Builds a polynomial curve on `[0, 1]` with clamped, evenly spaced knots.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve};
@@ -92,13 +97,13 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are not more control points than the degree.
+    /// [`Error::Parameter`] if there are at most `degree` control points.
     pub fn clamped(control_points: Vec<DVec3>, degree: usize) -> Result<Self> {
         let knots = KnotVector::clamped_uniform(degree, control_points.len())?;
         Self::new(control_points, None, knots)
     }
 
-    /// The straight line from one point to another, on `[0, 1]`.
+    /// Builds the straight line from one point to another, on `[0, 1]`.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve};
@@ -114,9 +119,11 @@ impl NurbsCurve {
         Self::clamped(vec![from, to], 1)
     }
 
-    /// The arc `centre + x cos t + y sin t`, t from 0 to `angle` (at most a full turn), exact as a
-    /// rational quadratic on `[0, 1]` with as few pieces as keep each within a quarter turn (The
-    /// NURBS Book, A7.1). With x and y of one length and at right angles it is a circle's.
+    /// Builds the arc `center + x cos t + y sin t`, t from 0 to `angle` (at most a full turn).
+    ///
+    /// The arc is an exact rational quadratic on `[0, 1]`, in as few pieces of at most a quarter
+    /// turn as possible (The NURBS Book, A7.1). It is circular if x and y have the same length and
+    /// are orthogonal.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve};
@@ -128,22 +135,23 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for the angle; [`Error::Net`] if a number is not finite.
-    pub fn arc(centre: DVec3, x: DVec3, y: DVec3, angle: f64) -> Result<Self> {
+    /// [`Error::Parameter`] if the angle is out of range; [`Error::Net`] if a number is not finite.
+    pub fn arc(center: DVec3, x: DVec3, y: DVec3, angle: f64) -> Result<Self> {
         let (circle, weights, knots) = arc(angle)?;
-        let place = |at: &DVec2| centre + at.x * x + at.y * y;
+        let place = |at: &DVec2| center + at.x * x + at.y * y;
         Self::new(circle.iter().map(place).collect(), Some(weights), knots)
     }
 
+    /// Builds a curve from homogeneous control points (w x, w y, w z, w).
     pub(super) fn from_homogeneous(
         points: Vec<DVec4>,
         rational: bool,
         knots: KnotVector,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let (places, weights) = project(&points, rational, listen)?;
+        let (places, weights) = dehomogenize(&points, rational, listen)?;
         drop(points);
-        Self::assembled(places, weights, knots, listen)
+        Self::new_interruptible(places, weights, knots, listen)
     }
 
     /// The control points.
@@ -182,7 +190,7 @@ impl NurbsCurve {
     /// ```
     #[must_use]
     pub fn knots(&self) -> &KnotVector {
-        &self.strip.knots
+        &self.family.knots
     }
 
     /// Whether the curve ends where it begins.
@@ -198,15 +206,15 @@ impl NurbsCurve {
         let (start, end) = self.knots().domain();
         let point = |at: f64| {
             let basis = padded(self.knots(), at);
-            let points = &self.strip.points[basis.first..=basis.first + self.knots().degree()];
+            let points = &self.family.points[basis.first..=basis.first + self.knots().degree()];
             points.iter().zip(&basis.values).map(|(point, b)| *b * *point).sum::<DVec4>()
         };
         let net_box = bounds(self.control_points.iter().copied());
-        let tolerance = same_place(net_box, self.weights());
-        same_row(&[point(start)], &[point(end)], tolerance)
+        let tolerance = coincidence_tolerance(net_box, self.weights());
+        rows_coincide(&[point(start)], &[point(end)], tolerance)
     }
 
-    /// The point at a parameter; outside the domain the outermost piece is continued.
+    /// Returns the point at a parameter; outside the domain the outermost piece is extrapolated.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve};
@@ -221,8 +229,8 @@ impl NurbsCurve {
         out[0]
     }
 
-    /// Points and derivatives up to `order` at parameters: for each of them `order + 1` vectors in
-    /// `out` (The NURBS Book, A4.2).
+    /// Computes the derivatives of orders 0 to `order` at each parameter: `order + 1` vectors in
+    /// `out` for each (The NURBS Book, A4.2).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsCurve, Outside}, progress::Silent};
@@ -235,8 +243,9 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for the order, a parameter outside the domain (if that is refused),
-    /// or an `out` of the wrong length; [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::Parameter`] if the order is too high, a parameter is outside the domain and
+    /// `outside` refuses that, or `out` has the wrong length; [`Error::Interrupted`] if the
+    /// observer stops it.
     pub fn derivatives(
         &self,
         u: &[f64],
@@ -249,7 +258,7 @@ impl NurbsCurve {
         check_length(out.len(), u.len() * (order + 1))?;
         check_inside("u", self.knots(), outside, 0, u.iter().copied())?;
         let side = order + 1;
-        in_rows(u.len(), side * side, observer, |from, to| {
+        for_row_blocks(u.len(), side * side, observer, |from, to| {
             let out = out[from * side..to * side].par_chunks_mut(side);
             let tasks = u[from..to].par_iter().zip(out).with_min_len(256);
             tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
@@ -259,38 +268,38 @@ impl NurbsCurve {
     fn derivatives_at(&self, u: f64, out: &mut [DVec3]) {
         let mut rows = vec![[0.0; MAX_ORDER]; out.len()];
         let first = derivatives(self.knots(), u, &mut rows);
-        let points = &self.strip.points[first..=first + self.knots().degree()];
+        let points = &self.family.points[first..=first + self.knots().degree()];
         let sum = |row: &[f64; MAX_ORDER]| points.iter().zip(row).map(|(p, b)| *b * *p).sum();
         let table: Vec<DVec4> = rows.iter().map(sum).collect();
-        project_derivatives(&table, 1, out);
+        rational_derivatives(&table, 1, out);
     }
 
-    /// The derivative by the parameter.
+    /// The first derivative.
     pub(super) fn velocity(&self, u: f64) -> DVec3 {
         let mut out = [DVec3::ZERO; 2];
         self.derivatives_at(u, &mut out);
         out[1]
     }
 
-    /// The control points as a strip one point wide.
-    pub(super) fn strip(&self) -> &Strip {
-        &self.strip
+    /// The control points as a family of one curve.
+    pub(super) fn family(&self) -> &CurveFamily {
+        &self.family
     }
 }
 
-/// Control points, weights and knots of an arc of the unit circle that begins on the x axis (The
-/// NURBS Book, A7.1).
+/// Returns control points, weights and knots of an arc of the unit circle that begins on the x axis
+/// (The NURBS Book, A7.1).
 pub(super) fn arc(angle: f64) -> Result<(Vec<DVec2>, Vec<f64>, KnotVector)> {
     if !(0.0 < angle && angle <= TAU) {
         return Err(Error::parameter("angle", "between 0 and a full turn, 2π", angle));
     }
-    // The rounding of a quarter, third or half turn is no reason for one more piece.
+    // A rounded quarter, third or half turn must not need an extra piece.
     let pieces = (1..4).find(|n| angle <= f64::from(*n) * FRAC_PI_2 * (1.0 + 1e-12)).unwrap_or(4);
     let step = angle / f64::from(2 * pieces);
     let middle = step.cos();
     let corner = |i: u32| {
         if angle == f64::from(pieces) * FRAC_PI_2 {
-            // Quarter turns are exact, so that a full turn ends where it begins.
+            // Quarter turns are exact, so a full turn ends where it begins.
             let turns = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)];
             let (x, y) = turns[i as usize % 8];
             return DVec2::new(f64::from(x), f64::from(y));

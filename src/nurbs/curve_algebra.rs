@@ -1,17 +1,18 @@
-//! What can be done to a curve without moving it, as to a surface.
+//! Knot insertion and removal, degree changes, splitting and joining of curves.
 
 use glam::DAffine3;
 
-use super::algebra::check_tolerance;
-use super::batch::listening;
+use super::compatible::unify_degrees;
 use super::curve::NurbsCurve;
-use super::parts::joined;
-use super::strip::{Strip, unify_degrees};
+use super::curve_family::CurveFamily;
+use super::split_join::joined;
+use super::surface_algebra::check_tolerance;
+use super::work_blocks::interrupt_check;
 use crate::error::Result;
 use crate::progress::{Listen, Observer};
 
 impl NurbsCurve {
-    /// The same curve with more knots; see
+    /// Inserts knots without changing the curve; see
     /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
     ///
     /// ```
@@ -25,15 +26,16 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] or [`Error::Knots`], as there.
+    /// [`Error::Parameter`] or [`Error::Knots`], as
+    /// [`NurbsSurface::insert_knots`](super::NurbsSurface::insert_knots).
     ///
     /// [`Error::Parameter`]: crate::Error::Parameter
     /// [`Error::Knots`]: crate::Error::Knots
     pub fn insert_knots(&self, knots: &[f64], observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(observer, |strip, listen| strip.refined(knots, listen))
+        self.map_family(observer, |family, listen| family.refined(knots, listen))
     }
 
-    /// With as few of these inner knots (`None`: of all) as `tolerance` allows; see
+    /// Removes as many of these inner knots (`None`: of all) as `tolerance` allows; see
     /// [`NurbsSurface::remove_knots`](super::NurbsSurface::remove_knots).
     ///
     /// ```
@@ -55,10 +57,12 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(observer, |strip, listen| strip.simplified(knots, tolerance, listen))
+        self.map_family(observer, |family, listen| {
+            family.with_knots_removed(knots, tolerance, listen)
+        })
     }
 
-    /// The same curve with a degree higher by `times`, clamped.
+    /// Raises the degree by `times` without changing the curve; the result is clamped.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -70,14 +74,14 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would pass
+    /// [`Error::Parameter`](crate::Error::Parameter) if the degree would exceed
     /// [`MAX_DEGREE`](super::MAX_DEGREE).
     pub fn elevate_degree(&self, times: usize, observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(observer, |strip, listen| strip.elevated(times, listen))
+        self.map_family(observer, |family, listen| family.elevated(times, listen))
     }
 
-    /// A curve with a degree lower by `times`, clamped, no point of which lies further from where
-    /// it was than `tolerance`; its ends stay.
+    /// Lowers the degree by `times`; the result is clamped. No point moves by more than
+    /// `tolerance`, and the ends stay.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -90,7 +94,8 @@ impl NurbsCurve {
     /// # Errors
     ///
     /// [`Error::Parameter`](crate::Error::Parameter) if the degree would be 0, a weight would not
-    /// stay positive, or the tolerance cannot be held: the message says what can.
+    /// stay positive, or the error exceeds `tolerance`: the message names the smallest possible
+    /// tolerance.
     pub fn reduce_degree(
         &self,
         times: usize,
@@ -98,10 +103,10 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.rebuilt(observer, |strip, listen| strip.reduced(times, tolerance, listen))
+        self.map_family(observer, |family, listen| family.reduced(times, tolerance, listen))
     }
 
-    /// The same curve with clamped knots: it begins and ends at its outermost control points.
+    /// Clamps the knots: the curve begins and ends at its outermost control points.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -114,10 +119,10 @@ impl NurbsCurve {
     ///
     /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn clamp(&self, observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(observer, Strip::clamped)
+        self.map_family(observer, CurveFamily::clamped)
     }
 
-    /// The parts before and after a parameter, which keep their parameters.
+    /// Splits the curve at a parameter; both parts keep their parameters.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -129,19 +134,19 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if it does not lie strictly inside the domain,
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// [`Error::Parameter`](crate::Error::Parameter) if the parameter is not strictly inside the
+    /// domain, [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn split(&self, at: f64, observer: &mut dyn Observer) -> Result<(Self, Self)> {
-        let mut listen = listening(observer);
-        let (before, after) = self.strip().split(at, &mut listen)?;
-        let mut part = |strip: Strip| {
+        let mut listen = interrupt_check(observer);
+        let (before, after) = self.family().split(at, &mut listen)?;
+        let mut part = |family: CurveFamily| {
             let rational = self.weights().is_some();
-            Self::from_homogeneous(strip.points, rational, strip.knots, &mut listen)
+            Self::from_homogeneous(family.points, rational, family.knots, &mut listen)
         };
         Ok((part(before)?, part(after)?))
     }
 
-    /// The part between two parameters, which keeps its parameters, clamped.
+    /// Returns the part between two parameters, clamped, with unchanged parameters.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -152,13 +157,13 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or leaves the domain,
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or not inside the
+    /// domain, [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn sub_curve(&self, from: f64, to: f64, observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(observer, |strip, listen| strip.between((from, to), listen))
+        self.map_family(observer, |family, listen| family.restricted((from, to), listen))
     }
 
-    /// The same curve with another range of its parameter.
+    /// Maps the parameter linearly to another domain.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve};
@@ -175,7 +180,7 @@ impl NurbsCurve {
         Self::new(self.control_points().to_vec(), self.weights().map(<[f64]>::to_vec), knots)
     }
 
-    /// The same curve run through backwards, on the same domain.
+    /// Reverses the direction of the curve, on the same domain.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
@@ -188,10 +193,10 @@ impl NurbsCurve {
     ///
     /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn reversed(&self, observer: &mut dyn Observer) -> Result<Self> {
-        self.rebuilt(observer, Strip::reversed)
+        self.map_family(observer, CurveFamily::reversed)
     }
 
-    /// This curve and `next`, which begins where this one ends, as one; see
+    /// Joins this curve and `next`, which begins where this one ends; see
     /// [`NurbsSurface::joined`](super::NurbsSurface::joined).
     ///
     /// ```
@@ -205,20 +210,20 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if the ends lie further apart than
+    /// [`Error::Parameter`](crate::Error::Parameter) if the distance between the ends exceeds
     /// `tolerance`, in the points' unit; [`Error::Interrupted`](crate::Error::Interrupted) if the
     /// observer stops it.
     pub fn joined(&self, next: &Self, tolerance: f64, observer: &mut dyn Observer) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let listen = &mut listening(observer);
-        let mut strips = [self.strip().copied(listen)?, next.strip().copied(listen)?];
-        unify_degrees(&mut strips, listen)?;
-        let joined = joined(&strips[0], &strips[1], tolerance, listen)?;
+        let listen = &mut interrupt_check(observer);
+        let mut families = [self.family().copied(listen)?, next.family().copied(listen)?];
+        unify_degrees(&mut families, listen)?;
+        let joined = joined(&families[0], &families[1], tolerance, listen)?;
         let rational = self.weights().is_some() || next.weights().is_some();
         Self::from_homogeneous(joined.points, rational, joined.knots, listen)
     }
 
-    /// The curve moved by an affine map.
+    /// Applies an affine map.
     ///
     /// ```
     /// use neurbs::{DAffine3, DVec3, nurbs::NurbsCurve};
@@ -230,20 +235,20 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`](crate::Error::Net) if a point leaves the range of numbers.
+    /// [`Error::Net`](crate::Error::Net) if a coordinate overflows.
     pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
         let points = self.control_points().iter().map(|p| map.transform_point3(*p)).collect();
         Self::new(points, self.weights().map(<[f64]>::to_vec), self.knots().clone())
     }
 
-    /// The curve of what `f` makes of this one's strip.
-    fn rebuilt(
+    /// Applies `f` to the control points, as a family of one curve.
+    fn map_family(
         &self,
         observer: &mut dyn Observer,
-        f: impl FnOnce(&Strip, &mut Listen<'_>) -> Result<Strip>,
+        f: impl FnOnce(&CurveFamily, &mut Listen<'_>) -> Result<CurveFamily>,
     ) -> Result<Self> {
-        let listen = &mut listening(observer);
-        let strip = f(self.strip(), listen)?;
-        Self::from_homogeneous(strip.points, self.weights().is_some(), strip.knots, listen)
+        let listen = &mut interrupt_check(observer);
+        let family = f(self.family(), listen)?;
+        Self::from_homogeneous(family.points, self.weights().is_some(), family.knots, listen)
     }
 }

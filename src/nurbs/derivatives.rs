@@ -1,22 +1,24 @@
-//! Partial derivatives of any order.
+//! Partial derivatives of any order of a surface (The NURBS Book, section 4.5).
 
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, Row, derivatives};
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
+use super::parameter_checks::{Outside, check_length};
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
-/// Highest order of differentiation that is served; factorials beyond are no use in f64.
+/// Highest order of differentiation. Beyond it, factorials lose accuracy in f64.
 pub const MAX_DERIVATIVE: usize = 18;
 
 impl NurbsSurface {
-    /// All partial derivatives up to `order` in each direction, at scattered parameters: for each
-    /// of them `(order + 1)²` vectors in `out`, at `i * (order + 1) + j` the i-th in u and j-th in
-    /// v (The NURBS Book, A4.4: the rational quotient rule). At a knot they are those from the
-    /// right, at the domain's end those from the left.
+    /// Computes all partial derivatives up to `order` in each direction, at scattered parameters.
+    ///
+    /// For each parameter, `out` receives `(order + 1)²` vectors. The one at `i * (order + 1) + j`
+    /// is the i-th derivative in u and the j-th in v (The NURBS Book, A4.4). At a knot they are
+    /// right derivatives, at the end of the domain left derivatives.
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
@@ -31,9 +33,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the order is beyond [`MAX_DERIVATIVE`], a parameter lies outside
-    /// the domain (and that is refused), or `out` has not the right length;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::Parameter`] if the order exceeds [`MAX_DERIVATIVE`], a parameter is outside the
+    /// domain and `outside` refuses that, or `out` has the wrong length; [`Error::Interrupted`] if
+    /// the observer stops it.
     pub fn derivatives(
         &self,
         uv: &[DVec2],
@@ -46,9 +48,9 @@ impl NurbsSurface {
         let side = order + 1;
         check_length(out.len(), uv.len() * side * side)?;
         self.check_scattered(uv, uv.len(), outside)?;
-        // The quotient rule mixes each derivative with all lower ones.
+        // The quotient rule combines each derivative with all lower ones.
         let cost = side.pow(4).div_ceil(4);
-        in_rows(uv.len(), cost, observer, |from, to| {
+        for_row_blocks(uv.len(), cost, observer, |from, to| {
             let tasks = uv[from..to].par_iter();
             let tasks = tasks.zip(out[from * side * side..].par_chunks_mut(side * side));
             let tasks = tasks.with_min_len(POINTS_PER_TASK / (side * side));
@@ -56,7 +58,7 @@ impl NurbsSurface {
             tasks.for_each_init(buffers, |(rows, table), (at, out)| {
                 let (rows_u, rows_v) = rows.split_at_mut(side);
                 self.homogeneous_derivatives(*at, rows_u, rows_v, table);
-                project(table, side, out);
+                rational_derivatives(table, side, out);
             });
         })
     }
@@ -78,6 +80,7 @@ impl NurbsSurface {
     }
 }
 
+/// Checks that an order is at most [`MAX_DERIVATIVE`].
 pub(super) fn check_order(order: usize) -> Result<()> {
     if order <= MAX_DERIVATIVE {
         return Ok(());
@@ -85,9 +88,9 @@ pub(super) fn check_order(order: usize) -> Result<()> {
     Err(Error::parameter("order", format!("at most {MAX_DERIVATIVE}"), order))
 }
 
-/// From derivatives of the homogeneous surface to those of the surface, in a table of this many
-/// columns (The NURBS Book, equation 4.20).
-pub(super) fn project(table: &[DVec4], columns: usize, out: &mut [DVec3]) {
+/// Turns derivatives of the homogeneous surface into those of the rational surface, in a table with
+/// this many columns (The NURBS Book, equation 4.20).
+pub(super) fn rational_derivatives(table: &[DVec4], columns: usize, out: &mut [DVec3]) {
     let scale = table[0].w.recip();
     for (at, value) in table.iter().enumerate() {
         let (k, l) = (at / columns, at % columns);
@@ -105,7 +108,7 @@ pub(super) fn project(table: &[DVec4], columns: usize, out: &mut [DVec3]) {
     }
 }
 
-/// n over k, exact for the orders that are served.
+/// The binomial coefficient n over k, exact up to [`MAX_DERIVATIVE`].
 fn binomial(n: usize, k: usize) -> f64 {
     (1..=k).fold(1.0, |value, i| value * (n + 1 - i) as f64 / i as f64)
 }

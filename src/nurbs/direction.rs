@@ -1,25 +1,27 @@
-//! The two directions of a surface, and its net as curves that run in one of them.
+//! The two parameter directions of a surface, and its net as a family of curves along one of them.
 
 use glam::DVec4;
 
 use super::basis::padded;
-use super::batch::in_steps;
+use super::control_net::transpose;
+use super::curve_family::CurveFamily;
 use super::knot_vector::KnotVector;
-use super::strip::Strip;
 use super::surface::NurbsSurface;
+use super::work_blocks::collect_in_steps;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// A direction of a surface's parameters.
+/// A parameter direction of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// Along the rows of the net, its axis 0.
+    /// Along axis 0 of the net, across its rows.
     U,
-    /// Along the columns of the net, its axis 1.
+    /// Along axis 1 of the net, across its columns.
     V,
 }
 
 impl Direction {
+    /// The other direction.
     pub(super) fn other(self) -> Self {
         match self {
             Self::U => Self::V,
@@ -45,8 +47,8 @@ impl NurbsSurface {
         }
     }
 
-    /// The control points of the isocurve at a parameter of the domain.
-    pub(super) fn row(&self, direction: Direction, at: f64) -> Vec<DVec4> {
+    /// Returns the homogeneous control points of the isocurve at a parameter of the domain.
+    pub(super) fn isocurve_net(&self, direction: Direction, at: f64) -> Vec<DVec4> {
         let (rows, cols) = self.shape();
         let (count, along, across) = match direction {
             Direction::U => (cols, cols, 1),
@@ -59,68 +61,67 @@ impl NurbsSurface {
         (0..count).map(sum).collect()
     }
 
-    /// The net as a strip of curves that run in a direction.
-    pub(super) fn strip(&self, direction: Direction, listen: &mut Listen<'_>) -> Result<Strip> {
+    /// Returns the net as a family of curves along a direction.
+    pub(super) fn family(
+        &self,
+        direction: Direction,
+        listen: &mut Listen<'_>,
+    ) -> Result<CurveFamily> {
         let ((rows, cols), net) = (self.shape(), self.homogeneous());
         let (points, width) = match direction {
             Direction::U => {
-                (in_steps((net.len(), 1), listen, |part| net[part].iter().copied())?, cols)
+                (collect_in_steps((net.len(), 1), listen, |part| net[part].iter().copied())?, cols)
             }
             Direction::V => (transpose(net, cols, listen)?, rows),
         };
-        Ok(Strip { knots: self.knots(direction).clone(), points, width })
+        Ok(CurveFamily { knots: self.knots(direction).clone(), points, width })
     }
 
-    pub(super) fn along<'l>(
+    /// Applies `f` to the net as a family of curves along a direction.
+    pub(super) fn map_family<'l>(
         &self,
         direction: Direction,
         listen: &mut Listen<'l>,
-        f: impl FnOnce(&Strip, &mut Listen<'l>) -> Result<Strip>,
+        f: impl FnOnce(&CurveFamily, &mut Listen<'l>) -> Result<CurveFamily>,
     ) -> Result<Self> {
-        let strip = f(&self.strip(direction, listen)?, listen)?;
-        self.rebuilt(direction, strip, listen)
+        let family = f(&self.family(direction, listen)?, listen)?;
+        self.with_family(direction, family, listen)
     }
 
-    pub(super) fn rebuilt(
+    /// Returns the surface with `family` as its net along a direction; rational if this surface is.
+    pub(super) fn with_family(
         &self,
         direction: Direction,
-        strip: Strip,
+        family: CurveFamily,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        self.rebuilt_as(direction, strip, self.weights().is_some(), listen)
+        self.replace_family(direction, family, self.weights().is_some(), listen)
     }
 
-    /// The surface with this strip in place of its own in that direction.
-    pub(super) fn rebuilt_as(
+    /// Returns the surface with `family` as its net along a direction.
+    pub(super) fn replace_family(
         &self,
         direction: Direction,
-        strip: Strip,
+        family: CurveFamily,
         rational: bool,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let knots = strip.knots.clone();
+        let knots = family.knots.clone();
         match direction {
             Direction::U => {
                 let knots = [knots, self.knots_v().clone()];
-                Self::from_homogeneous(strip.points, rational, knots, listen)
+                Self::from_homogeneous(family.points, rational, knots, listen)
             }
             Direction::V => {
                 let knots = [self.knots_u().clone(), knots];
-                Self::from_homogeneous(turned(strip, listen)?, rational, knots, listen)
+                Self::from_homogeneous(transposed_rows(family, listen)?, rational, knots, listen)
             }
         }
     }
 }
 
-/// The points of a strip, column by column.
-pub(super) fn turned(strip: Strip, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
-    let Strip { points, width, .. } = strip;
+/// Returns the points of a family, column by column.
+pub(super) fn transposed_rows(family: CurveFamily, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+    let CurveFamily { points, width, .. } = family;
     transpose(&points, width, listen)
-}
-
-/// The columns of a net of this many columns, one after the other.
-pub(super) fn transpose(net: &[DVec4], cols: usize, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
-    in_steps((cols, net.len() / cols), listen, |columns| {
-        columns.flat_map(|j| net.iter().skip(j).step_by(cols).copied())
-    })
 }

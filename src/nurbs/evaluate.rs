@@ -1,24 +1,26 @@
-//! Points and normals of a surface, at single and at scattered parameters.
+//! Points and normals of a surface at single and at scattered parameters.
 
 use glam::{DVec2, DVec3, DVec4};
 use pulp::Arch;
 use rayon::prelude::*;
 
 use super::basis::{BasisDerivatives, Row, padded};
-use super::batch::{Outside, POINTS_PER_TASK, in_blocks};
-use super::frame::Frame;
+use super::evaluate_scattered::{BLOCK, homogeneous};
 use super::knot_vector::KnotVector;
-use super::scattered::{BLOCK, homogeneous};
+use super::parameter_checks::Outside;
+use super::partials::Partials;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, for_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Steps towards the middle of the domain, as shares of it, at which a normal or curvature is
-/// looked for where neither the derivatives nor their first change define it: near first.
-pub(super) const DETOURS: [f64; 3] = [1e-5, 1e-4, 1e-2];
+/// Steps towards the center of the domain, as fractions of the way, for degenerate points. There
+/// neither the first nor the second derivatives define the normal or the curvature, so it is taken
+/// from the first step that does.
+pub(super) const INWARD_STEPS: [f64; 3] = [1e-5, 1e-4, 1e-2];
 
 impl NurbsSurface {
-    /// The point at (u, v); outside the domain the outermost patch is continued.
+    /// Returns the point at (u, v); outside the domain the outermost patch is extrapolated.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -33,10 +35,10 @@ impl NurbsSurface {
         value.truncate() / value.w
     }
 
-    /// The unit normal at (u, v), the direction of `∂/∂u × ∂/∂v`.
+    /// Returns the unit normal at (u, v), the direction of `∂/∂u × ∂/∂v`.
     ///
-    /// Where the tangents are parallel or one of them vanishes (a pole, a collapsed edge), it is
-    /// the limit for a point that comes from the middle of the domain; zero if there is none.
+    /// Where the tangents are parallel or one of them vanishes (a pole, a collapsed edge), returns
+    /// the limit from the center of the domain; zero if there is none.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -47,12 +49,12 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn normal(&self, u: f64, v: f64) -> DVec3 {
-        let frame = self.frame(u, v);
-        let normal = self.flats().normal(frame.u, frame.v);
-        normal.unwrap_or_else(|| self.limit_normal(u, v, &frame))
+        let partials = self.partials(u, v);
+        let normal = self.tangent_thresholds().normal(partials.u, partials.v);
+        normal.unwrap_or_else(|| self.limit_normal(u, v, &partials))
     }
 
-    /// The points at scattered parameters, written to `out`.
+    /// Computes the points at scattered parameters.
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
@@ -66,8 +68,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a parameter lies outside the domain (and that is refused) or `out`
-    /// has another length than `uv`; [`crate::Error::Interrupted`] if the observer stops it.
+    /// [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses that,
+    /// or the length of `out` differs from that of `uv`; [`crate::Error::Interrupted`] if the
+    /// observer stops it.
     pub fn evaluate(
         &self,
         uv: &[DVec2],
@@ -76,12 +79,12 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         self.check_scattered(uv, out.len(), outside)?;
-        self.scattered(uv, out, observer, |out, _, [value]: [DVec4; 1]| {
+        self.for_each_scattered(uv, out, observer, |out, _, [value]: [DVec4; 1]| {
             *out = value.truncate() * value.w.recip();
         })
     }
 
-    /// The unit normals at scattered parameters, written to `out`; see [`NurbsSurface::normal`].
+    /// Computes the unit normals at scattered parameters; see [`NurbsSurface::normal`].
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
@@ -103,17 +106,40 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         self.check_scattered(uv, out.len(), outside)?;
-        self.scattered(uv, out, observer, |out, at, [value, by_u, by_v]: [DVec4; 3]| {
+        self.for_each_scattered(uv, out, observer, |out, at, [value, by_u, by_v]: [DVec4; 3]| {
             let point = value.truncate() * value.w.recip();
             let tangent = |d: DVec4| (d.truncate() - d.w * point) * value.w.recip();
-            let normal = self.flats().normal(tangent(by_u), tangent(by_v));
+            let normal = self.tangent_thresholds().normal(tangent(by_u), tangent(by_v));
             *out = normal.unwrap_or_else(|| self.normal(at.x, at.y));
         })
     }
 
-    /// Writes what `f` makes of each parameter's homogeneous point (and derivatives by u and v, if
-    /// `SUMS` is 3).
-    fn scattered<const SUMS: usize>(
+    /// Computes points and unit normals at parameters inside the domain, at the cost of one of
+    /// them. See [`NurbsSurface::point`] and [`NurbsSurface::normal`].
+    pub(crate) fn points_and_normals(
+        &self,
+        uv: &[DVec2],
+        points: &mut [DVec3],
+        normals: &mut [DVec3],
+    ) {
+        let arch = Arch::new();
+        let out = points.chunks_mut(BLOCK).zip(normals.chunks_mut(BLOCK));
+        for (uv, (points, normals)) in uv.chunks(BLOCK).zip(out) {
+            let sums = homogeneous::<3>(self, arch, uv);
+            for (k, at) in uv.iter().enumerate() {
+                let [value, by_u, by_v] = sums[k].map(DVec4::from);
+                let point = value.truncate() / value.w;
+                let tangent = |d: DVec4| (d.truncate() - d.w * point) / value.w;
+                let normal = self.tangent_thresholds().normal(tangent(by_u), tangent(by_v));
+                points[k] = point;
+                normals[k] = normal.unwrap_or_else(|| self.normal(at.x, at.y));
+            }
+        }
+    }
+
+    /// Calls `f` for each parameter with its homogeneous point, and with its derivatives by u and v
+    /// if `SUMS` is 3.
+    fn for_each_scattered<const SUMS: usize>(
         &self,
         uv: &[DVec2],
         out: &mut [DVec3],
@@ -121,7 +147,7 @@ impl NurbsSurface {
         f: impl Fn(&mut DVec3, DVec2, [DVec4; SUMS]) + Sync,
     ) -> Result<()> {
         let arch = Arch::new();
-        in_blocks(uv.len(), observer, |from, to| {
+        for_blocks(uv.len(), observer, |from, to| {
             let tasks = uv[from..to].par_chunks(POINTS_PER_TASK);
             let tasks = tasks.zip(out[from..to].par_chunks_mut(POINTS_PER_TASK));
             tasks.for_each(|(uv, out)| {
@@ -135,32 +161,32 @@ impl NurbsSurface {
         })
     }
 
-    fn limit_normal(&self, u: f64, v: f64, frame: &Frame) -> DVec3 {
-        let (to_u, to_v) = self.to_middle(u, v);
-        let detour = |step: &f64| {
-            let frame = self.frame(u + step * to_u, v + step * to_v);
-            self.flats().normal(frame.u, frame.v)
+    fn limit_normal(&self, u: f64, v: f64, partials: &Partials) -> DVec3 {
+        let (to_u, to_v) = self.toward_center(u, v);
+        let inward = |step: &f64| {
+            let partials = self.partials(u + step * to_u, v + step * to_v);
+            self.tangent_thresholds().normal(partials.u, partials.v)
         };
-        let limit = frame.limit_normal((to_u, to_v));
-        limit.or_else(|| DETOURS.iter().find_map(detour)).unwrap_or(DVec3::ZERO)
+        let limit = partials.limit_normal((to_u, to_v));
+        limit.or_else(|| INWARD_STEPS.iter().find_map(inward)).unwrap_or(DVec3::ZERO)
     }
 
-    /// The way from (u, v) to the middle of the domain.
-    pub(super) fn to_middle(&self, u: f64, v: f64) -> (f64, f64) {
+    /// Returns the vector from (u, v) to the center of the domain.
+    pub(super) fn toward_center(&self, u: f64, v: f64) -> (f64, f64) {
         let middle = |knots: &KnotVector| f64::midpoint(knots.domain().0, knots.domain().1);
         (middle(self.knots_u()) - u, middle(self.knots_v()) - v)
     }
 
-    /// The point at (u, v) with its first and second derivatives.
-    pub(super) fn frame(&self, u: f64, v: f64) -> Frame {
+    /// Evaluates the point at (u, v) with its first and second derivatives.
+    pub(super) fn partials(&self, u: f64, v: f64) -> Partials {
         let rows = BasisDerivatives::<3>::at(self.knots_u(), u);
         let columns = BasisDerivatives::<3>::at(self.knots_v(), v);
         let firsts = (rows.first, columns.first);
         let orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
-        Frame::new(orders.map(|(i, j)| self.contract(firsts, &rows.rows[i], &columns.rows[j])))
+        Partials::new(orders.map(|(i, j)| self.contract(firsts, &rows.rows[i], &columns.rows[j])))
     }
 
-    /// The sum of the control points from these first ones, weighted by functions in u and v.
+    /// Sums the control points from these first indices on, weighted by functions in u and v.
     pub(super) fn contract(&self, firsts: (usize, usize), rows: &Row, columns: &Row) -> DVec4 {
         let (degree_u, degree_v) = (self.knots_u().degree(), self.knots_v().degree());
         let along = |k: usize| {
@@ -180,8 +206,8 @@ mod tests {
     use super::*;
     use crate::progress::Silent;
 
-    /// An eighth of the unit sphere, exact as a rational biquadratic patch; the edge v = 1
-    /// collapses into the pole.
+    /// Builds an eighth of the unit sphere as a rational biquadratic patch. The edge v = 1
+    /// collapses to the pole.
     fn octant() -> NurbsSurface {
         let s = FRAC_1_SQRT_2;
         let (arc_xy, weights) = ([DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y], [1.0, s, 1.0]);
@@ -193,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_is_a_sphere_and_its_normal_its_radius() {
+    fn points_and_normals_of_an_octant_are_exact() {
         let surface = octant();
         let steps: Vec<f64> = (0..=40).map(|i| f64::from(i) / 40.0).collect();
         let mut points = vec![DVec3::ZERO; 41 * 41];
@@ -204,7 +230,7 @@ mod tests {
             .unwrap();
         for (point, normal) in points.iter().zip(&normals) {
             assert!((point.length() - 1.0).abs() < 1e-15);
-            // The pole included: there the normal is a limit.
+            // At the pole the normal is a limit.
             assert!(normal.distance(*point) < 1e-14, "{point} {normal}");
         }
     }
@@ -237,8 +263,20 @@ mod tests {
     }
 
     #[test]
-    fn a_net_in_one_point_has_no_normal_but_no_nan_either() {
+    fn a_net_in_one_point_has_a_zero_normal() {
         let surface = NurbsSurface::clamped(vec![DVec3::ONE; 16], (4, 4), 3).unwrap();
         assert_eq!(surface.normal(0.3, 0.3), DVec3::ZERO);
+    }
+
+    #[test]
+    fn points_and_normals_agree_with_single_evaluation() {
+        let sphere = NurbsSurface::sphere(DVec3::X, 2.0).unwrap();
+        let uv = [(0.0, 0.0), (0.3, 0.1), (0.5, 1.0), (1.0, 0.7)].map(DVec2::from);
+        let (mut points, mut normals) = ([DVec3::ZERO; 4], [DVec3::ZERO; 4]);
+        sphere.points_and_normals(&uv, &mut points, &mut normals);
+        for (k, at) in uv.iter().enumerate() {
+            assert!(points[k].distance(sphere.point(at.x, at.y)) < 1e-15);
+            assert!(normals[k].distance(sphere.normal(at.x, at.y)) < 1e-14);
+        }
     }
 }

@@ -1,11 +1,12 @@
-//! The fundamental forms: how lengths and bends follow from parameters.
+//! First and second fundamental forms of a surface.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows};
-use super::curvature::POINTS_PER_CURVATURE;
+use super::curvature::CURVATURE_COST;
+use super::parameter_checks::{Outside, check_length};
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
@@ -15,14 +16,15 @@ pub type Form = [[f64; 2]; 2];
 /// The first and second fundamental forms at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FundamentalForms {
-    /// [[E, F], [F, G]]: products of the tangents.
+    /// [[E, F], [F, G]]: dot products of the tangents.
     pub first: Form,
-    /// [[L, M], [M, N]]: second derivatives along the normal.
+    /// [[L, M], [M, N]]: dot products of the second derivatives with the unit normal.
     pub second: Form,
 }
 
 impl NurbsSurface {
-    /// The fundamental forms at (u, v); see [`NurbsSurface::normal`] for the normal of the second.
+    /// Returns the fundamental forms at (u, v); see [`NurbsSurface::normal`] for the normal of the
+    /// second.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -33,16 +35,16 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn fundamental_forms(&self, u: f64, v: f64) -> FundamentalForms {
-        let frame = self.frame(u, v);
+        let partials = self.partials(u, v);
         let normal = self.normal(u, v);
-        let mixed = (frame.u.dot(frame.v), frame.uv.dot(normal));
+        let mixed = (partials.u.dot(partials.v), partials.uv.dot(normal));
         FundamentalForms {
-            first: [[frame.u.length_squared(), mixed.0], [mixed.0, frame.v.length_squared()]],
-            second: [[frame.uu.dot(normal), mixed.1], [mixed.1, frame.vv.dot(normal)]],
+            first: [[partials.u.length_squared(), mixed.0], [mixed.0, partials.v.length_squared()]],
+            second: [[partials.uu.dot(normal), mixed.1], [mixed.1, partials.vv.dot(normal)]],
         }
     }
 
-    /// The fundamental forms at scattered parameters.
+    /// Computes the fundamental forms at scattered parameters.
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
@@ -68,7 +70,7 @@ impl NurbsSurface {
     ) -> Result<()> {
         check_length(first.len(), uv.len())?;
         self.check_scattered(uv, second.len(), outside)?;
-        in_rows(uv.len(), POINTS_PER_CURVATURE, observer, |from, to| {
+        for_row_blocks(uv.len(), CURVATURE_COST, observer, |from, to| {
             let out = first[from..to].par_iter_mut().zip(&mut second[from..to]);
             let tasks = uv[from..to].par_iter().zip(out).with_min_len(POINTS_PER_TASK);
             tasks.for_each(|(at, (first, second))| {

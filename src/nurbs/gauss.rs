@@ -1,20 +1,23 @@
-//! Gauss-Legendre quadrature.
+//! Gauss-Legendre quadrature rules, and the accuracy that integrals accept.
 
-/// Most points that are ever asked for: twice the highest order of a spline.
-const MOST: usize = 20;
+use crate::error::{Error, Result};
 
-/// Places in (0, 1) and weights (sum 1) of the rule with `count` points, which is exact for
+/// Maximal number of nodes: twice the highest order of a spline.
+const MAX_POINTS: usize = 20;
+
+/// Returns the nodes in (0, 1) and weights (sum 1) of the rule with `count` nodes. It is exact for
 /// polynomials of degree `2 count - 1`.
 ///
-/// Roots of the Legendre polynomial by Newton's method from Tricomi's estimate, which is quadratic
-/// from the first step (W. Press et al., *Numerical Recipes*, section 4.6).
+/// The nodes are roots of the Legendre polynomial. Newton's method starts from Tricomi's estimate
+/// and converges quadratically from the first step (W. Press et al., *Numerical Recipes*, section
+/// 4.6).
 pub(crate) fn rule(count: usize) -> Vec<(f64, f64)> {
-    debug_assert!((1..=MOST).contains(&count));
+    debug_assert!((1..=MAX_POINTS).contains(&count));
     let n = count as f64;
     let root = |i: usize| {
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
-        // Five steps reach the last bit for all counts that are asked for.
+        // Five steps converge to the last bit for all counts up to `MAX_POINTS`.
         for _ in 0..5 {
             let (mut value, mut before) = (1.0, 0.0);
             for k in 0..count {
@@ -30,13 +33,21 @@ pub(crate) fn rule(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(root).collect()
 }
 
+/// Checks the relative accuracy of a length or an area.
+pub(super) fn check_accuracy(accuracy: f64) -> Result<()> {
+    if (1e-14..=1.0).contains(&accuracy) {
+        return Ok(());
+    }
+    Err(Error::parameter("accuracy", "between 1e-14 and 1", accuracy))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn polynomials_are_integrated_exactly() {
-        for count in 1..=MOST {
+        for count in 1..=MAX_POINTS {
             let rule = rule(count);
             for degree in 0..2 * count {
                 let power = i32::try_from(degree).unwrap();

@@ -1,22 +1,25 @@
-//! Surfaces and curves through ordered points.
+//! Interpolation of ordered points by surfaces and curves (The NURBS Book, section 9.2).
 
 use glam::{DVec3, DVec4};
 
-use super::banded::{Banded, Cyclic};
+use super::banded::{BandedMatrix, CyclicBandedMatrix};
 use super::basis::padded;
-use super::batch::{in_steps, listening, steps};
 use super::curve::NurbsCurve;
-use super::direction::turned;
+use super::curve_family::CurveFamily;
+use super::direction::transposed_rows;
 use super::knot_vector::KnotVector;
-use super::parametrization::{GridOptions, Parametrization, Sites, check_points, shifted, sites};
-use super::strip::Strip;
+use super::parametrization::{
+    GridOptions, GridParameters, Parametrization, check_points, row_parameters, shifted_if_even,
+};
 use super::surface::NurbsSurface;
+use super::work_blocks::{collect_in_steps, interrupt_check, row_ranges};
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
-    /// The surface through a grid of points, row by row, v fastest, with as many control points as
-    /// there are points (The NURBS Book, A9.4): banded systems, O(points · degree).
+    /// Builds the surface through a grid of points, given row by row, v fastest. It has as many
+    /// control points as the grid has points (The NURBS Book, A9.4). Solves banded systems in
+    /// O(points · degree).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}, progress::Silent};
@@ -32,8 +35,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`], and [`Error::Parameter`] if there are not more
-    /// rows or columns than the degree.
+    /// Those of [`NurbsSurface::grid_parameters`]; [`Error::Parameter`] if the grid has at most
+    /// `degree` rows or columns.
     pub fn interpolate(
         grid: &[DVec3],
         shape: (usize, usize),
@@ -42,40 +45,43 @@ impl NurbsSurface {
     ) -> Result<Self> {
         let GridOptions { degree, closed, .. } = *options;
         let (degree, closed) = ([degree.0, degree.1], [closed.0, closed.1]);
-        by_strips(grid, shape, options, observer, |d, points, width, sites, listen| {
-            interpolate_strip(points, width, sites, degree[d], closed[d], listen)
+        by_directions(grid, shape, options, observer, |d, points, width, parameters, listen| {
+            interpolate_family(points, width, parameters, degree[d], closed[d], listen)
         })
     }
 }
 
-/// The surface that `strip` makes of the columns of a grid, and then of the rows of what comes out:
-/// it is given the direction, 0 or 1, the points of the curves, how many these are, and their
-/// parameters.
-pub(super) fn by_strips(
+/// Applies `solve` to the columns of a grid and then to the rows of the result.
+///
+/// The arguments of `solve` are the direction (0 or 1), the points of the curves, their number, and
+/// their parameters.
+pub(super) fn by_directions(
     grid: &[DVec3],
     shape: (usize, usize),
     options: &GridOptions,
     observer: &mut dyn Observer,
-    strip: impl Fn(usize, Vec<DVec4>, usize, &[f64], &mut Listen<'_>) -> Result<Strip>,
+    solve: impl Fn(usize, Vec<DVec4>, usize, &[f64], &mut Listen<'_>) -> Result<CurveFamily>,
 ) -> Result<NurbsSurface> {
-    let listen = &mut listening(observer);
-    let Sites { u, v } = Sites::new(grid, shape, options, listen)?;
+    let listen = &mut interrupt_check(observer);
+    let GridParameters { u, v } = GridParameters::new(grid, shape, options, listen)?;
     let points = homogeneous(grid, listen)?;
-    let along = strip(0, points, shape.1, &u, listen)?;
+    let along = solve(0, points, shape.1, &u, listen)?;
     let (rows, knots_u) = (along.rows(), along.knots.clone());
-    let across = turned(along, listen)?;
-    let across = strip(1, across, rows, &v, listen)?;
+    let across = transposed_rows(along, listen)?;
+    let across = solve(1, across, rows, &v, listen)?;
     let knots = [knots_u, across.knots.clone()];
-    NurbsSurface::from_homogeneous(turned(across, listen)?, false, knots, listen)
+    NurbsSurface::from_homogeneous(transposed_rows(across, listen)?, false, knots, listen)
 }
 
-/// Points of weight 1.
+/// Appends the weight 1 to each point.
 fn homogeneous(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
-    in_steps((points.len(), 1), listen, |part| points[part].iter().map(|point| point.extend(1.0)))
+    collect_in_steps((points.len(), 1), listen, |part| {
+        points[part].iter().map(|point| point.extend(1.0))
+    })
 }
 
 impl NurbsCurve {
-    /// The curve through points, in their order (The NURBS Book, A9.1).
+    /// Builds the curve through points, in their order (The NURBS Book, A9.1).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsCurve, Parametrization}, progress::Silent};
@@ -88,7 +94,7 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are not more points than the degree, or neighbours coincide;
+    /// [`Error::Parameter`] if there are at most `degree` points, or neighboring points coincide;
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn interpolate(
         points: &[DVec3],
@@ -97,66 +103,68 @@ impl NurbsCurve {
         closed: bool,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let listen = &mut listening(observer);
+        let listen = &mut interrupt_check(observer);
         check_points("points", points, listen)?;
         check_counts(degree, points.len(), points.len())?;
-        let sites = sites("points", points, 1, parametrization, closed, listen)?;
-        let sites = shifted(sites, degree, closed);
+        let parameters = row_parameters("points", points, 1, parametrization, closed, listen)?;
+        let parameters = shifted_if_even(parameters, degree, closed);
         let points = homogeneous(points, listen)?;
-        let strip = interpolate_strip(points, 1, &sites, degree, closed, listen)?;
-        Self::from_homogeneous(strip.points, false, strip.knots, listen)
+        let family = interpolate_family(points, 1, &parameters, degree, closed, listen)?;
+        Self::from_homogeneous(family.points, false, family.knots, listen)
     }
 }
 
-/// Splines through rows of points at these parameters.
-pub(super) fn interpolate_strip(
+/// Interpolates rows of points at these parameters by a family of splines.
+pub(super) fn interpolate_family(
     mut points: Vec<DVec4>,
     width: usize,
-    sites: &[f64],
+    parameters: &[f64],
     degree: usize,
     closed: bool,
     listen: &mut Listen<'_>,
-) -> Result<Strip> {
-    let count = sites.len();
+) -> Result<CurveFamily> {
+    let count = parameters.len();
     check_counts(degree, count, count)?;
-    let mean = |sites: &[f64]| sites.iter().sum::<f64>() / sites.len() as f64;
+    let mean = |parameters: &[f64]| parameters.iter().sum::<f64>() / parameters.len() as f64;
     let (solved, knots) = if closed {
         let knots = if degree % 2 == 1 {
-            KnotVector::periodic(degree, &[sites, &[1.0]].concat())?
+            KnotVector::periodic(degree, &[parameters, &[1.0]].concat())?
         } else {
-            let between = sites.windows(2).map(mean);
+            let between = parameters.windows(2).map(mean);
             let breaks: Vec<f64> = [0.0].into_iter().chain(between).chain([1.0]).collect();
             KnotVector::periodic(degree, &breaks)?
         };
-        // The largest function at each parameter comes to the diagonal.
+        // Shifts the largest function of each parameter to the diagonal.
         let shift = degree / 2;
-        let mut matrix = Cyclic::new(count, degree);
-        collocate(&knots, sites, listen, |i, j, value| matrix.add(i, j + count - shift, value))?;
+        let mut matrix = CyclicBandedMatrix::new(count, degree);
+        collocate(&knots, parameters, listen, |i, j, value| {
+            matrix.add(i, j + count - shift, value);
+        })?;
         let solved = matrix.solve(&mut points, width, listen)?;
-        points = wrapped(&points, width, degree, count - shift, listen)?;
+        points = wrapped_rows(&points, width, degree, count - shift, listen)?;
         (solved, knots)
     } else {
-        let inner = (1..count - degree).map(|j| mean(&sites[j..j + degree]));
+        let inner = (1..count - degree).map(|j| mean(&parameters[j..j + degree]));
         let knots = KnotVector::clamped(degree, (0.0, 1.0), inner)?;
-        let mut matrix = Banded::new(count, degree.min(count - 1));
-        collocate(&knots, sites, listen, |i, j, value| matrix.add(i, j, value))?;
+        let mut matrix = BandedMatrix::new(count, degree.min(count - 1));
+        collocate(&knots, parameters, listen, |i, j, value| matrix.add(i, j, value))?;
         (matrix.solve(&mut points, width, listen)?, knots)
     };
-    if solved { Ok(Strip { knots, points, width }) } else { Err(singular(degree)) }
+    if solved { Ok(CurveFamily { knots, points, width }) } else { Err(singular(degree)) }
 }
 
-/// Hands over each parameter's basis functions that are not zero: its number, that of the function,
-/// and the value.
+/// Calls `add` for each nonzero entry of the collocation matrix: row (parameter), column (basis
+/// function) and value.
 fn collocate(
     knots: &KnotVector,
-    sites: &[f64],
+    parameters: &[f64],
     listen: &mut Listen<'_>,
     mut add: impl FnMut(usize, usize, f64),
 ) -> Result<()> {
-    for range in steps(sites.len(), 1) {
+    for range in row_ranges(parameters.len(), 1) {
         listen()?;
         for i in range {
-            let basis = padded(knots, sites[i]);
+            let basis = padded(knots, parameters[i]);
             let functions = basis.values[..=knots.degree()].iter().enumerate();
             for (k, value) in functions.filter(|(_, value)| **value != 0.0) {
                 add(i, basis.first + k, *value);
@@ -166,8 +174,8 @@ fn collocate(
     Ok(())
 }
 
-/// The rows from `start` on, once round and `degree` more.
-pub(super) fn wrapped(
+/// Returns all rows in cyclic order from `start` on, with the first `degree` of them repeated.
+pub(super) fn wrapped_rows(
     points: &[DVec4],
     width: usize,
     degree: usize,
@@ -176,9 +184,10 @@ pub(super) fn wrapped(
 ) -> Result<Vec<DVec4>> {
     let count = points.len() / width;
     let row = |i: usize| &points[(i + start) % count * width..][..width];
-    in_steps((count + degree, width), listen, |rows| rows.flat_map(row).copied())
+    collect_in_steps((count + degree, width), listen, |rows| rows.flat_map(row).copied())
 }
 
+/// Checks that `control_points` exceeds the degree and is at most `points`.
 pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) -> Result<()> {
     if control_points <= degree {
         let must = format!("more than the degree, {degree}");
@@ -191,9 +200,10 @@ pub(super) fn check_counts(degree: usize, control_points: usize, points: usize) 
     Ok(())
 }
 
+/// The error for a singular system.
 pub(super) fn singular(degree: usize) -> Error {
-    let must = format!("spread so that each span of degree {degree} holds some");
-    Error::parameter("points", must, "a system without a solution: use fewer control points")
+    let must = format!("dense enough that every span of degree {degree} contains some");
+    Error::parameter("points", must, "a singular system: use fewer control points")
 }
 
 #[cfg(test)]
@@ -217,7 +227,7 @@ pub(super) mod tests {
         [Parametrization::Uniform, Parametrization::ChordLength, Parametrization::Centripetal];
 
     #[test]
-    fn interpolation_meets_its_points_open_and_closed() {
+    fn interpolation_passes_through_its_points_open_and_closed() {
         for degree in 1..=5 {
             for parametrization in KINDS {
                 for closed in [(false, false), (true, false), (true, true)] {
@@ -245,13 +255,13 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn refusals_name_what_is_wrong() {
+    fn error_messages_name_the_cause() {
         let options = GridOptions::default();
         let message = |grid: &[DVec3], shape| {
             NurbsSurface::interpolate(grid, shape, &options, &mut Silent).unwrap_err().to_string()
         };
         let good = grid(5, 5);
-        assert!(message(&good, (5, 4)).contains("5 × 4 of them, got 25"));
+        assert!(message(&good, (5, 4)).contains("5 × 4 points, at least 2 × 2, got 25"));
         assert!(message(&good[..15], (3, 5)).contains("more than the degree, 3, got 3"));
         let mut twice = good.clone();
         twice.copy_within(5..10, 10);

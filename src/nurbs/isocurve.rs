@@ -1,33 +1,31 @@
-//! The isocurves of a surface: one contraction of the net for a whole row of a grid.
+//! Isocurves of a surface: the net contracted once for a whole row of a grid.
 
 use glam::DVec4;
 
 use super::basis::BasisDerivatives;
-use super::frame::Frame;
+use super::control_net::HomogeneousPoint;
+use super::partials::Partials;
 use super::surface::NurbsSurface;
 
-/// A homogeneous point.
-pub(super) type Point = [f64; 4];
-
-/// The control points of an isocurve, and their derivatives by the other parameter.
+/// The control points of an isocurve in v, and their first and second derivatives by u.
 #[derive(Default)]
 pub(super) struct Isocurve {
-    pub values: Vec<Point>,
-    pub slopes: Vec<Point>,
-    bends: Vec<Point>,
+    pub values: Vec<HomogeneousPoint>,
+    pub slopes: Vec<HomogeneousPoint>,
+    second: Vec<HomogeneousPoint>,
 }
 
 impl Isocurve {
-    /// That of `u`, with `ROWS - 1` derivatives.
+    /// Computes the isocurve at `u` with `ROWS - 1` derivatives.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn contract<const ROWS: usize>(&mut self, surface: &NurbsSurface, u: f64) {
         let basis = BasisDerivatives::<ROWS>::at(surface.knots_u(), u);
         let cols = surface.shape().1;
-        let net: &[Point] = bytemuck::cast_slice(surface.homogeneous());
+        let net: &[HomogeneousPoint] = bytemuck::cast_slice(surface.homogeneous());
         let (first, others) = net[basis.first * cols..].split_at(cols);
         let others = &others[..surface.knots_u().degree() * cols];
-        let targets = [&mut self.values, &mut self.slopes, &mut self.bends];
+        let targets = [&mut self.values, &mut self.slopes, &mut self.second];
         for (target, factors) in targets.into_iter().zip(&basis.rows) {
             target.clear();
             target.extend(first.iter().map(|control| control.map(|c| factors[0] * c)));
@@ -41,30 +39,30 @@ impl Isocurve {
     }
 }
 
-/// Points with first and second derivatives of a row, one after the other, handed to `take` with
-/// the number of their column.
-pub(super) fn frames(
+/// Evaluates points with first and second derivatives along a row, and calls `take` with the column
+/// index and each of them.
+pub(super) fn partials_along(
     surface: &NurbsSurface,
     u: f64,
     columns: &[BasisDerivatives<3>],
     net: &mut Isocurve,
-    mut take: impl FnMut(usize, &Frame),
+    mut take: impl FnMut(usize, &Partials),
 ) {
     net.contract::<3>(surface, u);
     let order = surface.knots_v().degree() + 1;
     for (column, basis) in columns.iter().enumerate() {
-        let sum = |points: &[Point], derivative: usize| {
+        let sum = |points: &[HomogeneousPoint], derivative: usize| {
             let points = points[basis.first..][..order].iter().zip(&basis.rows[derivative]);
             points.map(|(point, factor)| *factor * DVec4::from(*point)).sum::<DVec4>()
         };
-        let frame = Frame::new([
+        let partials = Partials::new([
             sum(&net.values, 0),
             sum(&net.slopes, 0),
             sum(&net.values, 1),
-            sum(&net.bends, 0),
+            sum(&net.second, 0),
             sum(&net.slopes, 1),
             sum(&net.values, 2),
         ]);
-        take(column, &frame);
+        take(column, &partials);
     }
 }

@@ -1,4 +1,4 @@
-//! The knot vector, which owns every rule about knots.
+//! The knot vector and its validity rules.
 
 use super::span_table::SpanTable;
 use crate::error::{Error, Result};
@@ -6,19 +6,23 @@ use crate::error::{Error, Result};
 /// Highest degree in either direction.
 pub const MAX_DEGREE: usize = 9;
 
-/// A non-decreasing sequence of knots that belongs to its degree.
+/// A non-decreasing sequence of knots with its degree.
 ///
-/// [`KnotVector::new`] is the only door; what has passed it needs no second check: the degree is
-/// between 1 and [`MAX_DEGREE`], the knots are finite and do not decrease, there are at least
-/// `2 (degree + 1)` of them, the domain is not empty, and no knot is repeated more than `degree`
-/// times inside the domain (`degree + 1` times at its ends). So every basis function is defined
-/// and the curve or surface is continuous.
+/// [`KnotVector::new`] checks all rules, so other code need not:
+///
+/// - The degree is between 1 and [`MAX_DEGREE`].
+/// - The knots are finite and do not decrease.
+/// - There are at least `2 (degree + 1)` knots.
+/// - The domain is not empty.
+/// - The multiplicity of a knot is at most `degree` inside the domain and `degree + 1` at its ends.
+///
+/// Hence every basis function is defined, and the curve or surface is continuous.
 #[derive(Clone)]
 pub struct KnotVector {
     degree: usize,
     knots: Vec<f64>,
-    /// For each level k from 1 to the degree, one after the other: `1 / (knots[j] - knots[j - k])`
-    /// at j, zero where the knots coincide. Basis functions divide by nothing else.
+    /// For each level k from 1 to the degree: `1 / (knots[j] - knots[j - k])` for all j, zero where
+    /// the knots coincide. These are the only denominators of basis functions.
     reciprocals: Vec<f64>,
     table: SpanTable,
 }
@@ -37,7 +41,7 @@ impl std::fmt::Debug for KnotVector {
 }
 
 impl KnotVector {
-    /// A knot vector of this degree.
+    /// Builds a knot vector of this degree.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -48,13 +52,17 @@ impl KnotVector {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for the degree, [`Error::Knots`] for the knots.
+    /// [`Error::Parameter`] if the degree is out of range, [`Error::Knots`] if the knots break a
+    /// rule.
     pub fn new(degree: usize, knots: Vec<f64>) -> Result<Self> {
         check_degree(degree)?;
         let fail = |must, got| Err(Error::Knots { degree, must, got });
         if knots.len() < 2 * (degree + 1) {
-            let least = 2 * (degree + 1);
-            return fail("have 2 (degree + 1) knots", format!("{} < {least} came", knots.len()));
+            let required = 2 * (degree + 1);
+            return fail(
+                "have at least 2 (degree + 1) knots",
+                format!("{} of {required} were given", knots.len()),
+            );
         }
         if let Some(i) = knots.iter().position(|k| !k.is_finite()) {
             return fail("be finite", format!("knot {i} is {}", knots[i]));
@@ -63,33 +71,33 @@ impl KnotVector {
             let got = format!("knot {} is {} after {}", i + 1, knots[i + 1], knots[i]);
             return fail("not decrease", got);
         }
-        let ordinary =
+        let invertible =
             |width: f64| width == 0.0 || (width.is_finite() && width.recip().is_finite());
-        if let Some(i) = knots.windows(2).position(|pair| !ordinary(pair[1] - pair[0])) {
+        if let Some(i) = knots.windows(2).position(|pair| !invertible(pair[1] - pair[0])) {
             let got = format!("knots {i} and {} are {:e} apart", i + 1, knots[i + 1] - knots[i]);
-            return fail("have spans that can be divided by", got);
+            return fail("have spans with finite reciprocals", got);
         }
         let (start, end) = (knots[degree], knots[knots.len() - degree - 1]);
         if start >= end {
-            return fail("have a domain", format!("it begins and ends at {start}"));
+            return fail("have a nonempty domain", format!("it begins and ends at {start}"));
         }
         let (first, last) = (knots[0], knots[knots.len() - 1]);
         if !(last - first).is_finite() || !(end - start).recip().is_finite() {
             let got = format!("they reach from {first:e} to {last:e}");
-            return fail("have a length whose inverse is a number, too", got);
+            return fail("have a finite length, and a domain with a finite reciprocal", got);
         }
         for run in knots.chunk_by(|a, b| a == b) {
             let inside = start < run[0] && run[0] < end;
             if run.len() > degree + usize::from(!inside) {
-                let got = format!("{} stands {} times", run[0], run.len());
+                let got = format!("{} has multiplicity {}", run[0], run.len());
                 return fail("repeat no knot more than degree times (once more at the ends)", got);
             }
         }
-        Ok(Self::tabulated(degree, knots))
+        Ok(Self::with_tables(degree, knots))
     }
 
-    /// Sound knots, with the tables that make evaluation fast.
-    fn tabulated(degree: usize, knots: Vec<f64>) -> Self {
+    /// Builds the tables for fast evaluation of valid knots.
+    fn with_tables(degree: usize, knots: Vec<f64>) -> Self {
         let reciprocal =
             |(k, j): (usize, usize)| match j.checked_sub(k).map(|i| knots[j] - knots[i]) {
                 Some(width) if width > 0.0 => width.recip(),
@@ -114,7 +122,7 @@ impl KnotVector {
         self.degree
     }
 
-    /// How many basis functions, and so control points, there are.
+    /// The number of basis functions, and of control points.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -140,7 +148,7 @@ impl KnotVector {
         &self.knots
     }
 
-    /// First and last parameter of the curve or surface.
+    /// The first and last parameter of the curve or surface.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -153,8 +161,8 @@ impl KnotVector {
         (self.knots[self.degree], self.knots[self.control_points()])
     }
 
-    /// Whether the curve or surface begins and ends at its outermost control points: the first and
-    /// the last `degree` knots before the domain's ends equal them.
+    /// Whether the curve or surface begins and ends at its outermost control points: the knots at
+    /// both ends of the domain have multiplicity `degree` or more.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -184,7 +192,7 @@ impl KnotVector {
         &self.knots[from..self.knots.partition_point(|&knot| knot < end)]
     }
 
-    /// Ends of the domain and distinct knots inside it: between two neighbours lies one span.
+    /// The ends of the domain and the distinct knots inside it. Neighboring breaks bound a span.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -216,7 +224,7 @@ impl KnotVector {
         windows.map(average).collect()
     }
 
-    /// How often a value stands among the knots.
+    /// The multiplicity of a value among the knots.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -229,7 +237,7 @@ impl KnotVector {
         self.knots.iter().filter(|&&knot| knot == value).count()
     }
 
-    /// The same knots on another domain.
+    /// Maps the knots linearly to another domain.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -268,7 +276,7 @@ impl KnotVector {
             knot if knot == end => start,
             knot => start + (end - knot),
         };
-        Self::tabulated(self.degree, self.knots.iter().rev().map(place).collect())
+        Self::with_tables(self.degree, self.knots.iter().rev().map(place).collect())
     }
 
     /// The distinct knots with their multiplicities, in order.
@@ -284,7 +292,7 @@ impl KnotVector {
         runs.map(|run| (run[0], run.len()))
     }
 
-    /// The number of spans of the domain that are not empty.
+    /// The number of nonempty spans of the domain.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -311,7 +319,7 @@ impl KnotVector {
     }
 }
 
-/// Checks that a degree is one that the kernel works with.
+/// Checks that a degree is between 1 and [`MAX_DEGREE`].
 pub(crate) fn check_degree(degree: usize) -> Result<()> {
     if (1..=MAX_DEGREE).contains(&degree) {
         Ok(())
@@ -329,16 +337,16 @@ mod tests {
     }
 
     #[test]
-    fn refusals_name_both_numbers() {
+    fn error_messages_contain_both_numbers() {
         assert!(message(0, &[0.0, 1.0]).contains("between 1 and 9, got 0"));
-        assert!(message(3, &[0.0, 1.0]).contains("2 < 8 came"));
+        assert!(message(3, &[0.0, 1.0]).contains("2 of 8 were given"));
         assert!(message(1, &[0.0, 0.0, f64::NAN, 1.0]).contains("knot 2 is NaN"));
         assert!(message(1, &[0.0, 0.0, 2.0, 1.0]).contains("knot 3 is 1 after 2"));
         assert!(message(1, &[0.0, 1.0, 1.0, 2.0]).contains("begins and ends at 1"));
         assert!(message(1, &[0.0, 0.0, 5e-324, 5e-324]).contains("knots 1 and 2 are 5e-324 apart"));
         assert!(message(1, &[-1e308, -1e308, 1e308, 1e308]).contains("are inf apart"));
-        assert!(message(1, &[0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).contains("0.5 stands 2 times"));
-        assert!(message(1, &[0.0, 0.0, 0.0, 0.5, 1.0, 1.0]).contains("0 stands 3 times"));
+        assert!(message(1, &[0.0, 0.0, 0.5, 0.5, 1.0, 1.0]).contains("0.5 has multiplicity 2"));
+        assert!(message(1, &[0.0, 0.0, 0.0, 0.5, 1.0, 1.0]).contains("0 has multiplicity 3"));
     }
 
     #[test]

@@ -1,58 +1,61 @@
-//! NURBS surfaces: knots, basis functions, the surface and its evaluation.
+//! NURBS curves and surfaces: knots, basis functions, evaluation, algebra, closest points.
 //!
-//! u runs along the rows of a control net, v along its columns; arrays over a net are row-major,
-//! v fastest.
+//! u runs along axis 0 of a control net (its rows), v along axis 1 (its columns). Arrays over a net
+//! are row-major, v fastest.
 
-mod algebra;
 mod approximate;
+mod arc_length;
 mod area;
 mod banded;
 mod basis;
-mod batch;
+mod basis_block;
 mod bending;
-mod bezier;
+mod bezier_patch;
+mod bounding_box;
+mod box_tree;
 mod closest_point;
-mod columns;
-mod construct;
+mod compatible;
+mod control_net;
 mod curvature;
 mod curve;
 mod curve_algebra;
+mod curve_family;
+mod degree;
 mod derivatives;
 mod direction;
-mod elevate;
 mod evaluate;
-mod frame;
+mod evaluate_grid;
+mod evaluate_scattered;
 mod fundamental_forms;
 pub(crate) mod gauss;
-mod grid;
 mod interpolate;
 mod isocurve;
-mod knot_families;
+mod knot_constructors;
+mod knot_insertion;
+mod knot_multiset;
+mod knot_removal;
 mod knot_vector;
-mod measure;
-mod net;
-mod ordered;
+mod ordered_surface;
+mod parameter_checks;
 mod parametrization;
-mod parts;
+mod partials;
 mod patch_nets;
-mod piece_tree;
 mod primitives;
-mod remove;
-mod scattered;
 mod span_table;
-mod strip;
+mod split_join;
 mod surface;
+mod surface_algebra;
+mod surface_constructors;
 mod swept;
-mod vertices;
+mod work_blocks;
 
 pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, values_at, window};
-pub(crate) use self::batch::share;
 pub(crate) use self::bending::{Bending, in_space};
-pub(crate) use self::bezier::halve;
+pub(crate) use self::bezier_patch::halve;
 pub(crate) use self::knot_vector::check_degree;
 pub(crate) use self::patch_nets::PatchNets;
+pub(crate) use self::work_blocks::for_each_task;
 
-pub use self::batch::Outside;
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};
 pub use self::curvature::{Curvature, CurvatureSlices};
 pub use self::curve::NurbsCurve;
@@ -60,6 +63,7 @@ pub use self::derivatives::MAX_DERIVATIVE;
 pub use self::direction::Direction;
 pub use self::fundamental_forms::{Form, FundamentalForms};
 pub use self::knot_vector::{KnotVector, MAX_DEGREE};
-pub use self::ordered::OrderedSurface;
+pub use self::ordered_surface::OrderedSurface;
+pub use self::parameter_checks::Outside;
 pub use self::parametrization::{GridOptions, Parametrization};
 pub use self::surface::NurbsSurface;

@@ -1,33 +1,35 @@
-//! The parameters of ordered points.
+//! Parameters of ordered points (The NURBS Book, section 9.2.1).
 
 use glam::DVec3;
 
-use super::batch::{in_steps, listening, steps};
+use super::control_net::transpose;
 use super::surface::NurbsSurface;
+use super::work_blocks::{interrupt_check, row_ranges};
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
-/// How the points of a grid get their parameters (The NURBS Book, section 9.2.1).
+/// The method that assigns parameters to the points of a grid (The NURBS Book, section 9.2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Parametrization {
     /// Evenly spaced.
     Uniform,
-    /// In proportion to the distance of neighbours, averaged over the rows or columns.
+    /// Proportional to the distance of neighbors, averaged over the rows or columns.
     #[default]
     ChordLength,
-    /// In proportion to the root of that distance: calmer where distances vary much.
+    /// Proportional to the square root of that distance: fewer oscillations where distances vary
+    /// much.
     Centripetal,
 }
 
-/// What a grid of points is to become.
+/// Options for a surface from a grid of points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridOptions {
     /// The degrees in u and v; 3 by default.
     pub degree: (usize, usize),
-    /// How points get their parameters; by default from chord lengths.
+    /// The parametrization; chord length by default.
     pub parametrization: Parametrization,
-    /// Directions in which the surface closes smoothly behind the last row or column, which is
-    /// not the first one again; none by default.
+    /// The directions in which the surface is smoothly closed; none by default. The last row or
+    /// column must not repeat the first one.
     pub closed: (bool, bool),
 }
 
@@ -39,11 +41,11 @@ impl Default for GridOptions {
 }
 
 impl NurbsSurface {
-    /// The parameters of the rows and columns of a grid, on `[0, 1]`: those at which
-    /// [`NurbsSurface::interpolate`] meets them.
+    /// Returns the parameters of the rows and columns of a grid, on `[0, 1]`: those at which
+    /// [`NurbsSurface::interpolate`] passes through the points.
     ///
-    /// In a closed direction of even degree the first row lies half a step inside the domain, as
-    /// there is no spline whose knots and data are at the same places.
+    /// In a closed direction of even degree the first row is half a step inside the domain. No
+    /// periodic spline of even degree interpolates data at its knots.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{GridOptions, NurbsSurface}, progress::Silent};
@@ -59,8 +61,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the grid has another length than its shape, fewer than 2 rows or
-    /// columns, a point that is not finite, or neighbouring rows or columns that coincide;
+    /// [`Error::Parameter`] if the length of the grid does not match its shape, it has fewer than 2
+    /// rows or columns, a point is not finite, or neighboring rows or columns coincide;
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn grid_parameters(
         grid: &[DVec3],
@@ -68,18 +70,20 @@ impl NurbsSurface {
         options: &GridOptions,
         observer: &mut dyn Observer,
     ) -> Result<(Vec<f64>, Vec<f64>)> {
-        let Sites { u, v } = Sites::new(grid, shape, options, &mut listening(observer))?;
+        let GridParameters { u, v } =
+            GridParameters::new(grid, shape, options, &mut interrupt_check(observer))?;
         Ok((u, v))
     }
 }
 
-/// Parameters of the rows and columns of a grid.
-pub(super) struct Sites {
+/// The parameters of the rows and columns of a grid.
+pub(super) struct GridParameters {
     pub u: Vec<f64>,
     pub v: Vec<f64>,
 }
 
-impl Sites {
+impl GridParameters {
+    /// Computes the parameters of a grid of points, row by row, with this shape.
     pub(super) fn new(
         grid: &[DVec3],
         (rows, cols): (usize, usize),
@@ -87,26 +91,35 @@ impl Sites {
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         if grid.len() != rows * cols || rows < 2 || cols < 2 {
-            let must = format!("at least 2 × 2 points, {rows} × {cols} of them");
+            let must = format!("{rows} × {cols} points, at least 2 × 2");
             return Err(Error::parameter("grid", must, grid.len()));
         }
         check_points("grid", grid, listen)?;
-        let turned = in_steps((cols, rows), listen, |columns| {
-            columns.flat_map(|j| grid.iter().skip(j).step_by(cols).copied())
-        })?;
+        let transposed = transpose(grid, cols, listen)?;
         let GridOptions { degree, parametrization, closed } = *options;
-        let u = sites("rows of the grid", grid, cols, parametrization, closed.0, listen)?;
-        let v = sites("columns of the grid", &turned, rows, parametrization, closed.1, listen)?;
-        Ok(Self { u: shifted(u, degree.0, closed.0), v: shifted(v, degree.1, closed.1) })
+        let u = row_parameters("rows of the grid", grid, cols, parametrization, closed.0, listen)?;
+        let v = row_parameters(
+            "columns of the grid",
+            &transposed,
+            rows,
+            parametrization,
+            closed.1,
+            listen,
+        )?;
+        Ok(Self {
+            u: shifted_if_even(u, degree.0, closed.0),
+            v: shifted_if_even(v, degree.1, closed.1),
+        })
     }
 }
 
+/// Checks that all points are finite; `name` is that of the argument.
 pub(super) fn check_points(
     name: &'static str,
     points: &[DVec3],
     listen: &mut Listen<'_>,
 ) -> Result<()> {
-    for mut range in steps(points.len(), 1) {
+    for mut range in row_ranges(points.len(), 1) {
         listen()?;
         if let Some(i) = range.find(|&i| !points[i].is_finite()) {
             return Err(Error::parameter(name, "finite", format!("{} at index {i}", points[i])));
@@ -115,9 +128,9 @@ pub(super) fn check_points(
     Ok(())
 }
 
-/// Parameters from 0 on for rows of points of this width: to 1, or in a closed direction to where
-/// one more step reaches 1.
-pub(super) fn sites(
+/// Returns parameters for rows of points of this width, starting at 0. In an open direction the
+/// last one is 1; in a closed direction the next one would be 1.
+pub(super) fn row_parameters(
     name: &'static str,
     points: &[DVec3],
     width: usize,
@@ -127,9 +140,9 @@ pub(super) fn sites(
 ) -> Result<Vec<f64>> {
     let rows = points.len() / width;
     let count = rows - usize::from(!closed);
-    let place = |row: usize, column: usize| points[row % rows * width + column];
-    let measure = |row: usize, column: usize| {
-        let distance = place(row, column).distance(place(row + 1, column));
+    let point_at = |row: usize, column: usize| points[row % rows * width + column];
+    let step_length = |row: usize, column: usize| {
+        let distance = point_at(row, column).distance(point_at(row + 1, column));
         match parametrization {
             Parametrization::Uniform => 1.0,
             Parametrization::ChordLength => distance,
@@ -137,48 +150,49 @@ pub(super) fn sites(
         }
     };
     let mut totals = vec![0.0; width];
-    for range in steps(count, width) {
+    for range in row_ranges(count, width) {
         listen()?;
         for row in range {
-            totals.iter_mut().enumerate().for_each(|(j, total)| *total += measure(row, j));
+            totals.iter_mut().enumerate().for_each(|(j, total)| *total += step_length(row, j));
         }
     }
     let mut means = vec![0.0; count];
-    for range in steps(count, width) {
+    for range in row_ranges(count, width) {
         listen()?;
         for row in range {
-            // Columns that collapse in one point have no say.
+            // Columns that collapse to one point are ignored.
             let columns = (0..width).filter(|&j| totals[j] > 0.0);
-            means[row] = columns.map(|j| measure(row, j) / totals[j]).sum();
+            means[row] = columns.map(|j| step_length(row, j) / totals[j]).sum();
         }
     }
     let total: f64 = means.iter().sum();
-    let mut sites = vec![0.0];
+    let mut parameters = vec![0.0];
     for mean in &means[..rows - 1] {
-        sites.push(sites[sites.len() - 1] + mean / total);
+        parameters.push(parameters[parameters.len() - 1] + mean / total);
     }
     if !closed {
-        sites[rows - 1] = 1.0;
+        parameters[rows - 1] = 1.0;
     }
     let last = [closed.then_some(1.0)].into_iter().flatten();
-    let all: Vec<f64> = sites.iter().copied().chain(last).collect();
-    let stuck = |pair: &[f64]| pair[0] >= pair[1] || pair[1].is_nan();
-    match all.windows(2).position(stuck) {
-        None => Ok(sites),
+    let all: Vec<f64> = parameters.iter().copied().chain(last).collect();
+    let coincides = |pair: &[f64]| pair[0] >= pair[1] || pair[1].is_nan();
+    match all.windows(2).position(coincides) {
+        None => Ok(parameters),
         Some(i) => {
             let got = format!("number {} equal to the next", i % rows);
-            Err(Error::parameter(name, "different from their neighbours", got))
+            Err(Error::parameter(name, "different from their neighbors", got))
         }
     }
 }
 
-/// In a closed direction of even degree, the parameters moved so that 0 lies between two of them.
-pub(super) fn shifted(mut sites: Vec<f64>, degree: usize, closed: bool) -> Vec<f64> {
+/// In a closed direction of even degree, shifts the parameters so that 0 is halfway between two of
+/// them.
+pub(super) fn shifted_if_even(mut parameters: Vec<f64>, degree: usize, closed: bool) -> Vec<f64> {
     if closed && degree.is_multiple_of(2) {
-        let half = (1.0 - sites[sites.len() - 1]) / 2.0;
-        for site in &mut sites {
-            *site += half;
+        let half = (1.0 - parameters[parameters.len() - 1]) / 2.0;
+        for parameter in &mut parameters {
+            *parameter += half;
         }
     }
-    sites
+    parameters
 }

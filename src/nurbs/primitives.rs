@@ -1,4 +1,4 @@
-//! The exact surfaces that everybody knows: plane to torus.
+//! Exact primitives: plane, cylinder, cone, sphere, torus.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::progress::Silent;
 
 impl NurbsSurface {
-    /// The parallelogram `origin + s u + t v` with s and t from 0 to 1.
+    /// Builds the parallelogram `origin + s u + t v` with s and t from 0 to 1.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -21,14 +21,15 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if `u` and `v` span no plane.
+    /// [`Error::Parameter`] if `u` and `v` are parallel or zero.
     pub fn plane(origin: DVec3, u: DVec3, v: DVec3) -> Result<Self> {
-        direction("u × v", u.cross(v))?;
+        unit_vector("u × v", u.cross(v))?;
         Self::clamped(vec![origin, origin + v, origin + u, origin + u + v], (2, 2), 1)
     }
 
-    /// The side of a cylinder about the axis from `base` along `axis`, whose length is the height;
-    /// u runs round, v along the axis, and the normals point outwards.
+    /// Builds the side of a cylinder around the axis from `base` to `base + axis`.
+    ///
+    /// u runs around the axis, v along it, and the normals point outwards.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -44,7 +45,7 @@ impl NurbsSurface {
         Self::cone(base, axis, radius, radius)
     }
 
-    /// The side of a cone, cut off or, with a `top_radius` of 0, whole; else as
+    /// Builds the side of a cone, truncated unless `top_radius` is 0; otherwise as
     /// [`NurbsSurface::cylinder`].
     ///
     /// ```
@@ -58,15 +59,16 @@ impl NurbsSurface {
     ///
     /// [`Error::Parameter`] if a radius is negative or both are 0, or the axis has no length.
     pub fn cone(base: DVec3, axis: DVec3, radius: f64, top_radius: f64) -> Result<Self> {
-        check_length("radius", radius, radius == 0.0 && top_radius > 0.0)?;
-        check_length("top radius", top_radius, top_radius == 0.0)?;
-        let out = direction("axis", axis)?.any_orthonormal_vector();
+        check_radius("radius", radius, radius == 0.0 && top_radius > 0.0)?;
+        check_radius("top radius", top_radius, top_radius == 0.0)?;
+        let out = unit_vector("axis", axis)?.any_orthonormal_vector();
         let profile = NurbsCurve::line(base + radius * out, base + axis + top_radius * out)?;
         Self::revolved(&profile, base, axis, TAU, &mut Silent)
     }
 
-    /// The sphere, from the south pole (v = 0) to the north pole (v = 1); u runs round the z axis,
-    /// and the normals point outwards.
+    /// Builds a sphere from the south pole (v = 0) to the north pole (v = 1).
+    ///
+    /// u runs around the z axis, and the normals point outwards.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -79,15 +81,16 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if the radius is not positive.
-    pub fn sphere(centre: DVec3, radius: f64) -> Result<Self> {
-        check_length("radius", radius, false)?;
-        let profile = NurbsCurve::arc(centre, -radius * DVec3::Z, radius * DVec3::X, PI)?;
-        Self::revolved(&profile, centre, DVec3::Z, TAU, &mut Silent)
+    pub fn sphere(center: DVec3, radius: f64) -> Result<Self> {
+        check_radius("radius", radius, false)?;
+        let profile = NurbsCurve::arc(center, -radius * DVec3::Z, radius * DVec3::X, PI)?;
+        Self::revolved(&profile, center, DVec3::Z, TAU, &mut Silent)
     }
 
-    /// The torus about the z axis through its centre: `major` is the radius of the circle that the
-    /// tube follows, `minor` that of the tube. Both directions are closed, the normals point
-    /// outwards.
+    /// Builds a torus around the z axis through its center.
+    ///
+    /// `major` is the radius of the circle through the centers of the tube, `minor` the radius of
+    /// the tube. Both directions are closed, and the normals point outwards.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -99,24 +102,24 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if a radius is not positive.
-    pub fn torus(centre: DVec3, major: f64, minor: f64) -> Result<Self> {
-        check_length("major radius", major, false)?;
-        check_length("minor radius", minor, false)?;
+    pub fn torus(center: DVec3, major: f64, minor: f64) -> Result<Self> {
+        check_radius("major radius", major, false)?;
+        check_radius("minor radius", minor, false)?;
         let (x, z) = (minor * DVec3::X, minor * DVec3::Z);
-        let profile = NurbsCurve::arc(centre + major * DVec3::X, x, z, TAU)?;
-        Self::revolved(&profile, centre, DVec3::Z, TAU, &mut Silent)
+        let profile = NurbsCurve::arc(center + major * DVec3::X, x, z, TAU)?;
+        Self::revolved(&profile, center, DVec3::Z, TAU, &mut Silent)
     }
 }
 
-/// The unit vector of a direction.
-pub(super) fn direction(name: &'static str, vector: DVec3) -> Result<DVec3> {
+/// Normalizes a direction.
+pub(super) fn unit_vector(name: &'static str, vector: DVec3) -> Result<DVec3> {
     vector.try_normalize().ok_or_else(|| {
-        Error::parameter(name, "a direction, finite and longer than 0", format!("{vector}"))
+        Error::parameter(name, "a finite vector of positive length", format!("{vector}"))
     })
 }
 
-/// A length must be positive, or just not negative if that is `enough`.
-fn check_length(name: &'static str, length: f64, enough: bool) -> Result<()> {
+/// Checks that a radius is positive and finite. A radius of 0 passes, too, if `zero_allowed`.
+fn check_radius(name: &'static str, length: f64, enough: bool) -> Result<()> {
     if length.is_finite() && (length > 0.0 || enough) {
         return Ok(());
     }
@@ -133,14 +136,14 @@ mod tests {
 
     #[test]
     fn spheres_and_tori_are_exact() {
-        let centre = DVec3::new(1.0, -2.0, 0.5);
-        let sphere = NurbsSurface::sphere(centre, 3.0).unwrap();
-        let torus = NurbsSurface::torus(centre, 3.0, 0.7).unwrap();
+        let center = DVec3::new(1.0, -2.0, 0.5);
+        let sphere = NurbsSurface::sphere(center, 3.0).unwrap();
+        let torus = NurbsSurface::torus(center, 3.0, 0.7).unwrap();
         for (u, v) in steps() {
-            let out = sphere.point(u, v) - centre;
+            let out = sphere.point(u, v) - center;
             assert!((out.length() - 3.0).abs() < 1e-14 * 3.0);
             assert!(sphere.normal(u, v).distance(out / 3.0) < 1e-14);
-            let out = torus.point(u, v) - centre;
+            let out = torus.point(u, v) - center;
             let ring = DVec3::new(out.x, out.y, 0.0).normalize() * 3.0;
             assert!((out.distance(ring) - 0.7).abs() < 1e-14 * 3.0);
             assert!(torus.normal(u, v).distance((out - ring) / 0.7) < 1e-13);
@@ -149,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn cones_have_their_radii_and_planes_their_corners() {
+    fn cones_and_planes_are_exact() {
         let (base, axis) = (DVec3::X, DVec3::new(0.0, 3.0, 4.0));
         let cone = NurbsSurface::cone(base, axis, 2.0, 0.0).unwrap();
         for (u, v) in steps() {

@@ -1,31 +1,31 @@
-//! How the span of a parameter is found without a search through all knots.
+//! A lookup table for the span of a parameter (The NURBS Book, A2.1), instead of a binary search.
 
-/// Cells of the table for each span: with two, and evenly spaced knots, a cell and its neighbours
-/// hold [`FEW`] of them.
+/// Cells of the table per span. For evenly spaced knots, three neighboring cells then contain at
+/// most [`MAX_KNOTS_PER_CELL`] knots.
 const CELLS_PER_SPAN: usize = 2;
 
-/// So many knots are compared without branches, which random parameters would mispredict.
-const FEW: u32 = 2;
+/// Number of knots that are compared without branches; random parameters would mispredict branches.
+const MAX_KNOTS_PER_CELL: u32 = 2;
 
-/// An even division of a domain, each cell with the spans that its parameters can be in.
+/// A uniform division of the domain; each cell has the range of spans of its parameters.
 #[derive(Clone, Debug)]
 pub(super) struct SpanTable {
     cells: Vec<(u32, u32)>,
-    /// Whether no cell leaves more than [`FEW`] knots to compare with.
+    /// Whether every cell has at most [`MAX_KNOTS_PER_CELL`] knots to compare with.
     even: bool,
-    /// Cells for each unit of the parameter.
+    /// Cells per unit of the parameter.
     density: f64,
-    /// Index of the last knot below the domain's end: that of its last span.
+    /// Index of the last span: of the last knot before the end of the domain.
     last: usize,
 }
 
 impl SpanTable {
-    /// For sound knots of this degree.
+    /// Builds the table for valid knots of this degree.
     pub(super) fn new(degree: usize, knots: &[f64]) -> Self {
         let control_points = knots.len() - degree - 1;
         let (start, end) = (knots[degree], knots[control_points]);
         let count = CELLS_PER_SPAN * (control_points - degree);
-        // One cell more on both sides, against the rounding of the parameter's cell.
+        // One more cell on both sides, because the cell of a parameter is rounded.
         let border = |i: f64| start + i / count as f64 * (end - start);
         let last = knots.partition_point(|&knot| knot < end) - 1;
         let inner = &knots[degree + 1..=last];
@@ -36,24 +36,26 @@ impl SpanTable {
             (before(border(i - 1.0)).unwrap_or(0), before(border(i + 2.0)).unwrap_or(most))
         };
         let cells: Vec<(u32, u32)> = (0..count).map(cell).collect();
-        let even = cells.iter().all(|(from, to)| to - from <= FEW);
+        let even = cells.iter().all(|(from, to)| to - from <= MAX_KNOTS_PER_CELL);
         Self { cells, even, density: count as f64 / (end - start), last }
     }
 
-    /// The index i with `knots[i] <= u < knots[i + 1]`, in the last span also with `u` at its end
-    /// (The NURBS Book, A2.1). Outside the domain: the first or last span. The span is never empty.
+    /// Returns the index i with `knots[i] <= u < knots[i + 1]`; in the last span also for `u` at
+    /// its end (The NURBS Book, A2.1).
+    ///
+    /// Outside the domain it is the first or last span. The span is never empty.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn span(&self, degree: usize, knots: &[f64], u: f64) -> usize {
         let start = knots[degree];
         let share = (u - start) * self.density;
-        // Outside the domain the cast saturates, and NaN becomes 0.
+        // Outside the domain the cast saturates; NaN becomes 0.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         let (from, to) = self.cells[(share as usize).min(self.cells.len() - 1)];
         let (from, to) = (degree + from as usize, degree + to as usize);
         let u = u.max(start);
         if self.even {
-            // Behind the last span's knot stand at least two more.
+            // At least two more knots follow the last span.
             let passed = |i: usize| usize::from(knots[from + i] <= u);
             return (from + passed(1) + passed(2)).min(self.last);
         }

@@ -1,21 +1,21 @@
-//! The NURBS surface and its control net.
+//! The NURBS surface: control net, weights and knots.
 
 use std::sync::{Arc, OnceLock};
 
 use glam::{DVec3, DVec4};
 
-use super::frame::Flats;
+use super::control_net::{bounds, dehomogenize, to_homogeneous};
 use super::knot_vector::{KnotVector, check_degree};
-use super::net::{bounds, lift, project};
+use super::partials::TangentThresholds;
 use super::patch_nets::PatchNets;
 use crate::error::{Error, Result};
 use crate::progress::Listen;
 
 /// A tensor-product NURBS surface.
 ///
-/// The control net has as many rows as the knot vector in u has basis functions, and as many
-/// columns as the one in v; it is stored row by row, v fastest. Control points are given as they
-/// lie in space (not multiplied by their weights).
+/// The number of rows of the control net is the number of basis functions in u; that of columns, in
+/// v. The net is stored row by row, v fastest. Control points are in space, not multiplied by their
+/// weights.
 ///
 /// ```
 /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -31,22 +31,22 @@ pub struct NurbsSurface {
     weights: Option<Vec<f64>>,
     knots_u: KnotVector,
     knots_v: KnotVector,
-    /// (w x, w y, w z, w) of each control point: what evaluation works on.
+    /// (w x, w y, w z, w) of each control point, for evaluation.
     homogeneous: Vec<DVec4>,
-    /// The corners of the box around the control points.
+    /// Two opposite corners of the control points' bounding box.
     net_box: (DVec3, DVec3),
-    /// Below which tangents count as zero.
-    flats: Flats,
-    /// Made when they are first asked for.
+    /// Squared lengths below which tangents count as zero.
+    tangent_thresholds: TangentThresholds,
+    /// Computed on first use.
     patch_nets: OnceLock<Arc<PatchNets>>,
 }
 
-/// Control points of patches that a surface keeps at most (2 MiB): to make more of them takes little
-/// beside what they are made for.
-const KEPT: usize = 1 << 16;
+/// Maximal number of Bézier control points that a surface caches (2 MiB). For larger nets,
+/// recomputing them costs little compared with their use.
+const MAX_CACHED_POINTS: usize = 1 << 16;
 
-/// Surfaces are equal if nets, weights and knots are: a net with all weights 1 is not a net
-/// without weights.
+/// Surfaces are equal if their nets, weights and knots are. A net with all weights 1 differs from a
+/// net without weights.
 impl PartialEq for NurbsSurface {
     fn eq(&self, other: &Self) -> bool {
         self.control_points == other.control_points
@@ -57,7 +57,8 @@ impl PartialEq for NurbsSurface {
 }
 
 impl NurbsSurface {
-    /// A surface from its parts; without weights it is polynomial (all weights are 1).
+    /// Builds a surface from net, weights and knots; without weights it is polynomial (all weights
+    /// are 1).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{KnotVector, NurbsSurface}};
@@ -72,7 +73,7 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not belong to the knots, a
+    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
     /// control point is not finite, or a weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
@@ -80,11 +81,11 @@ impl NurbsSurface {
         knots_u: KnotVector,
         knots_v: KnotVector,
     ) -> Result<Self> {
-        Self::assembled(control_points, weights, [knots_u, knots_v], &mut || Ok(()))
+        Self::new_interruptible(control_points, weights, [knots_u, knots_v], &mut || Ok(()))
     }
 
-    /// The same, which may be stopped.
-    pub(super) fn assembled(
+    /// Builds a surface, with interrupt checks.
+    pub(super) fn new_interruptible(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         [knots_u, knots_v]: [KnotVector; 2],
@@ -93,20 +94,20 @@ impl NurbsSurface {
         let (rows, cols) = (knots_u.control_points(), knots_v.control_points());
         if control_points.len() != rows * cols {
             let got = format!(
-                "{} control points came with knots for {rows} × {cols}",
+                "{} control points were given with knots for {rows} × {cols}",
                 control_points.len()
             );
             return Err(Error::Net {
-                must: "have as many control points as its knots ask for",
+                must: "have as many control points as its knots require",
                 got,
             });
         }
         let name = |i: usize| format!("{:?}", (i / cols, i % cols));
-        let homogeneous = lift(&control_points, weights.as_deref(), name, listen)?;
+        let homogeneous = to_homogeneous(&control_points, weights.as_deref(), name, listen)?;
         let net_box = bounds(control_points.iter().copied());
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
         let size = net_box.0.distance(net_box.1);
-        let flats = Flats::new(size, length(&knots_u), length(&knots_v));
+        let tangent_thresholds = TangentThresholds::new(size, length(&knots_u), length(&knots_v));
         let patch_nets = OnceLock::new();
         Ok(Self {
             control_points,
@@ -115,39 +116,46 @@ impl NurbsSurface {
             knots_v,
             homogeneous,
             net_box,
-            flats,
+            tangent_thresholds,
             patch_nets,
         })
     }
 
-    /// The Bézier nets between the knots, which the surface keeps for the next time.
+    /// Returns the Bézier nets between the knots, which the surface caches.
     pub(crate) fn patch_nets(&self) -> Arc<PatchNets> {
         if let Some(nets) = self.patch_nets.get() {
             return Arc::clone(nets);
         }
-        let nets = Arc::new(PatchNets::new(self, &[], &[]));
-        if nets.control_points() > KEPT {
+        let nets = Arc::new(self.patch_nets_cut_at(&[], &[]));
+        if nets.control_points() > MAX_CACHED_POINTS {
             return nets;
         }
-        // Two threads may make them at once; the first to end are kept.
+        // Two threads may compute them at once; the first result is kept.
         Arc::clone(self.patch_nets.get_or_init(|| nets))
     }
 
-    /// A surface from a net in homogeneous coordinates, (w x, w y, w z, w).
+    /// Returns the Bézier nets between the knots and these additional parameters inside the domain.
+    pub(crate) fn patch_nets_cut_at(&self, u: &[f64], v: &[f64]) -> PatchNets {
+        PatchNets::new(&self.homogeneous, [&self.knots_u, &self.knots_v], [u, v])
+    }
+
+    /// Builds a surface from a net in homogeneous coordinates, (w x, w y, w z, w).
     pub(super) fn from_homogeneous(
         net: Vec<DVec4>,
         rational: bool,
         knots: [KnotVector; 2],
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let (points, weights) = project(&net, rational, listen)?;
+        let (points, weights) = dehomogenize(&net, rational, listen)?;
         drop(net);
-        Self::assembled(points, weights, knots, listen)
+        Self::new_interruptible(points, weights, knots, listen)
     }
 
-    /// The polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of `rows`
-    /// × `cols` control points. Where the net has no more rows (columns) than `degree`, the degree
-    /// in that direction is the highest that it can hold.
+    /// Builds a polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of
+    /// `rows` × `cols` control points.
+    ///
+    /// If a side has at most `degree` control points, the degree in that direction is lowered to
+    /// the highest possible one.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -159,8 +167,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for a degree out of range or a side with fewer than 2 control points;
-    /// [`Error::Net`] as [`NurbsSurface::new`].
+    /// [`Error::Parameter`] if the degree is out of range or a side has fewer than 2 control
+    /// points; [`Error::Net`] as [`NurbsSurface::new`].
     pub fn clamped(net: Vec<DVec3>, (rows, cols): (usize, usize), degree: usize) -> Result<Self> {
         check_degree(degree)?;
         let knots = |count: usize| {
@@ -170,7 +178,7 @@ impl NurbsSurface {
         Self::new(net, None, knots(rows)?, knots(cols)?)
     }
 
-    /// The net's control points, row by row.
+    /// The control points of the net, row by row.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -183,7 +191,7 @@ impl NurbsSurface {
         &self.control_points
     }
 
-    /// The net's weights, row by row; `None` if the surface is polynomial.
+    /// The weights of the net, row by row; `None` if the surface is polynomial.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -197,7 +205,7 @@ impl NurbsSurface {
         self.weights.as_deref()
     }
 
-    /// The knots in u, along the rows.
+    /// The knots in u, along axis 0 of the net.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -210,7 +218,7 @@ impl NurbsSurface {
         &self.knots_u
     }
 
-    /// The knots in v, along the columns.
+    /// The knots in v, along axis 1 of the net.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -236,7 +244,8 @@ impl NurbsSurface {
         (self.knots_u.control_points(), self.knots_v.control_points())
     }
 
-    /// Smallest and largest coordinates of the control points: a box that holds the surface.
+    /// Returns the smallest and largest coordinates of the control points; this box contains the
+    /// surface.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -249,7 +258,8 @@ impl NurbsSurface {
         self.net_box
     }
 
-    /// The diagonal of the net's box, in the points' unit: what "the size" means in tolerances.
+    /// The size of the surface, to which tolerances are relative: the diagonal of
+    /// [`NurbsSurface::net_box`], in the points' unit.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -263,12 +273,12 @@ impl NurbsSurface {
         low.distance(high)
     }
 
-    pub(super) fn flats(&self) -> Flats {
-        self.flats
+    /// Squared lengths below which tangents count as zero.
+    pub(super) fn tangent_thresholds(&self) -> TangentThresholds {
+        self.tangent_thresholds
     }
 
-    /// The same surface with each control point moved by `f`, which must be affine for the surface
-    /// to move with it.
+    /// Applies `f` to each control point. The surface follows exactly only if `f` is affine.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -301,11 +311,11 @@ mod tests {
     }
 
     #[test]
-    fn refusals_name_both_numbers() {
+    fn error_messages_contain_both_numbers() {
         let knots = || KnotVector::clamped_uniform(1, 2).unwrap();
         let net = || vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE];
         let weighted = |weights| message(NurbsSurface::new(net(), Some(weights), knots(), knots()));
-        assert!(weighted(vec![1.0; 3]).contains("3 weights came for 4 points"));
+        assert!(weighted(vec![1.0; 3]).contains("3 weights were given for 4 points"));
         assert!(weighted(vec![1.0, 1.0, 0.0, 1.0]).contains("weight (1, 0) is 0"));
         assert!(weighted(vec![1.0, f64::NAN, 1.0, 1.0]).contains("weight (0, 1) is NaN"));
         assert!(weighted(vec![1.0, 1.0, 1.0, 5e-324]).contains("control point (1, 1) with"));

@@ -2,19 +2,21 @@
 
 use glam::DVec3;
 
-use super::batch::{in_steps, listening};
+use super::compatible::unify;
 use super::curve::{NurbsCurve, arc};
-use super::interpolate::interpolate_strip;
-use super::parametrization::{Parametrization, sites};
-use super::primitives::direction;
-use super::strip::{Strip, unify};
+use super::curve_family::CurveFamily;
+use super::interpolate::interpolate_family;
+use super::parametrization::{Parametrization, row_parameters};
+use super::primitives::unit_vector;
 use super::surface::NurbsSurface;
+use super::work_blocks::{collect_in_steps, interrupt_check};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
 impl NurbsSurface {
-    /// The surface of straight lines between points of equal parameters of two curves, which run
-    /// in v; u goes from 0 on the first to 1 on the second.
+    /// Builds the surface of straight lines between points of equal parameters of two curves.
+    ///
+    /// The curves run in v; u is 0 on the first and 1 on the second.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsCurve, NurbsSurface}, progress::Silent};
@@ -33,9 +35,10 @@ impl NurbsSurface {
         Self::lofted(&[from.clone(), to.clone()], 1, Parametrization::Uniform, observer)
     }
 
-    /// A surface through curves, which run in v, in their order (skinning; The NURBS Book, section
-    /// 10.3). Degrees and knots are made equal first. The degree in u is lower where there are not
-    /// more curves than it.
+    /// Builds a surface through curves, in their order (skinning; The NURBS Book, section 10.3).
+    ///
+    /// The curves run in v. Their degrees and knots are made compatible first. The degree in u is
+    /// at most the number of curves minus 1.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsCurve, NurbsSurface, Parametrization}, progress::Silent};
@@ -49,8 +52,9 @@ impl NurbsSurface {
     /// # Errors
     ///
     /// [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
-    /// neighbours coincide; [`Error::Net`] if weights that differ too much from curve to curve
-    /// would become negative between them; [`Error::Interrupted`] if the observer stops it.
+    /// neighboring curves coincide; [`Error::Net`] if the weights differ so much from curve to
+    /// curve that they would become negative between them; [`Error::Interrupted`] if the observer
+    /// stops it.
     pub fn lofted(
         curves: &[NurbsCurve],
         degree: usize,
@@ -60,28 +64,30 @@ impl NurbsSurface {
         if curves.len() < 2 {
             return Err(Error::parameter("curves", "at least two", curves.len()));
         }
-        let listen = &mut listening(observer);
-        let strips: Result<Vec<Strip>> =
-            curves.iter().map(|curve| curve.strip().copied(listen)).collect();
-        let mut strips = strips?;
-        unify(&mut strips, listen)?;
-        let (count, width) = (strips.len(), strips[0].rows());
-        let points = in_steps((count, width), listen, |rows| {
-            rows.flat_map(|row| strips[row].points.iter().copied())
+        let listen = &mut interrupt_check(observer);
+        let families: Result<Vec<CurveFamily>> =
+            curves.iter().map(|curve| curve.family().copied(listen)).collect();
+        let mut families = families?;
+        unify(&mut families, listen)?;
+        let (count, width) = (families.len(), families[0].rows());
+        let points = collect_in_steps((count, width), listen, |rows| {
+            rows.flat_map(|row| families[row].points.iter().copied())
         })?;
-        let places = in_steps((points.len(), 1), listen, |part| {
+        let places = collect_in_steps((points.len(), 1), listen, |part| {
             points[part].iter().map(|h| h.truncate() / h.w)
         })?;
         let degree = degree.min(count - 1);
-        let sites = sites("curves", &places, width, parametrization, false, listen)?;
-        let strip = interpolate_strip(points, width, &sites, degree, false, listen)?;
+        let parameters = row_parameters("curves", &places, width, parametrization, false, listen)?;
+        let family = interpolate_family(points, width, &parameters, degree, false, listen)?;
         let rational = curves.iter().any(|curve| curve.weights().is_some());
-        let knots = [strip.knots, strips.swap_remove(0).knots];
-        Self::from_homogeneous(strip.points, rational, knots, listen)
+        let knots = [family.knots, families.swap_remove(0).knots];
+        Self::from_homogeneous(family.points, rational, knots, listen)
     }
 
-    /// The surface that a profile sweeps when it turns about an axis by `angle` (at most a full
-    /// turn), exact (The NURBS Book, A8.1). u runs round the axis on `[0, 1]`, v along the profile.
+    /// Revolves a profile around an axis by `angle` (at most a full turn), exactly (The NURBS Book,
+    /// A8.1).
+    ///
+    /// u runs around the axis on `[0, 1]`, v along the profile.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsCurve, NurbsSurface}, progress::Silent};
@@ -94,8 +100,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the axis has no direction, or for the angle; [`Error::Interrupted`]
-    /// if the observer stops it.
+    /// [`Error::Parameter`] if the axis has no direction or the angle is out of range;
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn revolved(
         profile: &NurbsCurve,
         origin: DVec3,
@@ -103,21 +109,21 @@ impl NurbsSurface {
         angle: f64,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let axis = direction("axis", axis)?;
+        let axis = unit_vector("axis", axis)?;
         let (circle, weights, knots) = arc(angle)?;
-        let profile = profile.strip();
+        let profile = profile.family();
         let count = profile.rows();
         let turned = |k: usize| {
             let (at, weight, h) =
                 (circle[k / count], weights[k / count], profile.points[k % count]);
             let point = h.truncate() / h.w - origin;
-            let centre = point.dot(axis) * axis;
-            let x = point - centre;
-            let turned = origin + centre + at.x * x + at.y * axis.cross(x);
+            let center = point.dot(axis) * axis;
+            let x = point - center;
+            let turned = origin + center + at.x * x + at.y * axis.cross(x);
             (turned * (weight * h.w)).extend(weight * h.w)
         };
-        let listen = &mut listening(observer);
-        let net = in_steps((circle.len() * count, 1), listen, |part| part.map(&turned))?;
+        let listen = &mut interrupt_check(observer);
+        let net = collect_in_steps((circle.len() * count, 1), listen, |part| part.map(&turned))?;
         Self::from_homogeneous(net, true, [knots, profile.knots.clone()], listen)
     }
 }
@@ -130,7 +136,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn ruled_and_lofted_surfaces_hold_their_curves() {
+    fn ruled_and_lofted_surfaces_contain_their_curves() {
         let circle = NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, TAU).unwrap();
         let wave = [(0.0, 0.0), (1.0, 2.0), (2.0, -1.0), (3.0, 0.0), (4.0, 1.0)];
         let wave = wave.map(|(x, y)| DVec3::new(x, y, 5.0)).to_vec();
@@ -147,7 +153,7 @@ mod tests {
             let (a, b) = (circle.point(t), wave.point(t));
             assert!(ruled.point(0.0, t).distance(a) < 1e-14);
             assert!(ruled.point(1.0, t).distance(b) < 1e-14);
-            // Weights of the circle draw the middle of the line towards the wave, not off it.
+            // The weights of the circle move the middle along the line, towards the wave.
             let middle = ruled.point(0.5, t);
             assert!((middle - a).cross(b - a).length() < 1e-12);
             assert!(lofted.point(0.0, t).distance(a) < 1e-13);

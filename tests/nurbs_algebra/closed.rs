@@ -1,14 +1,14 @@
-//! Surfaces that close on themselves: no seam, before and after.
+//! Closed surfaces: they stay closed and smooth at the seam under knot algebra.
 
 use neurbs::nurbs::{Direction, NurbsSurface, Outside};
 use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use crate::strategies::{closed_surface, same, same_where};
+use crate::strategies::{assert_same, assert_same_at, closed_surface};
 
-/// All derivatives below the degree of the closed direction, on both sides of the seam.
-fn seam(surface: &NurbsSurface, t: f64, direction: Direction) -> [Vec<DVec3>; 2] {
+/// Returns all derivatives below the degree of the closed direction, on both sides of the seam.
+fn seam_derivatives(surface: &NurbsSurface, t: f64, direction: Direction) -> [Vec<DVec3>; 2] {
     let order = surface.knots(direction).degree() - 1;
     let (start, end) = surface.knots(direction).domain();
     [start, end].map(|at| {
@@ -19,9 +19,9 @@ fn seam(surface: &NurbsSurface, t: f64, direction: Direction) -> [Vec<DVec3>; 2]
     })
 }
 
-/// How much larger than the surface its derivatives of these orders can be: each divides by a span
-/// what the degree multiplies.
-fn growth(surface: &NurbsSurface, orders: (usize, usize)) -> f64 {
+/// Bounds the derivatives of these orders relative to the size of the surface. Each differentiation
+/// multiplies by the degree and divides by the length of a span.
+fn derivative_bound(surface: &NurbsSurface, orders: (usize, usize)) -> f64 {
     let one = |direction| {
         let knots = surface.knots(direction);
         (2 * knots.degree() * knots.spans()) as f64
@@ -40,24 +40,24 @@ proptest! {
             if !closed {
                 continue;
             }
-            let [before, after] = seam(&surface, t, direction);
+            let [before, after] = seam_derivatives(&surface, t, direction);
             let order = surface.knots(direction).degree();
             for (k, (a, b)) in before.iter().zip(&after).enumerate() {
-                let scale = surface.size() * growth(&surface, (k / order, k % order));
+                let scale = surface.size() * derivative_bound(&surface, (k / order, k % order));
                 prop_assert!(a.distance(*b) <= 1e-14 * scale, "{} {} {:e}", a, b, scale);
             }
         }
     }
 
     #[test]
-    fn algebra_leaves_it_where_it_was(surface in closed_surface(), at in 0.1..0.9_f64) {
-        same(&surface, &surface.clamp(&mut Silent).unwrap());
-        same(&surface, &surface.elevate_degree(1, 2, &mut Silent).unwrap());
-        same(&surface, &surface.insert_knots(Direction::U, &[at], &mut Silent).unwrap());
-        same_where(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
-        same_where(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
+    fn algebra_keeps_the_shape(surface in closed_surface(), at in 0.1..0.9_f64) {
+        assert_same(&surface, &surface.clamp(&mut Silent).unwrap());
+        assert_same(&surface, &surface.elevate_degree(1, 2, &mut Silent).unwrap());
+        assert_same(&surface, &surface.insert_knots(Direction::U, &[at], &mut Silent).unwrap());
+        assert_same_at(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
+        assert_same_at(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
         for patch in surface.bezier_patches(&mut Silent).unwrap().iter().flatten() {
-            same_where(&surface, patch, |at| at);
+            assert_same_at(&surface, patch, |at| at);
         }
         for moved in [surface.clamp(&mut Silent), surface.elevate_degree(1, 1, &mut Silent), surface.reversed(Direction::U, &mut Silent)] {
             prop_assert_eq!(moved.unwrap().closed(), surface.closed());
@@ -76,7 +76,7 @@ proptest! {
 }
 
 #[test]
-fn uneven_weights_far_away_are_no_gap() {
+fn a_distant_closed_surface_with_uneven_weights_is_closed() {
     let net: Vec<DVec3> =
         (0..30).map(|i| DVec3::splat(f64::from(i * i % 7)) * DVec3::new(0.1, 0.3, 0.2)).collect();
     let weights: Vec<f64> = (0..30).map(|i| if i % 4 == 0 { 0.1 } else { 9.7 }).collect();

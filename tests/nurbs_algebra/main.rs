@@ -1,4 +1,4 @@
-//! Knot algebra leaves the shape where it was, to 1e-13 of its size.
+//! Knot algebra does not change the shape, to 1e-13 of its size.
 
 mod closed;
 mod curves;

@@ -1,30 +1,30 @@
-//! Surfaces, open and unclamped.
+//! Open surfaces, clamped and unclamped.
 
 use neurbs::nurbs::{Direction, NurbsSurface};
 use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 use proptest::prelude::*;
 
-use crate::strategies::{EXACT, affine, room, same, same_where, samples, surface};
+use crate::strategies::{EXACT, affine, assert_same, assert_same_at, insertable, samples, surface};
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
     #[test]
-    fn insertion(surface in surface(), new in prop::collection::vec(1_u8..80, 1..12)) {
+    fn insertion_keeps_the_shape(surface in surface(), new in prop::collection::vec(1_u8..80, 1..12)) {
         let new: Vec<f64> = new.into_iter().map(|place| f64::from(place) / 80.0).collect();
-        let u = room(surface.knots_u(), &new);
-        let v = room(surface.knots_v(), &new);
+        let u = insertable(surface.knots_u(), &new);
+        let v = insertable(surface.knots_v(), &new);
         let refined = surface.insert_knots(Direction::U, &u, &mut Silent).unwrap();
         let refined = refined.insert_knots(Direction::V, &v, &mut Silent).unwrap();
         prop_assert_eq!(refined.shape(), (surface.shape().0 + u.len(), surface.shape().1 + v.len()));
-        same(&surface, &refined);
+        assert_same(&surface, &refined);
     }
 
     #[test]
-    fn removal_takes_back_what_insertion_gave(surface in surface(), new in 1_u8..80) {
+    fn removal_undoes_insertion(surface in surface(), new in 1_u8..80) {
         let surface = surface.clamp(&mut Silent).unwrap();
-        let new = room(surface.knots_u(), &[f64::from(new) / 80.0]);
+        let new = insertable(surface.knots_u(), &[f64::from(new) / 80.0]);
         let refined = surface.insert_knots(Direction::U, &new, &mut Silent).unwrap();
         let tolerance = 1e-12 * surface.size();
         let back = refined.remove_knots(Direction::U, Some(&new), tolerance, &mut Silent).unwrap();
@@ -35,7 +35,7 @@ proptest! {
     }
 
     #[test]
-    fn removal_holds_its_tolerance(surface in surface(), tolerance in 0.001..1.0_f64) {
+    fn removal_stays_within_tolerance(surface in surface(), tolerance in 0.001..1.0_f64) {
         let less = surface.remove_knots(Direction::V, None, tolerance, &mut Silent).unwrap();
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
             let moved = surface.point(at.x, at.y).distance(less.point(at.x, at.y));
@@ -44,10 +44,10 @@ proptest! {
     }
 
     #[test]
-    fn elevation_and_reduction(surface in surface(), u in 0_usize..3, v in 0_usize..3) {
+    fn reduction_undoes_elevation(surface in surface(), u in 0_usize..3, v in 0_usize..3) {
         let raised = surface.elevate_degree(u, v, &mut Silent).unwrap();
         prop_assert_eq!(raised.knots_u().degree(), surface.knots_u().degree() + u);
-        same(&surface, &raised);
+        assert_same(&surface, &raised);
         let tolerance = 1e-9 * surface.size();
         let lowered = raised.reduce_degree(u, v, tolerance, &mut Silent).unwrap();
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
@@ -56,26 +56,26 @@ proptest! {
     }
 
     #[test]
-    fn parts(surface in surface(), at in 0.01..0.99_f64) {
-        same(&surface, &surface.clamp(&mut Silent).unwrap());
+    fn parts_match_the_surface(surface in surface(), at in 0.01..0.99_f64) {
+        assert_same(&surface, &surface.clamp(&mut Silent).unwrap());
         for direction in [Direction::U, Direction::V] {
             let (before, after) = surface.split(direction, at, &mut Silent).unwrap();
-            same_where(&surface, &before, |at| at);
-            same_where(&surface, &after, |at| at);
+            assert_same_at(&surface, &before, |at| at);
+            assert_same_at(&surface, &after, |at| at);
             let whole = before.joined(direction, &after, 1e-12 * surface.size(), &mut Silent).unwrap();
-            same(&surface, &whole);
+            assert_same(&surface, &whole);
         }
         let part = surface.sub_surface((0.5 * at, at), (at, 1.0), &mut Silent).unwrap();
         prop_assert_eq!(part.knots_u().domain(), (0.5 * at, at));
-        same_where(&surface, &part, |at| at);
+        assert_same_at(&surface, &part, |at| at);
         for patch in surface.bezier_patches(&mut Silent).unwrap().iter().flatten() {
             prop_assert_eq!(patch.knots_u().spans() * patch.knots_v().spans(), 1);
-            same_where(&surface, patch, |at| at);
+            assert_same_at(&surface, patch, |at| at);
         }
     }
 
     #[test]
-    fn affine_maps_move_points_as_they_move_the_net(surface in surface(), map in affine()) {
+    fn affine_maps_commute_with_evaluation(surface in surface(), map in affine()) {
         let moved = surface.transformed(&map).unwrap();
         let size = surface.size() + moved.size();
         for at in samples((0.0, 1.0), (0.0, 1.0)) {
@@ -100,12 +100,12 @@ proptest! {
     }
 
     #[test]
-    fn directions(surface in surface(), at in 0.0..1.0_f64) {
-        same_where(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
-        same_where(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
-        same_where(&surface, &surface.reversed(Direction::V, &mut Silent).unwrap(), |at| DVec2::new(at.x, 1.0 - at.y));
+    fn transposed_reversed_and_isocurves_match_the_surface(surface in surface(), at in 0.0..1.0_f64) {
+        assert_same_at(&surface, &surface.transposed(&mut Silent).unwrap(), |at| DVec2::new(at.y, at.x));
+        assert_same_at(&surface, &surface.reversed(Direction::U, &mut Silent).unwrap(), |at| DVec2::new(1.0 - at.x, at.y));
+        assert_same_at(&surface, &surface.reversed(Direction::V, &mut Silent).unwrap(), |at| DVec2::new(at.x, 1.0 - at.y));
         let moved = surface.with_domain((-2.0, 1.0), (5.0, 5.5)).unwrap();
-        same_where(&surface, &moved, |at| {
+        assert_same_at(&surface, &moved, |at| {
             DVec2::new((at.x + 2.0) / 3.0, (at.y - 5.0) * 2.0).clamp(DVec2::ZERO, DVec2::ONE)
         });
         let (across, along) = (surface.isocurve(Direction::U, at).unwrap(), surface.isocurve(Direction::V, at).unwrap());
@@ -117,11 +117,11 @@ proptest! {
 }
 
 proptest! {
-    // The area of so wild a surface takes a while.
+    // The area of such an irregular surface is slow to compute.
     #![proptest_config(ProptestConfig { cases: 6, ..ProptestConfig::default() })]
 
     #[test]
-    fn areas_and_boxes_stay(surface in surface(), at in 0.1..0.9_f64) {
+    fn areas_and_boxes_do_not_change(surface in surface(), at in 0.1..0.9_f64) {
         let area = |surface: &NurbsSurface| surface.area(1e-5, &mut Silent).unwrap();
         let whole = area(&surface);
         let raised = area(&surface.elevate_degree(1, 1, &mut Silent).unwrap());
@@ -140,7 +140,7 @@ proptest! {
 }
 
 #[test]
-fn refusals() {
+fn invalid_arguments_are_refused() {
     let net = (0..16).map(|i| DVec3::new(f64::from(i / 4), f64::from(i % 4), 0.0)).collect();
     let surface = NurbsSurface::clamped(net, (4, 4), 3).unwrap();
     let message = |result: neurbs::Result<NurbsSurface>| result.unwrap_err().to_string();
@@ -150,7 +150,7 @@ fn refusals() {
     );
     assert!(
         message(surface.insert_knots(Direction::U, &[0.5; 4], &mut Silent))
-            .contains("0.5 stands 4 times")
+            .contains("0.5 has multiplicity 4")
     );
     assert!(
         message(surface.elevate_degree(7, 0, &mut Silent))
@@ -175,7 +175,7 @@ fn refusals() {
     let apart = surface.map_control_points(|p| p + DVec3::new(4.0, 0.0, 0.0)).unwrap();
     assert!(
         message(surface.joined(Direction::U, &apart, 0.1, &mut Silent))
-            .contains("how far the edges are")
+            .contains("the distance between the edges")
     );
     assert!(surface.isocurve(Direction::U, 1.5).is_err());
 }

@@ -106,7 +106,7 @@ NET = np.random.default_rng(0).random((4, 5, 3))
         ({"degree": -3}, "degree must be an integer"),
         ({"knots": [0, 1]}, "knots in u must be real numbers of shape .n,., got shape"),
         ({"knots": 7}, "knots must be two sequences, for u and v, got 7"),
-        ({"knots": (range(8), range(8))}, "20 control points came with knots for 4 × 4"),
+        ({"knots": (range(8), range(8))}, "20 control points were given with knots for 4 × 4"),
         ({"knots": (range(8)[::-1], range(9))}, "not decrease, but knot 1 is 6 after 7"),
     ],
     ids=str,

@@ -15,7 +15,7 @@ POINTS, UV = RNG.random((30, 3)), RNG.random((30, 2))
 GRID = np.stack([*np.mgrid[0:6, 0:7], RNG.random((6, 7))], axis=-1)
 
 REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
-    (SURFACE.insert_knots, [0.5] * 4, "0.5 stands 5 times"),
+    (SURFACE.insert_knots, [0.5] * 4, "0.5 has multiplicity 5"),
     (SURFACE.insert_knots, [np.nan], "strictly inside the domain"),
     (SURFACE.insert_knots, "x", "u must be real numbers"),
     (SURFACE.elevate_degree, 2**64 - 1, "at most 9 after elevation"),
@@ -32,7 +32,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: SURFACE.sub_surface(u=x), 0.5, "u must be two numbers, the first and the last"),
     (lambda x: SURFACE.with_domain(v=x), [0, np.inf], "v|knot"),
     (lambda x: SURFACE.joined(SURFACE, x), "w", "direction must be 'u' or 'v'"),
-    (SURFACE.joined, SURFACE, "how far the edges are apart"),
+    (SURFACE.joined, SURFACE, "the distance between the edges"),
     (SURFACE.transformed, np.eye(3), "matrix must be real numbers of shape"),
     (SURFACE.transformed, np.full((3, 4), np.nan), "finite"),
     (SURFACE.transformed, np.ones((4, 4)), r"matrix must end in \[0, 0, 0, 1\]"),
@@ -44,7 +44,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: CURVE.derivatives([0.5], x), 10**30, "order must be an integer from 0"),
     (lambda x: CURVE.length(accuracy=x), 2, "accuracy must be between"),
     (lambda x: NurbsCurve(POINTS, degree=x), -3, "degree must be an integer from 0"),
-    (lambda x: NurbsCurve(POINTS, x), np.full(30, 1e-320), "these not vanish"),
+    (lambda x: NurbsCurve(POINTS, x), np.full(30, 1e-320), "no subnormal weights"),
     (lambda x: NurbsCurve(x, np.full(4, 1e200)), np.full((4, 3), 1e200), "multiplied by its"),
     (NurbsCurve, np.empty((0, 3)), "more than the degree, 3, got 0"),
     (NurbsCurve.interpolate, np.empty((0, 3)), "more than the degree, 3, got 0"),

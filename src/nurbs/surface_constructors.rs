@@ -1,4 +1,4 @@
-//! Surfaces from nets whose knots follow from their shape: Bézier patches and closed surfaces.
+//! Bézier patches and closed (periodic) surfaces from a net alone.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 
 impl NurbsSurface {
-    /// The Bézier patch of this net, of degree `rows - 1` × `cols - 1`.
+    /// Builds the Bézier patch of a net, of degree `rows - 1` × `cols - 1`.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -19,7 +19,7 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has not between 2 and 10 control points; [`Error::Net`] as
+    /// [`Error::Parameter`] if a side does not have 2 to 10 control points; [`Error::Net`] as
     /// [`NurbsSurface::new`].
     pub fn bezier(
         net: Vec<DVec3>,
@@ -30,9 +30,10 @@ impl NurbsSurface {
         Self::new(net, weights, knots(rows)?, knots(cols)?)
     }
 
-    /// A surface that closes smoothly on itself in the directions said, with evenly spaced knots
-    /// on `[0, 1]²`: each row or column of the net is given once, the first ones are repeated
-    /// here.
+    /// Builds a surface that is smoothly closed in the given directions, with evenly spaced knots
+    /// on `[0, 1]²`.
+    ///
+    /// `net` contains each row and column once; the first ones are repeated here.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -47,8 +48,8 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has not more control points than its degree; [`Error::Net`]
-    /// as [`NurbsSurface::new`].
+    /// [`Error::Parameter`] if a side has at most `degree` control points; [`Error::Net`] as
+    /// [`NurbsSurface::new`].
     pub fn periodic(
         net: &[DVec3],
         weights: Option<&[f64]>,
@@ -65,8 +66,11 @@ impl NurbsSurface {
         };
         let (u, v) = (knots(degrees.0, rows, closed.0)?, knots(degrees.1, cols, closed.1)?);
         if net.len() != rows * cols {
-            let got = format!("{} came for {rows} × {cols}", net.len());
-            return Err(Error::Net { must: "have as many control points as its shape", got });
+            let got = format!("{} were given for a shape of {rows} × {cols}", net.len());
+            return Err(Error::Net {
+                must: "have as many control points as its shape requires",
+                got,
+            });
         }
         let place = |k: usize| {
             let (i, j) = (k / v.control_points(), k % v.control_points());
@@ -74,7 +78,7 @@ impl NurbsSurface {
         };
         let count = u.control_points() * v.control_points();
         if let Some(weights) = weights.filter(|weights| weights.len() != net.len()) {
-            let got = format!("{} weights came for {} points", weights.len(), net.len());
+            let got = format!("{} weights were given for {} points", weights.len(), net.len());
             return Err(Error::Net { must: "have one weight for each control point", got });
         }
         let weights = weights.map(|weights| (0..count).map(|k| weights[place(k)]).collect());
@@ -87,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn closed_directions_have_no_seam() {
+    fn closed_directions_are_smooth_at_the_seam() {
         let net: Vec<DVec3> = (0..35)
             .map(|i| DVec3::new(f64::from(i).sin(), f64::from(i * i % 7), f64::from(i % 5)))
             .collect();
@@ -101,7 +105,7 @@ mod tests {
             for t in [0.0, 0.21, 0.7] {
                 for ((a, b), (c, d)) in [((0.0, t), (1.0, t)), ((t, 0.0), (t, 1.0))] {
                     assert!(closed.point(a, b).distance(closed.point(c, d)) < 1e-13);
-                    let (start, end) = (closed.frame(a, b), closed.frame(c, d));
+                    let (start, end) = (closed.partials(a, b), closed.partials(c, d));
                     assert!(start.u.distance(end.u) < 1e-11 && start.v.distance(end.v) < 1e-11);
                     assert!(closed.normal(a, b).distance(closed.normal(c, d)) < 1e-12);
                 }

@@ -1,19 +1,21 @@
-//! The knots that most curves and surfaces have: clamped and periodic, evenly spaced or not.
+//! Clamped and periodic knot vectors, evenly spaced or with given inner knots.
 
 use super::knot_vector::{KnotVector, check_degree};
 use crate::error::{Error, Result};
 
-/// Most control points along a direction with evenly spaced knots: a larger number was hardly
-/// meant, and memory for it must not be asked for.
-const MOST_CONTROL_POINTS: usize = 1 << 24;
+/// Maximal number of control points of evenly spaced knots. A larger number is probably an error
+/// and would exhaust memory.
+const MAX_CONTROL_POINTS: usize = 1 << 24;
 
-/// Differences of knots that should be one period agree to this share of it.
+/// Relative difference below which two knot distances equal the period up to rounding.
 const PERIOD_ROUNDING: f64 = 1e-12;
 
 impl KnotVector {
-    /// Knots that repeat with the period of `[0, 1]`, evenly spaced, for a closed curve or
-    /// surface: the last `degree` control points are the first ones again, and the seam is as
-    /// smooth as every other knot.
+    /// Builds evenly spaced knots on `[0, 1]` that repeat with period 1, for a closed curve or
+    /// surface.
+    ///
+    /// The last `degree` control points repeat the first ones, and the seam is as smooth as every
+    /// other knot.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -25,15 +27,16 @@ impl KnotVector {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the degree is out of range or there are not more different control
-    /// points than the degree.
+    /// [`Error::Parameter`] if the degree is out of range or there are at most `degree` distinct
+    /// control points.
     pub fn periodic_uniform(degree: usize, distinct: usize) -> Result<Self> {
         check_count(degree, distinct)?;
         let breaks: Vec<f64> = (0..=distinct).map(|i| i as f64 / distinct as f64).collect();
         Self::periodic(degree, &breaks)
     }
 
-    /// Knots that repeat with the period from the first to the last of `breaks`, which increase.
+    /// Builds knots whose period is the distance from the first to the last of `breaks`, which
+    /// increase.
     pub(crate) fn periodic(degree: usize, breaks: &[f64]) -> Result<Self> {
         let (count, period) = (breaks.len() - 1, breaks[breaks.len() - 1] - breaks[0]);
         let before = (1..=degree).rev().map(|i| {
@@ -45,7 +48,7 @@ impl KnotVector {
         Self::new(degree, before.chain(breaks.iter().copied()).chain(after).collect())
     }
 
-    /// Clamped knots with these inner ones.
+    /// Builds clamped knots with these inner knots.
     pub(crate) fn clamped(
         degree: usize,
         (start, end): (f64, f64),
@@ -55,7 +58,7 @@ impl KnotVector {
         Self::new(degree, ends(start).chain(inner).chain(ends(end)).collect())
     }
 
-    /// The clamped knot vector on `[0, 1]` with evenly spaced inner knots.
+    /// Builds clamped knots on `[0, 1]` with evenly spaced inner knots.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -66,16 +69,16 @@ impl KnotVector {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the degree is out of range or there are not more control points
-    /// than the degree.
+    /// [`Error::Parameter`] if the degree is out of range or there are at most `degree` control
+    /// points.
     pub fn clamped_uniform(degree: usize, control_points: usize) -> Result<Self> {
         check_count(degree, control_points)?;
         let spans = control_points - degree;
         Self::clamped(degree, (0.0, 1.0), (1..spans).map(|i| i as f64 / spans as f64))
     }
 
-    /// Whether the knots repeat with the length of the domain as their period, so that the basis
-    /// functions of a closed curve or surface fit together at the seam.
+    /// Whether the knots repeat with the length of the domain as period. Then the basis functions
+    /// of a closed curve or surface match at the seam.
     ///
     /// ```
     /// use neurbs::nurbs::KnotVector;
@@ -93,14 +96,14 @@ impl KnotVector {
     }
 }
 
-/// Checks that there are enough control points for a degree that the kernel works with.
+/// Checks the degree, and that there are more control points than the degree.
 fn check_count(degree: usize, control_points: usize) -> Result<()> {
     check_degree(degree)?;
-    if (degree + 1..=MOST_CONTROL_POINTS).contains(&control_points) {
+    if (degree + 1..=MAX_CONTROL_POINTS).contains(&control_points) {
         return Ok(());
     }
     let must = if control_points > degree {
-        format!("at most {MOST_CONTROL_POINTS}")
+        format!("at most {MAX_CONTROL_POINTS}")
     } else {
         format!("more than the degree, {degree}")
     };
@@ -117,7 +120,7 @@ mod tests {
         for degree in 1..=MAX_DEGREE {
             let knots = KnotVector::periodic(degree, &[1.0, 1.5, 4.0]).unwrap();
             assert!(knots.is_periodic());
-            // A polygon begins at its first control point, whatever the knot before it.
+            // With degree 1, a curve always begins at its first control point.
             assert_eq!(knots.is_clamped(), degree == 1);
             assert_eq!((knots.control_points(), knots.domain()), (degree + 2, (1.0, 4.0)));
             assert!(knots.reversed().is_periodic());
@@ -127,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn clamped_uniform_is_what_new_accepts() {
+    fn clamped_uniform_knots_are_valid() {
         for degree in 1..=MAX_DEGREE {
             for count in degree + 1..degree + 6 {
                 let knots = KnotVector::clamped_uniform(degree, count).unwrap();

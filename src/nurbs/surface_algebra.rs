@@ -1,19 +1,20 @@
-//! What can be done to a surface without moving it: knots, degree, directions, domains.
+//! Knot insertion and removal, degree changes, reversal, transformations and domains of surfaces.
 
 use std::borrow::Cow;
 
 use glam::DAffine3;
 
-use super::batch::listening;
+use super::control_net::{coincidence_tolerance, rows_coincide};
+use super::curve_family::CurveFamily;
 use super::direction::Direction;
-use super::net::same_place;
-use super::strip::{Strip, same_row};
 use super::surface::NurbsSurface;
+use super::work_blocks::interrupt_check;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
 
 impl NurbsSurface {
-    /// The same surface with more knots, each strictly inside the domain (The NURBS Book, A5.4).
+    /// Inserts knots, each strictly inside the domain, without changing the surface (The NURBS
+    /// Book, A5.4).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -27,22 +28,24 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a knot lies outside the open domain; [`Error::Knots`] if one would
-    /// stand more often than the degree; [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::Parameter`] if a knot is not strictly inside the domain; [`Error::Knots`] if the
+    /// multiplicity of one would exceed the degree; [`Error::Interrupted`] if the observer stops
+    /// it.
     pub fn insert_knots(
         &self,
         direction: Direction,
         knots: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        self.along(direction, &mut listening(observer), |strip, listen| {
-            strip.refined(knots, listen)
+        self.map_family(direction, &mut interrupt_check(observer), |family, listen| {
+            family.refined(knots, listen)
         })
     }
 
-    /// The surface with as few of these inner knots (`None`: of all) as `tolerance` allows. No
-    /// point moves further than `tolerance`, in the points' unit: the distance of the control
-    /// points over the original knots bounds it (The NURBS Book, A5.8).
+    /// Removes as many of these inner knots (`None`: of all) as `tolerance` allows.
+    ///
+    /// No point moves by more than `tolerance`, in the points' unit. The distance of the control
+    /// points over the original knots bounds the movement (The NURBS Book, A5.8).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -65,13 +68,13 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.along(direction, &mut listening(observer), |strip, listen| {
-            strip.simplified(knots, tolerance, listen)
+        self.map_family(direction, &mut interrupt_check(observer), |family, listen| {
+            family.with_knots_removed(knots, tolerance, listen)
         })
     }
 
-    /// The same surface with higher degrees, by `u` and `v`, clamped in each direction that is
-    /// raised (H. Prautzsch, *Degree elevation of B-spline curves*, 1984).
+    /// Raises the degrees by `u` and `v` without changing the surface (H. Prautzsch, *Degree
+    /// elevation of B-spline curves*, 1984). The result is clamped in each direction that changes.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -82,14 +85,14 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a degree would pass [`MAX_DEGREE`](super::MAX_DEGREE),
+    /// [`Error::Parameter`] if a degree would exceed [`MAX_DEGREE`](super::MAX_DEGREE),
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn elevate_degree(&self, u: usize, v: usize, observer: &mut dyn Observer) -> Result<Self> {
-        self.in_turn([u, v], &mut listening(observer), Strip::elevated)
+        self.in_changed_directions([u, v], &mut interrupt_check(observer), CurveFamily::elevated)
     }
 
-    /// A surface of lower degrees, by `u` and `v`, no point of which lies further from where it
-    /// was than `tolerance`, in the points' unit; its boundary corners stay.
+    /// Lowers the degrees by `u` and `v`. No point moves by more than `tolerance`, in the points'
+    /// unit, and the corners stay.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -101,8 +104,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the
-    /// tolerance cannot be held: the message says what can; [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the error
+    /// exceeds `tolerance`: the message names the smallest possible tolerance;
+    /// [`Error::Interrupted`] if the observer stops it.
     pub fn reduce_degree(
         &self,
         u: usize,
@@ -111,32 +115,34 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        // Both steps may move a point: each gets its share.
+        // Both steps may move a point, so each gets half of the tolerance.
         let share = if u > 0 && v > 0 { tolerance / 2.0 } else { tolerance };
-        self.in_turn([u, v], &mut listening(observer), |strip, times, listen| {
-            strip.reduced(times, share, listen)
-        })
+        self.in_changed_directions(
+            [u, v],
+            &mut interrupt_check(observer),
+            |family, times, listen| family.reduced(times, share, listen),
+        )
     }
 
-    /// What `f` makes of the surface in the directions whose degree changes, by u and by v.
-    fn in_turn(
+    /// Applies `f` first in u and then in v, in each direction whose degree changes.
+    fn in_changed_directions(
         &self,
         [u, v]: [usize; 2],
         listen: &mut Listen<'_>,
-        f: impl Fn(&Strip, usize, &mut Listen<'_>) -> Result<Strip>,
+        f: impl Fn(&CurveFamily, usize, &mut Listen<'_>) -> Result<CurveFamily>,
     ) -> Result<Self> {
         let mut surface = Cow::Borrowed(self);
         for (direction, times) in [(Direction::U, u), (Direction::V, v)] {
             if times > 0 {
-                let changed =
-                    surface.along(direction, listen, |strip, listen| f(strip, times, listen))?;
+                let changed = surface
+                    .map_family(direction, listen, |family, listen| f(family, times, listen))?;
                 surface = Cow::Owned(changed);
             }
         }
         Ok(surface.into_owned())
     }
 
-    /// The same surface with clamped knots in both directions.
+    /// Clamps the knots in both directions.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -149,21 +155,25 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn clamp(&self, observer: &mut dyn Observer) -> Result<Self> {
-        let mut listen = listening(observer);
-        self.along(Direction::U, &mut listen, Strip::clamped)?.along(
+        let mut listen = interrupt_check(observer);
+        self.map_family(Direction::U, &mut listen, CurveFamily::clamped)?.map_family(
             Direction::V,
             &mut listen,
-            Strip::clamped,
+            CurveFamily::clamped,
         )
     }
 
-    /// The same surface with every inner knot as often as its degree.
-    pub(super) fn in_bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
-        self.along(Direction::U, listen, Strip::bezier)?.along(Direction::V, listen, Strip::bezier)
+    /// Inserts every inner knot up to multiplicity `degree`, in both directions.
+    pub(super) fn bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
+        self.map_family(Direction::U, listen, CurveFamily::bezier_form)?.map_family(
+            Direction::V,
+            listen,
+            CurveFamily::bezier_form,
+        )
     }
 
-    /// The same surface run through backwards in a direction: on the same domain, the point at
-    /// `start + t` is where the one at `end - t` was. Its normals turn over.
+    /// Reverses a direction on the same domain: the point at `start + t` is the former
+    /// one at `end - t`. The normals change sign.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{Direction, NurbsSurface}, progress::Silent};
@@ -177,10 +187,10 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn reversed(&self, direction: Direction, observer: &mut dyn Observer) -> Result<Self> {
-        self.along(direction, &mut listening(observer), Strip::reversed)
+        self.map_family(direction, &mut interrupt_check(observer), CurveFamily::reversed)
     }
 
-    /// The same surface with u and v exchanged. Its normals turn over.
+    /// Exchanges u and v. The normals change sign.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
@@ -194,13 +204,13 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn transposed(&self, observer: &mut dyn Observer) -> Result<Self> {
-        let mut listen = listening(observer);
-        let Strip { knots, points, .. } = self.strip(Direction::V, &mut listen)?;
+        let mut listen = interrupt_check(observer);
+        let CurveFamily { knots, points, .. } = self.family(Direction::V, &mut listen)?;
         let knots = [knots, self.knots_u().clone()];
         Self::from_homogeneous(points, self.weights().is_some(), knots, &mut listen)
     }
 
-    /// The surface moved by an affine map.
+    /// Applies an affine map.
     ///
     /// ```
     /// use neurbs::{DAffine3, DVec3, nurbs::NurbsSurface};
@@ -212,12 +222,12 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if a point leaves the range of numbers.
+    /// [`Error::Net`] if a coordinate overflows.
     pub fn transformed(&self, map: &DAffine3) -> Result<Self> {
         self.map_control_points(|point| map.transform_point3(point))
     }
 
-    /// The same surface with other ranges of its parameters.
+    /// Maps the parameters linearly to another domain.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -240,7 +250,7 @@ impl NurbsSurface {
         )
     }
 
-    /// Whether the surface ends where it begins, in u and in v: a tube, a torus.
+    /// Whether the surface ends where it begins, in u and in v: true for both on a torus.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface};
@@ -250,15 +260,20 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn closed(&self) -> (bool, bool) {
-        let tolerance = same_place(self.net_box(), self.weights());
+        let tolerance = coincidence_tolerance(self.net_box(), self.weights());
         let closed = |direction| {
             let (start, end) = self.knots(direction).domain();
-            same_row(&self.row(direction, start), &self.row(direction, end), tolerance)
+            rows_coincide(
+                &self.isocurve_net(direction, start),
+                &self.isocurve_net(direction, end),
+                tolerance,
+            )
         };
         (closed(Direction::U), closed(Direction::V))
     }
 }
 
+/// Checks that a tolerance is finite and not negative.
 pub(super) fn check_tolerance(tolerance: f64) -> Result<()> {
     if tolerance >= 0.0 && tolerance.is_finite() {
         return Ok(());

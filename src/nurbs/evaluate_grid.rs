@@ -1,26 +1,27 @@
-//! Evaluation on a grid, a few rows at a time.
+//! Evaluation of points and normals on a grid of parameters.
 //!
-//! A row of equal u contracts the net once to the control points of its isocurve; a point then
-//! costs O(degree) instead of O(degree²). No loop fuses multiplication and addition: results are the
-//! same on every machine.
+//! For each row of equal u, the net is contracted once to the control points of the isocurve. A
+//! point then costs O(degree) instead of O(degree²). No loop uses fused multiply-add, so results
+//! are the same on every machine.
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::with_order;
-use super::batch::{Outside, POINTS_PER_TASK, check_length, in_rows, share};
-use super::columns::{BLOCK, Columns, Numbers, ROWS};
-use super::frame::Flats;
+use super::basis_block::{BLOCK, BasisBlock, BlockValues, ROWS};
 use super::isocurve::Isocurve;
+use super::parameter_checks::{Outside, check_length};
+use super::partials::TangentThresholds;
 use super::surface::NurbsSurface;
+use super::work_blocks::{POINTS_PER_TASK, for_each_task, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
 
 impl NurbsSurface {
-    /// The points on the grid of all pairs of `u` and `v`, and the unit normals if asked for,
-    /// written row by row, `v` fastest.
+    /// Computes the points, and optionally the unit normals, on the grid of all pairs of `u` and
+    /// `v`. The results are written row by row, `v` fastest.
     ///
-    /// Each row contracts the net once, so that a point costs O(degree) instead of O(degree²).
+    /// The net is contracted once for each row, so a point costs O(degree) instead of O(degree²).
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::{NurbsSurface, Outside}, progress::Silent};
@@ -35,9 +36,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a parameter lies outside the domain (and that is refused) or an
-    /// output has not `u.len() * v.len()` elements; [`crate::Error::Interrupted`] if the observer stops
-    /// it.
+    /// [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses that,
+    /// or an output does not have `u.len() * v.len()` elements; [`crate::Error::Interrupted`] if
+    /// the observer stops it.
     pub fn evaluate_grid(
         &self,
         u: &[f64],
@@ -65,44 +66,51 @@ impl NurbsSurface {
         (points, mut normals): (&mut [DVec3], Option<&mut [DVec3]>),
         observer: &mut dyn Observer,
     ) -> Result<()> {
-        let (arch, columns) = (Arch::new(), Columns::<ORDER>::blocks(self.knots_v(), v));
+        let (arch, columns) = (Arch::new(), BasisBlock::<ORDER>::blocks(self.knots_v(), v));
         let (surface, columns, width) = (self, &columns, v.len());
-        in_rows(u.len(), width, observer, |from, to| {
-            // Few but long rows go to all threads, too.
+        for_row_blocks(u.len(), width, observer, |from, to| {
+            // With few rows, tiles are smaller, so that all threads have work.
             let rows = ROWS.min((to - from).div_ceil(rayon::current_num_threads()));
-            let at_once = POINTS_PER_TASK / (rows * width);
+            let batch_size = POINTS_PER_TASK / (rows * width);
             let tiles = points[from * width..to * width]
                 .chunks_mut(rows * width)
                 .zip(u[from..to].chunks(rows));
             let Some(normals) = normals.as_deref_mut() else {
-                return share(tiles, at_once, |nets, (points, u)| {
-                    arch.dispatch(PointTile(Tile { surface, u, width, columns, nets, points }));
+                return for_each_task(tiles, batch_size, |isocurves, (points, u)| {
+                    arch.dispatch(PointTile(Tile {
+                        surface,
+                        u,
+                        width,
+                        columns,
+                        isocurves,
+                        points,
+                    }));
                 });
             };
             let normals = normals[from * width..to * width].chunks_mut(rows * width);
-            share(tiles.zip(normals), at_once, |nets, ((points, u), normals)| {
-                let repair = |row: usize, column: usize| self.normal(u[row], v[column]);
-                let tile = Tile { surface, u, width, columns, nets, points };
-                arch.dispatch(NormalTile { tile, normals, repair });
+            for_each_task(tiles.zip(normals), batch_size, |isocurves, ((points, u), normals)| {
+                let degenerate_normal = |row: usize, column: usize| self.normal(u[row], v[column]);
+                let tile = Tile { surface, u, width, columns, isocurves, points };
+                arch.dispatch(NormalTile { tile, normals, degenerate_normal });
             });
         })
     }
 }
 
-/// Up to `ROWS` neighbouring rows of a grid.
+/// Up to `ROWS` neighboring rows of a grid.
 struct Tile<'a, const ORDER: usize> {
     surface: &'a NurbsSurface,
     /// The parameters of the rows.
     u: &'a [f64],
     /// Points in a row.
     width: usize,
-    columns: &'a [Columns<ORDER>],
-    /// Room for the control points of the rows.
-    nets: &'a mut [Isocurve; ROWS],
+    columns: &'a [BasisBlock<ORDER>],
+    /// Buffers for the control points of the isocurves.
+    isocurves: &'a mut [Isocurve; ROWS],
     points: &'a mut [DVec3],
 }
 
-/// The points of a tile.
+/// Computes the points of a tile.
 struct PointTile<'a, const ORDER: usize>(Tile<'a, ORDER>);
 
 impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
@@ -111,23 +119,23 @@ impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Tile { surface, u, width, columns, nets, points } = self.0;
-        for (net, &u) in nets.iter_mut().zip(u) {
+        let Tile { surface, u, width, columns, isocurves, points } = self.0;
+        for (net, &u) in isocurves.iter_mut().zip(u) {
             net.contract::<1>(surface, u);
         }
-        let values = nets[..u.len()].iter().map(|net| &net.values[..]);
-        let mut sums = [[Numbers::ONES; 4]; ROWS];
+        let values = isocurves[..u.len()].iter().map(|net| &net.values[..]);
+        let mut sums = [[BlockValues::ONES; 4]; ROWS];
         for (block, columns) in columns.iter().enumerate() {
             columns.values(simd, &values, &mut sums);
             for (row, sums) in points.chunks_mut(width).zip(&sums) {
-                let [Numbers(x), Numbers(y), Numbers(z), Numbers(w)] = sums;
+                let [BlockValues(x), BlockValues(y), BlockValues(z), BlockValues(w)] = sums;
                 if surface.weights().is_some() {
                     interleave(row, block, |i| {
                         let scale = w[i].recip();
                         DVec3::new(x[i] * scale, y[i] * scale, z[i] * scale)
                     });
                 } else {
-                    // The sums of weights are 1 up to rounding.
+                    // The weights sum to 1 up to rounding.
                     interleave(row, block, |i| DVec3::new(x[i], y[i], z[i]));
                 }
             }
@@ -135,13 +143,13 @@ impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
     }
 }
 
-/// Fills a block of a row with the points of its columns.
+/// Writes one block of a row: the points of its columns.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn interleave(row: &mut [DVec3], block: usize, point: impl Fn(usize) -> DVec3) {
     let out = &mut row[block * BLOCK..];
-    // Loops, as closures would be compiled for the oldest processor; one of known length has no
-    // loose ends.
+    // Loops instead of iterator closures, which would be compiled without SIMD. A loop of known
+    // length has no remainder.
     if let Some(full) = out.first_chunk_mut::<BLOCK>() {
         for (i, out) in full.iter_mut().enumerate() {
             *out = point(i);
@@ -153,12 +161,12 @@ fn interleave(row: &mut [DVec3], block: usize, point: impl Fn(usize) -> DVec3) {
     }
 }
 
-/// The points and normals of a tile.
+/// Computes the points and normals of a tile.
 struct NormalTile<'a, F: Fn(usize, usize) -> DVec3, const ORDER: usize> {
     tile: Tile<'a, ORDER>,
     normals: &'a mut [DVec3],
-    /// Finds the normal in a row and column whose tangents give none.
-    repair: F,
+    /// Returns the normal at a row and column where the tangents do not define it.
+    degenerate_normal: F,
 }
 
 impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'_, F, ORDER> {
@@ -167,16 +175,19 @@ impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { tile: Tile { surface, u, width, columns, nets, points }, normals, repair } =
-            self;
-        for (net, &u) in nets.iter_mut().zip(u) {
+        let Self {
+            tile: Tile { surface, u, width, columns, isocurves, points },
+            normals,
+            degenerate_normal,
+        } = self;
+        for (net, &u) in isocurves.iter_mut().zip(u) {
             net.contract::<2>(surface, u);
         }
-        let nets = &nets[..u.len()];
-        let values = nets.iter().map(|net| &net.values[..]);
-        let slopes = nets.iter().map(|net| &net.slopes[..]);
-        let [mut value, mut by_u, mut by_v] = [[[Numbers::ONES; 4]; ROWS]; 3];
-        let mut clearness = Numbers::ONES;
+        let isocurves = &isocurves[..u.len()];
+        let values = isocurves.iter().map(|net| &net.values[..]);
+        let slopes = isocurves.iter().map(|net| &net.slopes[..]);
+        let [mut value, mut by_u, mut by_v] = [[[BlockValues::ONES; 4]; ROWS]; 3];
+        let mut normal_margin = BlockValues::ONES;
         for (block, columns) in columns.iter().enumerate() {
             columns.values(simd, &values, &mut value);
             columns.values(simd, &slopes, &mut by_u);
@@ -184,38 +195,45 @@ impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'
             let rows = points.chunks_mut(width).zip(normals.chunks_mut(width)).enumerate();
             for (row, (points, normals)) in rows {
                 let (value, by_u) = (&mut value[row], &mut by_u[row]);
-                normalize(value, by_u, &by_v[row], surface.flats(), &mut clearness);
-                let [Numbers(x), Numbers(y), Numbers(z), _] = value;
+                normalize(
+                    value,
+                    by_u,
+                    &by_v[row],
+                    surface.tangent_thresholds(),
+                    &mut normal_margin,
+                );
+                let [BlockValues(x), BlockValues(y), BlockValues(z), _] = value;
                 interleave(points, block, |i| DVec3::new(x[i], y[i], z[i]));
-                let [Numbers(x), Numbers(y), Numbers(z), _] = by_u;
+                let [BlockValues(x), BlockValues(y), BlockValues(z), _] = by_u;
                 interleave(normals, block, |i| DVec3::new(x[i], y[i], z[i]));
-                // Not `<=`: NaN is not clear.
-                let clear = |clearness: f64| clearness > 0.0;
+                // Not `<=`: NaN counts as degenerate.
+                let clear = |normal_margin: f64| normal_margin > 0.0;
                 let first = block * BLOCK;
                 let columns = BLOCK.min(width - first);
-                // Without branches first: nearly all normals are clear.
-                if clearness.0[..columns].iter().fold(true, |all, &one| all & clear(one)) {
+                // First a test without branches: most blocks have no degenerate normals.
+                if normal_margin.0[..columns].iter().fold(true, |all, &one| all & clear(one)) {
                     continue;
                 }
-                for column in (0..columns).filter(|&column| !clear(clearness.0[column])) {
-                    normals[first + column] = repair(row, first + column);
+                for column in (0..columns).filter(|&column| !clear(normal_margin.0[column])) {
+                    normals[first + column] = degenerate_normal(row, first + column);
                 }
             }
         }
     }
 }
 
-/// From homogeneous values and derivatives to points, in place of the values, and unit normals, in
-/// place of the derivatives by u; `clearness` becomes positive where a normal is more than
-/// rounding. Columns that a block does not have become anything, and nobody asks for them.
+/// Turns homogeneous values into points, and derivatives by u into unit normals, in place.
+///
+/// `normal_margin` becomes positive where the tangents define the normal. Entries of missing
+/// columns are meaningless and never read.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn normalize(
-    [Numbers(x), Numbers(y), Numbers(z), Numbers(w)]: &mut [Numbers; 4],
-    [Numbers(ux), Numbers(uy), Numbers(uz), Numbers(uw)]: &mut [Numbers; 4],
-    [Numbers(vx), Numbers(vy), Numbers(vz), Numbers(vw)]: &[Numbers; 4],
-    flats: Flats,
-    Numbers(clearness): &mut Numbers,
+    [BlockValues(x), BlockValues(y), BlockValues(z), BlockValues(w)]: &mut [BlockValues; 4],
+    [BlockValues(ux), BlockValues(uy), BlockValues(uz), BlockValues(uw)]: &mut [BlockValues; 4],
+    [BlockValues(vx), BlockValues(vy), BlockValues(vz), BlockValues(vw)]: &[BlockValues; 4],
+    tangent_thresholds: TangentThresholds,
+    BlockValues(normal_margin): &mut BlockValues,
 ) {
     for i in 0..BLOCK {
         let scale = w[i].recip();
@@ -227,7 +245,8 @@ fn normalize(
         let (d, e, f) = tangent(vx[i], vy[i], vz[i], vw[i]);
         let (nx, ny, nz) = (b * f - c * e, c * d - a * f, a * e - b * d);
         let square = nx * nx + ny * ny + nz * nz;
-        clearness[i] = flats.clearness(a * a + b * b + c * c, d * d + e * e + f * f, square);
+        normal_margin[i] =
+            tangent_thresholds.normal_margin(a * a + b * b + c * c, d * d + e * e + f * f, square);
         let length = square.sqrt().recip();
         (x[i], y[i], z[i]) = (px, py, pz);
         (ux[i], uy[i], uz[i]) = (nx * length, ny * length, nz * length);

@@ -1,31 +1,30 @@
-//! The inner loops of evaluation at scattered parameters: a block of points at a time.
+//! Inner loops of evaluation at scattered parameters, one block of points at a time.
 //!
-//! The basis functions in u come first, then those in v and the sums over the net, so that each of
-//! the two loops is compiled for one order and any two degrees go together. Four lanes of a
-//! homogeneous point are one register for the compiler. As on grids, no loop fuses multiplication
-//! and addition, and the net is summed along u first: results are the same on every machine, and
-//! those of [`grid`](super::grid).
+//! One loop evaluates the basis functions in u; the other those in v and the sums over the net. So
+//! each loop is compiled for one order, and all pairs of degrees are covered.
+//!
+//! The four lanes of a homogeneous point are one register. No loop uses fused multiply-add, and the
+//! net is summed along u first, so results are the same on every machine and equal to those of
+//! [`evaluate_grid`](super::evaluate_grid).
 
 use glam::DVec2;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::basis::{Basis, MAX_ORDER, window, with_order};
+use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 
-/// A homogeneous point as an array, in a form that the compiler vectorizes.
-type Lanes = [f64; 4];
-
-/// Points whose basis functions stay in the first level of the cache.
+/// Points whose basis functions stay in the L1 cache.
 pub(super) const BLOCK: usize = 32;
 
-/// The homogeneous points at up to [`BLOCK`] parameters; if `SUMS` is 3, also the derivatives by u
-/// and v. What is behind the last parameter is anything.
+/// Evaluates the homogeneous points at up to [`BLOCK`] parameters; if `SUMS` is 3, also the
+/// derivatives by u and v. Entries after the last parameter are meaningless.
 pub(super) fn homogeneous<const SUMS: usize>(
     surface: &NurbsSurface,
     arch: Arch,
     uv: &[DVec2],
-) -> [[Lanes; SUMS]; BLOCK] {
+) -> [[HomogeneousPoint; SUMS]; BLOCK] {
     let (knots_u, knots_v) = (surface.knots_u(), surface.knots_v());
     let mut rows = [Basis::default(); BLOCK];
     with_order!(knots_u.degree(), ORDER => {
@@ -38,7 +37,7 @@ pub(super) fn homogeneous<const SUMS: usize>(
     sums
 }
 
-/// The basis functions in u.
+/// Evaluates the basis functions in u.
 struct Rows<'a, const ORDER: usize> {
     knots: &'a KnotVector,
     uv: &'a [DVec2],
@@ -57,12 +56,12 @@ impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
     }
 }
 
-/// The sums of control points, weighted by basis functions.
+/// Sums the control points weighted by basis functions.
 struct Sums<'a, const ORDER: usize, const SUMS: usize> {
     surface: &'a NurbsSurface,
     uv: &'a [DVec2],
     rows: &'a [Basis<MAX_ORDER>; BLOCK],
-    out: &'a mut [[Lanes; SUMS]; BLOCK],
+    out: &'a mut [[HomogeneousPoint; SUMS]; BLOCK],
 }
 
 impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
@@ -71,7 +70,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let net: &[Lanes] = bytemuck::cast_slice(self.surface.homogeneous());
+        let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.surface.homogeneous());
         let (cols, order_u) = (self.surface.shape().1, self.surface.knots_u().degree() + 1);
         let tangents = SUMS == 3;
         for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.out) {
@@ -93,10 +92,14 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     }
 }
 
-/// Adds a multiple of points to points.
+/// Adds `factor` times `points` to `sums`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lanes; ORDER]) {
+fn add<const ORDER: usize>(
+    sums: &mut [HomogeneousPoint; ORDER],
+    factor: f64,
+    points: &[HomogeneousPoint; ORDER],
+) {
     for (sum, point) in sums.iter_mut().zip(points) {
         for c in 0..4 {
             sum[c] += factor * point[c];
@@ -104,10 +107,13 @@ fn add<const ORDER: usize>(sums: &mut [Lanes; ORDER], factor: f64, points: &[Lan
     }
 }
 
-/// The sum of points, each by its factor.
+/// Returns the sum of points weighted by `factors`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn weighted<const ORDER: usize>(points: &[Lanes; ORDER], factors: &[f64; ORDER]) -> Lanes {
+fn weighted<const ORDER: usize>(
+    points: &[HomogeneousPoint; ORDER],
+    factors: &[f64; ORDER],
+) -> HomogeneousPoint {
     let mut sum = points[0].map(|c| factors[0] * c);
     for (point, factor) in points.iter().zip(factors).skip(1) {
         for c in 0..4 {

@@ -1,4 +1,4 @@
-//! From a grid of ordered points to a surface (section 5 of the paper).
+//! Surfaces from a grid of ordered points (section 5 of the paper).
 
 use glam::DVec3;
 
@@ -8,25 +8,26 @@ use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::progress::Silent;
 
-/// What a grid of ordered points is to its surface: "either interpolation or approximation can be
+/// How a grid of ordered points becomes a surface: "either interpolation or approximation can be
 /// executed by the standard NURBS surface or Bézier-surface method" (section 5 of the paper).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OrderedSurface {
-    /// The control net of a clamped B-spline surface, which approximates the points.
+    /// The points are the control net of a clamped B-spline surface, which approximates them.
     #[default]
     ControlNet,
-    /// Points that a clamped B-spline surface passes through, with parameters by centripetal
-    /// distances and knots by averaging (The NURBS Book, section 9.2).
+    /// A clamped B-spline surface interpolates the points, with centripetal parameters and averaged
+    /// knots (The NURBS Book, section 9.2).
     Interpolate,
-    /// The control net of one Bézier surface, whose degrees are one less than rows and columns.
+    /// The points are the control net of one Bézier surface; each degree is one less than the
+    /// number of rows or columns.
     Bezier,
 }
 
 impl OrderedSurface {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 3] = [Self::ControlNet, Self::Interpolate, Self::Bezier];
 
-    /// The name, as Python and the command line spell it.
+    /// The name in Python and on the command line.
     ///
     /// ```
     /// use neurbs::nurbs::OrderedSurface;
@@ -41,7 +42,7 @@ impl OrderedSurface {
         }
     }
 
-    /// Checks that a grid of this shape can become such a surface.
+    /// Checks that a grid of this shape can become a surface of this kind.
     ///
     /// ```
     /// use neurbs::nurbs::OrderedSurface;
@@ -51,16 +52,16 @@ impl OrderedSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has fewer than 2 points, or one of a Bézier surface more than
-    /// 10, one more than the highest degree.
+    /// [`Error::Parameter`] if a side has fewer than 2 points, or a side of a Bézier surface has
+    /// more than `MAX_DEGREE + 1`.
     pub fn check_shape(self, (rows, cols): (usize, usize)) -> Result<()> {
-        let most = if self == Self::Bezier { MAX_DEGREE + 1 } else { usize::MAX };
-        if (2..=most).contains(&rows) && (2..=most).contains(&cols) {
+        let max_points = if self == Self::Bezier { MAX_DEGREE + 1 } else { usize::MAX };
+        if (2..=max_points).contains(&rows) && (2..=max_points).contains(&cols) {
             return Ok(());
         }
         let must = if self == Self::Bezier {
             format!(
-                "from 2 to {most} rows and columns for surface='bezier', whose degrees are one less"
+                "from 2 to {max_points} rows and columns for surface='bezier', whose degrees are one less"
             )
         } else {
             "at least 2 rows and columns".to_string()
@@ -68,8 +69,9 @@ impl OrderedSurface {
         Err(Error::parameter("grid", must, format!("({rows}, {cols})")))
     }
 
-    /// The surface of a grid of points, row by row. `degree` is lowered where the grid has too few
-    /// rows or columns for it; that of a Bézier surface follows from the grid alone.
+    /// Builds the surface of a grid of points, given row by row.
+    ///
+    /// `degree` is lowered if the grid has too few rows or columns. A Bézier surface ignores it.
     ///
     /// ```
     /// use neurbs::{DVec3, nurbs::OrderedSurface};
@@ -86,9 +88,9 @@ impl OrderedSurface {
     ///
     /// # Errors
     ///
-    /// As [`Self::check_shape`] has them; [`Error::Parameter`] if the degree is out of range, or
-    /// neighbouring rows or columns of points to interpolate coincide; [`Error::Net`] if their
-    /// number is not that of the shape, or one is not finite.
+    /// Those of [`Self::check_shape`]; [`Error::Parameter`] if the degree is out of range, or
+    /// neighboring rows or columns to interpolate coincide; [`Error::Net`] if the number of points
+    /// does not match the shape, or a point is not finite.
     pub fn through(
         self,
         points: Vec<DVec3>,
@@ -120,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interpolating_surface_meets_its_points() {
+    fn an_interpolating_surface_passes_through_its_points() {
         let points = grid(6, 2);
         let surface = OrderedSurface::Interpolate.through(points.clone(), (6, 2), 3).unwrap();
         assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (3, 1));

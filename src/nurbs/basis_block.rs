@@ -1,62 +1,63 @@
-//! The basis functions along a row of a grid, and the sums that they weight.
+//! Basis functions at a block of columns of a grid, and their weighted sums of control points.
 //!
-//! Columns that lie in one span share their control points: groups of them are computed side by
-//! side, in the widest registers that [`pulp`] finds at run time.
+//! Columns in one span share their control points. Groups of them are computed side by side in the
+//! widest registers that [`pulp`] finds at run time.
 
 use pulp::Simd;
 
 use super::basis::{Basis, window};
-use super::isocurve::Point;
+use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 
-/// Columns that are computed side by side: as many numbers as the widest registers hold.
+/// Columns in a group: as many numbers as the widest register contains.
 const LANES: usize = 8;
 
-/// Columns that take each step together: few enough for the numbers of all rows of a tile to stay
-/// in the first level of the cache, enough to make the ends of loops rare.
+/// Columns in a block: few enough for the values of all rows of a tile to stay in the L1 cache,
+/// enough to make partial blocks rare.
 pub(super) const BLOCK: usize = 32;
 
-/// Rows that share their columns' basis functions while those are in registers.
+/// Rows of a tile; they share the basis functions while those are in registers.
 pub(super) const ROWS: usize = 4;
 
-/// One number for each column of a group, where a register can be loaded at once.
+/// One number for each column of a group, aligned for register loads.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Lanes([f64; LANES]);
 
-/// One number for each column of a block, and room for the last group's missing columns.
+/// One number for each column of a block, with padding for an incomplete last group.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Numbers(pub [f64; BLOCK + LANES]);
+pub(super) struct BlockValues(pub [f64; BLOCK + LANES]);
 
-impl Numbers {
+impl BlockValues {
+    /// All ones, the initial content of buffers.
     pub(super) const ONES: Self = Self([1.0; BLOCK + LANES]);
 }
 
-/// Homogeneous points of a block of columns, in each row of a tile.
-pub(super) type TilePoints = [[Numbers; 4]; ROWS];
+/// Homogeneous points of a block of columns, for each row of a tile.
+pub(super) type TilePoints = [[BlockValues; 4]; ROWS];
 
 /// The values or derivatives of the basis functions at a group of columns.
 type Functions<const ORDER: usize> = [Lanes; ORDER];
 
 /// The basis functions at up to `BLOCK` columns of a grid.
-pub(super) struct Columns<const ORDER: usize> {
+pub(super) struct BasisBlock<const ORDER: usize> {
     groups: Vec<Group>,
     values: Vec<Functions<ORDER>>,
     slopes: Vec<Functions<ORDER>>,
 }
 
-/// Up to `LANES` neighbouring columns in one span. Missing ones are computed like the last, and
-/// overwritten by the next group.
+/// Up to `LANES` neighboring columns in one span. An incomplete group repeats its last column; the
+/// next group overwrites the extra results.
 struct Group {
-    /// The first control point that the functions belong to.
+    /// Index of the first control point with a nonzero basis function.
     first: usize,
-    /// The first column.
+    /// Index of the first column.
     start: usize,
 }
 
-impl<const ORDER: usize> Columns<ORDER> {
-    /// Those of a grid, block by block.
+impl<const ORDER: usize> BasisBlock<ORDER> {
+    /// Returns the blocks of a grid with these parameters.
     pub(super) fn blocks(knots: &KnotVector, v: &[f64]) -> Vec<Self> {
         v.chunks(BLOCK).map(|v| Self::new(knots, v)).collect()
     }
@@ -79,51 +80,52 @@ impl<const ORDER: usize> Columns<ORDER> {
         Self { groups, values, slopes }
     }
 
-    /// Control points of each row of a tile, weighted by the basis functions and added up.
+    /// Sums the control points of each row of a tile, weighted by the basis functions.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn values<'a, S: Simd>(
         &self,
         simd: S,
-        rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+        rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
         combine(simd, &self.groups, &self.values, rows, out);
     }
 
-    /// The same, weighted by the derivatives of the basis functions.
+    /// Sums the control points of each row of a tile, weighted by the derivatives of the basis
+    /// functions.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn slopes<'a, S: Simd>(
         &self,
         simd: S,
-        rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+        rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
         combine(simd, &self.groups, &self.slopes, rows, out);
     }
 }
 
-/// Weights control points by functions, for as many columns at a time as a register holds.
+/// Sums control points weighted by `functions`, one register of columns at a time.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn combine<'a, S: Simd, const ORDER: usize>(
     simd: S,
     groups: &[Group],
     functions: &[Functions<ORDER>],
-    rows: &(impl Iterator<Item = &'a [Point]> + Clone),
+    rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
     out: &mut TilePoints,
 ) {
     for (&Group { first, start }, functions) in groups.iter().zip(functions) {
         for part in 0..LANES / S::F64_LANES {
-            // Held in registers while the rows pass.
+            // The functions stay in registers while the rows are processed.
             let mut held = [simd.splat_f64s(0.0); ORDER];
             for (held, function) in held.iter_mut().zip(functions) {
                 *held = S::as_simd_f64s(&function.0).0[part];
             }
             for (row, out) in rows.clone().zip(&mut *out) {
-                let net: &[Point; ORDER] = window(row, first);
-                for (c, Numbers(out)) in out.iter_mut().enumerate() {
+                let net: &[HomogeneousPoint; ORDER] = window(row, first);
+                for (c, BlockValues(out)) in out.iter_mut().enumerate() {
                     let mut sum = simd.mul_f64s(simd.splat_f64s(net[0][c]), held[0]);
                     for k in 1..ORDER {
                         let term = simd.mul_f64s(simd.splat_f64s(net[k][c]), held[k]);

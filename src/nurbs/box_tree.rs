@@ -1,42 +1,44 @@
-//! Trees of boxes over nearly flat pieces of a surface.
+//! Binary tree of bounding boxes over nearly flat pieces of a surface.
 
 use glam::{DVec2, DVec3};
 
-use super::bezier::Patch;
-use super::net::bounds;
+use super::bezier_patch::BezierPatch;
+use super::control_net::bounds;
 
-/// A piece is flat when its control points lie this near to a parallelogram, as a share of its
-/// diagonal. Smaller means more pieces; larger means more of them tried for each point.
+/// A piece is flat if its control points lie this close to a parallelogram, as a fraction of its
+/// diagonal. Smaller values make more pieces; larger values make more of them be searched for each
+/// point.
 const FLATNESS: f64 = 0.05;
 
-/// Halvings of a patch at most: a piece that is not flat by then is small.
-const MOST_HALVINGS: usize = 14;
+/// Maximal number of halvings of a patch. A piece that is not flat by then is small.
+const MAX_HALVINGS: usize = 14;
 
-/// A box around pieces of the surface.
+/// A bounding box with the part of the surface inside it.
 #[derive(Debug)]
-pub(super) struct Node {
+pub(super) struct BoxNode {
     low: DVec3,
     high: DVec3,
-    pub inside: Inside,
+    pub inside: NodeContent,
 }
 
+/// The contents of a node.
 #[derive(Debug)]
-pub(super) enum Inside {
-    Nodes(Box<[Node; 2]>),
-    /// A patch, by its index, that is not yet cut into pieces.
+pub(super) enum NodeContent {
+    Children(Box<[BoxNode; 2]>),
+    /// The index of a patch that is not yet divided into pieces.
     Patch(usize),
-    Piece(Box<Piece>),
+    Piece(Box<FlatPiece>),
 }
 
-/// A nearly flat piece of a patch: no point of it lies further than `slack` from the
-/// parallelogram `centre + α a + β b`, α and β from -1 to 1.
+/// A nearly flat piece of a patch. Every point of it lies within `slack` of the parallelogram
+/// `center + α a + β b`, with α and β from -1 to 1.
 #[derive(Debug)]
-pub(super) struct Piece {
+pub(super) struct FlatPiece {
     pub patch: usize,
-    /// Its middle and half its extent in shares of the patch's sides.
+    /// The center and half of the extent, in the patch's unit square.
     pub middle: DVec2,
     pub half: DVec2,
-    centre: DVec3,
+    center: DVec3,
     a: DVec3,
     b: DVec3,
     pub slack: f64,
@@ -44,8 +46,8 @@ pub(super) struct Piece {
     pub radius: f64,
 }
 
-impl Node {
-    /// Square of a lower bound of the distance from a point to what is inside.
+impl BoxNode {
+    /// Returns a lower bound of the squared distance from a point to the contents.
     pub(super) fn bound(&self, point: DVec3) -> f64 {
         let outside = (self.low - point).max(point - self.high).max(DVec3::ZERO);
         outside.length_squared()
@@ -54,16 +56,16 @@ impl Node {
     fn around(nodes: [Self; 2]) -> Self {
         let [a, b] = &nodes;
         let (low, high) = (a.low.min(b.low), a.high.max(b.high));
-        Self { low, high, inside: Inside::Nodes(Box::new(nodes)) }
+        Self { low, high, inside: NodeContent::Children(Box::new(nodes)) }
     }
 
-    /// A patch in the box of its net.
-    pub(super) fn of_box(patch: &Patch, index: usize) -> Self {
+    /// Returns the bounding box of a patch's net.
+    pub(super) fn of_box(patch: &BezierPatch, index: usize) -> Self {
         let (low, high) = bounds(patch.points());
-        Self { low, high, inside: Inside::Patch(index) }
+        Self { low, high, inside: NodeContent::Patch(index) }
     }
 
-    /// The tree over a rectangle of nodes in rows of `cols`.
+    /// Builds a tree over a rectangle of nodes; `cols` is the number of nodes in a row.
     pub(super) fn of_rectangle(
         trees: &mut [Option<Self>],
         cols: usize,
@@ -87,33 +89,33 @@ impl Node {
         Self::around(halves)
     }
 
-    /// The tree over the pieces of a patch.
-    pub(super) fn of_pieces(patch: &Patch, index: usize) -> Self {
-        Self::of_part(patch, patch, index, MOST_HALVINGS)
+    /// Builds the tree over the flat pieces of a patch.
+    pub(super) fn of_pieces(patch: &BezierPatch, index: usize) -> Self {
+        Self::of_part(patch, patch, index, MAX_HALVINGS)
     }
 
-    /// The tree over a part of a patch, halved until flat.
-    fn of_part(whole: &Patch, part: &Patch, index: usize, halvings: usize) -> Self {
+    /// Builds the tree over a part of a patch, halving it until it is flat.
+    fn of_part(whole: &BezierPatch, part: &BezierPatch, index: usize, halvings: usize) -> Self {
         let (p, q) = part.degrees();
         let corners = [(0, 0), (0, q), (p, 0), (p, q)].map(|(i, j)| part.control(i, j));
         let [c00, c01, c10, c11] = corners;
         let (a, b) = ((c10 + c11 - c00 - c01) / 4.0, (c01 + c11 - c00 - c10) / 4.0);
-        let centre = (c00 + c01 + c10 + c11) / 4.0;
+        let center = (c00 + c01 + c10 + c11) / 4.0;
         let share = |t: f64, (from, to): (f64, f64)| (t - from) / (to - from);
         let from = DVec2::new(share(part.u.0, whole.u), share(part.v.0, whole.v));
         let to = DVec2::new(share(part.u.1, whole.u), share(part.v.1, whole.v));
         let (middle, half) = (from.midpoint(to), (to - from) / 2.0);
         let (slack, radius) = (0.0, 0.0);
-        let mut piece = Piece { patch: index, middle, half, centre, a, b, slack, radius };
+        let mut piece = FlatPiece { patch: index, middle, half, center, a, b, slack, radius };
         let distances = part.points().map(|point| piece.nearest(point).0);
         piece.slack = distances.fold(0.0, f64::max);
         let diagonal = (a + b).length().max((a - b).length());
         piece.radius = diagonal * diagonal / (2.0 * piece.slack).max(f64::MIN_POSITIVE);
         if piece.slack <= FLATNESS * diagonal || halvings == 0 {
             let (low, high) = bounds(part.points());
-            return Self { low, high, inside: Inside::Piece(Box::new(piece)) };
+            return Self { low, high, inside: NodeContent::Piece(Box::new(piece)) };
         }
-        // The net's length along u against that along v: the longer way is halved.
+        // The direction in which the net is longer is halved.
         let along = |di: usize, dj: usize| {
             let steps = (0..=p - di).flat_map(|i| (0..=q - dj).map(move |j| (i, j)));
             let lengths =
@@ -126,10 +128,10 @@ impl Node {
     }
 }
 
-impl Piece {
-    /// The distance from a point to the parallelogram, and where on it the nearest place is.
+impl FlatPiece {
+    /// Returns the distance from a point to the parallelogram, and the closest (α, β).
     pub(super) fn nearest(&self, point: DVec3) -> (f64, DVec2) {
-        let (to, a, b) = (point - self.centre, self.a, self.b);
+        let (to, a, b) = (point - self.center, self.a, self.b);
         let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
         let (ta, tb) = (to.dot(a), to.dot(b));
         let det = aa * bb - ab * ab;

@@ -1,22 +1,22 @@
-//! Bézier patches: what bounds, projections and integrals work on.
+//! Bézier patches of a surface, for bounding boxes, closest points and integrals.
 //!
-//! A surface is polynomial (or rational) on each pair of spans; there its Bézier control points
-//! bound it, and halving pulls them to it quadratically.
+//! On each pair of spans the surface is one polynomial or rational patch. Its Bézier control points
+//! bound it, and they converge to it quadratically when the patch is halved.
 
 use glam::{DVec3, DVec4};
 
 use super::basis::{MAX_ORDER, Row};
-use super::batch::in_steps;
-use super::frame::Frame;
+use super::control_net::bounds;
 use super::knot_vector::KnotVector;
-use super::net::bounds;
+use super::partials::Partials;
 use super::surface::NurbsSurface;
+use super::work_blocks::collect_in_steps;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// A piece of a surface over a rectangle of its parameters.
+/// A part of a surface over a rectangle of its parameters, in Bézier form.
 #[derive(Clone, Debug)]
-pub(super) struct Patch {
+pub(super) struct BezierPatch {
     /// Homogeneous control points, row by row.
     net: Vec<DVec4>,
     degree_u: usize,
@@ -25,13 +25,13 @@ pub(super) struct Patch {
     pub v: (f64, f64),
 }
 
-impl Patch {
-    /// The patches of a surface, row by row, and how many there are along u and v.
+impl BezierPatch {
+    /// Returns the patches of a surface, row by row, and their numbers along u and v.
     pub(super) fn of(
         surface: &NurbsSurface,
         listen: &mut Listen<'_>,
     ) -> Result<(Vec<Self>, (usize, usize))> {
-        let whole = surface.in_bezier_form(listen)?;
+        let whole = surface.bezier_form(listen)?;
         let (degree_u, degree_v) = (whole.knots_u().degree(), whole.knots_v().degree());
         let (u, v) = (whole.knots_u().breaks(), whole.knots_v().breaks());
         let (net, cols) = (whole.homogeneous(), whole.shape().1);
@@ -41,13 +41,13 @@ impl Patch {
             Self { net, degree_u, degree_v, u: (u[i], u[i + 1]), v: (v[j], v[j + 1]) }
         };
         let shape = (u.len() - 1, v.len() - 1);
-        let patches = in_steps(shape, listen, |rows| {
+        let patches = collect_in_steps(shape, listen, |rows| {
             rows.flat_map(|i| (0..shape.1).map(move |j| patch(i, j)))
         })?;
         Ok((patches, shape))
     }
 
-    /// The patch as a surface.
+    /// Returns the patch as a surface.
     pub(super) fn surface(&self, rational: bool) -> Result<NurbsSurface> {
         let knots_u = KnotVector::clamped(self.degree_u, self.u, [])?;
         let knots_v = KnotVector::clamped(self.degree_v, self.v, [])?;
@@ -55,13 +55,13 @@ impl Patch {
         NurbsSurface::from_homogeneous(self.net.clone(), rational, knots, &mut || Ok(()))
     }
 
-    /// The patch moved so that the middle of its box is the origin, where numbers keep most
-    /// digits, and the diagonal of that box.
-    pub(super) fn centred(&self) -> (Self, f64) {
+    /// Moves the center of the patch's bounding box to the origin, where rounding is smallest.
+    /// Returns the moved patch and the diagonal of the box.
+    pub(super) fn centered(&self) -> (Self, f64) {
         let (low, high) = bounds(self.points());
         let middle = low.midpoint(high);
-        let moved = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
-        (Self { net: moved.collect(), ..self.clone() }, low.distance(high))
+        let net = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
+        (Self { net: net.collect(), ..self.clone() }, low.distance(high))
     }
 
     /// The control points in space.
@@ -69,17 +69,18 @@ impl Patch {
         self.net.iter().map(|h| h.truncate() / h.w)
     }
 
-    /// The control point in this row and column.
+    /// The control point in row i and column j.
     pub(super) fn control(&self, i: usize, j: usize) -> DVec3 {
         let h = self.net[i * (self.degree_v + 1) + j];
         h.truncate() / h.w
     }
 
+    /// The degrees in u and v.
     pub(super) fn degrees(&self) -> (usize, usize) {
         (self.degree_u, self.degree_v)
     }
 
-    /// The halves in u (de Casteljau's algorithm; The NURBS Book, A1.7).
+    /// Halves the patch in u (de Casteljau's algorithm; The NURBS Book, A1.7).
     pub(super) fn halves_u(&self) -> (Self, Self) {
         let ((start, end), middle) = (self.u, f64::midpoint(self.u.0, self.u.1));
         let stride = self.degree_v + 1;
@@ -89,7 +90,7 @@ impl Patch {
         (first, second)
     }
 
-    /// The halves in v.
+    /// Halves the patch in v.
     pub(super) fn halves_v(&self) -> (Self, Self) {
         let ((start, end), middle) = (self.v, f64::midpoint(self.v.0, self.v.1));
         let (stride, rows) = (self.degree_v + 1, self.degree_u + 1);
@@ -100,8 +101,8 @@ impl Patch {
         (first, second)
     }
 
-    /// The point with its first and second derivatives by shares s and t of the patch's sides.
-    pub(super) fn frame(&self, s: f64, t: f64) -> Frame {
+    /// Evaluates the point with its first and second derivatives at (s, t) in the unit square.
+    pub(super) fn partials(&self, s: f64, t: f64) -> Partials {
         let (rows, columns) = (bernstein(self.degree_u, s), bernstein(self.degree_v, t));
         let mut sums = [DVec4::ZERO; 6];
         for (k, row) in self.net.chunks_exact(self.degree_v + 1).enumerate() {
@@ -118,18 +119,18 @@ impl Patch {
             sums[4] += rows[1][k] * along[1];
             sums[5] += rows[0][k] * along[2];
         }
-        Frame::new(sums)
+        Partials::new(sums)
     }
 
-    /// The control points of a curve across the patch: the rows of its net by these factors.
+    /// Sums the rows of the net weighted by `factors`: the control points of an isocurve.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    pub(super) fn row(&self, factors: &Row) -> PatchRow {
+    pub(super) fn row(&self, factors: &Row) -> BezierPatchRow {
         let mut points = [DVec4::ZERO; MAX_ORDER];
         for (row, factor) in self.net.chunks_exact(self.degree_v + 1).zip(factors) {
             points.iter_mut().zip(row).for_each(|(sum, point)| *sum += *factor * *point);
         }
-        PatchRow { points, order: self.degree_v + 1 }
+        BezierPatchRow { points, order: self.degree_v + 1 }
     }
 
     /// The parameters of the surface at shares of the patch's sides.
@@ -141,14 +142,14 @@ impl Patch {
     }
 }
 
-/// Homogeneous control points of a curve across a patch.
-pub(super) struct PatchRow {
+/// Homogeneous control points of an isocurve of a patch.
+pub(super) struct BezierPatchRow {
     points: [DVec4; MAX_ORDER],
     order: usize,
 }
 
-impl PatchRow {
-    /// The points by these factors, added up.
+impl BezierPatchRow {
+    /// Sums the control points weighted by `factors`.
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     pub(super) fn sum(&self, factors: &Row) -> DVec4 {
@@ -157,8 +158,10 @@ impl PatchRow {
     }
 }
 
-/// Splits curves of this degree, whose control points follow one another by `stride` from each of
-/// `starts`, at their middle: `first` is turned into the first halves, `second` into the second.
+/// Splits Bézier curves of this degree at their middle.
+///
+/// A curve begins at each of `starts`, and its control points are `stride` apart. `first` and
+/// `second` initially contain the same curves; they become the first and second halves.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 pub(crate) fn halve(
@@ -179,7 +182,7 @@ pub(crate) fn halve(
     }
 }
 
-/// The Bernstein polynomials of a degree at `t`, with first and second derivatives.
+/// Evaluates the Bernstein polynomials of a degree at `t`, with first and second derivatives.
 pub(super) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
     let mut rows = [[0.0; MAX_ORDER]; 3];
     let mut values = [0.0; MAX_ORDER];
@@ -188,9 +191,9 @@ pub(super) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
         if k > 0 {
             let mut carried = 0.0;
             for value in &mut values[..k] {
-                let (stays, goes) = ((1.0 - t) * *value, t * *value);
-                *value = carried + stays;
-                carried = goes;
+                let (kept, passed) = ((1.0 - t) * *value, t * *value);
+                *value = carried + kept;
+                carried = passed;
             }
             values[k] = carried;
         }
@@ -216,22 +219,22 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn halves_and_frames_agree_with_the_surface() {
+    fn halves_and_partials_agree_with_the_surface() {
         let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)
             .unwrap()
             .elevate_degree(0, 2, &mut Silent)
             .unwrap();
-        let (patches, shape) = Patch::of(&torus, &mut || Ok(())).unwrap();
+        let (patches, shape) = BezierPatch::of(&torus, &mut || Ok(())).unwrap();
         assert_eq!((shape, patches.len()), ((4, 4), 16));
         for patch in &patches {
             let ((a, b), (c, d)) = (patch.halves_u(), patch.halves_v());
             for piece in [patch, &a, &b, &c, &d, &b.halves_v().1] {
                 for (s, t) in [(0.0, 0.0), (0.3, 0.9), (0.5, 0.5), (1.0, 0.2)] {
                     let (u, v) = piece.parameters(s, t);
-                    let (here, there) = (piece.frame(s, t), torus.frame(u, v));
+                    let (here, there) = (piece.partials(s, t), torus.partials(u, v));
                     assert!(here.point.distance(there.point) < 1e-14);
                     let (du, dv) = (piece.u.1 - piece.u.0, piece.v.1 - piece.v.0);
-                    // At a knot the surface's derivatives are those of the next patch.
+                    // At a knot the derivatives of the surface are those of the next patch.
                     if s < 1.0 {
                         assert!(here.u.distance(there.u * du) < 1e-12);
                         assert!(here.vv.distance(there.vv * dv * dv) < 1e-12);
