@@ -47,10 +47,6 @@ const KNOWN_CIRCLES: &[&str] = &[
     "som/batch som/mod som/online som/stop",
     "nurbs/batch nurbs/net nurbs/patch_nets nurbs/surface",
     "nurbs/elevate nurbs/remove nurbs/strip",
-    "mesh/bernstein mesh/cost mesh/means mesh/triangle",
-    "mesh/certify mesh/chord",
-    "mesh/lattice mesh/piece mesh/stitch",
-    "mesh/adaptive mesh/numbering",
 ];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {

@@ -1,41 +1,40 @@
-//! Where a place lies among the control points of the nets.
+//! The control points that determine a surface point, and their weights, along one direction.
 
 use super::bernstein::polynomials;
-use super::piece::PATCH;
+use super::block::PATCH_STEPS;
 use crate::nurbs::Row;
 
-/// Where a place of a block lies along one direction of the nets.
+/// The nonzero Bernstein weights at an integer coordinate of a block, along one direction.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Located {
-    /// The first control point that counts there.
+pub(super) struct BasisWeights {
+    /// The first control point with a nonzero weight.
     first: usize,
-    /// How many do: between patches only one.
+    /// The number of nonzero weights: between patches only one.
     count: usize,
-    /// How much each of them does.
-    shares: Row,
+    weights: Row,
 }
 
-impl Located {
-    /// Where a place of a block lies that begins with this row or column of patches.
-    pub(super) fn of(place: u32, first: usize, degree: usize) -> Self {
+impl BasisWeights {
+    /// The weights at a coordinate of a block whose first row or column of patches is `first`.
+    pub(super) fn of(step: u32, first: usize, degree: usize) -> Self {
         let mut this = Self::default();
-        this.find(place, first, degree);
+        this.set(step, first, degree);
         this
     }
 
-    /// Makes it [`Located::of`] this place.
-    pub(super) fn find(&mut self, place: u32, first: usize, degree: usize) {
-        let (patch, rest) = (first + (place / PATCH) as usize, place % PATCH);
+    /// Replaces these by [`BasisWeights::of`] the arguments.
+    pub(super) fn set(&mut self, step: u32, first: usize, degree: usize) {
+        let (patch, rest) = (first + (step / PATCH_STEPS) as usize, step % PATCH_STEPS);
         (self.first, self.count) = (patch * degree, 1);
-        self.shares[0] = 1.0;
+        self.weights[0] = 1.0;
         if rest != 0 {
             self.count = degree + 1;
-            self.shares = polynomials(degree, f64::from(rest) / f64::from(PATCH));
+            self.weights = polynomials(degree, f64::from(rest) / f64::from(PATCH_STEPS));
         }
     }
 
-    /// The first control point, and how much of each from there on.
-    pub(super) fn shares(&self) -> (usize, &[f64]) {
-        (self.first, &self.shares[..self.count])
+    /// The first control point, and the weights from there on.
+    pub(super) fn weights(&self) -> (usize, &[f64]) {
+        (self.first, &self.weights[..self.count])
     }
 }

@@ -1,55 +1,52 @@
-//! Bézier coefficients on a triangle.
+//! Bézier triangles: the order of their coefficients, and bounds by repeated halving.
 //!
-//! They stand row by row: by how often the first corner counts, then the second.
+//! Coefficients are sorted by their multi-index: its first entry, then its second.
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use pulp::Simd;
 
 use super::bernstein::binomial;
-use super::cost::{Cost, OCTET, Octet, costliest_of};
-use super::means::Means;
+use super::distance_bound::{DistanceBound, max_bound_of_batches};
+use super::lanes::{PointBatch, larger, point};
+use super::sparse_matrix::SparseMatrix;
 
-/// How often a triangle is halved at the very most.
-const MOST_HALVINGS: usize = 8;
+/// The largest number of halvings that a [`Refinement`] may use.
+const MAX_HALVINGS: usize = 8;
 
-/// All triples of counts with this sum, in the order of coefficients.
-pub(super) fn triples(sum: usize) -> Vec<[usize; 3]> {
-    let pairs = (0..=sum).flat_map(|a| (0..=sum - a).map(move |b| (a, b)));
-    pairs.map(|(a, b)| [a, b, sum - a - b]).collect()
+/// All multi-indices (i, j, k) with i + j + k = degree, in the order of coefficients.
+pub(super) fn multi_indices(degree: usize) -> Vec<[usize; 3]> {
+    let pairs = (0..=degree).flat_map(|a| (0..=degree - a).map(move |b| (a, b)));
+    pairs.map(|(a, b)| [a, b, degree - a - b]).collect()
 }
 
-/// The larger of two numbers, of which only the second may be NaN; unlike `f64::max` one instruction.
-#[inline(always)]
-pub(super) fn larger(most: f64, x: f64) -> f64 {
-    if x > most { x } else { most }
-}
-
-/// How many coefficients there are.
-pub(super) fn count(degree: usize) -> usize {
+/// Number of coefficients.
+pub(super) fn coefficient_count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
 }
 
-/// When a triangle's coefficients, whose largest cost bounds that of its points, are worth cutting.
+/// When a bound by a triangle's coefficients is refined by halving the triangle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Doubt {
-    /// Costs up to this one are no doubt.
+pub(super) struct Refinement {
+    /// Bounds up to this one need no refinement.
     pub limit: f64,
-    /// Those from this one on leave none either.
-    pub near: f64,
+    /// Bounds above this one are not refined.
+    pub max_refined: f64,
     /// How often a triangle is halved at most.
     pub halvings: usize,
 }
 
-/// The maps from the coefficients on a triangle to those on its halves, cut from its first corner to
-/// the middle of the opposite side (de Casteljau's algorithm along the rows). Their first corner is
-/// that middle, so that their next cut goes to another side.
-pub(super) fn halves(degree: usize) -> [Means; 2] {
-    let none = || vec![vec![]; count(degree)];
+/// The matrices from a triangle's coefficients to those of its halves.
+///
+/// The cut goes from the first corner to the midpoint of the opposite side (de Casteljau's
+/// algorithm along the rows). The first corner of each half is that midpoint, so the next cut meets
+/// another side.
+pub(super) fn halving_matrices(degree: usize) -> [SparseMatrix; 2] {
+    let none = || vec![vec![]; coefficient_count(degree)];
     let (mut first, mut second) = (none(), none());
     let mut from = 0;
     for apex in 0..=degree {
-        // The middle counts `level` times, the first corner `apex` times.
+        // The midpoint has multiplicity `level`, the first corner multiplicity `apex`.
         let (n, mut at) = (degree - apex, apex);
         for level in 0..=n {
             let share = |k: usize| binomial(level, k) / 2.0_f64.powf(level as f64);
@@ -59,26 +56,29 @@ pub(super) fn halves(degree: usize) -> [Means; 2] {
         }
         from += n + 1;
     }
-    [Means::new(&first), Means::new(&second)]
+    [SparseMatrix::new(&first), SparseMatrix::new(&second)]
 }
 
-/// The largest cost of a function's coefficients, or anything above the limit if a value costs more
-/// than it. The cost is convex, so no value costs more than all coefficients. Where they leave doubt,
-/// those of parts are looked at. The coefficients stand first in `room`, behind which there is room for
-/// as many at each halving.
+/// An upper bound of the distance of a Bézier triangle.
+///
+/// A result above `limit` means only that the limit could not be certified.
+///
+/// The bound is convex, so the largest bound of the coefficients holds for all points. If it
+/// exceeds the limit by little, the triangle is halved. `coefficients` starts with those of the
+/// triangle, followed by space for as many at each halving.
 #[inline(always)]
-pub(super) fn largest<S: Simd>(
+pub(super) fn max_bound_by_halving<S: Simd>(
     simd: S,
-    room: &mut [Octet],
-    halves: &[Means; 2],
-    Doubt { limit, near, halvings }: Doubt,
-    cost: &impl Cost,
+    coefficients: &mut [PointBatch],
+    halves: &[SparseMatrix; 2],
+    Refinement { limit, max_refined, halvings }: Refinement,
+    bound: &impl DistanceBound,
 ) -> f64 {
-    let size = halves[0].octets();
-    // How many halves have been looked at of the triangles around the one being looked at.
-    let (mut most, mut level, mut seen) = (0.0, 0, [0; MOST_HALVINGS]);
+    let size = halves[0].batches();
+    // seen[k]: visited halves of the enclosing triangle at level k.
+    let (mut most, mut level, mut seen) = (0.0, 0, [0; MAX_HALVINGS]);
     loop {
-        let found = costliest_of(simd, cost, &room[level * size..][..size]);
+        let found = max_bound_of_batches(simd, bound, &coefficients[level * size..][..size]);
         if found <= limit {
             most = larger(most, found);
             while level > 0 && seen[level - 1] == 2 {
@@ -87,66 +87,59 @@ pub(super) fn largest<S: Simd>(
             if level == 0 {
                 return most;
             }
-        } else if found > near || level == halvings.min(MOST_HALVINGS) {
+        } else if found > max_refined || level == halvings.min(MAX_HALVINGS) {
             return found;
         } else {
             seen[level] = 0;
             level += 1;
         }
-        let (around, half) = room.split_at_mut(level * size);
-        let around = &around[(level - 1) * size..];
-        halves[seen[level - 1]].of(simd, |k| point(around, k), &mut half[..size]);
+        let (parent, half) = coefficients.split_at_mut(level * size);
+        let parent = &parent[(level - 1) * size..];
+        halves[seen[level - 1]].multiply(simd, |k| point(parent, k), &mut half[..size]);
         seen[level - 1] += 1;
     }
-}
-
-/// One of some points side by side.
-#[inline(always)]
-fn point(octets: &[Octet], k: usize) -> [f64; 4] {
-    let ([x, y, z, w], lane) = (&octets[k / OCTET], k % OCTET);
-    [x.0[lane], y.0[lane], z.0[lane], w.0[lane]]
 }
 
 #[cfg(test)]
 mod tests {
     use pulp::{Arch, WithSimd};
 
-    use super::super::cost::Eight;
+    use super::super::lanes::{BATCH, Batch};
     use super::*;
 
-    /// Distance from z = 0.
+    /// The distance from the plane z = 0.
     struct Height;
 
-    impl Cost for Height {
+    impl DistanceBound for Height {
         fn squared<S: Simd>(&self, simd: S, [_, _, z]: [S::f64s; 3]) -> S::f64s {
             simd.mul_f64s(z, z)
         }
     }
 
-    /// The largest height of the cubic function.
-    struct Looked(Doubt);
+    /// A bound of the height of the cubic function.
+    struct MaxHeight(Refinement);
 
-    impl WithSimd for Looked {
+    impl WithSimd for MaxHeight {
         type Output = f64;
 
         fn with_simd<S: Simd>(self, simd: S) -> f64 {
-            let mut room = cubic();
-            room.resize(9 * room.len(), [Eight::default(); 4]);
-            largest(simd, &mut room, &halves(3), self.0, &Height)
+            let mut all = cubic();
+            all.resize(9 * all.len(), [Batch::default(); 4]);
+            max_bound_by_halving(simd, &mut all, &halving_matrices(3), self.0, &Height)
         }
     }
 
     /// The coefficients of the cubic function's halves.
-    struct Halved;
+    struct Halves;
 
-    impl WithSimd for Halved {
-        type Output = [Vec<Octet>; 2];
+    impl WithSimd for Halves {
+        type Output = [Vec<PointBatch>; 2];
 
-        fn with_simd<S: Simd>(self, simd: S) -> [Vec<Octet>; 2] {
+        fn with_simd<S: Simd>(self, simd: S) -> [Vec<PointBatch>; 2] {
             let of = cubic();
-            halves(3).map(|half| {
+            halving_matrices(3).map(|half| {
                 let mut out = cubic();
-                half.of(simd, |k| point(&of, k), &mut out);
+                half.multiply(simd, |k| point(&of, k), &mut out);
                 out
             })
         }
@@ -157,19 +150,19 @@ mod tests {
         (1.7 * k as f64).sin()
     }
 
-    /// All of them, of weight one; the last one again where they end.
-    fn cubic() -> Vec<Octet> {
-        let last = count(3) - 1;
+    /// All coefficients, of weight one; the last one is repeated to complete the last batch.
+    fn cubic() -> Vec<PointBatch> {
+        let last = coefficient_count(3) - 1;
         let heights =
-            |octet: usize| std::array::from_fn(|lane| height((octet * OCTET + lane).min(last)));
-        let none = Eight::default();
-        (0..2).map(|octet| [none, none, Eight(heights(octet)), Eight([1.0; OCTET])]).collect()
+            |batch: usize| std::array::from_fn(|lane| height((batch * BATCH + lane).min(last)));
+        let zero = Batch::default();
+        (0..2).map(|batch| [zero, zero, Batch(heights(batch)), Batch([1.0; BATCH])]).collect()
     }
 
     #[test]
-    fn halves_meet_in_the_middle_of_a_side() {
+    fn halves_share_the_midpoint_of_a_side() {
         let middle = (height(0) + 3.0 * height(1) + 3.0 * height(2) + height(3)) / 8.0;
-        let parts = Arch::new().dispatch(Halved);
+        let parts = Arch::new().dispatch(Halves);
         for (half, other) in parts.iter().zip([0, 3]) {
             let heights = [0, 3, 9].map(|k| point(half, k)[2]);
             assert!((heights[2] - middle).abs() < 1e-15);
@@ -179,11 +172,11 @@ mod tests {
     }
 
     #[test]
-    fn halving_comes_closer_from_above() {
-        let looked = |limit: f64, halvings: usize| {
-            Arch::new().dispatch(Looked(Doubt { limit, near: 9.0, halvings }))
+    fn halving_lowers_the_bound_towards_the_maximum() {
+        let max_height = |limit: f64, halvings: usize| {
+            Arch::new().dispatch(MaxHeight(Refinement { limit, max_refined: 9.0, halvings }))
         };
-        // The largest value is found at places of a fine grid.
+        // The maximum, sampled on a fine grid.
         let mut most = 0.0_f64;
         for (i, j) in (0..=60).flat_map(|i| (0..=60 - i).map(move |j| (i, j))) {
             let at = [i, j, 60 - i - j].map(|n| f64::from(n) / 60.0);
@@ -194,11 +187,11 @@ mod tests {
             };
             let powers =
                 |of: &[usize; 3]| (0..3).map(|k| at[k].powf(of[k] as f64)).product::<f64>();
-            let terms = triples(3).into_iter().enumerate();
+            let terms = multi_indices(3).into_iter().enumerate();
             let value: f64 = terms.map(|(k, of)| ways(&of) * powers(&of) * height(k)).sum();
             most = most.max(value.abs());
         }
-        let (rough, fine) = (looked(f64::MAX, 0), looked(1.01 * most, 8));
+        let (rough, fine) = (max_height(f64::MAX, 0), max_height(1.01 * most, 8));
         assert!(most <= fine && fine < rough, "{most} {fine} {rough}");
         assert!(fine <= 1.01 * most);
     }

@@ -1,4 +1,4 @@
-//! Work on many blocks in parallel, with reports in between.
+//! A parallel map with results in order and regular progress reports.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -7,21 +7,21 @@ use crate::error::Result;
 use crate::nurbs::share;
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Time between two calls of the observer that is aimed at.
-const REPORT: Duration = Duration::from_millis(20);
+/// Target time between two calls of the observer.
+const REPORT_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Triangles for which no other thread is woken: they would be done before that has come.
-pub(super) const FEW: usize = 128;
+/// Triangles from which work is parallel: less is done before another thread has started.
+pub(super) const MIN_PARALLEL_TRIANGLES: usize = 128;
 
-/// Pieces whose vertices are collected in the time in which one triangle is found.
-pub(super) const COLLECTED: usize = 8;
+/// Cells whose vertices are collected in the time that one triangle takes.
+pub(super) const CELLS_COLLECTED_PER_TRIANGLE: usize = 8;
 
-/// Does a job for each item, in parallel, and takes the results in order; reports in between. All
-/// together belong to about so many triangles.
+/// Runs `job` on each item in parallel; passes the results to `take` in order of the items.
 ///
-/// Threads meet after a certain time, not after a certain number of items, because nobody knows
-/// how long one takes. So jobs must not see what has been taken since the call.
-pub(super) fn in_groups<I: Send, T: Send, R: Default>(
+/// `triangles` is the estimated number of triangles of all items; few are processed by one thread.
+/// Threads synchronize after a fixed time, not after a fixed number of items, because the time of
+/// an item is unknown. So `job` must not depend on results that `take` has received since the call.
+pub(super) fn parallel_map<I: Send, T: Send, R: Default>(
     items: impl IntoIterator<Item = I, IntoIter: ExactSizeIterator + Send>,
     triangles: usize,
     observer: &mut dyn Observer,
@@ -42,18 +42,18 @@ pub(super) fn in_groups<I: Send, T: Send, R: Default>(
         }
         let started = Instant::now();
         let results = Mutex::new(vec![]);
-        let early = || if started.elapsed() < REPORT { items.next() } else { None };
-        let group = std::iter::from_fn(early).take(left);
-        let work = |room: &mut R, (index, item)| {
-            let result = job(room, item);
+        let in_time = || if started.elapsed() < REPORT_INTERVAL { items.next() } else { None };
+        let group = std::iter::from_fn(in_time).take(left);
+        let work = |scratch: &mut R, (index, item)| {
+            let result = job(scratch, item);
             results.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
         };
-        // What was wrongly expected to be little is shared after a while.
-        if triangles > FEW || left < total {
+        // Parallel as well if a small estimate proves wrong: items are left after the first round.
+        if triangles > MIN_PARALLEL_TRIANGLES || left < total {
             share(group, 1, work);
         } else {
-            let mut room = R::default();
-            group.for_each(|item| work(&mut room, item));
+            let mut scratch = R::default();
+            group.for_each(|item| work(&mut scratch, item));
         }
         let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
         results.sort_unstable_by_key(|&(index, _)| index);

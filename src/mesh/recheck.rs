@@ -1,91 +1,96 @@
-//! What a thread reviews at a time: neighbouring pieces of a block, and what becomes of them.
+//! Rechecks a run of cells against the vertices on their sides, and splits those that fail.
 
-use super::adaptive::Tessellation;
-use super::desk::Desk;
-use super::piece::Piece;
-use super::stitch::{Place, Vertices};
+use super::block::GridPoint;
+use super::block_vertices::BlockVertices;
+use super::cell::Cell;
+use super::partition::Partition;
+use super::workspace::Workspace;
 
-/// Memory of a thread.
+/// Scratch memory of a thread for the outlines of cells.
 #[derive(Default)]
-pub(super) struct Room {
-    vertices: Vertices,
-    /// Numbers of vertices around a piece.
-    outline: Vec<usize>,
-    places: Vec<Place>,
+pub(super) struct OutlineWorkspace {
+    vertices: BlockVertices,
+    /// The ranks of the vertices around a cell.
+    ranks: Vec<usize>,
+    /// The coordinates of the vertices around a cell.
+    outline: Vec<GridPoint>,
 }
 
-/// Pieces of a block, one behind the other.
-pub(super) struct Run<'a> {
+/// Consecutive cells of a block.
+pub(super) struct CellRun<'a> {
     pub block: usize,
-    /// The number of the first one.
+    /// The index of the first cell in the block.
     pub first: usize,
-    pub pieces: &'a mut [Piece],
-    /// The vertices of the block, if it has more pieces than these.
-    pub vertices: Option<&'a Vertices>,
+    pub cells: &'a mut [Cell],
+    /// The vertices of the block; `None` if these are all its cells.
+    pub vertices: Option<&'a BlockVertices>,
 }
 
-/// Pieces of a block that have been divided, in order.
-pub(super) struct Divided {
+/// Cells of a block that were split, in order.
+pub(super) struct SplitCells {
     pub block: usize,
-    /// The number of each, and where its parts end.
+    /// The index of each cell, and the end of its parts in `parts`.
     ends: Vec<(usize, usize)>,
-    parts: Vec<Piece>,
+    parts: Vec<Cell>,
 }
 
-impl Divided {
-    /// Whether there is none.
+impl SplitCells {
+    /// Whether no cell was split.
     pub(super) fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// How many parts they have become.
+    /// Number of parts of all cells.
     pub(super) fn parts(&self) -> usize {
         self.parts.len()
     }
 
-    /// Puts the parts in the places of the pieces.
-    pub(super) fn replace(all: &[Self], pieces: &mut Vec<Piece>) {
-        let more = all.iter().map(|divided| divided.parts.len() - divided.ends.len());
-        let mut new = Vec::with_capacity(pieces.len() + more.sum::<usize>());
+    /// Replaces the split cells of one block by their parts.
+    pub(super) fn replace(all: &[Self], cells: &mut Vec<Cell>) {
+        let more = all.iter().map(|split| split.parts.len() - split.ends.len());
+        let mut new = Vec::with_capacity(cells.len() + more.sum::<usize>());
         let mut kept = 0;
         for Self { ends, parts, .. } in all {
             let mut start = 0;
-            for &(number, end) in ends {
-                new.extend_from_slice(&pieces[kept..number]);
+            for &(index, end) in ends {
+                new.extend_from_slice(&cells[kept..index]);
                 new.extend_from_slice(&parts[start..end]);
-                (kept, start) = (number + 1, end);
+                (kept, start) = (index + 1, end);
             }
         }
-        new.extend_from_slice(&pieces[kept..]);
-        *pieces = new;
+        new.extend_from_slice(&cells[kept..]);
+        *cells = new;
     }
 }
 
-impl Tessellation<'_> {
-    /// Looks at the pieces that have got vertices on their sides, and divides those that are unfit.
-    pub(super) fn review(&self, desk: &mut Desk, room: &mut Room, run: Run<'_>) -> Divided {
-        let Run { block: index, first, pieces, vertices } = run;
-        let (block, divider) = (self.lattice.block(index), self.divider());
-        let Room { vertices: own, outline, places } = room;
-        let vertices = vertices.unwrap_or_else(|| {
-            own.collect(block, pieces, self.sides(index));
-            own
-        });
-        let mut divided = Divided { block: index, ends: vec![], parts: vec![] };
-        for (k, piece) in pieces.iter_mut().enumerate() {
-            outline.clear();
-            vertices.outline(piece, outline);
-            if outline.len() <= piece.cut.corners() {
-                continue;
-            }
-            places.clear();
-            places.extend(outline.iter().map(|&rank| vertices.place(rank)));
-            if let Some(direction) = divider.check(block, piece, places, desk) {
-                let Divided { ends, parts, .. } = &mut divided;
-                divider.redivide(block, (*piece, direction), desk, parts);
-                ends.push((first + k, parts.len()));
-            }
+/// Triangulates the cells that have new vertices on their sides; splits those beyond the limits.
+pub(super) fn recheck(
+    partition: &Partition<'_>,
+    workspace: &mut Workspace,
+    outlines: &mut OutlineWorkspace,
+    run: CellRun<'_>,
+) -> SplitCells {
+    let CellRun { block: index, first, cells, vertices } = run;
+    let (block, subdivider) = (partition.grid.block(index), partition.subdivider());
+    let OutlineWorkspace { vertices: own, ranks, outline } = outlines;
+    let vertices = vertices.unwrap_or_else(|| {
+        own.collect(block, cells, partition.edge_vertices(index));
+        own
+    });
+    let mut split = SplitCells { block: index, ends: vec![], parts: vec![] };
+    for (k, cell) in cells.iter_mut().enumerate() {
+        ranks.clear();
+        vertices.outline(cell, ranks);
+        if ranks.len() <= cell.triangulation.corner_count() {
+            continue;
         }
-        divided
+        outline.clear();
+        outline.extend(ranks.iter().map(|&rank| vertices.point(rank)));
+        if let Some(direction) = subdivider.triangulate(block, cell, outline, workspace) {
+            let SplitCells { ends, parts, .. } = &mut split;
+            subdivider.split(block, (*cell, direction), workspace, parts);
+            ends.push((first + k, parts.len()));
+        }
     }
+    split
 }

@@ -1,109 +1,130 @@
-//! How a piece is cut into triangles with all the vertices that neighbours have put on its sides.
+//! Triangulates a cell with the vertices on its sides, which are corners of its neighbors.
 
 use glam::{DVec2, DVec4};
 use pulp::Arch;
 
-use super::bernstein::UNIT;
-use super::certify::{self, Corner, Faces, Part, Workspace};
+use super::block::{Block, GridPoint, fraction};
+use super::cell::{Cell, Direction};
+use super::cell_mesh::{CellMesh, Corner, UNIT_SQUARE};
+use super::certify::{Certifier, ball_bound};
 use super::chord::Chord;
-use super::desk::Desk;
-use super::divider::{Divider, share};
+use super::lanes::larger;
 use super::net::Net;
-use super::outline::{MOST_CORNERS, Zip};
-use super::piece::{Block, Direction, Piece};
-use super::stitch::Place;
-use super::triangle::larger;
+use super::subdivider::Subdivider;
+use super::surface_part::SurfacePart;
+use super::triangulation::{MAX_CORNERS, Triangulation};
+use super::workspace::Workspace;
 
-/// Share of the tolerance from which on a proof leaves so little that new vertices hardly ever keep
-/// within it.
-const GROWS: f64 = 0.9;
+/// Certified share of the tolerance above which extending a triangulation is not tried.
+///
+/// The remaining share is too small for new vertices off the old edges.
+const MAX_EXTENDED_SHARE: f64 = 0.9;
 
-impl Divider<'_> {
-    /// Cuts a piece with all the vertices on its outline into triangles. The direction to divide it
-    /// in because they do not meet the limits, or because they are too many; `None` if they do.
-    pub(super) fn check(
+impl Subdivider<'_> {
+    /// Triangulates a cell with all vertices on its outline.
+    ///
+    /// Returns the direction to split the cell in if the triangles exceed the limits, or if the
+    /// outline has too many vertices.
+    pub(super) fn triangulate(
         &self,
         block: Block,
-        piece: &mut Piece,
-        outline: &[Place],
-        desk: &mut Desk,
+        cell: &mut Cell,
+        outline: &[GridPoint],
+        workspace: &mut Workspace,
     ) -> Option<Direction> {
-        if outline.len() > MOST_CORNERS {
-            self.load(block, *piece, desk);
-            return Some(self.steeper(piece, &desk.points));
+        if outline.len() > MAX_CORNERS {
+            self.load(block, *cell, workspace);
+            return Some(self.split_direction(cell, &workspace.points));
         }
-        let ends = piece.ends(outline.iter().copied());
-        let share = piece.cut.share().filter(|share| outline.len() > 4 && *share < GROWS);
+        let ends = cell.corner_indices(outline.iter().copied());
+        let more = outline.len() > ends.len();
+        let share = cell.triangulation.certified_share();
+        let share = share.filter(|share| more && *share < MAX_EXTENDED_SHARE);
         let share = share.filter(|_| self.limits.only_distance());
         if let Some(share) = share {
-            self.place((block, *piece), outline, false, desk);
-            if self.grow(piece, ends, share, desk) {
+            self.place_corners((block, *cell), outline, false, workspace);
+            if self.extend(cell, ends, share, workspace) {
                 return None;
             }
         }
-        self.load(block, *piece, desk);
+        self.load(block, *cell, workspace);
         let tolerance = self.limits.tolerance;
-        let (bent, bending) = self.bent(piece, &desk.points);
-        if bent.is_some() {
-            return bent;
+        let (predicted, bending) = self.predicted_split(cell, &workspace.points);
+        if predicted.is_some() {
+            return predicted;
         }
         if share.is_none() {
-            self.place((block, *piece), outline, true, desk);
+            self.place_corners((block, *cell), outline, true, workspace);
         }
-        let Desk { arch, nets, points, places, part, corners, faces, work, deviation, .. } = desk;
-        let single = piece.is_single();
-        let cut = Zip::best(corners, ends, bending, tolerance);
+        let Workspace {
+            arch,
+            nets,
+            points,
+            sample_uv,
+            part,
+            corners,
+            faces,
+            certifier,
+            deviation,
+            ..
+        } = workspace;
+        let single = cell.is_single();
+        let triangulation = Triangulation::best(corners, ends, bending, tolerance);
         faces.clear();
-        cut.faces(ends, faces);
+        triangulation.faces(ends, faces);
         let mesh = (&corners[..], &faces[..]);
         let distance = if !single {
-            self.distance_of_patches(block, *piece, (points, places), mesh, (*arch, part, work))
-        } else if work.begin(mesh) {
-            let whole = Part::whole(Net::single(nets, self.nets.degrees));
-            arch.dispatch(work.certify(self.bernstein, whole, mesh, tolerance))
+            let samples = (&points[..], &sample_uv[..]);
+            self.distance_of_patches(block, *cell, samples, mesh, (*arch, part, certifier))
+        } else if certifier.start(mesh) {
+            let whole = SurfacePart::whole(Net::single(nets, self.nets.degrees));
+            arch.dispatch(certifier.certify(self.conversion, whole, mesh, tolerance))
         } else {
-            certify::ball(Net::single(nets, self.nets.degrees), mesh)
+            ball_bound(Net::single(nets, self.nets.degrees), mesh)
         };
-        let direction = self.unfit((block, *piece), outline, mesh, (distance, points));
+        let direction = self.required_split((block, *cell), outline, mesh, (distance, points));
         if direction.is_none() {
-            piece.cut = cut.proven(distance / tolerance);
+            cell.triangulation = triangulation.with_certified_share(distance / tolerance);
             *deviation = deviation.max(distance);
         }
         direction
     }
 
-    /// Puts the corners of an outline on the desk; those of the piece are known if it is loaded.
-    fn place(
+    /// Writes the corners of an outline to the workspace.
+    ///
+    /// The corners of the cell are taken from its net if it is `loaded`.
+    fn place_corners(
         &self,
-        (block, piece): (Block, Piece),
-        outline: &[Place],
+        (block, cell): (Block, Cell),
+        outline: &[GridPoint],
         loaded: bool,
-        desk: &mut Desk,
+        workspace: &mut Workspace,
     ) {
-        desk.corners.clear();
+        workspace.corners.clear();
         for &(u, v) in outline {
-            let at = DVec2::new(share(u, piece.u), share(v, piece.v));
-            let end = UNIT.iter().position(|corner| *corner == at).filter(|_| loaded);
+            let at = DVec2::new(fraction(u, cell.u), fraction(v, cell.v));
+            let end = UNIT_SQUARE.iter().position(|corner| *corner == at).filter(|_| loaded);
             let point = match end {
-                Some(end) => desk.points[self.ends(&piece)[end]].truncate(),
+                Some(end) => workspace.points[self.corner_indices(&cell)[end]].truncate(),
                 None => self.point(block, (u, v)).project(),
             };
-            desk.corners.push(Corner { at, point });
+            workspace.corners.push(Corner { at, point });
         }
     }
 
-    /// Whether the triangles that a piece was proven with hold with new vertices on its sides: then it
-    /// is cut into triangles with them.
+    /// Extends the two certified triangles of a cell by new vertices on its sides.
     ///
-    /// Triangles that keep the edge between the two come from them by moving the new vertices off
-    /// their sides. No point moves further than these do, so neither does the distance from the
-    /// surface grow by more.
-    fn grow(
+    /// Returns false and keeps the old ones if the result folds or could exceed the tolerance.
+    ///
+    /// The new triangles keep the diagonal: they result from moving the new vertices off the
+    /// straight sides. No point of the triangles moves farther than the vertices, so the distance
+    /// from the surface increases by at most that. `share` is the certified share of the tolerance.
+    fn extend(
         &self,
-        piece: &mut Piece,
+        cell: &mut Cell,
         ends: [usize; 4],
         share: f64,
-        Desk { corners, faces, work, deviation, .. }: &mut Desk,
+        Workspace { corners, faces, certifier, deviation, .. }: &mut Workspace,
     ) -> bool {
         let tolerance = self.limits.tolerance;
         let mut moved = 0.0;
@@ -114,43 +135,46 @@ impl Divider<'_> {
             };
             let side = Chord::new(corners[start].point, corners[end].point);
             for corner in &corners[start + 1..last] {
-                moved = larger(moved, side.squared(corner.point));
+                moved = larger(moved, side.distance_squared(corner.point));
             }
         }
         let distance = share * tolerance + moved.sqrt();
         if distance > tolerance {
             return false;
         }
-        let cut = piece.cut.grown(corners, ends);
+        let triangulation = cell.triangulation.extended(corners, ends);
         faces.clear();
-        cut.faces(ends, faces);
-        let sheet = work.begin((&corners[..], &faces[..]));
-        if sheet {
-            piece.cut = cut;
+        triangulation.faces(ends, faces);
+        let flat = certifier.start((&corners[..], &faces[..]));
+        if flat {
+            cell.triangulation = triangulation;
             *deviation = deviation.max(distance);
         }
-        sheet
+        flat
     }
 
-    /// The certified distance of a piece of several patches, on which these points lie at these places,
-    /// or anything above the tolerance.
+    /// The certified distance of a cell of several patches.
+    ///
+    /// A result above the tolerance means only that the tolerance could not be certified.
+    ///
+    /// `samples` are surface points and their parameters in the unit square of the cell.
     fn distance_of_patches(
         &self,
         block: Block,
-        piece: Piece,
-        points: (&[DVec4], &[DVec2]),
-        mesh: Faces<'_>,
-        (arch, net, work): (Arch, &mut Vec<DVec4>, &mut Workspace),
+        cell: Cell,
+        samples: (&[DVec4], &[DVec2]),
+        mesh: CellMesh<'_>,
+        (arch, net, certifier): (Arch, &mut Vec<DVec4>, &mut Certifier),
     ) -> f64 {
         let limit = self.limits.tolerance;
-        if !work.begin(mesh) || work.misses(points, mesh, limit) {
+        if !certifier.start(mesh) || certifier.exceeds(samples, mesh, limit) {
             return f64::INFINITY;
         }
         let mut most = 0.0;
-        for of_piece in piece.parts() {
+        for range in cell.patch_ranges() {
             net.clear();
-            let part = self.part(block, &of_piece, net);
-            most = arch.dispatch(work.certify(self.bernstein, part, mesh, limit));
+            let part = self.surface_part(block, &range, net);
+            most = arch.dispatch(certifier.certify(self.conversion, part, mesh, limit));
             if most > limit {
                 break;
             }

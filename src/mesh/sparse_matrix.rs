@@ -1,4 +1,4 @@
-//! Linear maps with few terms: what turns control points into others.
+//! Sparse matrices that turn Bézier points into others, eight rows at a time.
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
@@ -6,61 +6,62 @@ use std::collections::BTreeMap;
 
 use pulp::Simd;
 
-use super::cost::{Eight, OCTET};
+use super::lanes::{BATCH, Batch};
 
-/// Weighted means of homogeneous points, eight at a time.
+/// A sparse matrix whose rows are stored in batches of eight with common columns.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Means {
-    /// The points that eight means take something of.
-    points: Vec<u32>,
-    /// How much each of them takes of it.
-    weights: Vec<Eight>,
-    /// The end of the points of each eight.
+pub(super) struct SparseMatrix {
+    /// The columns with an entry in a batch of rows, batch by batch.
+    columns: Vec<u32>,
+    /// The eight entries of each of these columns.
+    entries: Vec<Batch>,
+    /// The end of each batch in `columns`.
     ends: Vec<usize>,
 }
 
-impl Means {
-    /// From the terms of each mean: indices and weights, those of the same point added up. The last
-    /// one stands in for those that are missing to eight.
-    pub(super) fn new(means: &[Vec<(usize, f64)>]) -> Self {
+impl SparseMatrix {
+    /// A matrix with these rows of (column, entry); entries of the same column are added.
+    ///
+    /// The last row is repeated to complete the last batch.
+    pub(super) fn new(rows: &[Vec<(usize, f64)>]) -> Self {
         let mut this = Self::default();
-        for octet in means.chunks(OCTET) {
-            let mut points: BTreeMap<usize, Eight> = BTreeMap::new();
-            for lane in 0..OCTET {
-                let terms = octet[lane.min(octet.len() - 1)].iter();
-                for &(point, weight) in terms.filter(|(_, weight)| *weight != 0.0) {
-                    points.entry(point).or_default().0[lane] += weight;
+        for rows in rows.chunks(BATCH) {
+            let mut columns: BTreeMap<usize, Batch> = BTreeMap::new();
+            for lane in 0..BATCH {
+                let row = rows[lane.min(rows.len() - 1)].iter();
+                for &(column, entry) in row.filter(|(_, entry)| *entry != 0.0) {
+                    columns.entry(column).or_default().0[lane] += entry;
                 }
             }
-            this.points
-                .extend(points.keys().map(|&point| u32::try_from(point).unwrap_or(u32::MAX)));
-            this.weights.extend(points.into_values());
-            this.ends.push(this.points.len());
+            this.columns
+                .extend(columns.keys().map(|&column| u32::try_from(column).unwrap_or(u32::MAX)));
+            this.entries.extend(columns.into_values());
+            this.ends.push(this.columns.len());
         }
         this
     }
 
-    /// How many times eight they are.
-    pub(super) fn octets(&self) -> usize {
+    /// Number of batches of rows.
+    pub(super) fn batches(&self) -> usize {
         self.ends.len()
     }
 
-    /// Writes the first coordinates of the means of the points that `point` tells.
+    /// Multiplies the matrix with points; writes the first N coordinates of the products.
     #[inline(always)]
-    pub(super) fn of<S: Simd, const N: usize>(
+    pub(super) fn multiply<S: Simd, const N: usize>(
         &self,
         simd: S,
         point: impl Fn(usize) -> [f64; 4],
-        out: &mut [[Eight; N]],
+        out: &mut [[Batch; N]],
     ) {
         let mut from = 0;
         for (out, &end) in out.iter_mut().zip(&self.ends) {
-            let terms = (&self.points[from..end], &self.weights[from..end]);
-            if S::F64_LANES == OCTET {
-                add_up::<S, N, 1>(simd, terms, &point, (out, 0));
+            let terms = (&self.columns[from..end], &self.entries[from..end]);
+            if S::F64_LANES == BATCH {
+                multiply_batch::<S, N, 1>(simd, terms, &point, (out, 0));
             } else {
-                for first in (0..OCTET / S::F64_LANES).step_by(2) {
-                    add_up::<S, N, 2>(simd, terms, &point, (out, first));
+                for first in (0..BATCH / S::F64_LANES).step_by(2) {
+                    multiply_batch::<S, N, 2>(simd, terms, &point, (out, first));
                 }
             }
             from = end;
@@ -68,22 +69,23 @@ impl Means {
     }
 }
 
-/// Writes what `K` registers from this one on hold of eight means: each point is looked up once for all
-/// of them.
+/// Writes `K` registers of the products of one batch of rows, starting with register `first`.
+///
+/// Each point is loaded once for all of them.
 #[inline(always)]
-fn add_up<S: Simd, const N: usize, const K: usize>(
+fn multiply_batch<S: Simd, const N: usize, const K: usize>(
     simd: S,
-    (points, weights): (&[u32], &[Eight]),
+    (columns, entries): (&[u32], &[Batch]),
     point: &impl Fn(usize) -> [f64; 4],
-    (out, first): (&mut [Eight; N], usize),
+    (out, first): (&mut [Batch; N], usize),
 ) {
     let mut sums = [[simd.splat_f64s(0.0); N]; K];
-    for (&at, weights) in points.iter().zip(weights) {
-        let (point, weights) = (point(at as usize), S::as_simd_f64s(&weights.0).0);
+    for (&column, entries) in columns.iter().zip(entries) {
+        let (point, entries) = (point(column as usize), S::as_simd_f64s(&entries.0).0);
         for axis in 0..N {
             let coordinate = simd.splat_f64s(point[axis]);
-            for (sums, weights) in sums.iter_mut().zip(&weights[first..first + K]) {
-                sums[axis] = simd.mul_add_e_f64s(*weights, coordinate, sums[axis]);
+            for (sums, entries) in sums.iter_mut().zip(&entries[first..first + K]) {
+                sums[axis] = simd.mul_add_e_f64s(*entries, coordinate, sums[axis]);
             }
         }
     }

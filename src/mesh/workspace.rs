@@ -1,50 +1,58 @@
-//! Memory that dividing needs, kept by each thread.
+//! Scratch memory for subdividing cells, kept by each thread.
 
 use std::cell::RefCell;
 
 use glam::{DVec2, DVec4};
 use pulp::Arch;
 
-use super::certify::{Corner, Face, Workspace};
-use super::located::Located;
-use super::piece::Piece;
+use super::basis_weights::BasisWeights;
+use super::cell::Cell;
+use super::cell_mesh::{Corner, Face};
+use super::certify::Certifier;
 use crate::nurbs::MAX_ORDER;
 
-/// Memory that dividing needs.
+/// Scratch memory for subdividing cells.
 #[derive(Debug, Default)]
-pub(super) struct Desk {
-    /// The vector instructions that may be used.
+pub(super) struct Workspace {
+    /// The vector instructions of this processor.
     pub arch: Arch,
-    /// The pieces whose nets are on the desk.
-    pub pieces: Vec<Piece>,
-    /// Nets, one behind the other: those of the pieces around the one being looked at.
+    /// A stack of cells to be subdivided.
+    pub cells: Vec<Cell>,
+    /// The control nets of these cells, one after the other.
     pub nets: Vec<DVec4>,
-    /// The control points of the last net in space, in the first three lanes.
+    /// The last net projected to space, or samples of a cell of several patches.
+    ///
+    /// The first three lanes are the coordinates.
     pub points: Vec<DVec4>,
-    /// Where in the unit square of a piece of several patches they lie.
-    pub places: Vec<DVec2>,
-    /// Where its columns lie.
-    pub columns: [Located; MAX_ORDER],
+    /// The parameters of the samples in the unit square of the cell.
+    pub sample_uv: Vec<DVec2>,
+    /// The basis weights of the columns of samples.
+    pub columns: [BasisWeights; MAX_ORDER],
+    /// The control net of a range of patches.
     pub part: Vec<DVec4>,
+    /// The outline of the current cell.
     pub corners: Vec<Corner>,
+    /// The triangles of the current cell.
     pub faces: Vec<Face>,
-    pub work: Workspace,
-    /// The largest certified distance of a finished piece.
+    pub certifier: Certifier,
+    /// The largest certified distance of a finished cell.
     pub deviation: f64,
 }
 
 thread_local! {
-    /// Each thread keeps its desk: small meshes would spend much of their time on asking for memory.
-    static DESK: RefCell<Desk> = RefCell::default();
+    /// The workspace of this thread: for small meshes, allocation would dominate the time.
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
 
-impl Desk {
-    /// What `work`, which must not ask for it again, does at the desk of this thread, and the largest
-    /// distance that it has certified.
+impl Workspace {
+    /// Runs `work` with this thread's workspace; returns its result and the largest certified
+    /// distance.
+    ///
+    /// `work` must not call this function.
     pub(super) fn with<T>(work: impl FnOnce(&mut Self) -> T) -> (T, f64) {
-        DESK.with_borrow_mut(|desk| {
-            desk.deviation = 0.0;
-            (work(desk), desk.deviation)
+        WORKSPACE.with_borrow_mut(|workspace| {
+            workspace.deviation = 0.0;
+            (work(workspace), workspace.deviation)
         })
     }
 }
