@@ -1,5 +1,4 @@
-//! How long does a uniform tessellation take for each vertex, and what does a larger net cost? How
-//! long does an adaptive one take, the finer its tolerance?
+//! Times of uniform tessellations by the size of the net, and of adaptive ones by the tolerance.
 
 use std::hint::black_box;
 

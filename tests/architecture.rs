@@ -45,10 +45,6 @@ const KNOWN_CIRCLES: &[&str] = &[
     "som/smoothing som/triangular",
     "som/initialize som/ordered_start",
     "som/batch som/mod som/online som/stop",
-    "mesh/bernstein mesh/cost mesh/means mesh/triangle",
-    "mesh/certify mesh/chord",
-    "mesh/lattice mesh/piece mesh/stitch",
-    "mesh/adaptive mesh/numbering",
 ];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {

@@ -1,4 +1,4 @@
-//! Adaptive meshes: within their tolerance, whole, and the same on any number of threads.
+//! Adaptive meshes: within the tolerance, without gaps, the same for any number of threads.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -18,7 +18,7 @@ fn tessellate(surface: &NurbsSurface, options: &TessellateOptions) -> TriangleMe
     surface.tessellate(options, &mut Silent).unwrap()
 }
 
-/// Largest distances found between surface and mesh, from either to the other.
+/// The largest sampled distance between surface and mesh, in both directions.
 fn deviation(surface: &NurbsSurface, mesh: &TriangleMesh) -> f64 {
     let to_mesh = DistanceSearch::new(mesh.view());
     let to_surface = ClosestPointSearch::new(surface).unwrap();
@@ -38,9 +38,9 @@ fn deviation(surface: &NurbsSurface, mesh: &TriangleMesh) -> f64 {
     most
 }
 
-/// Checks what holds for every mesh: vertices on the surface where their parameters say, no
-/// triangle without area, no edge with a triangle on one side only off the surface's border.
-fn assert_whole(surface: &NurbsSurface, mesh: &TriangleMesh) {
+/// Checks that vertices are the surface points of their parameters, that all triangles have area,
+/// that all vertices are used, and that boundary edges lie on the boundary of the surface.
+fn assert_valid(surface: &NurbsSurface, mesh: &TriangleMesh) {
     let size = surface.size();
     for (vertex, at) in mesh.vertices.iter().zip(&mesh.uv) {
         assert!(vertex.distance(surface.point(at.x, at.y)) < 1e-12 * size);
@@ -55,9 +55,9 @@ fn assert_whole(surface: &NurbsSurface, mesh: &TriangleMesh) {
     let ((u0, u1), (v0, v1)) = (surface.knots_u().domain(), surface.knots_v().domain());
     for (a, b) in mesh.view().boundary_edges() {
         let (a, b) = (mesh.uv[a as usize], mesh.uv[b as usize]);
-        let border =
+        let on_boundary =
             (a.x == b.x && (a.x == u0 || a.x == u1)) || (a.y == b.y && (a.y == v0 || a.y == v1));
-        assert!(border, "{a} {b}");
+        assert!(on_boundary, "{a} {b}");
     }
 }
 
@@ -87,17 +87,18 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn no_surface_leaves_its_tolerance(surface in surfaces(), exponent in 1.3..3.3_f64) {
+    fn random_surfaces_stay_within_the_certified_bound(surface in surfaces(), exponent in 1.3..3.3_f64) {
         let mesh = tessellate(&surface, &relative(10.0_f64.powf(-exponent)));
         let tolerance = 10.0_f64.powf(-exponent) * surface.size();
         let bound = mesh.max_deviation.unwrap();
         prop_assert!(bound <= tolerance);
         prop_assert!(deviation(&surface, &mesh) <= bound + 1e-12 * surface.size());
         prop_assert_eq!(mesh.view().euler_characteristic(), 1);
-        assert_whole(&surface, &mesh);
+        assert_valid(&surface, &mesh);
     }
 }
 
+/// Surfaces with the Euler characteristic and the number of boundary loops of their meshes.
 fn shapes() -> [(NurbsSurface, i64, usize); 5] {
     let net: Vec<DVec3> = (0..42)
         .map(|k| {
@@ -119,22 +120,22 @@ fn shapes() -> [(NurbsSurface, i64, usize); 5] {
 }
 
 #[test]
-fn sheets_tubes_toruses_and_spheres_close_as_they_should() {
+fn meshes_have_the_topology_of_their_surface() {
     for tolerance in [0.1, 1e-2, 1e-3, 1e-4] {
-        for (surface, characteristic, borders) in shapes() {
+        for (surface, characteristic, loops) in shapes() {
             let mesh = tessellate(&surface, &relative(tolerance));
             assert_eq!(mesh.view().euler_characteristic(), characteristic);
-            assert_eq!(mesh.view().boundary_loops().len(), borders);
+            assert_eq!(mesh.view().boundary_loops().len(), loops);
             let bound = mesh.max_deviation.unwrap();
             assert!(deviation(&surface, &mesh) <= bound + 1e-12 * surface.size());
             assert!(bound <= tolerance * surface.size());
-            assert_whole(&surface, &mesh);
+            assert_valid(&surface, &mesh);
         }
     }
 }
 
 #[test]
-fn triangles_turn_about_the_normals() {
+fn triangles_are_counter_clockwise_about_the_normals() {
     for (surface, ..) in shapes() {
         let mesh = tessellate(&surface, &relative(1e-3));
         for triangle in &mesh.triangles {
@@ -171,7 +172,7 @@ fn any_number_of_threads_gives_the_same_bits() {
 }
 
 #[test]
-fn flat_surfaces_take_two_triangles_however_fine_their_net() {
+fn flat_surfaces_take_two_triangles_even_with_a_fine_net() {
     let net: Vec<DVec3> =
         (0..196).map(|k| DVec3::new(f64::from(k / 14), f64::from(k % 14), 3.0)).collect();
     let plane = NurbsSurface::clamped(net, (14, 14), 3).unwrap();
@@ -193,7 +194,7 @@ fn creases_lie_on_edges() {
 }
 
 #[test]
-fn edges_angles_and_sides_keep_their_limits() {
+fn limits_of_edges_angles_and_aspect_hold() {
     let (surface, ..) = &shapes()[1];
     let most = |mesh: &TriangleMesh, of: &dyn Fn(usize, usize) -> f64| {
         let edges = mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
@@ -231,19 +232,19 @@ fn limits_out_of_range_are_refused() {
 
 #[test]
 fn too_many_triangles_are_refused_before_they_are_made() {
-    // By the curvature alone, a sphere takes 4 π r² / (2.6 ε r) triangles.
+    // By its curvature, a sphere needs 4 π r² / (2.6 ε r) triangles.
     let message = message(&relative(1e-12));
     assert!(message.contains("at most 100000000 triangles"), "{message}");
     let count: f64 = message.rsplit(' ').next().unwrap().parse().unwrap();
     assert!(count > 1e12 && count < 1e13, "{message}");
-    // Where the estimate does not tell, the count does.
+    // The limit of the options replaces the default.
     let options = TessellateOptions { max_triangles: 300, ..relative(1e-3) };
     let surface = NurbsSurface::sphere(DVec3::ZERO, 1.0).unwrap();
     assert!(surface.tessellate(&options, &mut Silent).is_err());
 }
 
 #[test]
-fn the_observer_may_stop_it() {
+fn the_observer_can_stop_the_tessellation() {
     let surface = NurbsSurface::sphere(DVec3::ZERO, 1.0).unwrap();
     let mut stop = |_: &Progress| ControlFlow::Break(());
     let stopped = surface.tessellate(&TessellateOptions::default(), &mut stop);

@@ -1,8 +1,7 @@
 //! Distances from points to a mesh.
 //!
-//! A tree of boxes around triangles (a bounding volume hierarchy, split at the median of the
-//! longest side); each point looks at the nearer box first and leaves out those that are further
-//! than what it has found.
+//! A bounding volume hierarchy of boxes, split at the median of the longest side. The search visits
+//! the nearer box first and skips boxes that are farther than the nearest triangle so far.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,15 +11,15 @@ use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Triangles of a leaf at most.
-const LEAF: usize = 4;
+const MAX_LEAF_TRIANGLES: usize = 4;
 
-/// Triangles from which a branch is built by threads of its own.
-const LARGE: usize = 1 << 13;
+/// Triangles above which both branches of a node are built in parallel.
+const MIN_PARALLEL_TRIANGLES: usize = 1 << 13;
 
 /// Points between two calls of the observer.
 const POINTS_PER_REPORT: usize = 1 << 15;
 
-/// A mesh prepared for measuring distances to it.
+/// A search structure for distances from points to a mesh.
 ///
 /// ```
 /// use neurbs::{DVec3, mesh::{DistanceSearch, TessellateOptions}, nurbs::NurbsSurface};
@@ -34,32 +33,33 @@ const POINTS_PER_REPORT: usize = 1 << 15;
 /// ```
 #[derive(Debug)]
 pub struct DistanceSearch {
-    /// Corners of triangles, in the order of the leaves.
+    /// The corners of the triangles, in the order of the leaves.
     triangles: Vec<[DVec3; 3]>,
     root: Option<Node>,
 }
 
+/// A node of the tree: a box and its content.
 #[derive(Debug)]
 struct Node {
     low: DVec3,
     high: DVec3,
-    inside: Inside,
+    content: Content,
 }
 
 #[derive(Debug)]
-enum Inside {
+enum Content {
     Nodes(Box<[Node; 2]>),
-    /// Range of triangles.
+    /// Start and end of a range of triangles.
     Leaf(usize, usize),
 }
 
 impl DistanceSearch {
-    /// Prepares a mesh: O(n log n).
+    /// Builds the tree of a mesh: O(n log n).
     #[must_use]
     pub fn new(mesh: MeshView<'_>) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| mesh.vertices[i as usize]);
         let mut triangles: Vec<_> = mesh.triangles.par_iter().map(corners).collect();
-        let root = (!triangles.is_empty()).then(|| Node::around(&mut triangles, 0));
+        let root = (!triangles.is_empty()).then(|| Node::build(&mut triangles, 0));
         Self { triangles, root }
     }
 
@@ -73,8 +73,8 @@ impl DistanceSearch {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`] for a point that is not finite, [`Error::Parameter`] if `out` has
-    /// another length than `points`, [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::NotFinite`] for a point that is not finite; [`Error::Parameter`] if `out` and
+    /// `points` differ in length; [`Error::Interrupted`] if the observer stops it.
     pub fn distances(
         &self,
         points: &[DVec3],
@@ -100,6 +100,7 @@ impl DistanceSearch {
         progress::report(observer, &Progress::of_stage(Stage::Measuring, total, total, 0))
     }
 
+    /// The distance from a point; `stack` is scratch memory.
     fn search<'a>(&'a self, point: DVec3, stack: &mut Vec<(f64, &'a Node)>) -> f64 {
         let mut best = f64::INFINITY;
         stack.clear();
@@ -108,14 +109,15 @@ impl DistanceSearch {
             if bound >= best {
                 continue;
             }
-            match &node.inside {
-                Inside::Nodes(nodes) => {
-                    let [a, b] = [&nodes[0], &nodes[1]].map(|node| (node.bound(point), node));
+            match &node.content {
+                Content::Nodes(nodes) => {
+                    let [a, b] =
+                        [&nodes[0], &nodes[1]].map(|node| (node.bound_squared(point), node));
                     stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
                 }
-                Inside::Leaf(from, to) => {
+                Content::Leaf(from, to) => {
                     let squares = self.triangles[*from..*to].iter();
-                    let squares = squares.map(|t| nearest(point, *t).distance_squared(point));
+                    let squares = squares.map(|t| closest_point(point, *t).distance_squared(point));
                     best = squares.fold(best, f64::min);
                 }
             }
@@ -125,14 +127,14 @@ impl DistanceSearch {
 }
 
 impl Node {
-    /// The tree over triangles, the first of which has this index; orders them.
-    fn around(triangles: &mut [[DVec3; 3]], first: usize) -> Self {
+    /// Builds the tree over triangles and sorts them; `first` is the index of the first one.
+    fn build(triangles: &mut [[DVec3; 3]], first: usize) -> Self {
         let start = triangles[0][0];
         let grow = |(low, high): (DVec3, DVec3), p: &DVec3| (low.min(*p), high.max(*p));
         let (low, high) = triangles.iter().flatten().fold((start, start), grow);
         let count = triangles.len();
-        if count <= LEAF {
-            return Self { low, high, inside: Inside::Leaf(first, first + count) };
+        if count <= MAX_LEAF_TRIANGLES {
+            return Self { low, high, content: Content::Leaf(first, first + count) };
         }
         let size = high - low;
         let axis = [size.x, size.y, size.z].iter().position(|side| *side == size.max_element());
@@ -141,23 +143,22 @@ impl Node {
         triangles.select_nth_unstable_by(count / 2, |a, b| key(a).total_cmp(&key(b)));
         let (left, right) = triangles.split_at_mut(count / 2);
         let middle = first + count / 2;
-        let (left, right) = if count > LARGE {
-            rayon::join(|| Self::around(left, first), || Self::around(right, middle))
+        let (left, right) = if count > MIN_PARALLEL_TRIANGLES {
+            rayon::join(|| Self::build(left, first), || Self::build(right, middle))
         } else {
-            (Self::around(left, first), Self::around(right, middle))
+            (Self::build(left, first), Self::build(right, middle))
         };
-        Self { low, high, inside: Inside::Nodes(Box::new([left, right])) }
+        Self { low, high, content: Content::Nodes(Box::new([left, right])) }
     }
 
-    /// Square of a lower bound of the distance from a point to what is inside.
-    fn bound(&self, point: DVec3) -> f64 {
+    /// A squared lower bound of the distance from a point to the triangles in the box.
+    fn bound_squared(&self, point: DVec3) -> f64 {
         (self.low - point).max(point - self.high).max(DVec3::ZERO).length_squared()
     }
 }
 
-/// The point of a triangle that is nearest to a point (C. Ericson, *Real-Time Collision Detection*,
-/// section 5.1.5).
-fn nearest(point: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
+/// The closest point of a triangle (C. Ericson, *Real-Time Collision Detection*, section 5.1.5).
+fn closest_point(point: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let (ab, ac) = (b - a, c - a);
     let from_a = point - a;
     let (d1, d2) = (ab.dot(from_a), ac.dot(from_a));
@@ -202,9 +203,9 @@ mod tests {
     }
 
     proptest! {
-        /// The tree finds what looking at all triangles finds, and no sampled point is nearer.
+        /// The tree finds the minimum over all triangles, and no sampled point is nearer.
         #[test]
-        fn distances_are_exact(vertices in points(30), at in points(10)) {
+        fn distances_are_the_minimum_over_all_triangles(vertices in points(30), at in points(10)) {
             let triangles: Vec<[u32; 3]> = (0..28).map(|i| [i, i + 1, i + 2]).collect();
             let (normals, uv) = (vec![], vec![]);
             let view = MeshView {
@@ -216,7 +217,7 @@ mod tests {
                 let mut sampled = f64::INFINITY;
                 for triangle in vertices.windows(3) {
                     let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
-                    best = best.min(nearest(point, [a, b, c]).distance(point));
+                    best = best.min(closest_point(point, [a, b, c]).distance(point));
                     for (s, t) in (0..=20).flat_map(|s| (0..=20 - s).map(move |t| (s, t))) {
                         let (s, t) = (f64::from(s) / 20.0, f64::from(t) / 20.0);
                         sampled = sampled.min((a + s * (b - a) + t * (c - a)).distance(point));

@@ -1,44 +1,44 @@
-//! How many pieces a tessellation will have: what decides how the work is divided, and whether it
-//! is begun at all.
+//! An estimate of the number of cells, from the curvature of a sample of patches.
+//!
+//! It determines the size of blocks and refuses a tolerance that is far too small.
 
 use super::options::Limits;
 use crate::nurbs::{Bending, PatchNets};
 
-/// Pieces that halving makes for each that the curvature asks for, on the average.
-const HALVING: f64 = 1.4;
+/// Cells after subdivision by halving, for each cell of the ideal size, on average.
+const HALVING_OVERHEAD: f64 = 1.4;
 
-/// Triangles for each piece: two, and those for the corners of neighbours.
-const TRIANGLES_PER_PIECE: f64 = 2.5;
+/// Triangles for each cell: two, and those for the corners of neighbors.
+const TRIANGLES_PER_CELL: f64 = 2.5;
 
-/// What the curvature of a surface asks for.
+/// The estimated size of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Estimate {
-    /// Pieces along u and v, on the average.
+    /// Cells along u and v, on average.
     pub along: (f64, f64),
     /// Triangles of the whole mesh.
     pub triangles: f64,
 }
 
 impl Estimate {
-    /// From how the patches bend: from that follows how far a chord may reach, and the area that a
-    /// triangle may have.
+    /// Estimates from the bending of patches, which limits the length and the area of triangles.
     pub(super) fn of(nets: &PatchNets, limits: &Limits) -> Self {
         let mut sums = [0.0; 3];
         for (at, bending) in nets.sampled_patches().zip(nets.sampled_bending()) {
-            let counts = counts(nets, at, *bending, limits);
+            let counts = cells_of_patch(nets, at, *bending, limits);
             sums.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         }
         let mean = sums.map(|sum| sum / nets.sampled_bending().len() as f64);
         let (rows, cols) = ((nets.u.len() - 1) as f64, (nets.v.len() - 1) as f64);
         Self {
             along: (mean[0] * rows, mean[1] * cols),
-            triangles: TRIANGLES_PER_PIECE * mean[2] * rows * cols,
+            triangles: TRIANGLES_PER_CELL * mean[2] * rows * cols,
         }
     }
 }
 
-/// Pieces that a patch asks for along u, along v and in all.
-fn counts(
+/// Estimated cells of a patch along u, along v and in total.
+fn cells_of_patch(
     nets: &PatchNets,
     (row, col): (usize, usize),
     bending: Bending,
@@ -69,7 +69,7 @@ fn counts(
     let bowl = if bending.uu * bending.vv > 0.0 { 2.0 } else { 1.0 };
     let twist = bending.uv.abs() / (4.0 * limits.tolerance);
     let twist = if twist.is_finite() { twist } else { 0.0 };
-    let cells = HALVING * (bowl * n_u.max(1.0) * n_v.max(1.0)).max(twist);
-    // Twist asks for pieces of a certain area; as squares, as long as nothing else is known.
+    let cells = HALVING_OVERHEAD * (bowl * n_u.max(1.0) * n_v.max(1.0)).max(twist);
+    // Twist limits the area of a cell only: cells are taken as squares.
     [n_u.max(twist.sqrt()), n_v.max(twist.sqrt()), cells]
 }

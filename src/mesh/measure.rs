@@ -1,4 +1,4 @@
-//! What a mesh measures: area, volume, borders, connectivity.
+//! Measures of a mesh: area, volume, Euler characteristic, boundary.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::MeshView;
 
-/// Triangles whose areas are added up by one thread, so that sums do not depend on the threads.
+/// Triangles in a partial sum: a fixed number, so that sums do not depend on the number of threads.
 const TRIANGLES_PER_SUM: usize = 1 << 14;
 
 impl MeshView<'_> {
@@ -26,20 +26,22 @@ impl MeshView<'_> {
         self.sum(|[a, b, c]| (b - a).cross(c - a).length() / 2.0)
     }
 
-    /// The volume that a closed mesh encloses, in the cube of the points' unit, negative if the
-    /// normals point inwards; `None` if the mesh has borders.
+    /// The volume that a closed mesh encloses, in the cube of the points' unit.
+    ///
+    /// Negative if the normals point inwards; `None` if the mesh has a boundary.
     #[must_use]
     pub fn volume(&self) -> Option<f64> {
         if !self.boundary_edges().is_empty() {
             return None;
         }
-        // About a vertex, so that meshes far from the origin keep their digits.
+        // Relative to a vertex, so that meshes far from the origin keep precision.
         let origin = self.vertices.first().copied().unwrap_or_default();
         Some(self.sum(|[a, b, c]| (a - origin).dot((b - origin).cross(c - origin)) / 6.0))
     }
 
     /// Vertices - edges + triangles: 1 for a disc, 0 for a tube and a torus, 2 for a sphere.
-    /// Vertices that belong to no triangle do not count.
+    ///
+    /// Vertices that belong to no triangle are ignored.
     #[must_use]
     pub fn euler_characteristic(&self) -> i64 {
         let mut edges: Vec<(u32, u32)> =
@@ -53,8 +55,9 @@ impl MeshView<'_> {
         count(vertices) - count(edges.len()) + count(self.triangles.len())
     }
 
-    /// The borders, each as the vertices along it, with the mesh to the left when seen from the
-    /// normals' side; none if the mesh is closed.
+    /// The boundary loops, each as the vertices along it; none if the mesh is closed.
+    ///
+    /// Seen from the side of the normals, the mesh is to the left.
     #[must_use]
     pub fn boundary_loops(&self) -> Vec<Vec<u32>> {
         let mut next: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
@@ -63,9 +66,9 @@ impl MeshView<'_> {
         }
         let mut loops = vec![];
         while let Some((&start, _)) = next.first_key_value() {
-            let (mut border, mut at) = (vec![], start);
+            let (mut boundary, mut at) = (vec![], start);
             while let Some(ends) = next.get_mut(&at) {
-                border.push(at);
+                boundary.push(at);
                 let ahead = ends.pop();
                 if ends.is_empty() {
                     next.remove(&at);
@@ -75,12 +78,12 @@ impl MeshView<'_> {
                     _ => break,
                 }
             }
-            loops.push(border);
+            loops.push(boundary);
         }
         loops
     }
 
-    /// The edges that belong to one triangle only, in its direction, sorted.
+    /// The edges that belong to one triangle only, directed as in that triangle, sorted.
     #[must_use]
     pub fn boundary_edges(&self) -> Vec<(u32, u32)> {
         let mut edges: Vec<(u32, u32, bool)> =
@@ -119,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torus_has_the_volume_of_its_tube() {
+    fn a_torus_is_closed_and_has_its_exact_volume_and_area() {
         let torus = mesh(&NurbsSurface::torus(DVec3::splat(1e6), 3.0, 1.0).unwrap());
         let (view, volume) = (torus.view(), 2.0 * std::f64::consts::PI.powi(2) * 3.0);
         assert_eq!((view.euler_characteristic(), view.boundary_loops().len()), (0, 0));
@@ -128,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_square_has_one_border_and_no_volume() {
+    fn a_square_has_one_boundary_loop_and_no_volume() {
         let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
         let square = mesh(&NurbsSurface::clamped(net, (2, 2), 1).unwrap());
         assert_eq!(square.triangles.len(), 2);

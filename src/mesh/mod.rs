@@ -1,32 +1,44 @@
-//! Triangles: what a surface becomes for renderers, printers and everything else that knows none.
+//! Triangle meshes of surfaces, within a tolerance or on a uniform grid, and their measures.
 
 mod adaptive;
+mod basis_weights;
 mod bernstein;
+mod bezier_triangle;
+mod block;
+mod block_edges;
+mod block_grid;
+mod block_vertices;
+mod cell;
+mod cell_mesh;
 mod certify;
 mod chord;
 mod conform;
-mod cost;
-mod desk;
+mod curve_extent;
+mod de_casteljau;
 mod distance;
-mod divider;
+mod distance_bound;
 mod estimate;
-mod frame;
-mod groups;
-mod lattice;
-mod located;
-mod means;
+mod face_frame;
+mod lanes;
 mod measure;
 mod net;
 mod numbering;
 mod options;
-mod outline;
-mod piece;
+mod parallel_map;
+mod partition;
+mod patch_bound;
 mod polygon;
-mod recut;
-mod review;
-mod stitch;
-mod triangle;
+mod recheck;
+mod retriangulate;
+mod sparse_matrix;
+mod split_rule;
+mod subdivide;
+mod subdivider;
+mod surface_part;
+mod triangle_conversion;
+mod triangulation;
 mod uniform;
+mod workspace;
 mod write;
 
 use glam::{DVec2, DVec3};
@@ -41,18 +53,18 @@ pub use self::uniform::{MeshSlices, UniformGrid};
 pub struct TriangleMesh {
     /// Vertex positions, in the points' unit.
     pub vertices: Vec<DVec3>,
-    /// Three vertex numbers each, counter-clockwise seen from the side that normals point to.
+    /// Three vertex indices each, counter-clockwise seen from the side that the normals point to.
     pub triangles: Vec<[u32; 3]>,
     /// Unit normals of the surface at the vertices.
     pub normals: Vec<DVec3>,
     /// Parameters (u, v) of the vertices on the surface.
     pub uv: Vec<DVec2>,
-    /// An upper bound of the distance between the surface and the triangles, in both directions,
-    /// in the points' unit; `None` of uniform grids.
+    /// An upper bound of the distance between the surface and the triangles, in both directions, in
+    /// the points' unit. `None` for uniform grids.
     pub max_deviation: Option<f64>,
 }
 
-/// A mesh whose arrays belong to somebody else; what functions over meshes work on.
+/// Borrowed arrays of a mesh, the input of all functions on meshes.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshView<'a> {
     /// See [`TriangleMesh::vertices`].
@@ -66,7 +78,7 @@ pub struct MeshView<'a> {
 }
 
 impl TriangleMesh {
-    /// The mesh's own arrays.
+    /// The arrays of this mesh.
     #[must_use]
     pub fn view(&self) -> MeshView<'_> {
         let Self { vertices, triangles, normals, uv, .. } = self;

@@ -1,39 +1,42 @@
-//! The control points of a rectangle of patches.
+//! The control net of a rectangle of Bézier patches.
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::{DVec2, DVec4};
 
-/// Homogeneous control points of patches, row by row; neighbours share their border.
+/// Homogeneous control points of patches, row by row; neighboring patches share theirs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Net<'a> {
     pub points: &'a [DVec4],
-    /// How many patches there are along u and v.
+    /// Numbers of patches along u and v.
     pub patches: (usize, usize),
+    /// Degrees in u and v.
     pub degrees: (usize, usize),
 }
 
 impl<'a> Net<'a> {
-    /// Of one patch.
+    /// The net of one patch.
     pub(super) fn single(points: &'a [DVec4], degrees: (usize, usize)) -> Self {
         Self { points, patches: (1, 1), degrees }
     }
 
+    /// Whether it has one patch.
     #[inline(always)]
     pub(super) fn is_single(&self) -> bool {
         self.patches == (1, 1)
     }
 
-    /// Control points of a row.
+    /// Number of control points in a row.
     #[inline(always)]
     fn width(&self) -> usize {
         self.patches.1 * self.degrees.1 + 1
     }
 
-    /// The patches with their rectangles of the unit square, given which part of that the net is; those
-    /// in the middle first.
+    /// The row and column of each patch, and its rectangle, starting in the middle of the net.
+    ///
+    /// `low` and `high` are the corners of the rectangle of the whole net.
     #[inline(always)]
-    pub(super) fn places(
+    pub(super) fn rectangles(
         &self,
         (low, high): (DVec2, DVec2),
     ) -> impl Iterator<Item = ((usize, usize), (DVec2, DVec2))> + use<> {
@@ -53,12 +56,13 @@ impl<'a> Net<'a> {
         })
     }
 
-    /// The control points of the patch in this row and column; `room` is where they are copied to.
+    /// The control points of the patch in this row and column; `copy` holds them if they are
+    /// scattered.
     #[inline(always)]
     pub(super) fn patch<'b>(
         &self,
         (row, col): (usize, usize),
-        room: &'b mut Vec<DVec4>,
+        copy: &'b mut Vec<DVec4>,
     ) -> &'b [DVec4]
     where
         'a: 'b,
@@ -67,43 +71,42 @@ impl<'a> Net<'a> {
             return self.points;
         }
         let ((p, q), width) = (self.degrees, self.width());
-        room.clear();
+        copy.clear();
         for i in row * p..=(row + 1) * p {
-            room.extend_from_slice(&self.points[i * width + col * q..][..=q]);
+            copy.extend_from_slice(&self.points[i * width + col * q..][..=q]);
         }
-        room
+        copy
     }
 
-    /// Which control points lie on the side of the unit square that this is a segment of: the first
-    /// one, how they follow one another, and how many patches they are of.
+    /// The control points on the side of the unit square that contains this segment.
     #[inline(always)]
-    pub(super) fn side(&self, (from, to): (DVec2, DVec2)) -> Side {
+    pub(super) fn side(&self, (from, to): (DVec2, DVec2)) -> NetSide {
         let ((p, q), (rows, cols), width) = (self.degrees, self.patches, self.width());
         if from.x == to.x {
             let start = if from.x == 0.0 { 0 } else { rows * p * width };
-            Side { start, stride: 1, patches: cols, degree: q }
+            NetSide { start, stride: 1, patches: cols, degree: q }
         } else {
             let start = if from.y == 0.0 { 0 } else { width - 1 };
-            Side { start, stride: width, patches: rows, degree: p }
+            NetSide { start, stride: width, patches: rows, degree: p }
         }
     }
 
-    /// The control points along a side, without those at its ends if these are known to be fine.
+    /// The control points along a side, optionally without those at its ends.
     #[inline(always)]
     pub(super) fn on_side(
         &self,
-        side: Side,
+        side: NetSide,
         without_ends: bool,
     ) -> impl Iterator<Item = &'a DVec4> + use<'a> {
-        let (Side { start, stride, .. }, points) = (side, self.points);
-        let (last, out) = (side.patches * side.degree, usize::from(without_ends));
-        (out..=last - out).map(move |k| &points[start + k * stride])
+        let (NetSide { start, stride, .. }, points) = (side, self.points);
+        let (last, skip) = (side.patches * side.degree, usize::from(without_ends));
+        (skip..=last - skip).map(move |k| &points[start + k * stride])
     }
 
-    /// Makes the control points of a patch along a side the only ones in `out`.
+    /// Replaces `out` by the control points of one patch along a side.
     #[inline(always)]
-    pub(super) fn line(&self, side: Side, patch: usize, out: &mut Vec<DVec4>) {
-        let Side { start, stride, degree, .. } = side;
+    pub(super) fn side_of_patch(&self, side: NetSide, patch: usize, out: &mut Vec<DVec4>) {
+        let NetSide { start, stride, degree, .. } = side;
         let (start, count) = (start + patch * degree * stride, degree + 1);
         out.clear();
         if stride == 1 {
@@ -114,11 +117,13 @@ impl<'a> Net<'a> {
     }
 }
 
-/// Where the control points of a side stand in a net.
+/// The indices of the control points along a side of a net.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Side {
+pub(super) struct NetSide {
     start: usize,
     stride: usize,
+    /// Number of patches along the side.
     pub patches: usize,
+    /// Degree along the side.
     pub degree: usize,
 }

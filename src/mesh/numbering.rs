@@ -1,141 +1,150 @@
-//! The numbers of vertices and triangles.
+//! The indices of vertices and triangles.
 //!
-//! First come the corners of blocks, then their borders, then what is inside. So every block can
-//! tell the numbers of all its vertices without the others, and neighbours tell the same ones.
+//! The corners of blocks come first, then the vertices inside block edges, then those inside
+//! blocks. So every block can find the indices of its own vertices, and neighbors agree on shared
+//! ones.
 
 use glam::DVec2;
 
-use super::adaptive::Tessellation;
-use super::piece::Piece;
-use super::stitch::{Vertices, parameter};
+use super::block::parameter;
+use super::block_edges::EdgeIndex;
+use super::block_vertices::BlockVertices;
+use super::cell::Cell;
+use super::partition::Partition;
 
-/// The numbers of vertices and triangles.
+/// The indices of vertices and triangles.
 #[derive(Debug, Default)]
-pub(super) struct Numbers {
-    /// Of the corners of blocks, row by row.
-    pub corners: Vec<u32>,
-    /// Of the first vertex of each border, and whether they all are that one (a pole).
-    pub across_u: Vec<(u32, bool)>,
-    pub across_v: Vec<(u32, bool)>,
-    /// Where the vertices of borders are in the parameters, in order.
-    pub on_borders: Vec<DVec2>,
+pub(super) struct Numbering {
+    /// The vertex at each block corner, row by row.
+    corners: Vec<u32>,
+    /// The first vertex of each block edge at constant u, and whether the edge is that vertex (a
+    /// pole).
+    edges_u: Vec<(u32, bool)>,
+    /// The same for block edges at constant v.
+    edges_v: Vec<(u32, bool)>,
+    /// Parameters of the vertices at block corners and on block edges, in order of their indices.
+    pub edge_uv: Vec<DVec2>,
     /// The first inner vertex of each block, and the end.
     pub vertices: Vec<usize>,
     /// The first triangle of each block, and the end.
     pub triangles: Vec<usize>,
 }
 
-impl Tessellation<'_> {
-    /// Gives numbers to vertices and triangles: first to the corners of blocks, then to their
-    /// borders, then to what is inside.
-    pub(super) fn number(&mut self, split: bool) {
-        let lattice = &self.lattice;
-        let (rows, cols) = lattice.shape();
-        let closed = if split { (false, false) } else { lattice.closed };
-        let mut numbers = Numbers::default();
-        let next = |numbers: &Numbers| number_of(numbers.on_borders.len());
-        let (u, v) = (
-            |line: usize| lattice.nets.u[lattice.u[line]],
-            |line: usize| lattice.nets.v[lattice.v[line]],
-        );
+impl Numbering {
+    /// Assigns indices; `split` keeps both sides of a seam as separate vertices.
+    pub(super) fn new(partition: &Partition<'_>, split: bool) -> Self {
+        let closed = if split { (false, false) } else { partition.grid.closed };
+        let mut this = Self::default();
+        this.number_corners(partition, closed);
+        this.number_edges_u(partition, closed.0);
+        this.number_edges_v(partition, closed.1);
+        this.vertices.push(this.edge_uv.len());
+        this.triangles.push(0);
+        for index in 0..partition.grid.blocks() {
+            let (inside, faces) = count(partition, index);
+            this.vertices.push(this.vertices[index] + inside);
+            this.triangles.push(this.triangles[index] + faces);
+        }
+        this
+    }
+
+    /// The index of the next vertex on an edge.
+    fn next(&self) -> u32 {
+        vertex_index(self.edge_uv.len())
+    }
+
+    fn number_corners(&mut self, partition: &Partition<'_>, closed: (bool, bool)) {
+        let grid = &partition.grid;
+        let (rows, cols) = grid.shape();
         for (i, j) in (0..=rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
-            let owner = lattice.owner((i, j), closed);
-            let number = if owner == (i, j) {
-                numbers.on_borders.push(DVec2::new(u(i), v(j)));
-                next(&numbers) - 1
+            let owner = grid.owner((i, j), closed);
+            let index = if owner == (i, j) {
+                let index = self.next();
+                self.edge_uv.push(DVec2::new(grid.nets.u[grid.u[i]], grid.nets.v[grid.v[j]]));
+                index
             } else {
-                numbers.corners[owner.0 * (cols + 1) + owner.1]
+                self.corners[owner.0 * (cols + 1) + owner.1]
             };
-            numbers.corners.push(number);
+            self.corners.push(index);
         }
+    }
+
+    fn number_edges_u(&mut self, partition: &Partition<'_>, closed: bool) {
+        let grid = &partition.grid;
+        let (rows, cols) = grid.shape();
         for (i, j) in (0..=rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
-            let entry = if lattice.is_pole_u(i) {
-                (numbers.corners[i * (cols + 1) + j], true)
-            } else if i == rows && closed.0 {
-                numbers.across_u[j]
+            let entry = if grid.is_pole_u(i) {
+                (self.corners[i * (cols + 1) + j], true)
+            } else if i == rows && closed {
+                self.edges_u[j]
             } else {
-                let first = next(&numbers);
-                let border = self.borders.at(self.borders.line_u(i, j));
-                let at = |&place: &u32| parameter(&lattice.nets.v, lattice.v[j], place);
-                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(u(i), at(place))));
-                (first, false)
+                let u = grid.nets.u[grid.u[i]];
+                let uv = |step| DVec2::new(u, parameter(&grid.nets.v, grid.v[j], step));
+                self.number_edge(partition, partition.edges.at_u(i, j), uv)
             };
-            numbers.across_u.push(entry);
+            self.edges_u.push(entry);
         }
+    }
+
+    fn number_edges_v(&mut self, partition: &Partition<'_>, closed: bool) {
+        let grid = &partition.grid;
+        let (rows, cols) = grid.shape();
         for (i, j) in (0..rows).flat_map(|i| (0..=cols).map(move |j| (i, j))) {
-            let entry = if lattice.is_pole_v(j) {
-                (numbers.corners[i * (cols + 1) + j], true)
-            } else if j == cols && closed.1 {
-                numbers.across_v[i * (cols + 1)]
+            let entry = if grid.is_pole_v(j) {
+                (self.corners[i * (cols + 1) + j], true)
+            } else if j == cols && closed {
+                self.edges_v[i * (cols + 1)]
             } else {
-                let first = next(&numbers);
-                let border = self.borders.at(self.borders.line_v(i, j));
-                let at = |&place: &u32| parameter(&lattice.nets.u, lattice.u[i], place);
-                numbers.on_borders.extend(border.iter().map(|place| DVec2::new(at(place), v(j))));
-                (first, false)
+                let v = grid.nets.v[grid.v[j]];
+                let uv = |step| DVec2::new(parameter(&grid.nets.u, grid.u[i], step), v);
+                self.number_edge(partition, partition.edges.at_v(i, j), uv)
             };
-            numbers.across_v.push(entry);
+            self.edges_v.push(entry);
         }
-        self.numbers = numbers;
-        let (mut vertices, mut triangles) = (vec![self.numbers.on_borders.len()], vec![0]);
-        for index in 0..self.lattice.blocks() {
-            let (inside, faces) = self.count(index);
-            vertices.push(vertices[index] + inside);
-            triangles.push(triangles[index] + faces);
-        }
-        (self.numbers.vertices, self.numbers.triangles) = (vertices, triangles);
     }
 
-    /// The inner vertices and the triangles of a block.
-    fn count(&self, index: usize) -> (usize, usize) {
-        let triangles = self.pieces[index].iter().map(|piece| piece.cut.corners() - 2);
-        let (triangles, sides) = (triangles.sum::<usize>(), self.sides(index).map(<[u32]>::len));
-        let border = 4 + sides.iter().sum::<usize>();
-        // A triangulated disc has two triangles for each inner vertex and one for each vertex of
-        // its border, but for two.
-        let inside = (triangles + 2 - border) / 2;
-        // Triangles of which two corners are the same pole are left out: one at each edge there.
-        let (i, j) = self.lattice.at(index);
-        let lattice = &self.lattice;
-        let poles = [
-            lattice.is_pole_u(i),
-            lattice.is_pole_u(i + 1),
-            lattice.is_pole_v(j),
-            lattice.is_pole_v(j + 1),
-        ];
-        let collapsed = poles.iter().zip(sides).filter(|(pole, _)| **pole).map(|(_, n)| n + 1);
-        (inside, triangles - collapsed.sum::<usize>())
+    /// Numbers the vertices inside an edge, at the parameters `uv` of their coordinates.
+    fn number_edge(
+        &mut self,
+        partition: &Partition<'_>,
+        edge: EdgeIndex,
+        uv: impl Fn(u32) -> DVec2,
+    ) -> (u32, bool) {
+        let first = self.next();
+        self.edge_uv.extend(partition.edges.vertices(edge).iter().map(|&step| uv(step)));
+        (first, false)
     }
 
-    /// The numbers of a block's vertices, in order of their places.
-    pub(super) fn names(
+    /// Replaces `out` by the indices of a block's vertices, in order of their ranks.
+    ///
+    /// `inner` is the index of the first vertex inside the block.
+    pub(super) fn vertex_indices(
         &self,
-        vertices: &Vertices,
-        index: usize,
+        (partition, index): (&Partition<'_>, usize),
+        vertices: &BlockVertices,
         mut inner: u32,
-        names: &mut Vec<u32>,
+        out: &mut Vec<u32>,
     ) {
-        let (_, cols) = self.lattice.shape();
-        let (i, j) = self.lattice.at(index);
-        let whole = Piece::of(self.lattice.block(index));
-        let numbers = &self.numbers;
-        let sides = self.sides(index);
-        let border = |(first, pole): (u32, bool), places: &[u32], place: u32| {
-            if pole { first } else { first + number_of(places.partition_point(|&at| at < place)) }
+        let (_, cols) = partition.grid.shape();
+        let (i, j) = partition.grid.at(index);
+        let whole = Cell::of(partition.grid.block(index));
+        let edges = partition.edge_vertices(index);
+        let on_edge = |(first, pole): (u32, bool), steps: &[u32], step: u32| {
+            if pole { first } else { first + vertex_index(steps.partition_point(|&at| at < step)) }
         };
-        names.clear();
-        names.extend(vertices.places().map(|(u, v)| {
+        out.clear();
+        out.extend(vertices.points().map(|(u, v)| {
             let (last_u, last_v) = (u == whole.u.1, v == whole.v.1);
             let (on_u, on_v) = (u == 0 || last_u, v == 0 || last_v);
             let (line_u, line_v) = (i + usize::from(last_u), j + usize::from(last_v));
             match (on_u, on_v) {
-                (true, true) => numbers.corners[line_u * (cols + 1) + line_v],
+                (true, true) => self.corners[line_u * (cols + 1) + line_v],
                 (true, false) => {
-                    border(numbers.across_u[line_u * cols + j], sides[usize::from(last_u)], v)
+                    on_edge(self.edges_u[line_u * cols + j], edges[usize::from(last_u)], v)
                 }
                 (false, true) => {
-                    let side = sides[2 + usize::from(last_v)];
-                    border(numbers.across_v[i * (cols + 1) + line_v], side, u)
+                    let edge = edges[2 + usize::from(last_v)];
+                    on_edge(self.edges_v[i * (cols + 1) + line_v], edge, u)
                 }
                 (false, false) => {
                     inner += 1;
@@ -146,7 +155,24 @@ impl Tessellation<'_> {
     }
 }
 
-/// A vertex number; the limit on triangles keeps them below 2^32.
-pub(super) fn number_of(index: usize) -> u32 {
+/// Numbers of inner vertices and of triangles in a block.
+fn count(partition: &Partition<'_>, index: usize) -> (usize, usize) {
+    let corners = partition.cells[index].iter().map(|cell| cell.triangulation.corner_count());
+    let triangles = corners.map(|count| count - 2).sum::<usize>();
+    let edges = partition.edge_vertices(index).map(<[u32]>::len);
+    let boundary = 4 + edges.iter().sum::<usize>();
+    // A triangulated disc with n inner and m boundary vertices has 2 n + m - 2 triangles.
+    let inside = (triangles + 2 - boundary) / 2;
+    // Triangles with two corners at the same pole are left out: one for each edge there.
+    let grid = &partition.grid;
+    let (i, j) = grid.at(index);
+    let poles =
+        [grid.is_pole_u(i), grid.is_pole_u(i + 1), grid.is_pole_v(j), grid.is_pole_v(j + 1)];
+    let collapsed = poles.iter().zip(edges).filter(|(pole, _)| **pole).map(|(_, n)| n + 1);
+    (inside, triangles - collapsed.sum::<usize>())
+}
+
+/// An index as 32 bits; the limit on triangles keeps all indices below 2^32.
+pub(super) fn vertex_index(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(u32::MAX)
 }

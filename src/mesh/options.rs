@@ -1,18 +1,18 @@
-//! What a tessellation is asked for.
+//! Options of an adaptive tessellation, and their checked limits.
 
 use crate::error::{Error, Result, positive};
 use crate::nurbs::NurbsSurface;
 
-/// Most triangles that a mesh may have by default: 100 million, some 6 GB.
+/// The default limit on the triangles of a mesh, some 6 GB.
 pub const MAX_TRIANGLES: usize = 100_000_000;
 
-/// Share of the diagonal that the tolerance is by default.
+/// The default tolerance, relative to the diagonal of the control net's box.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
 
-/// Smallest limit of the aspect ratio: half a cell split into two has one of 2.2.
-const LEAST_ASPECT: f64 = 4.0;
+/// The smallest limit of the aspect ratio: the triangles of a halved square already have √5.
+const MIN_ASPECT_LIMIT: f64 = 4.0;
 
-/// How fine an adaptive tessellation is.
+/// Limits of an adaptive tessellation.
 ///
 /// ```
 /// use neurbs::{DVec3, mesh::TessellateOptions, nurbs::NurbsSurface, progress::Silent};
@@ -24,21 +24,23 @@ const LEAST_ASPECT: f64 = 4.0;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellateOptions {
-    /// The largest distance between the surface and its triangles, in the points' unit, or as a
-    /// share of the diagonal of the control net's box if `relative`; `None`: 1e-3 of the diagonal.
+    /// Largest distance between the surface and its triangles, in the points' unit.
+    ///
+    /// If `relative`, a fraction of the diagonal of the control net's box. `None`: 1e-3 of the
+    /// diagonal.
     pub tolerance: Option<f64>,
-    /// Whether `tolerance` is a share of the diagonal.
+    /// Whether `tolerance` is a fraction of the diagonal.
     pub relative: bool,
     /// Largest angle between the surface's normals at the ends of an edge, in radians.
     pub max_angle: Option<f64>,
     /// Largest length of an edge, in the points' unit.
     pub max_edge: Option<f64>,
-    /// Largest ratio of the longer to the shorter side of a piece of the surface that becomes two
-    /// triangles, at least 4. Where parameters run into a pole, triangles may stay narrower.
+    /// Largest ratio of the longer to the shorter side of a cell, which becomes two triangles or a
+    /// few more; at least 4. At a pole, triangles may be narrower.
     pub max_aspect: Option<f64>,
-    /// Whether closed directions are split at the seam, where vertices then stand twice.
+    /// Whether closed directions are split at the seam: each vertex on it then occurs twice.
     pub split_seams: bool,
-    /// Most triangles that the mesh may have.
+    /// Largest number of triangles.
     pub max_triangles: usize,
 }
 
@@ -56,26 +58,29 @@ impl Default for TessellateOptions {
     }
 }
 
-/// Limits in the points' unit, checked.
+/// Checked limits in the points' unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     pub tolerance: f64,
-    /// Cosine of the largest angle.
+    /// Cosine of the largest angle between normals at the ends of an edge.
     pub cosine: Option<f64>,
+    /// Largest length of an edge.
     pub edge: Option<f64>,
+    /// Largest aspect ratio of a cell.
     pub aspect: Option<f64>,
 }
 
 impl Limits {
-    /// Whether nothing is limited but the distance.
+    /// Whether the tolerance is the only limit.
     pub(super) fn only_distance(&self) -> bool {
         self.cosine.is_none() && self.edge.is_none() && self.aspect.is_none()
     }
 }
 
 impl TessellateOptions {
-    /// The same limits for several surfaces at once: with the tolerance in the points' unit, where
-    /// it is a share of the diagonal of the box around all control nets.
+    /// The options for several surfaces, with a common tolerance in the points' unit.
+    ///
+    /// A relative tolerance is a fraction of the diagonal of the box around all control nets.
     ///
     /// ```
     /// use neurbs::{DVec3, mesh::TessellateOptions, nurbs::NurbsSurface};
@@ -93,7 +98,7 @@ impl TessellateOptions {
         Ok(Self { tolerance, relative: false, ..*self })
     }
 
-    /// The tolerance in the points' unit for a surface, or several with this common diagonal.
+    /// Checks the options and converts a relative tolerance with this diagonal.
     pub(super) fn limits(&self, diagonal: f64) -> Result<Limits> {
         let tolerance = match self.tolerance {
             None => DEFAULT_TOLERANCE * diagonal,
@@ -105,14 +110,14 @@ impl TessellateOptions {
         let cosine = self.max_angle.map(|angle| positive("max_angle", angle)).transpose()?;
         let edge = self.max_edge.map(|edge| positive("max_edge", edge)).transpose()?;
         let aspect = match self.max_aspect {
-            Some(aspect) if !(aspect >= LEAST_ASPECT && aspect.is_finite()) => {
-                let must = format!("finite and at least {LEAST_ASPECT}");
+            Some(aspect) if !(aspect >= MIN_ASPECT_LIMIT && aspect.is_finite()) => {
+                let must = format!("finite and at least {MIN_ASPECT_LIMIT}");
                 return Err(Error::parameter("max_aspect", must, aspect));
             }
             aspect => aspect,
         };
         let cosine = cosine.map(|angle| angle.min(std::f64::consts::PI).cos());
-        // A net in one point has no diagonal; any tolerance does.
+        // A net in one point has diagonal 0, for which any tolerance is met.
         Ok(Limits { tolerance: tolerance.max(f64::MIN_POSITIVE), cosine, edge, aspect })
     }
 }

@@ -25,8 +25,9 @@ pub struct UniformGrid {
     n_v: usize,
 }
 
-/// Where a tessellation is written: slices of [`UniformGrid::vertices`] and
-/// [`UniformGrid::triangles`] elements, wherever their memory came from.
+/// Output arrays of a tessellation, in memory of the caller.
+///
+/// Their lengths are the numbers of vertices and of triangles.
 pub struct MeshSlices<'a> {
     /// See [`TriangleMesh::vertices`].
     pub vertices: &'a mut [DVec3],
@@ -76,7 +77,7 @@ impl UniformGrid {
         2 * (self.n_u - 1) * (self.n_v - 1)
     }
 
-    /// The mesh of a surface on this grid. Vertex (i, j) has the number `i * n_v + j`.
+    /// The mesh of a surface on this grid. Vertex (i, j) has the index `i * n_v + j`.
     ///
     /// # Errors
     ///
@@ -103,11 +104,11 @@ impl UniformGrid {
         Ok(mesh)
     }
 
-    /// As [`UniformGrid::tessellate`], into memory of the caller.
+    /// As [`UniformGrid::tessellate`], with arrays of the caller.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a slice has not the right length; [`Error::Interrupted`] if the
+    /// [`Error::Parameter`] if a slice has the wrong length; [`Error::Interrupted`] if the
     /// observer stops it.
     pub fn tessellate_into(
         &self,
@@ -117,7 +118,10 @@ impl UniformGrid {
     ) -> Result<()> {
         check_length("uv", uv.len(), self.vertices())?;
         check_length("triangles", triangles.len(), self.triangles())?;
-        let (u, v) = (steps(surface.knots_u(), self.n_u), steps(surface.knots_v(), self.n_v));
+        let (u, v) = (
+            evenly_spaced(surface.knots_u(), self.n_u),
+            evenly_spaced(surface.knots_v(), self.n_v),
+        );
         surface.evaluate_grid(&u, &v, vertices, Some(normals), Outside::Refuse, observer)?;
         for (row, &u) in uv.chunks_exact_mut(self.n_v).zip(&u) {
             for (at, &v) in row.iter_mut().zip(&v) {
@@ -144,8 +148,7 @@ impl UniformGrid {
         (0..(self.n_u - 1) * cols).map(move |k| self.quad(k / cols, k % cols))
     }
 
-    /// The two triangles of a cell: along u first, then along v, which is counter-clockwise about
-    /// `∂/∂u × ∂/∂v`.
+    /// The two triangles of a cell, counter-clockwise about `∂/∂u × ∂/∂v`.
     fn cell(&self, row: usize, col: usize) -> [[u32; 3]; 2] {
         let [a, b, c, d] = self.quad(row, col);
         [[a, b, c], [a, c, d]]
@@ -158,15 +161,16 @@ impl UniformGrid {
     }
 }
 
+/// Refuses a slice of the wrong length.
 pub(super) fn check_length(name: &'static str, got: usize, needed: usize) -> Result<()> {
     if got == needed {
         return Ok(());
     }
-    Err(Error::parameter(name, format!("of length {needed}, as the mesh asks for"), got))
+    Err(Error::parameter(name, format!("of length {needed}, the size of the mesh"), got))
 }
 
-/// Evenly spaced parameters from one end of the domain to the other, both exactly met.
-fn steps(knots: &KnotVector, count: usize) -> Vec<f64> {
+/// Evenly spaced parameters over the domain; the first and the last are exactly its ends.
+fn evenly_spaced(knots: &KnotVector, count: usize) -> Vec<f64> {
     let (start, end) = knots.domain();
     let at = |i: usize| i as f64 / (count - 1) as f64;
     (0..count).map(|i| start * (1.0 - at(i)) + end * at(i)).collect()
@@ -178,7 +182,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn triangles_turn_about_the_normal() {
+    fn triangles_are_counter_clockwise_about_the_normals() {
         let net = (0..16).map(|i| {
             let (x, y) = (f64::from(i / 4), f64::from(i % 4));
             DVec3::new(x, y, 0.2 * (x - 1.0) * (y - 2.0))
@@ -193,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_lie_where_their_parameters_say() {
+    fn vertices_are_the_surface_points_of_their_parameters() {
         let net = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE];
         let knots = |a: f64, b: f64| KnotVector::new(1, vec![a, a, b, b]).unwrap();
         let surface = NurbsSurface::new(net, None, knots(-1.0, 0.1), knots(2.0, 5.0)).unwrap();
@@ -206,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_and_size_are_bounded() {
+    fn too_few_or_too_many_vertices_are_refused() {
         let message = |n_u, n_v| UniformGrid::new(n_u, n_v).unwrap_err().to_string();
         assert!(message(1, 5).contains("got (1, 5)"));
         assert!(message(20_000, 20_000).contains("7.999e8 triangles"));

@@ -1,127 +1,125 @@
-//! A finished division becomes arrays: vertices with their normals and parameters, triangles.
+//! Writes a partition as arrays: vertices with their normals and parameters, and triangles.
 
 use glam::{DVec2, DVec3};
 
 use super::MeshSlices;
-use super::adaptive::Tessellation;
-use super::certify::Face;
-use super::groups::in_groups;
-use super::numbering::number_of;
-use super::stitch::{Vertices, parameter};
+use super::block::parameter;
+use super::block_vertices::BlockVertices;
+use super::cell_mesh::Face;
+use super::numbering::{Numbering, vertex_index};
+use super::parallel_map::parallel_map;
+use super::partition::Partition;
 use super::uniform::check_length;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Vertices on borders that a thread evaluates at a time.
+/// Vertices on block edges in one task.
 const VERTICES_PER_TASK: usize = 1 << 8;
 
-/// Some vertices.
+/// Output arrays of some vertices.
 struct Slices<'a> {
     uv: &'a mut [DVec2],
     points: &'a mut [DVec3],
     normals: &'a mut [DVec3],
 }
 
-/// What a thread writes at a time.
+/// The output of one task.
 enum Task<'a> {
-    /// Vertices whose parameters are known.
-    Border(Slices<'a>),
-    /// What is inside a block.
+    /// Vertices on block edges, whose parameters are already written.
+    Edge(Slices<'a>),
+    /// The inner vertices and the triangles of a block.
     Block { index: usize, vertices: Slices<'a>, triangles: &'a mut [[u32; 3]] },
 }
 
-/// Memory of a thread.
+/// Scratch memory of a thread.
 #[derive(Default)]
-struct Room {
-    vertices: Vertices,
-    /// The numbers of the vertices, in their order.
-    numbers: Vec<u32>,
-    /// Which vertices stand around a piece.
+struct Scratch {
+    vertices: BlockVertices,
+    /// The indices of the vertices, in order of their ranks.
+    indices: Vec<u32>,
+    /// The ranks of the vertices around a cell.
     outline: Vec<usize>,
     faces: Vec<Face>,
 }
 
-impl Tessellation<'_> {
-    /// Writes the mesh into memory of the caller.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if a slice has not the right length;
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
-    pub fn write(&self, out: MeshSlices<'_>, observer: &mut dyn Observer) -> Result<()> {
-        let MeshSlices { vertices, triangles, normals, uv } = out;
-        check_length("uv", uv.len(), self.vertices())?;
-        check_length("triangles", triangles.len(), self.triangles())?;
-        check_length("vertices", vertices.len(), self.vertices())?;
-        check_length("normals", normals.len(), self.vertices())?;
-        let (numbers, borders) = (&self.numbers, self.numbers.on_borders.len());
-        let (border_points, vertices) = vertices.split_at_mut(borders);
-        let (border_normals, normals) = normals.split_at_mut(borders);
-        let (border_uv, uv) = uv.split_at_mut(borders);
-        border_uv.copy_from_slice(&numbers.on_borders);
-        let (points, normals) =
-            (parts(vertices, &numbers.vertices), parts(normals, &numbers.vertices));
-        let inside = points.into_iter().zip(normals).zip(parts(uv, &numbers.vertices));
-        let blocks = inside.zip(parts(triangles, &numbers.triangles)).enumerate();
-        let blocks = blocks.map(|(index, (((points, normals), uv), triangles))| Task::Block {
-            index,
-            vertices: Slices { uv, points, normals },
-            triangles,
-        });
-        let on_borders = border_uv.chunks_mut(VERTICES_PER_TASK);
-        let on_borders = on_borders.zip(border_points.chunks_mut(VERTICES_PER_TASK));
-        let on_borders = on_borders.zip(border_normals.chunks_mut(VERTICES_PER_TASK));
-        let on_borders =
-            on_borders.map(|((uv, points), normals)| Task::Border(Slices { uv, points, normals }));
-        let tasks: Vec<Task> = blocks.chain(on_borders).collect();
-        let write = |room: &mut Room, task: Task| {
-            let Slices { uv, points, normals } = match task {
-                Task::Border(vertices) => vertices,
-                Task::Block { index, vertices, triangles } => {
-                    self.write_block(room, index, vertices.uv, triangles);
-                    vertices
-                }
-            };
-            self.surface.points_and_normals(uv, points, normals);
-        };
-        in_groups(tasks, self.triangles(), observer, write, Ok)
-    }
-
-    /// Writes the parameters of a block's inner vertices, and its triangles.
-    fn write_block(
-        &self,
-        room: &mut Room,
-        index: usize,
-        uv: &mut [DVec2],
-        triangles: &mut [[u32; 3]],
-    ) {
-        let (block, pieces) = (self.lattice.block(index), &self.pieces[index]);
-        let Room { vertices, numbers, outline, faces } = room;
-        vertices.collect(block, pieces, self.sides(index));
-        let first = number_of(self.numbers.vertices[index]);
-        self.names(vertices, index, first, numbers);
-        let (cuts_u, cuts_v) = (&self.lattice.nets.u, &self.lattice.nets.v);
-        for ((u, v), &number) in vertices.places().zip(&*numbers) {
-            if number >= first {
-                let u = parameter(cuts_u, block.rows.0, u);
-                uv[(number - first) as usize] = DVec2::new(u, parameter(cuts_v, block.cols.0, v));
+/// Writes the mesh to memory of the caller.
+pub(super) fn write(
+    partition: &Partition<'_>,
+    numbering: &Numbering,
+    out: MeshSlices<'_>,
+    observer: &mut dyn Observer,
+) -> Result<()> {
+    let MeshSlices { vertices, triangles, normals, uv } = out;
+    let blocks = partition.grid.blocks();
+    let (vertex_count, triangle_count) = (numbering.vertices[blocks], numbering.triangles[blocks]);
+    check_length("uv", uv.len(), vertex_count)?;
+    check_length("triangles", triangles.len(), triangle_count)?;
+    check_length("vertices", vertices.len(), vertex_count)?;
+    check_length("normals", normals.len(), vertex_count)?;
+    let on_edges = numbering.edge_uv.len();
+    let (edge_points, vertices) = vertices.split_at_mut(on_edges);
+    let (edge_normals, normals) = normals.split_at_mut(on_edges);
+    let (edge_uv, uv) = uv.split_at_mut(on_edges);
+    edge_uv.copy_from_slice(&numbering.edge_uv);
+    let (points, normals) =
+        (parts(vertices, &numbering.vertices), parts(normals, &numbering.vertices));
+    let inside = points.into_iter().zip(normals).zip(parts(uv, &numbering.vertices));
+    let blocks = inside.zip(parts(triangles, &numbering.triangles)).enumerate();
+    let blocks = blocks.map(|(index, (((points, normals), uv), triangles))| Task::Block {
+        index,
+        vertices: Slices { uv, points, normals },
+        triangles,
+    });
+    let edges = edge_uv.chunks_mut(VERTICES_PER_TASK);
+    let edges = edges.zip(edge_points.chunks_mut(VERTICES_PER_TASK));
+    let edges = edges.zip(edge_normals.chunks_mut(VERTICES_PER_TASK));
+    let edges = edges.map(|((uv, points), normals)| Task::Edge(Slices { uv, points, normals }));
+    let tasks: Vec<Task> = blocks.chain(edges).collect();
+    let write = |scratch: &mut Scratch, task: Task| {
+        let Slices { uv, points, normals } = match task {
+            Task::Edge(vertices) => vertices,
+            Task::Block { index, vertices, triangles } => {
+                write_block((partition, numbering), index, scratch, (vertices.uv, triangles));
+                vertices
             }
+        };
+        partition.surface.points_and_normals(uv, points, normals);
+    };
+    parallel_map(tasks, triangle_count, observer, write, Ok)
+}
+
+/// Writes the parameters of a block's inner vertices, and its triangles.
+fn write_block(
+    (partition, numbering): (&Partition<'_>, &Numbering),
+    index: usize,
+    Scratch { vertices, indices, outline, faces }: &mut Scratch,
+    (uv, triangles): (&mut [DVec2], &mut [[u32; 3]]),
+) {
+    let (block, cells) = (partition.grid.block(index), &partition.cells[index]);
+    vertices.collect(block, cells, partition.edge_vertices(index));
+    let first = vertex_index(numbering.vertices[index]);
+    numbering.vertex_indices((partition, index), vertices, first, indices);
+    let nets = &partition.grid.nets;
+    for ((u, v), &vertex) in vertices.points().zip(&*indices) {
+        if vertex >= first {
+            let u = parameter(&nets.u, block.rows.0, u);
+            uv[(vertex - first) as usize] = DVec2::new(u, parameter(&nets.v, block.cols.0, v));
         }
-        let mut next = triangles.iter_mut();
-        for piece in pieces {
-            outline.clear();
-            vertices.outline(piece, outline);
-            faces.clear();
-            let at = |corner: &usize| vertices.place(*corner);
-            piece.cut.faces(piece.ends(outline.iter().map(at)), faces);
-            let corners = faces.iter().map(|face| face.map(|k| numbers[outline[k]]));
-            let whole = corners.filter(|[a, b, c]| a != b && b != c && c != a);
-            whole.zip(&mut next).for_each(|(corners, out)| *out = corners);
-        }
+    }
+    let mut next = triangles.iter_mut();
+    for cell in cells {
+        outline.clear();
+        vertices.outline(cell, outline);
+        faces.clear();
+        let at = |rank: &usize| vertices.point(*rank);
+        cell.triangulation.faces(cell.corner_indices(outline.iter().map(at)), faces);
+        let corners = faces.iter().map(|face| face.map(|k| indices[outline[k]]));
+        let proper = corners.filter(|[a, b, c]| a != b && b != c && c != a);
+        proper.zip(&mut next).for_each(|(corners, out)| *out = corners);
     }
 }
 
-/// Slices of a whole between these bounds.
+/// Splits a slice at these bounds.
 fn parts<'a, T>(mut whole: &'a mut [T], bounds: &[usize]) -> Vec<&'a mut [T]> {
     let mut parts = Vec::with_capacity(bounds.len() - 1);
     for pair in bounds.windows(2) {

@@ -1,45 +1,55 @@
-//! How the outline of a piece is cut into triangles.
+//! Triangulations of a cell's outline.
 //!
-//! A piece is a rectangle of the parameters. On its sides stand, besides its own four corners, the
-//! corners of its neighbours: with all of them in its triangles no vertex is left on an edge.
+//! The outline has the four corners of the cell, and on its sides the corners of neighboring cells.
+//! All of them become corners of triangles, so no vertex lies on an edge.
 
 #![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 
 use glam::DVec3;
 
-use super::certify::{Corner, Face};
+use super::cell_mesh::{Corner, Face};
 use crate::nurbs::Bending;
 
-/// How an outline is cut: two chains of corners, from one corner of the piece to the opposite one,
-/// are joined like a zip; all new edges run between the chains.
+/// A triangulation of an outline, in 32 bits: large meshes have many of them.
+///
+/// A diagonal of the cell splits the outline into two chains of corners. All new edges go from one
+/// chain to the other: each step advances on one of the chains and adds a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Zip {
-    /// The lowest bit: whether the chains begin at the corner (1, 0) instead of (0, 0). The next,
-    /// from below: whether the next step is on the chain that runs with the outline. From
-    /// [`STEPS`] on: how many corners the outline has. Four leave no choice of steps; in their place
-    /// stands the share of the tolerance that the two triangles were proven to lie within, in parts
-    /// of [`SHARES`]. All in one number, because large meshes have many of them.
+pub(super) struct Triangulation {
+    /// From the lowest bit on:
+    ///
+    /// - 1 bit: whether the chains start at the corner (1, 0) of the cell instead of (0, 0);
+    /// - up to bit [`STEP_BITS`]: for each step, whether it is on the counter-clockwise chain;
+    /// - the other bits: the number of corners.
+    ///
+    /// An outline of four corners has no steps to choose. It stores the certified distance of its
+    /// two triangles instead, as a share of the tolerance, in units of 1 / ([`MAX_SHARE`] - 1).
     bits: u32,
 }
 
-/// Bits for the steps, and the lowest one.
-const STEPS: u32 = 27;
+/// Bits for the diagonal and the steps.
+const STEP_BITS: u32 = 27;
 
-/// The whole tolerance, as large as there is room for in place of the steps.
-const SHARES: u32 = (1 << (STEPS - 1)) - 1;
+/// The largest share of the tolerance that fits into the bits of the steps.
+const MAX_SHARE: u32 = (1 << (STEP_BITS - 1)) - 1;
 
-/// Most corners of an outline: a [`Zip`] holds the steps of no more.
-pub(super) const MOST_CORNERS: usize = 28;
+/// Corners of an outline at most: there are no bits for the steps of more.
+pub(super) const MAX_CORNERS: usize = 28;
 
-impl Zip {
-    /// How many corners the outline has.
-    pub(super) fn corners(self) -> usize {
-        (self.bits >> STEPS) as usize
+/// Corners of a cell: an outline without vertices on its sides.
+const CELL_CORNERS: usize = 4;
+
+impl Triangulation {
+    /// Number of corners of the outline; zero if there is no triangulation yet.
+    pub(super) fn corner_count(self) -> usize {
+        (self.bits >> STEP_BITS) as usize
     }
 
-    /// The best cut of an outline that has the piece's own corners at these places,
-    /// counter-clockwise in the parameters from the corner (0, 0): of each new edge the one that the
-    /// surface bends less over, against `tolerance`, and that is shorter, against the outline.
+    /// A triangulation with a small deviation from the surface and short edges.
+    ///
+    /// Each new edge is the better of two: its cost is the sag of the surface relative to
+    /// `tolerance` plus its length relative to the size of the outline. `ends` are the indices of
+    /// the cell's corners, counter-clockwise from (0, 0).
     #[inline(always)]
     pub(super) fn best(
         corners: &[Corner],
@@ -52,15 +62,16 @@ impl Zip {
             let (a, b) = (corners[i], corners[j]);
             bending.sag(b.at - a.at) / tolerance + a.point.distance(b.point) / extent
         };
-        let second = cost(ends[0], ends[2]) <= cost(ends[1], ends[3]);
-        Self::chosen(ends, corners.len(), second, |right, left| {
+        let [a, b, c, d] = ends;
+        let second = cost(a, c) <= cost(b, d);
+        Self::by_steps(ends, corners.len(), second, |right, left| {
             cost(right.1, left.0) <= cost(right.0, left.1)
         })
     }
 
-    /// The cut whose steps `choose` says.
+    /// The triangulation with the steps that `choose` returns (see [`for_each_face`]).
     #[inline(always)]
-    fn chosen(
+    fn by_steps(
         ends: [usize; 4],
         count: usize,
         second: bool,
@@ -73,39 +84,40 @@ impl Zip {
             bit += 1;
             with
         };
-        zip(ends, count, second, choose, |_| ());
-        Self { bits: steps | u32::try_from(count).unwrap_or(u32::MAX) << STEPS }
+        for_each_face(ends, count, second, choose, |_| ());
+        Self { bits: steps | u32::try_from(count).unwrap_or(u32::MAX) << STEP_BITS }
     }
 
-    /// The same cut of four corners, with the share of the tolerance that it was proven to lie within.
+    /// Stores the certified distance as a share of the tolerance, if the outline has four corners.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
     #[inline(always)]
-    pub(super) fn proven(self, share: f64) -> Self {
-        if self.corners() > 4 {
+    pub(super) fn with_certified_share(self, share: f64) -> Self {
+        if self.corner_count() > CELL_CORNERS {
             return self;
         }
-        // What is cut off is less than one part.
-        let parts = 1 + (share.min(1.0) * f64::from(SHARES - 1)) as u32;
-        Self { bits: self.bits | parts << 1 }
+        // Rounded up, so that the stored share is an upper bound.
+        let units = 1 + (share.min(1.0) * f64::from(MAX_SHARE - 1)) as u32;
+        Self { bits: self.bits | units << 1 }
     }
 
-    /// The share of the tolerance that a cut of four corners was proven to lie within.
-    pub(super) fn share(self) -> Option<f64> {
-        let parts = self.bits >> 1 & SHARES;
-        (self.corners() == 4).then(|| f64::from(parts) / f64::from(SHARES - 1))
+    /// The certified distance of a triangulation of four corners, as a share of the tolerance.
+    pub(super) fn certified_share(self) -> Option<f64> {
+        let units = self.bits >> 1 & MAX_SHARE;
+        (self.corner_count() == CELL_CORNERS).then(|| f64::from(units) / f64::from(MAX_SHARE - 1))
     }
 
-    /// A cut of an outline with more corners that keeps the diagonal of this one of four: of each
-    /// other new edge the shorter one.
-    pub(super) fn grown(self, corners: &[Corner], ends: [usize; 4]) -> Self {
+    /// A triangulation of an outline with more corners that keeps the diagonal of this one.
+    ///
+    /// Each other new edge is the shorter of two.
+    pub(super) fn extended(self, corners: &[Corner], ends: [usize; 4]) -> Self {
         let second = self.bits & 1 == 1;
         let diagonal = if second { (ends[2], ends[0]) } else { (ends[1], ends[3]) };
         let length = |i: usize, j: usize| corners[i].point.distance_squared(corners[j].point);
         let mut before = true;
-        Self::chosen(ends, corners.len(), second, |right, left| {
+        Self::by_steps(ends, corners.len(), second, |right, left| {
             let at = (right.0 == diagonal.0, left.0 == diagonal.1);
             before &= at != (true, true);
-            // A chain that has come to the diagonal waits there for the other one.
+            // A chain that has reached the diagonal waits for the other one.
             if before && at.0 != at.1 {
                 return at.1;
             }
@@ -113,8 +125,7 @@ impl Zip {
         })
     }
 
-    /// Appends the triangles of the cut of an outline that has the piece's own corners at these
-    /// places.
+    /// Appends the triangles; `ends` are the indices of the cell's corners in the outline.
     #[inline(always)]
     pub(super) fn faces(self, ends: [usize; 4], faces: &mut Vec<Face>) {
         let mut steps = self.bits >> 1;
@@ -123,14 +134,19 @@ impl Zip {
             steps >>= 1;
             with
         };
-        zip(ends, self.corners(), self.bits & 1 == 1, choose, |face| faces.push(face));
+        for_each_face(ends, self.corner_count(), self.bits & 1 == 1, choose, |face| {
+            faces.push(face);
+        });
     }
 }
 
-/// Runs along the chains. Where both may go on, `choose` says which: it gets the ends of both
-/// possible steps, (here, there) on the chain that runs with the outline and on the other one.
+/// Walks along both chains and calls `push` with each triangle.
+///
+/// Where both chains can advance, `choose` returns whether the counter-clockwise one does. Its
+/// arguments are the two possible steps as (from, to): on the counter-clockwise chain, on the
+/// other.
 #[inline(always)]
-fn zip(
+fn for_each_face(
     ends: [usize; 4],
     count: usize,
     second: bool,
@@ -138,13 +154,13 @@ fn zip(
     mut push: impl FnMut(Face),
 ) {
     let (from, to) = if second { (ends[1], ends[3]) } else { (ends[0], ends[2]) };
-    let ahead = |i: usize| if i + 1 == count { 0 } else { i + 1 };
-    let behind = |i: usize| if i == 0 { count - 1 } else { i - 1 };
-    let (mut right, mut left) = (ahead(from), behind(from));
-    let (last_right, last_left) = (behind(to), ahead(to));
+    let next = |i: usize| if i + 1 == count { 0 } else { i + 1 };
+    let previous = |i: usize| if i == 0 { count - 1 } else { i - 1 };
+    let (mut right, mut left) = (next(from), previous(from));
+    let (last_right, last_left) = (previous(to), next(to));
     push([from, right, left]);
     while (right, left) != (last_right, last_left) {
-        let (next_right, next_left) = (ahead(right), behind(left));
+        let (next_right, next_left) = (next(right), previous(left));
         let with = left == last_left
             || (right != last_right && choose((right, next_right), (left, next_left)));
         if with {
@@ -158,6 +174,7 @@ fn zip(
     push([right, to, left]);
 }
 
+/// The diagonal of the bounding box of an outline.
 #[inline(always)]
 fn diameter(corners: &[Corner]) -> f64 {
     let first = corners[0].point;
@@ -170,7 +187,7 @@ fn diameter(corners: &[Corner]) -> f64 {
 mod tests {
     use glam::DVec2;
 
-    use super::super::bernstein::UNIT;
+    use super::super::cell_mesh::UNIT_SQUARE;
     use super::*;
 
     fn outline(places: &[(f64, f64)]) -> Vec<Corner> {
@@ -182,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_fill_the_outline_and_none_is_flat() {
+    fn triangles_fill_the_outline_and_have_positive_area() {
         let sides = [
             vec![(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
             vec![(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)],
@@ -212,9 +229,10 @@ mod tests {
                 [(1.0, 0.0, 1.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (-3.0, 0.1, 1.0)]
             {
                 let mut faces = vec![];
-                let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
-                let cut = Zip::best(&corners, ends, Bending { uu, uv, vv }, 0.01);
-                cut.faces(ends, &mut faces);
+                let ends = UNIT_SQUARE.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+                let triangulation =
+                    Triangulation::best(&corners, ends, Bending { uu, uv, vv }, 0.01);
+                triangulation.faces(ends, &mut faces);
                 assert_eq!(faces.len(), corners.len() - 2);
                 let area = |face: &Face| {
                     let [a, b, c] = face.map(|i| corners[i].at);
@@ -227,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn cuts_grow_about_their_diagonal() {
+    fn extended_triangulations_keep_the_diagonal() {
         let places = [
             (0.0, 0.0),
             (0.3, 0.0),
@@ -240,21 +258,22 @@ mod tests {
             (0.0, 0.5),
         ];
         let corners = outline(&places);
-        let ends = UNIT.map(|at| corners.iter().position(|c| c.at == at).unwrap());
+        let ends = UNIT_SQUARE.map(|at| corners.iter().position(|c| c.at == at).unwrap());
         for (bending, diagonal) in [(1.0, [1, 3]), (-1.0, [0, 2])] {
             let bending = Bending { uu: 1.0, uv: 0.5 * bending, vv: 1.0 };
-            let square = outline(&UNIT.map(|at| (at.x, at.y)));
-            let cut = Zip::best(&square, [0, 1, 2, 3], bending, 0.01).proven(0.3);
-            let share = cut.share().unwrap();
+            let square = outline(&UNIT_SQUARE.map(|at| (at.x, at.y)));
+            let triangulation =
+                Triangulation::best(&square, [0, 1, 2, 3], bending, 0.01).with_certified_share(0.3);
+            let share = triangulation.certified_share().unwrap();
             assert!((0.3..0.3 + 1e-7).contains(&share), "{share}");
             let mut faces = vec![];
-            let grown = cut.grown(&corners, ends).proven(0.3);
-            grown.faces(ends, &mut faces);
-            assert_eq!((grown.share(), faces.len()), (None, corners.len() - 2));
+            let extended = triangulation.extended(&corners, ends).with_certified_share(0.3);
+            extended.faces(ends, &mut faces);
+            assert_eq!((extended.certified_share(), faces.len()), (None, corners.len() - 2));
             let [a, b] = diagonal.map(|k| ends[k]);
             let along = faces.iter().filter(|face| face.contains(&a) && face.contains(&b));
             assert_eq!(along.count(), 2, "{faces:?}");
         }
-        assert_eq!(Zip::default().share(), None);
+        assert_eq!(Triangulation::default().certified_share(), None);
     }
 }
