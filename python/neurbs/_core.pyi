@@ -82,7 +82,7 @@ class Progress:
 
 @final
 class Curvatures:
-    """Curvatures of a surface at scattered parameters (shape ``(n,)``) or on a grid (``(n, m)``)."""
+    """Curvatures of a surface, at scattered parameters or on a grid."""
 
     @property
     def points(self) -> NDArray[np.float64]: ...

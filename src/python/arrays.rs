@@ -40,10 +40,10 @@ impl<'py> Numbers<'py> {
         let masked =
             !module.is_none() && module.call_method1("is_masked", (value,))?.is_truthy()?;
         if masked {
-            return Err(fail("a masked array: fill or remove what is masked".into()));
+            return Err(fail("a masked array: fill or remove the masked values".into()));
         }
         if value.hasattr("nnz")? {
-            return Err(fail("a sparse array: pass what its toarray() returns".into()));
+            return Err(fail("a sparse array: pass its toarray()".into()));
         }
         let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
             if is_about_input(value.py(), &error) {

@@ -100,8 +100,8 @@ impl NurbsSurface {
             None => arrays::empty::<bool, Ix1>(py, &[count])?,
         };
         if converged.len() != count {
-            let got = format!("{} of them", converged.len());
-            return Err(NeurbsError::new_err(format!("out must be of {count} points, got {got}")));
+            let got = converged.len();
+            return Err(NeurbsError::new_err(format!("out must be for {count} points, got {got}")));
         }
         {
             let points = points.as_slice()?;

@@ -268,7 +268,7 @@ impl NurbsSurface {
         text_signature = "(points, uv, *, net=None, degree=3, knots=None, weights=None, \
                           fairness=1e-6, closed=False)"
     )]
-    #[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn fit(
         points: &Bound<'_, PyAny>,
         uv: &Bound<'_, PyAny>,

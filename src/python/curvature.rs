@@ -13,8 +13,9 @@ use crate::nurbs::{self, CurvatureSlices};
 
 type Array = Py<PyArrayDyn<f64>>;
 
-/// Curvatures of a surface at scattered parameters (shape ``(n,)``) or on a grid (``(n, m)``).
+/// Curvatures of a surface, at scattered parameters or on a grid.
 ///
+/// Arrays have the shape ``(n, ...)`` or ``(n, m, ...)``.
 /// Returned by :meth:`NurbsSurface.curvatures` and :meth:`NurbsSurface.curvatures_grid`. A
 /// curvature is positive where the surface bends toward its normal.
 ///

@@ -76,7 +76,7 @@ impl Lattice {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "whole and not negative; one beyond all nodes may saturate"
+            reason = "a non-negative integer; the cast saturates beyond all nodes"
         )]
         let node =
             |number: f64| (number.fract() == 0.0 && number >= 0.0).then_some(number as usize);

@@ -4,7 +4,7 @@
 //! ([`arguments`]) and errors become exceptions ([`errors`]). Long calls release the GIL and check
 //! for Ctrl-C ([`call`]). The other files have the classes and functions, by module of the crate.
 
-#![allow(clippy::doc_markdown, reason = "these docs are numpydoc, for Python's help()")]
+#![allow(clippy::doc_markdown, reason = "the doc comments are numpydoc")]
 #![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
 
 mod arguments;

@@ -37,7 +37,7 @@ impl NurbsSurface {
     ///     If an option has another value than those listed.
     #[pyo3(signature = (points=None, *, color=None, tolerance=None, unit="", isolines=20,
                         control_net=false, backend="matplotlib"))]
-    #[expect(clippy::too_many_arguments, reason = "one for each of Python's keyword arguments")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
         points: Option<Bound<'py, PyAny>>,

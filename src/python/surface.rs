@@ -130,7 +130,7 @@ impl NurbsSurface {
                 let (u, v) = knot_vectors(knots, degree)?;
                 nurbs::NurbsSurface::new(net.to_vec(), weights, u, v)?
             }
-            Some(knots) => return Err(bad_argument("knots", "None with closed", knots)),
+            Some(knots) => return Err(bad_argument("knots", "None if closed", knots)),
         };
         Self::new(py, core)
     }

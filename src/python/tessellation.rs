@@ -73,7 +73,7 @@ impl NurbsSurface {
                           max_edge=None, max_aspect=None, split_seams=False, \
                           max_triangles=100_000_000, progress=None)"
     )]
-    #[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn tessellate(
         &self,
         py: Python<'_>,
@@ -94,7 +94,7 @@ impl NurbsSurface {
         };
         let limits = [tolerance, max_angle, max_edge, max_aspect, max_triangles];
         if limits.iter().any(Option::is_some) || relative || split_seams {
-            return Err(bad_argument("shape", "None where there are limits", shape));
+            return Err(bad_argument("shape", "None if a limit is given", shape));
         }
         let (n_u, n_v) = arguments::pair("shape", shape)?;
         TriangleMesh::of_surface(py, self.core(), UniformGrid::new(n_u, n_v)?, progress)
@@ -142,7 +142,7 @@ impl NurbsSurface {
                       max_edge=None, max_aspect=None, split_seams=False, \
                       max_triangles=100_000_000, progress=None)"
 )]
-#[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub(super) fn tessellate(
     py: Python<'_>,
     surfaces: &Bound<'_, PyAny>,

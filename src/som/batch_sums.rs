@@ -272,7 +272,7 @@ impl PartSums {
 }
 
 /// The integer part of a number below 2⁶², which all sums within the frame's limits are.
-#[expect(clippy::cast_possible_truncation, reason = "see above")]
+#[expect(clippy::cast_possible_truncation, reason = "below 2⁶²")]
 fn whole(units: f64) -> i64 {
     units as i64
 }

@@ -111,7 +111,7 @@ struct Rotations {
 impl WithSimd for Rotations {
     type Output = Vec<(f64, Vec<f64>)>;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self { mut matrix, size } = self;
@@ -143,7 +143,7 @@ fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
 
 /// Rotates axes p and q so that their off-diagonal element becomes zero. The rows of `vectors`
 /// rotate with them.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
 #[inline(always)]
 fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usize) {
     let mixed = matrix[p * size + q];

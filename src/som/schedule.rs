@@ -106,7 +106,7 @@ impl Schedule {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "a time is not negative; the cast saturates, and no training is as long"
+                reason = "not negative; the cast saturates beyond any training"
             )]
             return time.ceil() as u64;
         }

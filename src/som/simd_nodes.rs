@@ -115,7 +115,7 @@ impl Block {
 
     /// Moves each node toward `point` by a share of its distance.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn pull(&mut self, point: DVec3, share: impl Fn(usize) -> f64) {
         for lane in 0..LANES {
             let share = share(lane);
@@ -136,7 +136,7 @@ impl WithSimd for Nearest<'_> {
     type Output = (usize, f64);
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self { blocks, point } = self;
         // Block indices are `f64` so that they use the same registers as distances.
@@ -181,7 +181,7 @@ impl WithSimd for MoveRange<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { blocks, places, point, gain } = self;
         let numbers = places.start / LANES..places.end.div_ceil(LANES);
@@ -207,7 +207,7 @@ impl WithSimd for MoveAll<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { blocks, along, across, point, gain } = self;
         let across = across.as_chunks::<LANES>().0;

@@ -67,7 +67,7 @@ pub(super) fn smooth(
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "a radius is not negative, and one beyond all edges may saturate"
+    reason = "not negative; a radius beyond all edges may saturate"
 )]
 pub(super) fn edges_within(radius: f64) -> usize {
     radius as usize

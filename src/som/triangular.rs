@@ -40,19 +40,19 @@ pub(super) fn sums_around(
     let channel = |channel: usize| move |sum: &Channels| sum[channel];
     let forward = (0..4).map(|c| ChannelSums::new(right, sums.iter().map(channel(c))));
     let backward = (0..4).map(|c| ChannelSums::new(left, sums.iter().rev().map(channel(c))));
-    let mut planes: Vec<ChannelSums<'_>> = forward.chain(backward).collect();
+    let mut channels: Vec<ChannelSums<'_>> = forward.chain(backward).collect();
     let rows_per_report =
         VALUES_PER_REPORT / (VALUES_PER_ROW_PAIR * cols * rows.min(weights.len()));
     for first in (0..rows).step_by(rows_per_report.max(1)) {
         listen()?;
         let last = rows.min(first + rows_per_report.max(1));
-        planes
+        channels
             .par_iter_mut()
-            .for_each(|plane| (first..last).for_each(|row| plane.scatter_row(row)));
+            .for_each(|channel| (first..last).for_each(|row| channel.scatter_row(row)));
     }
     let total = |node: usize| {
         let opposite = sums.len() - 1 - node;
-        array::from_fn(|c| planes[c].totals[node] + planes[4 + c].totals[opposite])
+        array::from_fn(|c| channels[c].totals[node] + channels[4 + c].totals[opposite])
     };
     Ok((0..sums.len()).map(total).collect())
 }
