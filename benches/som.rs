@@ -1,11 +1,11 @@
-//! What does an epoch of batch training cost, by points and by nodes, and a presentation online?
+//! Cost of a batch epoch by number of points and nodes, and of a presentation in online training.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use neurbs::DVec3;
 use neurbs::progress::Silent;
 use neurbs::som::{Init, Lattice, Schedule, SelfOrganizingMap, SomOptions, Training};
 
-/// Points of a wavy sheet, in no order.
+/// Unordered points of a wavy sheet.
 fn sheet(count: u32) -> Vec<DVec3> {
     let point = |i: u32| {
         let (x, y) = (f64::from(i) * 0.754_877_666, f64::from(i) * 0.569_840_291);
@@ -15,7 +15,7 @@ fn sheet(count: u32) -> Vec<DVec3> {
     (0..count).map(point).collect()
 }
 
-/// A map that has been trained for some epochs, so that its lattice lies near the points.
+/// A map trained for a few epochs, so that its nodes are near the points.
 fn trained(points: &[DVec3], side: usize) -> SelfOrganizingMap {
     let options = SomOptions { epochs: Some(5), ..SomOptions::default() };
     let lattice = Lattice::quad(side, side).expect("sides are at least 2");

@@ -1,4 +1,4 @@
-//! How long does a training take, and how does it grow with the lattice?
+//! Time of an online training by size of the lattice.
 
 use std::hint::black_box;
 

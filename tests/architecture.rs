@@ -37,14 +37,13 @@ const ALLOWED: [(&str, &[&str]); 16] = [
 const FOR_ALL: [&str; 5] = ["error", "diagnostic", "progress", "worker_pool", "numeric"];
 
 /// Modules whose files must not import each other in a circle.
-const WITHOUT_CIRCLES: [&str; 9] =
-    ["cloud", "observe", "chart", "som", "nurbs", "fit", "validate", "mesh", "pipeline"];
+const WITHOUT_CIRCLES: [&str; 11] = [
+    "cloud", "observe", "chart", "som", "nurbs", "fit", "validate", "mesh", "export", "pipeline",
+    "python",
+];
 
 /// Circles that are still there, each with all its files. Remove a line with its circle.
 const KNOWN_CIRCLES: &[&str] = &[
-    "som/smoothing som/triangular",
-    "som/initialize som/ordered_start",
-    "som/batch som/mod som/online som/stop",
 ];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {

@@ -1,4 +1,4 @@
-//! The trainer: what must hold for any points, and what each of its parts promises.
+//! The self-organizing map: properties that hold for any points, and each option.
 
 use std::ops::ControlFlow;
 
@@ -10,7 +10,7 @@ use neurbs::som::{
 use neurbs::{DVec2, DVec3, Error};
 use proptest::prelude::*;
 
-/// Numbers that look random, from 0 to 1.
+/// Pseudo-random numbers from 0 to 1.
 fn noise(index: usize, salt: f64) -> f64 {
     ((index as f64 + 1.0) * (12.9898 + salt)).sin().mul_add(43_758.545_3, 0.0).rem_euclid(1.0)
 }
@@ -32,7 +32,7 @@ fn online() -> SomOptions {
     SomOptions { training: Training::Online, max_steps: Some(3000), ..SomOptions::default() }
 }
 
-/// Kohonen's batch map as the books have it: every node looks at every point.
+/// One epoch of the textbook batch map, comparing every node with every point.
 fn plain_epoch(
     nodes: &[DVec3],
     points: &[DVec3],
@@ -55,7 +55,7 @@ fn plain_epoch(
 }
 
 #[test]
-fn an_epoch_is_the_batch_map_on_every_topology() {
+fn an_epoch_agrees_with_a_plain_batch_map_on_every_topology() {
     let points = sheet(500);
     let radius = 1.7_f64;
     for topology in Topology::ALL {
@@ -107,9 +107,9 @@ fn an_epoch_is_the_batch_map_on_every_topology() {
     }
 }
 
-/// The linear kernel reproduces what is linear, up to the border, where the mean shrinks it.
+/// The linear kernel keeps a plane with its border; the mean shrinks the border.
 #[test]
-fn the_linear_kernel_keeps_a_plane_and_its_border() {
+fn the_linear_kernel_reproduces_a_plane_up_to_its_border() {
     let lattice = Lattice::quad(9, 7).unwrap();
     let node = |i: usize| DVec3::new((i / 7) as f64, 2.0 * (i % 7) as f64, 0.5 * (i / 7) as f64);
     let nodes: Vec<DVec3> = (0..63).map(node).collect();
@@ -122,7 +122,7 @@ fn the_linear_kernel_keeps_a_plane_and_its_border() {
             reach: Some(1e-12),
             ..SomOptions::default()
         };
-        // Points in the middle of the nodes' own places, so that they are not on the lattice.
+        // Two points beside each node, with their mean at the node, so that none is on the lattice.
         let points: Vec<DVec3> = nodes.iter().flat_map(|&n| [n + 0.01, n - 0.01]).collect();
         fit(&points, &lattice, &options).change.unwrap()
     };
@@ -131,7 +131,7 @@ fn the_linear_kernel_keeps_a_plane_and_its_border() {
 }
 
 #[test]
-fn a_lattice_trained_on_a_lattice_is_itself() {
+fn training_on_its_own_nodes_leaves_a_lattice_unchanged() {
     let nodes = sheet(48);
     for (lattice, training) in [
         (Lattice::quad(6, 8).unwrap(), Training::Batch),
@@ -154,7 +154,7 @@ fn a_lattice_trained_on_a_lattice_is_itself() {
         }
         assert_eq!((som.reached, som.stopped_by), (48, StoppedBy::Reached));
         if training == Training::Batch {
-            // An epoch more than it wanted: now the nodes are made anew.
+            // One more epoch computes the nodes again.
             let mut again = som.clone();
             let sums = again.sums(&nodes, &mut Silent).unwrap();
             again.learn(&sums, &mut Silent).unwrap();
@@ -168,7 +168,7 @@ fn a_lattice_trained_on_a_lattice_is_itself() {
 }
 
 #[test]
-fn the_same_bits_on_any_number_of_threads() {
+fn results_have_the_same_bits_on_any_number_of_threads() {
     let points = sheet(70_000);
     let lattice = Lattice::quad(12, 15).unwrap();
     let triangular = Lattice::grid(12, 15, Cells::Triangular, Topology::Torus).unwrap();
@@ -227,7 +227,7 @@ proptest! {
     }
 
     #[test]
-    fn moved_turned_and_scaled_points_move_the_result_with_them(
+    fn results_follow_rigid_motions_and_scaling_of_the_points(
         angle in 0.0_f64..6.0,
         scale in 0.01_f64..100.0,
         x in -1e3_f64..1e3,
@@ -250,7 +250,7 @@ proptest! {
     }
 }
 
-/// An observer that stops after so many calls.
+/// An observer that stops after this number of calls.
 struct StopAfter(usize);
 
 impl Observer for StopAfter {
@@ -266,7 +266,7 @@ impl Observer for StopAfter {
 }
 
 #[test]
-fn an_interrupted_training_goes_on_to_the_same_bits() {
+fn an_interrupted_training_continues_to_the_same_bits() {
     let points = sheet(150);
     let lattice = Lattice::quad(6, 7).unwrap();
     let mut trainings = vec![SomOptions { epochs: Some(6), ..SomOptions::default() }];
@@ -291,7 +291,7 @@ fn an_interrupted_training_goes_on_to_the_same_bits() {
 }
 
 #[test]
-fn the_observer_sees_each_epoch() {
+fn the_observer_receives_each_epoch() {
     #[derive(Default)]
     struct Watch(Vec<(u64, f64, f64, usize)>);
     impl Observer for Watch {
@@ -320,7 +320,7 @@ fn the_observer_sees_each_epoch() {
 }
 
 #[test]
-fn a_rolled_sheet_unrolls_from_the_geodesic_start_only() {
+fn a_rolled_sheet_unrolls_only_from_the_geodesic_start() {
     // Nine tenths of a cylinder.
     let point = |i: usize| {
         let angle = 0.9 * std::f64::consts::TAU * noise(i, 0.0);
@@ -336,7 +336,7 @@ fn a_rolled_sheet_unrolls_from_the_geodesic_start_only() {
 }
 
 #[test]
-fn closed_lattices_close_around_closed_shapes() {
+fn closed_lattices_fit_closed_shapes() {
     let tube = |i: usize| {
         let angle = std::f64::consts::TAU * noise(i, 0.0);
         DVec3::new(angle.cos(), 3.0 * noise(i, 7.0), angle.sin())
@@ -363,7 +363,7 @@ fn closed_lattices_close_around_closed_shapes() {
 }
 
 #[test]
-fn a_graph_learns_too() {
+fn a_graph_fits_a_circle() {
     // A ring of twenty nodes on a circle, started from the principal plane.
     let edges: Vec<(usize, usize)> = (0..20).map(|i| (i, (i + 1) % 20)).collect();
     let ring = Lattice::graph(20, &edges).unwrap();
@@ -383,7 +383,7 @@ fn a_graph_learns_too() {
 }
 
 #[test]
-fn special_input_skips_what_is_reached() {
+fn skip_reached_needs_no_more_steps_than_random() {
     let points = sheet(60);
     let lattice = Lattice::for_points(60);
     let train = |presentation| {
@@ -397,7 +397,7 @@ fn special_input_skips_what_is_reached() {
 }
 
 #[test]
-fn a_distribution_is_learned_from_a_sampler() {
+fn a_distribution_is_fitted_from_a_sampler() {
     let lattice = Lattice::quad(8, 8).unwrap();
     for options in [SomOptions::default(), SomOptions { max_steps: None, ..online() }] {
         let mut drawn = 0;
@@ -421,7 +421,7 @@ fn a_distribution_is_learned_from_a_sampler() {
 }
 
 #[test]
-fn parameters_follow_the_lattice() {
+fn parameters_of_nodes_are_their_lattice_coordinates() {
     let points = sheet(2000);
     let som = fit(&points, &Lattice::quad(10, 12).unwrap(), &SomOptions::default());
     let nodes = som.codebook();

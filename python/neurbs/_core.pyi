@@ -50,16 +50,16 @@ DIAGNOSTIC_CODES: list[tuple[str, str]]
 """Codes of diagnostics, each with its meaning in one line."""
 
 LENGTH_UNITS: dict[str, float]
-"""Symbols of the units of length that files can have, and how many millimetres each is."""
+"""The symbols of the length units, each with its length in millimeters."""
 
 __version__: str
 
 class NeurbsError(ValueError):
-    """Bad input: the message says what must hold, what came, and what to do."""
+    """Invalid input. The message gives the requirement, the value received, and what to do."""
 
 @final
 class Progress:
-    """What a long job is doing at this moment."""
+    """The current state of a long job."""
 
     @property
     def stage(self) -> str: ...
@@ -82,7 +82,7 @@ class Progress:
 
 @final
 class Curvatures:
-    """How a surface bends, at scattered parameters or on a grid."""
+    """Curvatures of a surface, at scattered parameters or on a grid."""
 
     @property
     def points(self) -> NDArray[np.float64]: ...
@@ -99,7 +99,7 @@ class Curvatures:
 
 @final
 class ClosestPoints:
-    """The feet of points on a surface."""
+    """The projections of points onto a surface."""
 
     @property
     def uv(self) -> NDArray[np.float64]: ...
@@ -112,7 +112,7 @@ class ClosestPoints:
 
 @final
 class NurbsCurve:
-    """A NURBS curve in space."""
+    """A NURBS curve in space: an isocurve, a boundary, a profile."""
 
     def __new__(
         cls,
@@ -388,7 +388,7 @@ class NurbsSurface:
 
 @final
 class TriangleMesh:
-    """Triangles of a surface, with a normal and the surface's parameters at each vertex."""
+    """A triangle mesh of a surface, with a normal and surface parameters at each vertex."""
 
     @property
     def vertices(self) -> NDArray[np.float64]: ...
@@ -442,7 +442,7 @@ class Lattice:
 
 @final
 class BatchSums:
-    """Sums over points for each node of a map: a part of an epoch of batch training."""
+    """Sums over the points of each node of a map: a batch epoch or a part of it."""
 
     @property
     def points(self) -> int: ...
@@ -460,7 +460,7 @@ class BatchSums:
 
 @final
 class Epoch:
-    """What an epoch of training has made of the lattice."""
+    """The state of a map after an epoch of training."""
 
     @property
     def step(self) -> int: ...
@@ -475,7 +475,7 @@ class Epoch:
 
 @final
 class Map:
-    """A map at any stage of its training."""
+    """A map at any stage of its training; the public class is `neurbs.SelfOrganizingMap`."""
 
     def __new__(
         cls, points: ArrayLike, lattice: Lattice, options: dict[str, Any], *, chunks: bool = False
@@ -535,7 +535,7 @@ class Map:
 
 @final
 class Cleaning:
-    """What `clean` found."""
+    """The result of `clean`."""
 
     @property
     def kept(self) -> NDArray[np.int64]: ...
@@ -550,7 +550,7 @@ class Cleaning:
 
 @final
 class Components:
-    """The components of a cloud."""
+    """The connected components of a cloud, returned by `components`."""
 
     @property
     def labels(self) -> NDArray[np.int64]: ...
@@ -561,7 +561,7 @@ class Components:
 
 @final
 class EvenSample:
-    """A few points, evenly over space, from a stream of any length."""
+    """An even spatial subsample of a stream of points of any length."""
 
     def __new__(cls, most: int) -> EvenSample: ...
     def extend(self, points: ArrayLike) -> None: ...
@@ -572,7 +572,7 @@ class EvenSample:
 
 @final
 class HeightFit:
-    """What `fit_heights` found."""
+    """The result of `fit_heights`."""
 
     @property
     def surface(self) -> NurbsSurface: ...

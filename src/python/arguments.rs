@@ -1,15 +1,18 @@
-//! Numbers from Python: whatever behaves like one, with an error that names the argument.
+//! Conversion of Python arguments: any number-like object is accepted, and errors name the
+//! argument.
 //!
-//! True and False behave like 1 and 0, but are none: who gives them has mistaken the argument.
+//! True and False are refused as numbers, because they indicate a mistaken argument.
 
+use glam::DVec3;
 use pyo3::prelude::*;
 
+use super::arrays::Numbers;
 use super::errors::{bad_argument, is_about_input};
 
-/// What a count must be.
+/// Expected value of a count, for error messages.
 const COUNT: &str = "an integer from 0 to 2^64 - 1";
 
-/// A number that counts something, from 0.
+/// A non-negative integer.
 pub(super) fn count<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     value: &Bound<'py, PyAny>,
@@ -17,7 +20,7 @@ pub(super) fn count<'py, T: FromPyObjectOwned<'py>>(
     extract_number(name, COUNT, value)
 }
 
-/// A count that may be left out.
+/// An optional non-negative integer.
 pub(super) fn optional_count<'py, T: FromPyObjectOwned<'py>>(
     name: &str,
     value: Option<&Bound<'py, PyAny>>,
@@ -35,12 +38,12 @@ pub(super) fn real(name: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     extract_number(name, "a number", value)
 }
 
-/// A real number that may be left out.
+/// An optional real number.
 pub(super) fn optional_real(name: &str, value: Option<&Bound<'_, PyAny>>) -> PyResult<Option<f64>> {
     value.map(|value| real(name, value)).transpose()
 }
 
-/// Two counts, as in the shape of a grid: a tuple, a list, an array.
+/// Two non-negative integers, such as the shape of a grid, from any sequence.
 pub(super) fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, usize)> {
     let fail = || bad_argument(name, "two integers from 0", value);
     let [first, second] = two(value).ok_or_else(fail)?;
@@ -48,7 +51,7 @@ pub(super) fn pair(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(usize, usi
     Ok((count(first)?, count(second)?))
 }
 
-/// The first and last of a range of numbers, or its default.
+/// The first and last number of a range, or its default.
 pub(super) fn range(
     name: &str,
     value: Option<&Bound<'_, PyAny>>,
@@ -61,7 +64,15 @@ pub(super) fn range(
     Ok((number(first)?, number(last)?))
 }
 
-/// The items of a sequence of two.
+/// A finite point or direction: three numbers.
+pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
+    let numbers = Numbers::new(value, name, "three real numbers", &[&[Some(3)]])?;
+    let numbers: &[f64] = numbers.as_slice()?;
+    let vector = DVec3::from_slice(numbers);
+    if vector.is_finite() { Ok(vector) } else { Err(bad_argument(name, "finite", value)) }
+}
+
+/// The items of a sequence of length two.
 pub(super) fn two<'py>(value: &Bound<'py, PyAny>) -> Option<[Bound<'py, PyAny>; 2]> {
     let items: Vec<_> = value.try_iter().ok()?.take(3).collect::<PyResult<_>>().ok()?;
     items.try_into().ok()

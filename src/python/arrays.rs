@@ -1,8 +1,8 @@
 //! NumPy arrays as slices of the core's types, and back.
 //!
-//! A C-contiguous float64 array of shape (n, 3) *is* a `&[DVec3]`: it crosses without a copy.
-//! Anything else that stands for real numbers (lists, float32, integers, other memory orders) is
-//! converted once, by NumPy. Results are written into arrays that NumPy allocated.
+//! A C-contiguous float64 array of shape (n, 3) is used as `&[DVec3]` without a copy. Other
+//! array-likes (lists, float32, integers, other memory orders) are converted once by NumPy. Results
+//! are written into arrays that NumPy allocated.
 
 use bytemuck::Pod;
 use numpy::ndarray::{Dimension, IxDyn};
@@ -16,14 +16,14 @@ use pyo3::sync::PyOnceLock;
 
 use super::errors::{NeurbsError, is_about_input};
 
-/// Numbers from Python, as float64 in C order.
+/// Real numbers from Python, as float64 in C order.
 pub(super) struct Numbers<'py>(PyReadonlyArrayDyn<'py, f64>);
 
 impl<'py> Numbers<'py> {
-    /// Takes an array of real numbers with one of these shapes (`None`: any extent), converting
-    /// it if need be. Among shapes the first one that fits counts.
+    /// Takes an array of real numbers with one of these shapes (`None`: any extent). Converts it if
+    /// necessary.
     ///
-    /// `name` and `expected` are for the error message.
+    /// `name` and `expected` appear in the error message.
     pub(super) fn new(
         value: &Bound<'py, PyAny>,
         name: &str,
@@ -33,17 +33,17 @@ impl<'py> Numbers<'py> {
         let fail =
             |got: String| NeurbsError::new_err(format!("{name} must be {expected}, got {got}"));
         let numpy = value.py().import("numpy")?;
-        // A masked array's hidden values must not come back as numbers; who has one has loaded the
-        // module, which takes others as long as a small fit.
+        // Masked values must not be used as numbers. `numpy.ma` is only looked up if it is loaded
+        // already, because importing it takes as long as a small fit.
         let loaded = value.py().import("sys")?.getattr("modules")?;
         let module = loaded.call_method1("get", ("numpy.ma",))?;
         let masked =
             !module.is_none() && module.call_method1("is_masked", (value,))?.is_truthy()?;
         if masked {
-            return Err(fail("a masked array: fill or remove what is masked".into()));
+            return Err(fail("a masked array: fill or remove the masked values".into()));
         }
         if value.hasattr("nnz")? {
-            return Err(fail("a sparse array: pass what its toarray() returns".into()));
+            return Err(fail("a sparse array: pass its toarray()".into()));
         }
         let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
             if is_about_input(value.py(), &error) {
@@ -70,7 +70,7 @@ impl<'py> Numbers<'py> {
         Ok(Self(array.try_readonly().map_err(|error| fail(error.to_string()))?))
     }
 
-    /// Points: shape (n, 3), or (n, 2) which lies in z = 0.
+    /// Points of shape (n, 3), or (n, 2) with z = 0.
     pub(super) fn points(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         let expected = "real numbers of shape (n, 3), or (n, 2) in the plane z = 0";
         let numbers = Self::new(value, name, expected, &[&[None, Some(3)], &[None, Some(2)]])?;
@@ -83,59 +83,59 @@ impl<'py> Numbers<'py> {
         Self::points(&columns, name)
     }
 
-    /// Surface parameters: shape (n, 2).
+    /// Surface parameters of shape (n, 2).
     pub(super) fn parameters(value: &Bound<'py, PyAny>) -> PyResult<Self> {
         Self::new(value, "uv", "real numbers of shape (n, 2)", &[&[None, Some(2)]])
     }
 
-    /// A sequence of numbers: shape (n,).
+    /// Numbers of shape (n,).
     pub(super) fn sequence(value: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         Self::new(value, name, "real numbers of shape (n,)", &[&[None]])
     }
 
-    /// The array's extents.
+    /// The shape of the array.
     pub(super) fn shape(&self) -> &[usize] {
         self.0.shape()
     }
 
-    /// The numbers as elements of the core: `f64`, `DVec2`, `DVec3`.
+    /// The numbers as elements of the core's types: `f64`, `DVec2` or `DVec3`.
     pub(super) fn as_slice<T: Pod>(&self) -> PyResult<&[T]> {
         Ok(bytemuck::cast_slice(self.0.as_slice()?))
     }
 }
 
-/// Take points as the core has them.
+/// Convert points to the array format of the core.
 ///
 /// Parameters
 /// ----------
 /// points : array_like of shape (n, 3) or (n, 2)
-///     Real numbers; two columns lie in z = 0.
+///     Real numbers; z is 0 if there are two columns.
 ///
 /// Returns
 /// -------
 /// ndarray of shape (n, 3)
-///     C-contiguous float64: `points` itself if it is that already, a converted copy otherwise.
+///     C-contiguous float64: `points` itself if possible, otherwise a converted copy.
 ///
 /// Raises
 /// ------
 /// NeurbsError
-///     If they are not real numbers of such a shape.
+///     If `points` are not real numbers of one of these shapes.
 #[pyfunction]
 pub(super) fn as_points<'py>(points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
     Ok(Numbers::points(points, "points")?.0.as_any().cast::<PyArrayDyn<f64>>()?.clone())
 }
 
-/// Bytes of an array that is filled with zeros in less time than a call of Python takes.
-const SMALL: usize = 1 << 13;
+/// Largest array, in bytes, for which zeroing is faster than a call of `numpy.empty`.
+const MAX_ZEROED_BYTES: usize = 1 << 13;
 
-/// A new array that NumPy allocated, filled with nothing in particular.
+/// A new array allocated by NumPy, with arbitrary values.
 pub(super) fn empty<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArray<T, D>>> {
     static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     if let Some(dimensions) = D::from_dimension(&IxDyn(shape))
-        && shape.iter().product::<usize>() * size_of::<T>() <= SMALL
+        && shape.iter().product::<usize>() * size_of::<T>() <= MAX_ZEROED_BYTES
     {
         return Ok(PyArray::zeros(py, dimensions, false));
     }
@@ -144,11 +144,11 @@ pub(super) fn empty<'py, T: Element, D: Dimension>(
     Ok(array.cast_into()?)
 }
 
-/// Bytes that are moved at a time.
-const PORTION: usize = 1 << 23;
+/// Bytes moved at a time.
+const CHUNK_BYTES: usize = 1 << 23;
 
-/// Items in a new array of this shape that NumPy allocated. They are moved there portion by portion,
-/// so that they hardly ever take their memory twice.
+/// The items as a new array of this shape, allocated by NumPy. They are moved in chunks, from the
+/// end, to avoid having all of them in memory twice.
 pub(super) fn moved<'py, I: Pod, T: Pod + Element, D: Dimension>(
     py: Python<'py>,
     shape: &[usize],
@@ -157,13 +157,13 @@ pub(super) fn moved<'py, I: Pod, T: Pod + Element, D: Dimension>(
     let array = empty::<T, D>(py, shape)?;
     {
         let mut array = writable(&array)?;
-        let mut room = array.as_slice_mut()?;
+        let mut rest = array.as_slice_mut()?;
         while !items.is_empty() {
-            let kept = items.len().saturating_sub(PORTION / size_of::<I>());
-            let portion: &[T] = bytemuck::cast_slice(&items[kept..]);
-            let (before, end) = room.split_at_mut(room.len() - portion.len());
-            end.copy_from_slice(portion);
-            room = before;
+            let kept = items.len().saturating_sub(CHUNK_BYTES / size_of::<I>());
+            let chunk: &[T] = bytemuck::cast_slice(&items[kept..]);
+            let (before, end) = rest.split_at_mut(rest.len() - chunk.len());
+            end.copy_from_slice(chunk);
+            rest = before;
             items.truncate(kept);
             items.shrink_to_fit();
         }
@@ -171,7 +171,7 @@ pub(super) fn moved<'py, I: Pod, T: Pod + Element, D: Dimension>(
     Ok(array)
 }
 
-/// As [`output_of`], for numbers.
+/// As [`output_of`], for float64.
 pub(super) fn output<'py>(
     py: Python<'py>,
     out: Option<&Bound<'py, PyAny>>,
@@ -180,7 +180,7 @@ pub(super) fn output<'py>(
     output_of(py, out, shape)
 }
 
-/// These numbers in the caller's `out`, which must fit, or in a new array.
+/// These numbers, in the caller's `out` or in a new array.
 pub(super) fn filled<'py>(
     py: Python<'py>,
     out: Option<&Bound<'py, PyAny>>,
@@ -191,7 +191,8 @@ pub(super) fn filled<'py>(
     Ok(array)
 }
 
-/// The array for a result: the caller's `out`, which must fit, or a new one.
+/// The array for a result: the caller's `out`, which must have this shape and dtype, or a new
+/// array.
 pub(super) fn output_of<'py, T: Element>(
     py: Python<'py>,
     out: Option<&Bound<'py, PyAny>>,
@@ -221,7 +222,7 @@ pub(super) fn output_of<'py, T: Element>(
     Ok(array.clone())
 }
 
-/// Mutable access to an output; refused where an input of the same call shares its memory.
+/// Mutable access to an output array. Refused if an input of the same call shares its memory.
 pub(super) fn writable<'py, T: Element, D: Dimension>(
     array: &Bound<'py, PyArray<T, D>>,
 ) -> PyResult<PyReadwriteArray<'py, T, D>> {
@@ -232,7 +233,7 @@ pub(super) fn writable<'py, T: Element, D: Dimension>(
     })
 }
 
-/// An array of these values, read-only for good: what a property keeps.
+/// A read-only array of these values, for a property.
 pub(super) fn constant<T: Element + Copy, D: Dimension>(
     py: Python<'_>,
     shape: &[usize],
@@ -243,7 +244,7 @@ pub(super) fn constant<T: Element + Copy, D: Dimension>(
     freeze(&array)
 }
 
-/// Takes away the right to write to an array, and returns it for keeping.
+/// Makes an array permanently read-only.
 fn freeze<T: Element, D: Dimension>(
     array: &Bound<'_, PyArray<T, D>>,
 ) -> PyResult<Py<PyArray<T, D>>> {
@@ -251,7 +252,7 @@ fn freeze<T: Element, D: Dimension>(
     Ok(array.clone().unbind())
 }
 
-/// A view of a kept array: read-only, and NumPy refuses to make it anything else.
+/// A view of a stored array. It is read-only and cannot be made writeable.
 pub(super) fn view<'py, T: Element, D: Dimension>(
     py: Python<'py>,
     array: &Py<PyArray<T, D>>,

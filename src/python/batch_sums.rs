@@ -1,19 +1,19 @@
-//! `neurbs.BatchSums`.
+//! The class `neurbs.BatchSums`.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::som;
 
-/// Sums over points for each node of a map: a part of an epoch of batch training.
+/// Sums over the points of each node of a map: a batch epoch or a part of it.
 ///
-/// Sums over the same points are the same bits in any order and by any split.
+/// Sums over the same points have the same bits in any order and for any split.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct BatchSums(pub(super) som::BatchSums);
 
 #[pymethods]
 impl BatchSums {
-    /// These sums and those over other points, for the same state of the same map.
+    /// The merged sums, for the same state of the same map.
     fn __add__(&self, other: &Self) -> PyResult<Self> {
         let mut sums = self.0.clone();
         sums.merge(&other.0)?;
@@ -49,13 +49,13 @@ impl BatchSums {
         self.0.points()
     }
 
-    /// Mean distance from the points to their nearest nodes.
+    /// Mean distance from the points to their nearest nodes, in the points' unit.
     #[getter]
     fn mean_distance(&self) -> f64 {
         self.0.mean_distance()
     }
 
-    /// How many points each node is the nearest of.
+    /// Number of points nearest to each node.
     #[getter]
     fn hits(&self) -> Vec<u64> {
         self.0.hits()

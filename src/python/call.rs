@@ -1,4 +1,4 @@
-//! Long calls: the GIL is released, progress is reported, Ctrl-C is answered, errors are mapped.
+//! Long calls: without the GIL, with progress reports, Ctrl-C and error conversion.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -12,13 +12,13 @@ use super::{epoch, progress};
 use crate::error::Result;
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
-/// Time between two looks at Ctrl-C and two calls of the callback.
-const INTERVAL: Duration = Duration::from_millis(40);
+/// Minimum time between two checks for Ctrl-C, and between two calls of the callback.
+const MIN_INTERVAL: Duration = Duration::from_millis(40);
 
 /// Runs a job of the core without the GIL.
 ///
-/// The job gets an observer that calls `callback`, if there is one, and looks for Ctrl-C. An
-/// exception raised by either ends the job and is what the caller sees.
+/// The job gets an observer that calls `callback`, if there is one, and checks for Ctrl-C. An
+/// exception raised by either ends the job and is passed on to the caller.
 pub(super) fn run<T: Send>(
     py: Python<'_>,
     callback: Option<Py<PyAny>>,
@@ -27,16 +27,16 @@ pub(super) fn run<T: Send>(
     run_watched(py, Callbacks { progress: callback, observer: None }, job)
 }
 
-/// What a caller from Python wants to be told of a long job.
+/// The callbacks of a long call.
 #[derive(Default)]
 pub(super) struct Callbacks {
-    /// Called now and then, with a `Progress`.
+    /// Called from time to time with a `Progress`.
     pub(super) progress: Option<Py<PyAny>>,
     /// Called after each epoch of training, with an `Epoch`.
     pub(super) observer: Option<Py<PyAny>>,
 }
 
-/// As [`run`], for a job that trains.
+/// As [`run`], with a callback for the epochs of a training.
 pub(super) fn run_watched<T: Send>(
     py: Python<'_>,
     callbacks: Callbacks,
@@ -51,7 +51,7 @@ pub(super) fn run_watched<T: Send>(
         }
     }
     let mut watcher =
-        Watcher { callback, observer, looked: Instant::now(), stage: None, raised: None };
+        Watcher { callback, observer, last_check: Instant::now(), stage: None, raised: None };
     let result = py.detach(|| job(&mut watcher));
     match watcher.raised {
         Some(raised) => Err(raised),
@@ -59,22 +59,22 @@ pub(super) fn run_watched<T: Send>(
     }
 }
 
-/// The observer of a call from Python.
+/// The observer of a call from Python: calls the callbacks and checks for Ctrl-C.
 pub(super) struct Watcher {
     callback: Option<Py<PyAny>>,
     observer: Option<Py<PyAny>>,
-    looked: Instant,
-    /// The stage last reported, so that each is reported at least once.
+    last_check: Instant,
+    /// The stage last reported, so that each stage is reported at least once.
     stage: Option<Stage>,
     raised: Option<PyErr>,
 }
 
 impl Watcher {
-    /// Takes the GIL for a moment: handles signals, then calls `tell`.
-    fn look(&mut self, tell: impl FnOnce(Python<'_>) -> PyResult<()>) -> ControlFlow<()> {
-        let looked = Python::attach(|py| py.check_signals().and_then(|()| tell(py)));
-        self.looked = Instant::now();
-        match looked {
+    /// Takes the GIL, handles signals, then runs `action`.
+    fn check_in(&mut self, action: impl FnOnce(Python<'_>) -> PyResult<()>) -> ControlFlow<()> {
+        let outcome = Python::attach(|py| py.check_signals().and_then(|()| action(py)));
+        self.last_check = Instant::now();
+        match outcome {
             Ok(()) => ControlFlow::Continue(()),
             Err(raised) => {
                 self.raised = Some(raised);
@@ -86,14 +86,14 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
-        let news = self.stage != Some(progress.stage) || progress.step == progress.total;
-        let due = self.looked.elapsed() >= INTERVAL || (news && self.callback.is_some());
+        let is_new = self.stage != Some(progress.stage) || progress.step == progress.total;
+        let due = self.last_check.elapsed() >= MIN_INTERVAL || (is_new && self.callback.is_some());
         if !due {
             return ControlFlow::Continue(());
         }
         self.stage = Some(progress.stage);
         let callback = self.callback.take();
-        let answer = self.look(|py| match &callback {
+        let answer = self.check_in(|py| match &callback {
             Some(callback) => {
                 callback.call1(py, (progress::Progress::from(*progress),)).map(|_| ())
             }
@@ -107,14 +107,14 @@ impl Observer for Watcher {
         let Some(observer) = self.observer.take() else {
             return ControlFlow::Continue(());
         };
-        let answer =
-            self.look(|py| observer.call1(py, (epoch::Epoch::of_core(py, learned)?,)).map(|_| ()));
+        let answer = self
+            .check_in(|py| observer.call1(py, (epoch::Epoch::of_core(py, learned)?,)).map(|_| ()));
         self.observer = Some(observer);
         answer
     }
 }
 
-/// A file being written by a call from Python.
+/// A file written by a call from Python, with checks for Ctrl-C.
 pub(super) struct WatchedFile<'a> {
     file: File,
     watcher: &'a mut Watcher,
@@ -128,8 +128,8 @@ impl<'a> WatchedFile<'a> {
 
 impl Write for WatchedFile<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let due = self.watcher.looked.elapsed() >= INTERVAL;
-        if due && self.watcher.look(|_| Ok(())).is_break() {
+        let due = self.watcher.last_check.elapsed() >= MIN_INTERVAL;
+        if due && self.watcher.check_in(|_| Ok(())).is_break() {
             return Err(io::Error::other("interrupted"));
         }
         self.file.write(bytes)

@@ -1,4 +1,4 @@
-//! `neurbs.NurbsSurface`: surfaces from ordered data, and fitted ones.
+//! `neurbs.NurbsSurface`: interpolation, approximation and least-squares fits of points.
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -12,7 +12,7 @@ use super::surface_arguments::{closed, degrees, knot_vectors, net, weights};
 use crate::fit::{FitOptions, fit};
 use crate::nurbs::{self, GridOptions, Parametrization};
 
-/// A way to choose parameters, by its name; chord lengths by default.
+/// A parametrization by its name, by default chord length.
 pub(super) fn parametrization(name: Option<&Bound<'_, PyAny>>) -> PyResult<Parametrization> {
     let all =
         [Parametrization::ChordLength, Parametrization::Uniform, Parametrization::Centripetal];
@@ -38,31 +38,31 @@ type Vectors<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 #[pymethods]
 impl NurbsSurface {
-    /// A surface through a grid of points.
+    /// Interpolate a grid of points.
     ///
     /// Parameters
     /// ----------
     /// grid : array_like of shape (n, m, 3)
     ///     Points in rows and columns.
     /// degree : int or (int, int), default 3
-    ///     Degrees in u and v, each lower than the number of points along it.
+    ///     Degrees in u and v, each lower than the number of points in that direction.
     /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
-    ///     How points get their parameters: in proportion to their distances, evenly, or in
-    ///     proportion to the roots of their distances.
+    ///     How parameters are spaced: in proportion to the distances between points, evenly, or in
+    ///     proportion to the square roots of the distances.
     /// closed : bool or (bool, bool), default False
-    ///     Directions in which the surface closes smoothly behind the last row or column, which is
-    ///     not the first one again.
+    ///     Whether the surface is smoothly closed in u and v. The first row or column must not be
+    ///     repeated at the end.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     On [0, 1]², with as many control points as there are points (and ``degree`` more rows in
-    ///     closed directions). It meets the points at :meth:`grid_parameters`.
+    ///     On [0, 1]², with one control point per point and ``degree`` more rows in closed
+    ///     directions. It passes through the points at :meth:`grid_parameters`.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If there are too few points, one is not finite, or neighbouring rows coincide.
+    ///     If there are too few points, one is not finite, or neighboring rows coincide.
     ///
     /// Notes
     /// -----
@@ -97,12 +97,12 @@ impl NurbsSurface {
         Self::new(grid.py(), core)
     }
 
-    /// The parameters at which :meth:`interpolate` meets the points of a grid.
+    /// The parameters at which :meth:`interpolate` passes through the points of a grid.
     ///
     /// Parameters
     /// ----------
     /// grid, degree, parametrization, closed
-    ///     As there.
+    ///     As in :meth:`interpolate`.
     /// out : (ndarray, ndarray) of shape (n,) and (m,), optional
     ///     Where to write the results: float64, C-contiguous.
     ///
@@ -114,12 +114,12 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     As there.
+    ///     As in :meth:`interpolate`.
     ///
     /// Notes
     /// -----
-    /// *The NURBS Book*, section 9.2.1 and A9.3: averaged over rows and columns; those that
-    /// collapse in one point have no say.
+    /// *The NURBS Book*, section 9.2.1 and A9.3: averages over rows and columns, without those that
+    /// collapse to one point.
     ///
     /// Examples
     /// --------
@@ -150,15 +150,15 @@ impl NurbsSurface {
         Ok((arrays::filled(py, out_u.as_ref(), &u)?, arrays::filled(py, out_v.as_ref(), &v)?))
     }
 
-    /// A surface with a smaller net, as close as possible to a grid of points.
+    /// Approximate a grid of points by a surface with a smaller net.
     ///
     /// Parameters
     /// ----------
     /// grid : array_like of shape (n, m, 3)
     ///     Points in rows and columns.
     /// net : (int, int)
-    ///     Control points along u and v, more than the degree and at most as many as the points;
-    ///     in closed directions the different ones.
+    ///     Numbers of control points along u and v: more than the degree, at most the number of
+    ///     points. In closed directions, repeated control points are not included.
     /// degree, parametrization, closed
     ///     As in :meth:`interpolate`.
     ///
@@ -170,15 +170,15 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the net does not fit the grid or the degree, or as :meth:`interpolate`.
+    ///     If the net does not suit the grid or the degree, or as in :meth:`interpolate`.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.fit : For points that lie in no grid.
+    /// NurbsSurface.fit : For scattered points with known parameters.
     ///
     /// Notes
     /// -----
-    /// *The NURBS Book*, section 9.4: knots follow the density of the points; banded normal
+    /// *The NURBS Book*, section 9.4: knots follow the density of the points. Banded normal
     /// equations, O(points · degree²).
     ///
     /// Examples
@@ -213,28 +213,28 @@ impl NurbsSurface {
         Self::new(grid.py(), core)
     }
 
-    /// A surface as close as possible to points whose parameters are known.
+    /// Fit a surface to points with known parameters, by least squares.
     ///
     /// Parameters
     /// ----------
     /// points : array_like of shape (n, 3)
     ///     Points in space, in any order.
     /// uv : array_like of shape (n, 2)
-    ///     Their parameters, inside the domain: [0, 1]², unless ``knots`` say otherwise.
+    ///     Their parameters within the domain, which is [0, 1]² unless ``knots`` are given.
     /// net : (int, int), optional
-    ///     Control points along u and v; in closed directions the different ones. Needed unless
-    ///     there are ``knots``.
+    ///     Numbers of control points along u and v. In closed directions, repeated control points
+    ///     are not included. Required without ``knots``.
     /// degree : int or (int, int), default 3
     ///     Degrees in u and v.
     /// knots : (array_like, array_like), optional
-    ///     Knot vectors in u and v instead of evenly spaced ones; periodic in closed directions.
+    ///     Knot vectors in u and v; periodic in closed directions. Evenly spaced by default.
     /// weights : array_like of shape (n,), optional
-    ///     How much each squared distance counts, at least 0.
+    ///     Weight of each squared distance, at least 0.
     /// fairness : float, default 1e-6
-    ///     Weight of the thin-plate energy, ∫∫ S_uu² + 2 S_uv² + S_vv²: 1 gives it as large a say
-    ///     as all points together, 0 none.
+    ///     Weight of the thin-plate energy ∫∫ S_uu² + 2 S_uv² + S_vv², relative to the sum of the
+    ///     squared distances; 0 for none.
     /// closed : bool or (bool, bool), default False
-    ///     Directions in which the surface closes smoothly.
+    ///     Whether the surface is smoothly closed in u and v.
     ///
     /// Returns
     /// -------
@@ -243,12 +243,12 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If numbers do not belong together, a parameter lies outside the domain, or the points
-    ///     cannot hold the net: choose a smaller one or more fairness.
+    ///     If array lengths disagree, a parameter lies outside the domain, or the points do not
+    ///     determine the net: choose a smaller net or more fairness.
     ///
     /// Notes
     /// -----
-    /// Sparse normal equations and Cholesky's factorization; memory grows by some 90 bytes for each
+    /// Sparse normal equations, solved by Cholesky factorization. Memory is about 90 bytes per
     /// point.
     ///
     /// Examples
@@ -268,7 +268,7 @@ impl NurbsSurface {
         text_signature = "(points, uv, *, net=None, degree=3, knots=None, weights=None, \
                           fairness=1e-6, closed=False)"
     )]
-    #[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn fit(
         points: &Bound<'_, PyAny>,
         uv: &Bound<'_, PyAny>,
@@ -303,7 +303,7 @@ impl NurbsSurface {
         Self::new(py, core)
     }
 
-    /// The Bézier patch of a net.
+    /// The Bézier patch with these control points.
     ///
     /// Parameters
     /// ----------

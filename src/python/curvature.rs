@@ -1,4 +1,4 @@
-//! `neurbs.Curvatures`, and the methods of `neurbs.NurbsSurface` that make it.
+//! The class `neurbs.Curvatures`, and the methods of `neurbs.NurbsSurface` that return it.
 
 use numpy::PyArrayDyn;
 use numpy::ndarray::IxDyn;
@@ -13,10 +13,11 @@ use crate::nurbs::{self, CurvatureSlices};
 
 type Array = Py<PyArrayDyn<f64>>;
 
-/// How a surface bends, at scattered parameters (shape ``(n,)``) or on a grid (``(n, m)``).
+/// Curvatures of a surface, at scattered parameters or on a grid.
 ///
-/// Made by :meth:`NurbsSurface.curvatures` and :meth:`NurbsSurface.curvatures_grid`. Curvatures are
-/// positive where the surface bends towards its normal.
+/// Arrays have the shape ``(n, ...)`` or ``(n, m, ...)``.
+/// Returned by :meth:`NurbsSurface.curvatures` and :meth:`NurbsSurface.curvatures_grid`. A
+/// curvature is positive where the surface bends toward its normal.
 ///
 /// Examples
 /// --------
@@ -32,13 +33,13 @@ pub(super) struct Curvatures {
     /// The unit normals, float64 of shape (..., 3).
     #[pyo3(get)]
     normals: Array,
-    /// Gaussian curvature, the product of the principal ones, in 1 / unit².
+    /// Gaussian curvature, the product of the principal curvatures, in 1 / unit².
     #[pyo3(get)]
     gaussian: Array,
-    /// Mean curvature, half the sum of the principal ones, in 1 / unit.
+    /// Mean curvature, half the sum of the principal curvatures, in 1 / unit.
     #[pyo3(get)]
     mean: Array,
-    /// The principal curvatures, float64 of shape (..., 2), the largest first, in 1 / unit.
+    /// The principal curvatures, float64 of shape (..., 2), largest first, in 1 / unit.
     #[pyo3(get)]
     principal: Array,
     /// Unit tangents in the principal directions, float64 of shape (..., 2, 3).
@@ -47,7 +48,7 @@ pub(super) struct Curvatures {
 }
 
 impl Curvatures {
-    /// The caller's arrays, which must fit, or new ones; filled by `fill` without the GIL.
+    /// Fills the caller's arrays, which must fit, or new ones, without the GIL.
     fn filled(
         py: Python<'_>,
         shape: &[usize],
@@ -101,22 +102,22 @@ impl Curvatures {
 impl NurbsSurface {
     /// Points, normals and curvatures at scattered parameters.
     ///
-    /// At a pole they are those a small step (1e-4 of the domain) nearer to its middle.
+    /// At a pole, values are taken at a small distance from it (1e-4 of the domain).
     ///
     /// Parameters
     /// ----------
     /// uv : array_like of shape (n, 2)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : Curvatures, optional
-    ///     An earlier result for as many parameters, whose arrays are written to.
+    ///     An earlier result for the same number of parameters, to be overwritten.
     ///
     /// Returns
     /// -------
     /// Curvatures
-    ///     ``points``, ``normals``, ``gaussian``, ``mean``, ``principal`` and ``directions``;
-    ///     ``out``, if it was given.
+    ///     ``points``, ``normals``, ``gaussian``, ``mean``, ``principal`` and ``directions``. This
+    ///     is ``out`` if given.
     ///
     /// Raises
     /// ------
@@ -129,8 +130,9 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// From the first and second fundamental forms [1]_. Curvatures are positive where the surface
-    /// bends towards its normal: those of a sphere are negative, as its normals point outwards.
+    /// By the first and second fundamental forms [1]_. A curvature is positive where the surface
+    /// bends toward its normal. The curvatures of a sphere are negative, because its normals point
+    /// outward.
     ///
     /// References
     /// ----------
@@ -163,14 +165,14 @@ impl NurbsSurface {
     /// u, v : array_like of shape (n,) and (m,)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : Curvatures, optional
-    ///     An earlier result for a grid of this shape, whose arrays are written to.
+    ///     An earlier result for a grid of this shape, to be overwritten.
     ///
     /// Returns
     /// -------
     /// Curvatures
-    ///     As :meth:`curvatures`, with arrays of shape (n, m, ...).
+    ///     As in :meth:`curvatures`, with arrays of shape (n, m, ...).
     ///
     /// Raises
     /// ------
@@ -179,7 +181,7 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// Each row contracts the net once, so that a point costs O(degree) instead of O(degree²).
+    /// Each row contracts the net once, so a point costs O(degree) instead of O(degree²).
     ///
     /// Examples
     /// --------
@@ -213,16 +215,16 @@ impl NurbsSurface {
     /// uv : array_like of shape (n, 2)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : (ndarray, ndarray) of shape (n, 2, 2) each, optional
     ///     Where to write the results: float64, C-contiguous.
     ///
     /// Returns
     /// -------
     /// first : ndarray of shape (n, 2, 2)
-    ///     [[E, F], [F, G]]: the products of the tangents.
+    ///     [[E, F], [F, G]]: the scalar products of the tangents.
     /// second : ndarray of shape (n, 2, 2)
-    ///     [[L, M], [M, N]]: the second derivatives along the normal.
+    ///     [[L, M], [M, N]]: the normal components of the second derivatives.
     ///
     /// Raises
     /// ------
@@ -231,8 +233,8 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// The area element is the root of the first form's determinant, the Gaussian curvature the
-    /// second form's determinant over the first one's.
+    /// The area element is the square root of the first form's determinant. The Gaussian curvature
+    /// is the ratio of the second form's determinant to the first's.
     ///
     /// Examples
     /// --------

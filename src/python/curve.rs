@@ -1,4 +1,4 @@
-//! `neurbs.NurbsCurve`.
+//! The class `neurbs.NurbsCurve`.
 
 use glam::DVec3;
 use pyo3::IntoPyObjectExt;
@@ -7,28 +7,28 @@ use pyo3::types::PyDict;
 
 use super::arguments::optional_count;
 use super::arrays::Numbers;
-use super::knots::values;
-use super::spline::{SplineArrays, SplineItems};
+use super::knots::optional_values;
+use super::spline_arrays::{SplineArrays, SplineItems};
 use crate::nurbs::{self, KnotVector};
 
-/// The degree of a curve that none is given for.
-pub(super) const DEGREE: usize = 3;
+/// Default degree of a curve.
+pub(super) const DEFAULT_DEGREE: usize = 3;
 
 /// A NURBS curve in space: an isocurve, a boundary, a profile.
 ///
-/// A frozen value: whatever changes a curve returns a new one.
+/// Immutable: every operation returns a new curve.
 ///
 /// Parameters
 /// ----------
 /// control_points : array_like of shape (n, 3) or (n, 2)
-///     The control points, as they lie in space (not multiplied by weights); two columns lie in
-///     z = 0.
+///     The control points in Cartesian coordinates (not multiplied by weights); z is 0 if there are
+///     two columns.
 /// weights : array_like of shape (n,), optional
-///     Positive weights; without them the curve is polynomial.
+///     Positive weights. Without weights the curve is polynomial.
 /// degree : int, default 3
 ///     The degree, from 1 to 9.
 /// knots : array_like of shape (n + degree + 1,), optional
-///     The knots, non-decreasing; by default clamped and evenly spaced on [0, 1].
+///     Non-decreasing knots. By default clamped and evenly spaced on [0, 1].
 ///
 /// Attributes
 /// ----------
@@ -42,12 +42,12 @@ pub(super) const DEGREE: usize = 3;
 /// Raises
 /// ------
 /// NeurbsError
-///     If control points, weights, degree and knots do not belong together, a number is not
-///     finite, a weight is not positive, or the knots decrease or repeat too often.
+///     If array lengths and degree disagree, a number is not finite, a weight is not positive, or
+///     the knots decrease or repeat too often.
 ///
 /// See Also
 /// --------
-/// NurbsSurface.isocurve : Curves of a surface.
+/// NurbsSurface.isocurve : A curve of a surface.
 /// NurbsSurface.ruled, NurbsSurface.lofted, NurbsSurface.revolved : Surfaces from curves.
 ///
 /// Notes
@@ -93,18 +93,18 @@ impl NurbsCurve {
         degree: Option<&Bound<'_, PyAny>>,
         knots: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let degree = optional_count("degree", degree)?.unwrap_or(DEGREE);
+        let degree = optional_count("degree", degree)?.unwrap_or(DEFAULT_DEGREE);
         let points = Numbers::points(control_points, "control_points")?;
         let points: Vec<DVec3> = points.as_slice()?.to_vec();
-        let knots = match values(knots, "knots")? {
+        let knots = match optional_values(knots, "knots")? {
             Some(knots) => KnotVector::new(degree, knots)?,
             None => KnotVector::clamped_uniform(degree, points.len())?,
         };
-        let core = nurbs::NurbsCurve::new(points, values(weights, "weights")?, knots)?;
+        let core = nurbs::NurbsCurve::new(points, optional_values(weights, "weights")?, knots)?;
         Self::new(control_points.py(), core)
     }
 
-    /// The control points, as they lie in space: ndarray of shape (n, 3), read-only.
+    /// The control points in Cartesian coordinates: ndarray of shape (n, 3), read-only.
     ///
     /// Examples
     /// --------
@@ -153,7 +153,7 @@ impl NurbsCurve {
         self.arrays.knots(py, 0)
     }
 
-    /// First and last parameter.
+    /// The first and last parameter.
     ///
     /// Examples
     /// --------
@@ -165,7 +165,7 @@ impl NurbsCurve {
         self.core.knots().domain()
     }
 
-    /// Whether the curve ends where it begins.
+    /// Whether the end points coincide.
     ///
     /// Examples
     /// --------
@@ -177,13 +177,13 @@ impl NurbsCurve {
         self.core.closed()
     }
 
-    /// The curve as plain lists and numbers, for JSON and the like.
+    /// The curve as a dict of plain lists and numbers, for example for JSON.
     ///
     /// Returns
     /// -------
     /// dict
-    ///     ``control_points``, ``weights`` (or None), ``degree`` and ``knots``: the arguments of
-    ///     the constructor.
+    ///     The arguments of the constructor: ``control_points``, ``weights`` (or None), ``degree``
+    ///     and ``knots``.
     ///
     /// Examples
     /// --------
@@ -195,13 +195,13 @@ impl NurbsCurve {
         self.arrays.to_dict(py, self.degree())
     }
 
-    /// The curve that :meth:`to_dict` took apart.
+    /// Make a curve from a dict returned by :meth:`to_dict`.
     ///
     /// Parameters
     /// ----------
     /// data : dict
-    ///     ``control_points`` and, if they are not to have the constructor's defaults,
-    ///     ``weights``, ``degree`` and ``knots``.
+    ///     ``control_points``, and optionally ``weights``, ``degree`` and ``knots``. Missing items
+    ///     have the constructor's defaults.
     ///
     /// Returns
     /// -------
@@ -210,7 +210,7 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If there are no control points in it, or as the constructor.
+    ///     If there are no control points, or as in the constructor.
     ///
     /// Examples
     /// --------

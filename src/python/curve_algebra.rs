@@ -1,4 +1,4 @@
-//! `neurbs.NurbsCurve`: what can be done to a curve without moving it, and its length.
+//! `neurbs.NurbsCurve`: knots, degree, domain, direction, transformations and length.
 
 use pyo3::prelude::*;
 
@@ -6,13 +6,14 @@ use super::arguments::{optional_count, optional_real, real};
 use super::arrays::Numbers;
 use super::call::{self, Watcher};
 use super::curve::NurbsCurve;
-use super::knots::values;
-use super::moves::{ACCURACY, affine};
+use super::knots::optional_values;
+use super::measure::DEFAULT_ACCURACY;
+use super::transform::affine;
 use crate::error::Result;
 use crate::nurbs;
 
 impl NurbsCurve {
-    /// Makes a curve of another one, without the GIL.
+    /// Computes a new curve from this one, without the GIL.
     pub(super) fn derived(
         &self,
         py: Python<'_>,
@@ -25,12 +26,12 @@ impl NurbsCurve {
 
 #[pymethods]
 impl NurbsCurve {
-    /// The same curve with more knots.
+    /// Insert knots. The shape does not change.
     ///
     /// Parameters
     /// ----------
     /// knots : array_like of shape (n,)
-    ///     New knots strictly inside the domain; one that is named twice is inserted twice.
+    ///     New knots strictly inside the domain; repeat a knot to insert it several times.
     ///
     /// Returns
     /// -------
@@ -39,7 +40,7 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a knot lies outside the domain, or would stand more often than the degree.
+    ///     If a knot lies outside the domain, or its multiplicity would exceed the degree.
     ///
     /// Notes
     /// -----
@@ -56,14 +57,14 @@ impl NurbsCurve {
         self.derived(knots.py(), |core, watcher| core.insert_knots(new, watcher))
     }
 
-    /// The curve with fewer knots, no point of which moves further than a tolerance.
+    /// Remove knots, as far as a tolerance allows.
     ///
     /// Parameters
     /// ----------
     /// knots : array_like of shape (n,), optional
-    ///     Inner knots that may go, each once for each time it is named; by default all.
+    ///     Inner knots to remove, each as often as it is listed; by default all.
     /// tolerance : float
-    ///     The furthest that a point may move, in the points' unit.
+    ///     Largest distance by which a point of the curve may move, in the points' unit.
     ///
     /// Returns
     /// -------
@@ -92,16 +93,16 @@ impl NurbsCurve {
         knots: Option<&Bound<'_, PyAny>>,
         tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
-        let (knots, tolerance) = (values(knots, "knots")?, real("tolerance", tolerance)?);
+        let (knots, tolerance) = (optional_values(knots, "knots")?, real("tolerance", tolerance)?);
         self.derived(py, |core, watcher| core.remove_knots(knots.as_deref(), tolerance, watcher))
     }
 
-    /// The same curve with a higher degree.
+    /// Raise the degree. The shape does not change.
     ///
     /// Parameters
     /// ----------
     /// times : int, default 1
-    ///     How much higher; the degree may not pass 9.
+    ///     Number of degrees to add. The result may not exceed 9.
     ///
     /// Returns
     /// -------
@@ -111,11 +112,11 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the degree would pass 9.
+    ///     If the degree would exceed 9.
     ///
     /// Notes
     /// -----
-    /// As :meth:`NurbsSurface.elevate_degree`.
+    /// As in :meth:`NurbsSurface.elevate_degree`.
     ///
     /// Examples
     /// --------
@@ -128,25 +129,25 @@ impl NurbsCurve {
         self.derived(py, |core, watcher| core.elevate_degree(times, watcher))
     }
 
-    /// A curve of a lower degree, no point of which moves further than a tolerance.
+    /// Lower the degree within a tolerance.
     ///
     /// Parameters
     /// ----------
     /// times : int, default 1
-    ///     How much lower.
+    ///     Number of degrees to remove.
     /// tolerance : float
-    ///     The furthest that a point may move, in the points' unit.
+    ///     Largest distance by which a point of the curve may move, in the points' unit.
     ///
     /// Returns
     /// -------
     /// NurbsCurve
-    ///     Clamped; its ends are where they were.
+    ///     Clamped, with the same end points.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the degree would be 0, a weight would not stay positive, or the tolerance cannot be
-    ///     held: the message says what can.
+    ///     If the degree would be 0, a weight would not stay positive, or the tolerance is too
+    ///     small. The message gives the smallest possible tolerance.
     ///
     /// Examples
     /// --------
@@ -166,7 +167,8 @@ impl NurbsCurve {
         self.derived(py, |core, watcher| core.reduce_degree(times, tolerance, watcher))
     }
 
-    /// The same curve with clamped knots: it begins and ends at its outermost control points.
+    /// Clamp the knots, so that the curve ends at its first and last control points. The shape does
+    /// not change.
     ///
     /// Returns
     /// -------
@@ -182,7 +184,7 @@ impl NurbsCurve {
         self.derived(py, |core, watcher| core.clamp(watcher))
     }
 
-    /// The same curve with another range of its parameter.
+    /// The same curve over another parameter domain.
     ///
     /// Parameters
     /// ----------
@@ -208,7 +210,7 @@ impl NurbsCurve {
         self.derived(first.py(), |core, _| core.with_domain(from, to))
     }
 
-    /// The same curve run through backwards, on the same domain.
+    /// The same curve in reverse direction, over the same domain.
     ///
     /// Returns
     /// -------
@@ -223,12 +225,12 @@ impl NurbsCurve {
         self.derived(py, |core, watcher| core.reversed(watcher))
     }
 
-    /// The curve moved by an affine map.
+    /// Transform the curve by an affine map.
     ///
     /// Parameters
     /// ----------
     /// matrix : array_like of shape (3, 4) or (4, 4)
-    ///     The map of column vectors (x, y, z, 1).
+    ///     The matrix applied to column vectors (x, y, z, 1).
     ///
     /// Returns
     /// -------
@@ -237,8 +239,8 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the matrix has another shape, a last row that is not [0, 0, 0, 1] or numbers that
-    ///     are not finite.
+    ///     If the matrix has another shape, its last row is not [0, 0, 0, 1], or a number is not
+    ///     finite.
     ///
     /// Examples
     /// --------
@@ -251,27 +253,26 @@ impl NurbsCurve {
         self.derived(matrix.py(), |core, _| core.transformed(&map))
     }
 
-    /// The length of the curve.
+    /// The arc length of the curve.
     ///
     /// Parameters
     /// ----------
     /// accuracy : float, default 1e-9
-    ///     Share of the length by which it may be wrong, from 1e-14 to 1.
+    ///     Largest relative error, from 1e-14 to 1.
     ///
     /// Returns
     /// -------
     /// float
-    ///     In the points' unit.
+    ///     Length in the points' unit.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the accuracy is not between 1e-14 and 1.
+    ///     If the accuracy is not from 1e-14 to 1.
     ///
     /// Notes
     /// -----
-    /// Gauss-Legendre quadrature of the speed on each span, which is halved until it agrees with
-    /// itself.
+    /// Gauss-Legendre quadrature of the speed. Each span is halved until two estimates agree.
     ///
     /// Examples
     /// --------
@@ -280,7 +281,7 @@ impl NurbsCurve {
     /// 6.283185
     #[pyo3(signature = (*, accuracy=None), text_signature = "($self, *, accuracy=1e-09)")]
     fn length(&self, py: Python<'_>, accuracy: Option<&Bound<'_, PyAny>>) -> PyResult<f64> {
-        let accuracy = optional_real("accuracy", accuracy)?.unwrap_or(ACCURACY);
+        let accuracy = optional_real("accuracy", accuracy)?.unwrap_or(DEFAULT_ACCURACY);
         call::run(py, None, |watcher| self.core().length(accuracy, watcher))
     }
 }

@@ -1,43 +1,41 @@
-//! `neurbs.NurbsCurve`: curves through points, and arcs.
+//! `neurbs.NurbsCurve`: interpolation of points, and arcs.
 
 use std::f64::consts::TAU;
 
 use pyo3::prelude::*;
 
-use super::arguments::{optional_count, optional_real};
+use super::arguments::{optional_count, optional_real, vector};
 use super::arrays::Numbers;
 use super::call;
 use super::construction::parametrization;
-use super::curve::{DEGREE, NurbsCurve};
-use super::shapes::vector;
+use super::curve::{DEFAULT_DEGREE, NurbsCurve};
 use crate::nurbs;
 
 #[pymethods]
 impl NurbsCurve {
-    /// The curve through points, in their order.
+    /// Interpolate points in their order.
     ///
     /// Parameters
     /// ----------
     /// points : array_like of shape (n, 3) or (n, 2)
-    ///     More points than the degree.
+    ///     More points than the degree; z is 0 if there are two columns.
     /// degree : int, default 3
     ///     The degree, from 1 to 9.
     /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
-    ///     How points get their parameters: in proportion to their distances, evenly, or in
-    ///     proportion to the roots of their distances.
+    ///     How parameters are spaced: in proportion to the distances between points, evenly, or in
+    ///     proportion to the square roots of the distances.
     /// closed : bool, default False
-    ///     Whether the curve closes smoothly behind the last point, which is not the first again.
+    ///     Whether the curve is smoothly closed. The first point must not be repeated at the end.
     ///
     /// Returns
     /// -------
     /// NurbsCurve
-    ///     On [0, 1], with as many control points as there are points (and ``degree`` more if it
-    ///     is closed).
+    ///     On [0, 1], with one control point per point, and ``degree`` more if it is closed.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If there are too few points, one is not finite, or neighbours coincide.
+    ///     If there are too few points, a point is not finite, or consecutive points coincide.
     ///
     /// Notes
     /// -----
@@ -62,7 +60,7 @@ impl NurbsCurve {
         closed: bool,
     ) -> PyResult<Self> {
         let parametrization = self::parametrization(parametrization)?;
-        let degree = optional_count("degree", degree)?.unwrap_or(DEGREE);
+        let degree = optional_count("degree", degree)?.unwrap_or(DEFAULT_DEGREE);
         let numbers = Numbers::points(points, "points")?;
         let slice = numbers.as_slice()?;
         let core = call::run(points.py(), None, |watcher| {
@@ -71,15 +69,15 @@ impl NurbsCurve {
         Self::new(points.py(), core)
     }
 
-    /// The arc ``centre + x cos t + y sin t`` with t from 0 to ``angle``, exact.
+    /// The exact arc ``centre + x cos t + y sin t`` for t from 0 to ``angle``.
     ///
     /// Parameters
     /// ----------
     /// centre, x, y : array_like of shape (3,)
-    ///     The centre and two radii: of one length and at right angles for a circle, else of an
-    ///     ellipse.
+    ///     The center and two radius vectors. Perpendicular vectors of the same length give a
+    ///     circle, others an ellipse.
     /// angle : float, default 2π
-    ///     How far it goes, in radians.
+    ///     The angle of the arc, in radians.
     ///
     /// Returns
     /// -------

@@ -12,14 +12,14 @@ use crate::nurbs::MAX_DERIVATIVE;
 
 #[pymethods]
 impl NurbsCurve {
-    /// Points of the curve.
+    /// Evaluate points of the curve.
     ///
     /// Parameters
     /// ----------
     /// u : array_like of shape (n,)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost pieces.
+    ///     Whether to extend the outermost pieces to parameters outside the domain.
     /// out : ndarray of shape (n, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
@@ -53,7 +53,7 @@ impl NurbsCurve {
         Ok(result)
     }
 
-    /// Derivatives of the curve.
+    /// Evaluate derivatives of the curve.
     ///
     /// Parameters
     /// ----------
@@ -62,14 +62,14 @@ impl NurbsCurve {
     /// order : int, default 1
     ///     Highest order of differentiation, at most 18.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost pieces.
+    ///     Whether to extend the outermost pieces to parameters outside the domain.
     /// out : ndarray of shape (n, order + 1, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
     /// Returns
     /// -------
     /// ndarray of shape (n, order + 1, 3)
-    ///     At ``[:, i]`` the i-th derivative; the points at ``[:, 0]``.
+    ///     The i-th derivatives at ``[:, i]``; the points at ``[:, 0]``.
     ///
     /// Raises
     /// ------
@@ -79,7 +79,7 @@ impl NurbsCurve {
     ///
     /// Notes
     /// -----
-    /// Weights are taken care of by the quotient rule, *The NURBS Book*, A4.2.
+    /// Rational derivatives by the quotient rule, *The NURBS Book*, A4.2.
     ///
     /// Examples
     /// --------
@@ -102,7 +102,7 @@ impl NurbsCurve {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let (py, u) = (u.py(), Numbers::sequence(u, "u")?);
         let order: usize = optional_count("order", order)?.unwrap_or(1);
-        // An order beyond the limit is refused by the core, before memory for it is asked for.
+        // The core refuses an order above the limit; no memory is allocated for it here.
         let side = order.min(MAX_DERIVATIVE) + 1;
         let result = arrays::output(py, out, &[u.shape()[0], side, 3])?;
         self.write(py, &u, order, extrapolate, &result)?;

@@ -1,4 +1,4 @@
-//! `neurbs.candidates`, `neurbs.validate`, and what the report says of both.
+//! The functions `neurbs.candidates` and `neurbs.validate`, and their results as Python objects.
 
 use glam::DVec3;
 use pyo3::prelude::*;
@@ -6,13 +6,13 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::arrays::Numbers;
 use super::call;
-use super::reconstruct::named_kind;
+use super::kind::named_kind;
 use super::surface::NurbsSurface;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Candidate, ReconstructOptions};
 use crate::{cloud, pipeline};
 
-/// A diagnostic for Python: code, message, numbers, and whether it is a defect.
+/// A diagnostic for Python: code, message, data, and whether it is a defect.
 type Finding<'py> = (&'static str, String, Bound<'py, PyDict>, bool);
 
 /// Rank the hypotheses; the public function is :func:`neurbs.candidates`.
@@ -50,7 +50,7 @@ pub(super) fn validate<'py>(
     findings(py, &found)
 }
 
-/// The keyword arguments of `neurbs.Candidate`, one dict each.
+/// The keyword arguments of `neurbs.Candidate`, one dict per candidate.
 pub(super) fn ranking<'py>(
     py: Python<'py>,
     candidates: &[Candidate],
@@ -73,7 +73,7 @@ pub(super) fn ranking<'py>(
     PyTuple::new(py, dicts.collect::<PyResult<Vec<_>>>()?)
 }
 
-/// The arguments of `neurbs.Diagnostic`, one tuple each.
+/// The arguments of `neurbs.Diagnostic`, one tuple per diagnostic.
 pub(super) fn findings<'py>(
     py: Python<'py>,
     diagnostics: &[Diagnostic],

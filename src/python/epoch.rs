@@ -1,4 +1,4 @@
-//! `neurbs.Epoch`, and the positions of nodes as an array.
+//! The class `neurbs.Epoch`, and node positions as an array.
 
 use glam::DVec3;
 use numpy::ndarray::{Ix2, Ix3};
@@ -7,20 +7,20 @@ use pyo3::prelude::*;
 use super::arrays;
 use crate::progress::Epoch as CoreEpoch;
 
-/// What an epoch of training has made of the lattice.
+/// The state of a map after an epoch of training.
 ///
 /// Attributes
 /// ----------
 /// step : int
-///     Steps made: presentations of online training, epochs of batch training.
+///     Steps done: presentations of online training, epochs of batch training.
 /// error : float
 ///     Mean distance from points to their nearest nodes, in the points' unit.
 /// radius : float
-///     How far on the lattice the neighbourhood reached, in cells.
+///     Radius of the neighborhood, in cells.
 /// change : float
 ///     Largest move of a node, in the points' unit.
 /// lattice : ndarray of shape (rows, cols, 3) or (nodes, 3)
-///     The nodes' positions, read-only.
+///     The node positions, read-only.
 #[pyclass(frozen, get_all, module = "neurbs")]
 pub(super) struct Epoch {
     step: u64,
@@ -31,7 +31,8 @@ pub(super) struct Epoch {
 }
 
 impl Epoch {
-    /// For Python; positions come as (nodes, 3), since an epoch knows no rows.
+    /// Converts an epoch of the core. Positions have shape (nodes, 3), because it has no grid
+    /// shape.
     pub(super) fn of_core(py: Python<'_>, epoch: &CoreEpoch<'_>) -> PyResult<Self> {
         let CoreEpoch { step, error, radius, change, lattice } = *epoch;
         let lattice = codebook(py, &[lattice.len()], lattice)?.unbind();
@@ -39,7 +40,7 @@ impl Epoch {
     }
 }
 
-/// Positions as a read-only array of this shape, and 3.
+/// Node positions as a read-only array of this shape and three columns.
 pub(super) fn codebook<'py>(
     py: Python<'py>,
     shape: &[usize],

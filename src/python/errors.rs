@@ -1,4 +1,4 @@
-//! The one place where the crate's errors become Python's.
+//! Conversion of the crate's errors to Python exceptions.
 
 use pyo3::create_exception;
 use pyo3::exceptions::{
@@ -8,21 +8,21 @@ use pyo3::prelude::*;
 
 use crate::error::Error;
 
-/// Characters of an argument that an error message repeats.
-const LONGEST_SHOWN: usize = 60;
+/// Largest number of characters of an argument shown in an error message.
+const MAX_SHOWN_CHARS: usize = 60;
 
 create_exception!(
     neurbs,
     NeurbsError,
     PyValueError,
-    "Bad input: the message says what must hold, what came, and what to do."
+    "Invalid input. The message gives the requirement, the value received, and what to do."
 );
 
 impl From<Error> for PyErr {
     fn from(error: Error) -> Self {
         match error {
             Error::Io(error) => error.into(),
-            // Only Ctrl-C stops a job without an exception of its own.
+            // A job is interrupted by Ctrl-C, unless a callback raised an exception.
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
             error @ Error::Memory { .. } => PyMemoryError::new_err(error.to_string()),
             error => NeurbsError::new_err(error.to_string()),
@@ -30,18 +30,18 @@ impl From<Error> for PyErr {
     }
 }
 
-/// Whether Python raised this because it was given something unfit, and not because of Ctrl-C, a
-/// lack of memory or a fault in somebody's code.
+/// Whether an exception is about the input: TypeError, ValueError or OverflowError, and not Ctrl-C,
+/// lack of memory or a bug.
 pub(super) fn is_about_input(py: Python<'_>, error: &PyErr) -> bool {
     error.is_instance_of::<PyTypeError>(py)
         || error.is_instance_of::<PyValueError>(py)
         || error.is_instance_of::<PyOverflowError>(py)
 }
 
-/// `{name} must be {must}, got {repr}` for an argument that is not even of the right kind.
+/// The error `{name} must be {must}, got {repr}`.
 pub(super) fn bad_argument(name: &str, must: &str, got: &Bound<'_, PyAny>) -> PyErr {
     let got = got.repr().map_or_else(|_| "?".to_string(), |text| text.to_string());
-    let end = got.char_indices().nth(LONGEST_SHOWN).map(|(end, _)| end);
+    let end = got.char_indices().nth(MAX_SHOWN_CHARS).map(|(end, _)| end);
     let got = end.map_or(got.clone(), |end| format!("{}…", &got[..end]));
     NeurbsError::new_err(format!("{name} must be {must}, got {got}"))
 }

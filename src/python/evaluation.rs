@@ -1,4 +1,4 @@
-//! `neurbs.NurbsSurface`: points, normals, derivatives.
+//! `neurbs.NurbsSurface`: points, normals and derivatives.
 
 use glam::{DVec2, DVec3};
 use numpy::PyArrayDyn;
@@ -11,7 +11,7 @@ use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::nurbs::{self, MAX_DERIVATIVE, Outside};
 
-/// What the argument `extrapolate` means.
+/// The core's option for the argument `extrapolate`.
 pub(super) fn outside(extrapolate: bool) -> Outside {
     if extrapolate { Outside::Extrapolate } else { Outside::Refuse }
 }
@@ -20,7 +20,7 @@ pub(super) fn outside(extrapolate: bool) -> Outside {
 pub(super) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 impl NurbsSurface {
-    /// Maps parameters to vectors, `shape` of them each, into `out` or a new array.
+    /// Evaluates vectors at parameters, an array of `shape` for each, into `out` or a new array.
     fn map<'py>(
         &self,
         uv: &Bound<'py, PyAny>,
@@ -43,14 +43,14 @@ impl NurbsSurface {
 
 #[pymethods]
 impl NurbsSurface {
-    /// Points of the surface at scattered parameters.
+    /// Evaluate points of the surface at scattered parameters.
     ///
     /// Parameters
     /// ----------
     /// uv : array_like of shape (n, 2)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : ndarray of shape (n, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
@@ -82,17 +82,17 @@ impl NurbsSurface {
         self.map(uv, &[], out, |core, uv, out, watcher| core.evaluate(uv, out, outside, watcher))
     }
 
-    /// Unit normals of the surface, in the direction of ∂/∂u × ∂/∂v, at scattered parameters.
+    /// Evaluate unit normals in the direction of ∂/∂u × ∂/∂v at scattered parameters.
     ///
-    /// Where a tangent vanishes (a pole, a collapsed edge) the normal is the limit for a point
-    /// that comes from the middle of the domain; zero if there is none.
+    /// Where a tangent vanishes (a pole, a collapsed edge), the normal is the limit from the middle
+    /// of the domain, or zero if there is none.
     ///
     /// Parameters
     /// ----------
     /// uv : array_like of shape (n, 2)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : ndarray of shape (n, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
@@ -123,9 +123,9 @@ impl NurbsSurface {
         self.map(uv, &[], out, |core, uv, out, watcher| core.normals(uv, out, outside, watcher))
     }
 
-    /// Partial derivatives at scattered parameters.
+    /// Evaluate partial derivatives at scattered parameters.
     ///
-    /// At a knot they are those from the right, at the end of the domain those from the left.
+    /// At a knot they are right-hand derivatives, at the end of the domain left-hand ones.
     ///
     /// Parameters
     /// ----------
@@ -134,7 +134,7 @@ impl NurbsSurface {
     /// order : int, default 1
     ///     Highest order of differentiation in each direction, at most 18.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : ndarray of shape (n, order + 1, order + 1, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
@@ -151,7 +151,7 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// Weights are taken care of by the quotient rule, *The NURBS Book*, equation 4.20.
+    /// Rational derivatives by the quotient rule, *The NURBS Book*, equation 4.20.
     ///
     /// Examples
     /// --------
@@ -173,21 +173,21 @@ impl NurbsSurface {
     ) -> PyResult<Array<'py>> {
         let outside = outside(extrapolate);
         let order: usize = optional_count("order", order)?.unwrap_or(1);
-        // An order beyond the limit is refused by the core, before memory for it is asked for.
+        // The core refuses an order above the limit; no memory is allocated for it here.
         let side = order.min(MAX_DERIVATIVE) + 1;
         self.map(uv, &[side, side], out, |core, uv, out, watcher| {
             core.derivatives(uv, order, out, outside, watcher)
         })
     }
 
-    /// Points of the surface on the grid of all pairs of ``u`` and ``v``.
+    /// Evaluate points of the surface on the grid of all pairs of ``u`` and ``v``.
     ///
     /// Parameters
     /// ----------
     /// u, v : array_like of shape (n,) and (m,)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : ndarray of shape (n, m, 3), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
@@ -228,14 +228,14 @@ impl NurbsSurface {
         Ok(result)
     }
 
-    /// Points and unit normals on the grid of all pairs of ``u`` and ``v``, in one pass.
+    /// Evaluate points and unit normals on the grid of all pairs of ``u`` and ``v``, in one pass.
     ///
     /// Parameters
     /// ----------
     /// u, v : array_like of shape (n,) and (m,)
     ///     Parameters inside the domain.
     /// extrapolate : bool, default False
-    ///     Whether parameters outside the domain continue the outermost patches.
+    ///     Whether to extend the outermost patches to parameters outside the domain.
     /// out : (ndarray, ndarray) of shape (n, m, 3) each, optional
     ///     Where to write the results: float64, C-contiguous.
     ///

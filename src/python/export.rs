@@ -1,4 +1,4 @@
-//! Writing of plain-text files.
+//! Functions that write STEP, IGES and OBJ files.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -15,13 +15,13 @@ use super::surface::NurbsSurface;
 use crate::error::{Error, Result};
 use crate::export::{self, LengthUnit};
 
-/// Bytes between two looks at Ctrl-C: a few milliseconds of writing.
-const BUFFER: usize = 1 << 20;
+/// Bytes written between two checks for Ctrl-C, a few milliseconds.
+const BUFFER_BYTES: usize = 1 << 20;
 
 type Buffered<'a> = BufWriter<WatchedFile<'a>>;
 
-/// The exception for an error of the operating system, with the file's name; its class follows from
-/// the error's number.
+/// The `OSError` for an error of the operating system, with the file's name. Its class follows from
+/// the error number.
 fn named_error(py: Python<'_>, error: std::io::Error, path: &Path) -> PyErr {
     let Some(number) = error.raw_os_error() else {
         return error.into();
@@ -33,7 +33,7 @@ fn named_error(py: Python<'_>, error: std::io::Error, path: &Path) -> PyErr {
     exception().map_or_else(|error| error, PyErr::from_value)
 }
 
-/// Creates a file and writes it; errors name its path.
+/// Creates and writes a file. Errors name its path.
 fn write_file(
     py: Python<'_>,
     path: &Path,
@@ -42,7 +42,7 @@ fn write_file(
     let named = |error: std::io::Error| named_error(py, error, path);
     let file = File::create(path).map_err(named)?;
     let written = call::run(py, None, |watcher| {
-        let mut out = BufWriter::with_capacity(BUFFER, WatchedFile::new(file, watcher));
+        let mut out = BufWriter::with_capacity(BUFFER_BYTES, WatchedFile::new(file, watcher));
         match write(&mut out).and_then(|()| Ok(out.flush()?)) {
             Err(Error::Io(error)) => Ok(Err(error)),
             other => other.map(Ok),
@@ -51,7 +51,7 @@ fn write_file(
     written?.map_err(named)
 }
 
-/// The symbols of the units, and how many millimetres each is.
+/// The symbols of the length units, each with its length in millimeters.
 pub(super) fn length_units(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let units = PyDict::new(py);
     for unit in LengthUnit::ALL {
@@ -73,7 +73,7 @@ fn length_unit(value: Option<&Bound<'_, PyAny>>) -> PyResult<LengthUnit> {
 /// path : str or path-like
 ///     An existing file is overwritten.
 /// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
-///     That of the coordinates, which are written as they are.
+///     Unit of the coordinates, which are not converted.
 #[pyfunction]
 #[pyo3(signature = (surface, path, unit = None))]
 pub(super) fn write_step(
@@ -94,7 +94,7 @@ pub(super) fn write_step(
 /// path : str or path-like
 ///     An existing file is overwritten.
 /// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
-///     That of the coordinates, which are written as they are.
+///     Unit of the coordinates, which are not converted.
 #[pyfunction]
 #[pyo3(signature = (surface, path, unit = None))]
 pub(super) fn write_iges(
@@ -121,8 +121,7 @@ pub(super) fn write_obj(py: Python<'_>, mesh: &TriangleMesh, path: PathBuf) -> P
     write_file(py, &path, |out| export::write_obj(view, out))
 }
 
-/// Write a surface as a Wavefront OBJ file with a free-form surface (`cstype bspline`), with all
-/// digits.
+/// Write a surface as a free-form Wavefront OBJ file (`cstype bspline`), with all digits.
 ///
 /// Parameters
 /// ----------

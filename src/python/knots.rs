@@ -1,4 +1,4 @@
-//! `neurbs.NurbsSurface`: knots and degrees, which change without moving the surface.
+//! `neurbs.NurbsSurface`: knots and degrees, which change without changing the shape.
 
 use pyo3::prelude::*;
 
@@ -9,14 +9,17 @@ use super::surface::NurbsSurface;
 use crate::error::Result;
 use crate::nurbs::{self, Direction};
 
-/// Knots from Python.
-pub(super) fn values(knots: Option<&Bound<'_, PyAny>>, name: &str) -> PyResult<Option<Vec<f64>>> {
+/// An optional sequence of numbers.
+pub(super) fn optional_values(
+    knots: Option<&Bound<'_, PyAny>>,
+    name: &str,
+) -> PyResult<Option<Vec<f64>>> {
     let list = |knots| Ok::<_, PyErr>(Numbers::sequence(knots, name)?.as_slice()?.to_vec());
     knots.map(list).transpose()
 }
 
-/// Applies one step in each direction for which there is an argument.
-pub(super) fn step<T>(
+/// Applies `f` in each direction that has an argument, first in u, then in v.
+pub(super) fn by_direction<T>(
     surface: &nurbs::NurbsSurface,
     (u, v): (Option<T>, Option<T>),
     mut f: impl FnMut(&nurbs::NurbsSurface, Direction, T) -> Result<nurbs::NurbsSurface>,
@@ -29,7 +32,7 @@ pub(super) fn step<T>(
 }
 
 impl NurbsSurface {
-    /// Makes a surface of another one, without the GIL.
+    /// Computes a new surface from this one, without the GIL.
     pub(super) fn derived(
         &self,
         py: Python<'_>,
@@ -39,7 +42,7 @@ impl NurbsSurface {
         Self::new(py, core)
     }
 
-    /// Ranges of the parameters, by default the whole domain.
+    /// Parameter ranges in u and v, by default the whole domain.
     pub(super) fn ranges(
         &self,
         u: Option<&Bound<'_, PyAny>>,
@@ -52,31 +55,31 @@ impl NurbsSurface {
 
 #[pymethods]
 impl NurbsSurface {
-    /// The same surface with more knots.
+    /// Insert knots. The shape does not change.
     ///
     /// Parameters
     /// ----------
     /// u, v : array_like of shape (n,), optional
-    ///     New knots strictly inside the domain, in any order; one that is named twice is inserted
-    ///     twice.
+    ///     New knots strictly inside the domain, in any order; repeat a knot to insert it several
+    ///     times.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     With one row (column) of control points more for each knot.
+    ///     With one more row or column of control points per knot.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a knot lies outside the domain, or would stand more often than the degree.
+    ///     If a knot lies outside the domain, or its multiplicity would exceed the degree.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.remove_knots : The way back.
+    /// NurbsSurface.remove_knots : The inverse operation.
     ///
     /// Notes
     /// -----
-    /// *The NURBS Book*, A5.4. No point moves by more than 1e-13 of the size.
+    /// *The NURBS Book*, A5.4. Points move by at most 1e-13 of the surface's size.
     ///
     /// Examples
     /// --------
@@ -90,24 +93,24 @@ impl NurbsSurface {
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let knots = (values(u, "u")?, values(v, "v")?);
+        let knots = (optional_values(u, "u")?, optional_values(v, "v")?);
         self.derived(py, |core, watcher| {
-            step(core, knots, |surface, direction, knots| {
+            by_direction(core, knots, |surface, direction, knots| {
                 surface.insert_knots(direction, &knots, watcher)
             })
         })
     }
 
-    /// The surface with fewer knots, no point of which moves further than a tolerance.
+    /// Remove knots, as far as a tolerance allows.
     ///
     /// Parameters
     /// ----------
     /// u, v : array_like of shape (n,), optional
-    ///     Inner knots that may go, each once for each time it is named; without either of them
-    ///     all inner knots.
+    ///     Inner knots to remove, each as often as it is listed. Without ``u`` and ``v``, all inner
+    ///     knots.
     /// tolerance : float
-    ///     The furthest that a point may move, in the points' unit. Knots that are missed least
-    ///     go first.
+    ///     Largest distance by which a point of the surface may move, in the points' unit. Knots
+    ///     with the least effect are removed first.
     ///
     /// Returns
     /// -------
@@ -121,12 +124,12 @@ impl NurbsSurface {
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.insert_knots : The way back, exact.
+    /// NurbsSurface.insert_knots : The inverse operation, exact.
     ///
     /// Notes
     /// -----
-    /// *The NURBS Book*, A5.8; what is left is compared with the original over the original knots,
-    /// where the distance of the control points bounds that of the surfaces.
+    /// *The NURBS Book*, A5.8. The result is compared with the original over the original knots,
+    /// where the distance between the control points bounds that between the surfaces.
     ///
     /// Examples
     /// --------
@@ -144,43 +147,44 @@ impl NurbsSurface {
         tolerance: &Bound<'_, PyAny>,
     ) -> PyResult<Self> {
         let tolerance = real("tolerance", tolerance)?;
-        let (u, v) = (values(u, "u")?, values(v, "v")?);
+        let (u, v) = (optional_values(u, "u")?, optional_values(v, "v")?);
         let all = u.is_none() && v.is_none();
-        // Both directions may move a point: each gets its share.
+        // Each direction may move a point, so both share the tolerance.
         let share = if all || (u.is_some() && v.is_some()) { tolerance / 2.0 } else { tolerance };
         let knots = if all { (Some(None), Some(None)) } else { (u.map(Some), v.map(Some)) };
         self.derived(py, |core, watcher| {
-            step(core, knots, |surface, direction, knots: Option<Vec<f64>>| {
+            by_direction(core, knots, |surface, direction, knots: Option<Vec<f64>>| {
                 surface.remove_knots(direction, knots.as_deref(), share, watcher)
             })
         })
     }
 
-    /// The same surface with higher degrees.
+    /// Raise the degrees. The shape does not change.
     ///
     /// Parameters
     /// ----------
     /// u, v : int, default 0
-    ///     How much higher; no degree may pass 9.
+    ///     Numbers of degrees to add. No degree may exceed 9.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     Clamped in the directions that are raised; every knot stands as much more often.
+    ///     Clamped in the raised directions. The multiplicity of each knot grows by the same
+    ///     number.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a degree would pass 9.
+    ///     If a degree would exceed 9.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.reduce_degree : The way back.
+    /// NurbsSurface.reduce_degree : The inverse operation.
     ///
     /// Notes
     /// -----
-    /// By convex mixtures of control points alone, so that rounding does not grow [1]_: no point
-    /// moves by more than 1e-13 of the size.
+    /// Only convex combinations of control points, so that rounding errors do not grow [1]_. Points
+    /// move by at most 1e-13 of the surface's size.
     ///
     /// References
     /// ----------
@@ -206,34 +210,34 @@ impl NurbsSurface {
         self.derived(py, |core, watcher| core.elevate_degree(u, v, watcher))
     }
 
-    /// A surface of lower degrees, no point of which moves further than a tolerance.
+    /// Lower the degrees within a tolerance.
     ///
     /// Parameters
     /// ----------
     /// u, v : int, default 0
-    ///     How much lower.
+    ///     Numbers of degrees to remove.
     /// tolerance : float
-    ///     The furthest that a point may move, in the points' unit.
+    ///     Largest distance by which a point of the surface may move, in the points' unit.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     Clamped in the directions that are lowered; its corners are where they were.
+    ///     Clamped in the lowered directions, with the same corners.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a degree would be 0, a weight would not stay positive, or the tolerance cannot be
-    ///     held: the message says what can.
+    ///     If a degree would be 0, a weight would not stay positive, or the tolerance is too small.
+    ///     The message gives the smallest possible tolerance.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.elevate_degree : The way back, exact.
+    /// NurbsSurface.elevate_degree : The inverse operation, exact.
     ///
     /// Notes
     /// -----
-    /// Least squares on the control points, one degree after the other; the result is raised again
-    /// to be compared with the original.
+    /// Least squares on the control points, one degree at a time. The result is raised again for
+    /// comparison with the original.
     ///
     /// Examples
     /// --------
@@ -256,16 +260,17 @@ impl NurbsSurface {
         self.derived(py, |core, watcher| core.reduce_degree(u, v, tolerance, watcher))
     }
 
-    /// The same surface with clamped knots: its net begins and ends where it does.
+    /// Clamp the knots, so that the surface ends at the outermost rows and columns of its net. The
+    /// shape does not change.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     On the same domain; the surface itself if it is clamped already.
+    ///     On the same domain. A clamped surface is returned unchanged.
     ///
     /// Notes
     /// -----
-    /// The first and last parameters are inserted as knots until they stand ``degree + 1`` times.
+    /// The first and last parameters are inserted as knots up to multiplicity ``degree + 1``.
     ///
     /// Examples
     /// --------
@@ -279,7 +284,7 @@ impl NurbsSurface {
     }
 }
 
-/// By how many degrees in u and v.
+/// Numbers of degrees in u and v, 0 by default.
 fn times(u: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>) -> PyResult<(usize, usize)> {
     let times = |name, value: Option<_>| value.map_or(Ok(0), |value| count(name, value));
     Ok((times("u", u)?, times("v", v)?))

@@ -1,4 +1,4 @@
-//! `neurbs.Lattice`.
+//! The class `neurbs.Lattice`.
 
 use pyo3::prelude::*;
 
@@ -9,12 +9,12 @@ use crate::som::{Cells, Lattice as Core, Topology};
 
 /// The nodes of a self-organizing map and their connections.
 ///
-/// Made by `Lattice.grid` or `Lattice.graph`.
+/// Create one with `Lattice.grid` or `Lattice.graph`.
 ///
 /// Attributes
 /// ----------
 /// shape : (int, int)
-///     Rows and columns; of a graph (nodes, 1).
+///     Rows and columns; (nodes, 1) for a graph.
 /// nodes : int
 ///     Number of nodes.
 /// topology : str
@@ -34,11 +34,11 @@ impl Lattice {
     /// Parameters
     /// ----------
     /// rows, cols : int
-    ///     Nodes along the two sides, at least 2 each; at least 3 where the side is closed.
+    ///     Nodes along the two sides, at least 2 each, or 3 where the side is closed.
     /// cells : {"quad", "triangular"}, default "quad"
-    ///     Whether inner nodes have four or six neighbours.
+    ///     Whether inner nodes have four or six neighbors.
     /// topology : {"sheet", "tube", "torus"}, default "sheet"
-    ///     Whether rows, or rows and columns, are closed to rings.
+    ///     Closed directions: none, u (rows), or both.
     #[staticmethod]
     #[pyo3(signature = (rows, cols, *, cells = None, topology = None))]
     fn grid(
@@ -59,15 +59,15 @@ impl Lattice {
         Ok(Self(Core::grid(rows, cols, cells, topology)?))
     }
 
-    /// Any other topology.
+    /// A lattice of any other topology.
     ///
     /// Parameters
     /// ----------
     /// nodes : int
     ///     Number of nodes, at least 2.
     /// edges : sequence of (int, int)
-    ///     Pairs of different nodes, numbered from 0, or an array of shape (k, 2); all nodes must
-    ///     hang together.
+    ///     Pairs of different nodes, numbered from 0, or an array of shape (k, 2). The graph must
+    ///     be connected.
     #[staticmethod]
     fn graph(nodes: &Bound<'_, PyAny>, edges: &Bound<'_, PyAny>) -> PyResult<Self> {
         let nodes = arguments::count("nodes", nodes)?;
@@ -76,7 +76,7 @@ impl Lattice {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
-            reason = "whole and not negative; one beyond all nodes may saturate"
+            reason = "a non-negative integer; the cast saturates beyond all nodes"
         )]
         let node =
             |number: f64| (number.fract() == 0.0 && number >= 0.0).then_some(number as usize);
@@ -167,7 +167,7 @@ impl Lattice {
     }
 }
 
-/// Rows and columns of the lattice for this many points.
+/// Rows and columns of the default lattice for this many points.
 #[pyfunction]
 pub(super) fn lattice_for_points(points: usize) -> (usize, usize) {
     Core::for_points(points).shape()

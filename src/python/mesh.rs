@@ -1,4 +1,4 @@
-//! `neurbs.TriangleMesh`.
+//! The class `neurbs.TriangleMesh`.
 
 use std::sync::OnceLock;
 
@@ -15,9 +15,10 @@ use crate::mesh::{
 };
 use crate::nurbs::NurbsSurface;
 
-/// Triangles of a surface, with a normal and the surface's parameters at each vertex.
+/// A triangle mesh of a surface, with a normal and surface parameters at each vertex.
 ///
-/// Made by :meth:`NurbsSurface.tessellate` and :func:`neurbs.tessellate`; all arrays are read-only.
+/// Returned by :meth:`NurbsSurface.tessellate` and :func:`neurbs.tessellate`. All arrays are
+/// read-only.
 ///
 /// Examples
 /// --------
@@ -36,11 +37,11 @@ pub(super) struct TriangleMesh {
     triangles: Py<PyArray2<u32>>,
     normals: Py<PyArray2<f64>>,
     uv: Py<PyArray2<f64>>,
-    /// Made by the first measurement of distances.
+    /// Built by the first measurement of distances.
     search: OnceLock<DistanceSearch>,
 }
 
-/// A mesh's arrays, held for reading.
+/// A mesh's arrays, borrowed for reading.
 pub(super) struct Arrays<'py> {
     vertices: PyReadonlyArray2<'py, f64>,
     triangles: PyReadonlyArray2<'py, u32>,
@@ -60,7 +61,7 @@ impl Arrays<'_> {
 }
 
 impl TriangleMesh {
-    /// The mesh of a surface on this grid, in arrays that NumPy allocates.
+    /// The mesh of a surface on this grid, in arrays allocated by NumPy.
     pub(super) fn of_surface(
         py: Python<'_>,
         surface: &NurbsSurface,
@@ -74,7 +75,7 @@ impl TriangleMesh {
         Ok(Self { grid: Some(grid.shape()), ..mesh })
     }
 
-    /// The mesh of a surface within these limits, in arrays that NumPy allocates.
+    /// The mesh of a surface within these limits, in arrays allocated by NumPy.
     pub(super) fn adaptive(
         py: Python<'_>,
         surface: &NurbsSurface,
@@ -89,7 +90,7 @@ impl TriangleMesh {
         Ok(Self { max_deviation: Some(plan.max_deviation()), ..mesh })
     }
 
-    /// A mesh of so many vertices and triangles, which a job of the core writes.
+    /// A mesh with these numbers of vertices and triangles, written by a job of the core.
     fn written(
         py: Python<'_>,
         (vertex_count, triangle_count): (usize, usize),
@@ -109,7 +110,7 @@ impl TriangleMesh {
             uv: bytemuck::cast_slice_mut(held.3.as_slice_mut()?),
         };
         call::run(py, progress, |watcher| job(slices, watcher))?;
-        // From here on they are read-only for good.
+        // The arrays are read-only from here on.
         held.0.make_nonwriteable();
         held.1.make_nonwriteable();
         held.2.make_nonwriteable();
@@ -146,7 +147,7 @@ impl TriangleMesh {
         arrays::view(py, &self.vertices)
     }
 
-    /// Vertex numbers, uint32 of shape (m, 3), counter-clockwise seen from the normals' side.
+    /// Vertex indices, uint32 of shape (m, 3), counter-clockwise seen from the side of the normals.
     #[getter]
     fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         arrays::view(py, &self.triangles)
@@ -158,28 +159,28 @@ impl TriangleMesh {
         arrays::view(py, &self.normals)
     }
 
-    /// Parameters of the vertices on the surface, float64 of shape (n, 2).
+    /// Surface parameters of the vertices, float64 of shape (n, 2).
     #[getter]
     fn uv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         arrays::view(py, &self.uv)
     }
 
-    /// An upper bound of the distance between the surface and the triangles, in both directions,
-    /// in the points' unit; None for a uniform grid.
+    /// Upper bound of the distance between surface and triangles, in both directions, in the
+    /// points' unit; None for a uniform grid.
     #[getter]
     fn max_deviation(&self) -> Option<f64> {
         self.max_deviation
     }
 
-    /// Vertices along u and v, (n_u, n_v), of a uniform grid, which are numbered row by row, v
-    /// fastest; None for an adaptive mesh.
+    /// Numbers of vertices (n_u, n_v) of a uniform grid, which is numbered row by row, v fastest;
+    /// None for an adaptive mesh.
     #[getter]
     fn shape(&self) -> Option<(usize, usize)> {
         self.grid
     }
 
-    /// Vertex numbers of the cells of a uniform grid, uint32 of shape (m, 4), counter-clockwise
-    /// seen from the normals' side; None for an adaptive mesh.
+    /// Vertex indices of the cells of a uniform grid, uint32 of shape (m, 4), counter-clockwise
+    /// seen from the side of the normals; None for an adaptive mesh.
     #[getter]
     fn quads<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<u32>>>> {
         let Some((n_u, n_v)) = self.grid else { return Ok(None) };
@@ -193,7 +194,7 @@ impl TriangleMesh {
         Ok(Some(quads))
     }
 
-    /// The area of all triangles, in the square of the points' unit.
+    /// The total area of the triangles, in the square of the points' unit.
     ///
     /// Returns
     /// -------
@@ -204,12 +205,12 @@ impl TriangleMesh {
         Ok(py.detach(|| view.area()))
     }
 
-    /// The volume that a closed mesh encloses, in the cube of the points' unit.
+    /// The enclosed volume of a closed mesh, in the cube of the points' unit.
     ///
     /// Returns
     /// -------
     /// float or None
-    ///     Negative if the normals point inwards; None if the mesh has borders.
+    ///     Negative if the normals point inward; None if the mesh has boundaries.
     fn volume(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
@@ -227,13 +228,13 @@ impl TriangleMesh {
         Ok(py.detach(|| view.euler_characteristic()))
     }
 
-    /// The borders of the mesh.
+    /// The boundary loops of the mesh.
     ///
     /// Returns
     /// -------
     /// list of ndarray of shape (n,)
-    ///     The numbers of the vertices along each border, with the mesh to the left seen from the
-    ///     normals' side; empty for a closed mesh.
+    ///     Vertex indices along each boundary, with the mesh to the left seen from the side of the
+    ///     normals. Empty for a closed mesh.
     fn boundary_loops<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<u32>>>> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
@@ -241,21 +242,21 @@ impl TriangleMesh {
         Ok(loops.iter().map(|border| PyArray1::from_slice(py, border)).collect())
     }
 
-    /// Distances from points to the mesh: to the nearest point of any triangle, exactly.
+    /// Exact distances from points to the mesh.
     ///
-    /// The first call prepares a tree over the triangles, which the mesh keeps.
+    /// The first call builds a tree over the triangles, which the mesh keeps.
     ///
     /// Parameters
     /// ----------
     /// points : array_like of shape (n, 3) or (n, 2)
-    ///     Points in space; two columns lie in z = 0.
+    ///     Points in space; z is 0 if there are two columns.
     /// out : ndarray of shape (n,), optional
     ///     Where to write the result: float64, C-contiguous.
     ///
     /// Returns
     /// -------
     /// ndarray of shape (n,)
-    ///     ``out``, or a new array, in the points' unit.
+    ///     Distances in the points' unit: ``out``, or a new array.
     ///
     /// Raises
     /// ------
@@ -295,12 +296,12 @@ impl TriangleMesh {
     /// Parameters
     /// ----------
     /// path : str or path-like
-    ///     The file; its suffix says which format: ``.obj``, ``.ply``, ``.glb`` or ``.stl``.
+    ///     The file. Its suffix selects the format: ``.obj``, ``.ply``, ``.glb`` or ``.stl``.
     fn save(slf: &Bound<'_, Self>, path: &Bound<'_, PyAny>) -> PyResult<()> {
         slf.py().import("neurbs")?.call_method1("save", (slf, path)).map(|_| ())
     }
 
-    /// The mesh as one of trimesh, with vertex normals; nothing is merged or reordered.
+    /// Convert to a trimesh mesh with vertex normals. Nothing is merged or reordered.
     ///
     /// Returns
     /// -------
@@ -315,7 +316,7 @@ impl TriangleMesh {
         py.import("trimesh")?.call_method("Trimesh", (), Some(&keywords))
     }
 
-    /// The mesh as one of PyVista, with ``"Normals"`` and ``"uv"`` at the points.
+    /// Convert to a PyVista mesh with the point data ``"Normals"`` and ``"uv"``.
     ///
     /// Returns
     /// -------

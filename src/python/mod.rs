@@ -1,10 +1,10 @@
-//! The Python extension module `neurbs._core`: a thin wall between NumPy and the crate.
+//! The Python extension module `neurbs._core`: a thin layer between NumPy and the crate.
 //!
 //! Nothing is computed here. Arrays become slices ([`arrays`]), arguments become options
-//! ([`arguments`]), long calls release the GIL and listen to Ctrl-C ([`call`]), errors become
-//! exceptions ([`errors`]); then one file for each core module hands over.
+//! ([`arguments`]) and errors become exceptions ([`errors`]). Long calls release the GIL and check
+//! for Ctrl-C ([`call`]). The other files have the classes and functions, by module of the crate.
 
-#![allow(clippy::doc_markdown, reason = "these docs are numpydoc, for Python's help()")]
+#![allow(clippy::doc_markdown, reason = "the doc comments are numpydoc")]
 #![allow(clippy::needless_pass_by_value, reason = "PyO3 hands arguments over by value")]
 
 mod arguments;
@@ -18,32 +18,34 @@ mod curve;
 mod curve_algebra;
 mod curve_construction;
 mod curve_evaluation;
-mod curve_parts;
+mod curve_splitting;
 mod diagnostics;
 mod epoch;
+mod error_history;
 mod errors;
 mod evaluation;
 mod export;
-mod heights;
-mod history;
+mod height_fit;
+mod kind;
 mod knots;
 mod lattice;
+mod measure;
 mod mesh;
-mod moves;
-mod parts;
-mod pictures;
+mod plot;
 mod preparation;
+mod primitives;
 mod progress;
 mod reconstruct;
 mod recover_net;
-mod shapes;
 mod som;
 mod som_options;
-mod spline;
+mod spline_arrays;
+mod splitting;
 mod surface;
 mod surface_arguments;
 mod swept;
 mod tessellation;
+mod transform;
 
 use pyo3::pymodule;
 
@@ -69,7 +71,7 @@ mod _core {
     #[pymodule_export]
     use super::export::{write_iges, write_obj, write_obj_surface, write_step};
     #[pymodule_export]
-    use super::heights::{HeightFit, fit_heights, fit_weights};
+    use super::height_fit::{HeightFit, fit_heights, fit_weights};
     #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
     #[pymodule_export]

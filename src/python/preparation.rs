@@ -1,4 +1,4 @@
-//! The preparation of points: `neurbs.clean`, `neurbs.components`, `neurbs.EvenSample`.
+//! The functions `neurbs.clean` and `neurbs.components`, and the class `neurbs.EvenSample`.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -11,22 +11,22 @@ use super::arrays::{self, Numbers};
 use super::{arguments, call};
 use crate::cloud::{self, Fate};
 
-/// What :func:`clean` found.
+/// The result of :func:`clean`.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct Cleaning {
-    /// Indices of the points that are kept, ascending, int64 of shape (k,).
+    /// Indices of the kept points, ascending, int64 of shape (k,).
     #[pyo3(get)]
     kept: Py<PyArray1<i64>>,
-    /// Indices of points that lie where a kept one lies, int64.
+    /// Indices of points at the position of a kept point, int64.
     #[pyo3(get)]
     duplicates: Py<PyArray1<i64>>,
-    /// Indices of points far from all surface that their neighbours could form, int64.
+    /// Indices of points far from the surface formed by their neighbors, int64.
     #[pyo3(get)]
     outliers: Py<PyArray1<i64>>,
-    /// How many points each kept one stands for, float64 of shape (k,): weights for a fit.
+    /// Number of points that each kept point represents, float64 of shape (k,): weights for a fit.
     #[pyo3(get)]
     weights: Py<PyArrayDyn<f64>>,
-    /// Median distance of the kept points to their third nearest, in the points' unit.
+    /// Median distance of the kept points to their third-nearest neighbor, in the points' unit.
     #[pyo3(get)]
     spacing: f64,
     counts: [usize; 3],
@@ -45,9 +45,9 @@ impl Cleaning {
 /// Parameters
 /// ----------
 /// points : array_like of shape (n, 3) or (n, 2)
-///     At least four distinct points, finite, not all on one line.
+///     Finite points, at least four distinct, not all on one line.
 /// progress : callable, optional
-///     Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
+///     Called about 25 times a second with a `Progress`. An exception it raises ends the job.
 ///
 /// Returns
 /// -------
@@ -57,14 +57,14 @@ impl Cleaning {
 /// Raises
 /// ------
 /// NeurbsError
-///     If the points cannot be a surface.
+///     If the points do not form a surface.
 ///
 /// Notes
 /// -----
-/// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. It
-/// is an outlier if it is 2.5 times as far from its 8 nearest as is usual there (or in the whole
-/// cloud), off the plane that they lie in and off where they bend to, or 6 times as far in any case.
-/// So scan lines, contour lines, and densities that vary tenfold stay whole. O(n log n).
+/// A duplicate lies within a ten-thousandth of the typical spacing from an earlier point. An
+/// outlier is 2.5 times as far from its 8 nearest points as is usual there or in the whole cloud,
+/// and lies off their plane and its curved continuation; or it is 6 times as far. Scan lines,
+/// contour lines and tenfold changes of density are not mistaken for outliers. O(n log n).
 ///
 /// Examples
 /// --------
@@ -102,17 +102,17 @@ pub(super) fn clean(points: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> P
     })
 }
 
-/// The components of a cloud, found by :func:`components`.
+/// The connected components of a cloud, returned by :func:`components`.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct Components {
-    /// For each point the number of its component, int64 of shape (n,); 0 is the largest. -1 for
-    /// points among too few to be a component.
+    /// Component number of each point, int64 of shape (n,); 0 is the largest component. -1 for
+    /// points in groups too small to be a component.
     #[pyo3(get)]
     labels: Py<PyArray1<i64>>,
-    /// How many points each component has, descending.
+    /// Number of points of each component, descending.
     #[pyo3(get)]
     sizes: Vec<usize>,
-    /// The smallest distance between two components, in the points' unit; infinite if there is one.
+    /// Smallest distance between two components, in the points' unit; infinite for one component.
     #[pyo3(get)]
     gap: f64,
 }
@@ -126,15 +126,15 @@ impl Components {
 
 /// Find the connected components of a cloud.
 ///
-/// Points are connected when they are near one another as compared with the local spacing. Scan
-/// lines, contour lines and ship tracks are one component although the lines are far apart.
+/// Points are connected if their distance is small compared with the local spacing. Scan lines,
+/// contour lines and ship tracks form one component although the lines are far apart.
 ///
 /// Parameters
 /// ----------
 /// points : array_like of shape (n, 3) or (n, 2)
 ///     Points without outliers; see `clean`.
 /// progress : callable, optional
-///     Called some 25 times a second with a `Progress`.
+///     Called about 25 times a second with a `Progress`. An exception it raises ends the job.
 ///
 /// Returns
 /// -------
@@ -144,7 +144,7 @@ impl Components {
 /// Raises
 /// ------
 /// NeurbsError
-///     If the points cannot be a surface.
+///     If the points do not form a surface.
 ///
 /// Examples
 /// --------
@@ -173,15 +173,15 @@ pub(super) fn components(
 /// EvenSample(most)
 /// --
 ///
-/// A few points, evenly over space, from a stream of any length.
+/// An even spatial subsample of a stream of points of any length.
 ///
-/// Space is cut into cubes; of each the point with the lowest hash is kept. What is kept depends on
-/// the points alone, neither on their order nor on how they were cut into chunks.
+/// Space is divided into cubes; the point with the lowest hash in each cube is kept. The result
+/// does not depend on the order of the points or their division into chunks.
 ///
 /// Parameters
 /// ----------
 /// most : int
-///     How many points to keep at most; memory is for some of them.
+///     Largest number of points to keep. Memory is proportional to it.
 ///
 /// Examples
 /// --------
@@ -201,7 +201,7 @@ impl EvenSample {
         Ok(Self(Mutex::new(cloud::EvenSample::new(arguments::count("most", most)?))))
     }
 
-    /// Look at the next points of the stream.
+    /// Add the next points of the stream.
     ///
     /// Parameters
     /// ----------
@@ -229,7 +229,7 @@ impl EvenSample {
         vectors(py, &[points.len()], &points)
     }
 
-    /// Their places in the stream, int64 of shape (k,).
+    /// Their indices in the stream, int64 of shape (k,).
     #[getter]
     fn indices(&self, py: Python<'_>) -> PyResult<Py<PyArray1<i64>>> {
         let indices = self.0.lock().unwrap_or_else(PoisonError::into_inner).indices();

@@ -1,32 +1,31 @@
-//! `neurbs.Progress`.
+//! The class `neurbs.Progress`.
 
 use pyo3::prelude::*;
 
 use crate::progress;
 
-/// What a long job is doing at this moment.
+/// The current state of a long job.
 ///
 /// Attributes
 /// ----------
 /// stage : str
-///     The part of the job: ``"training"``, ``"measuring"`` or ``"tessellation"``.
+///     The stage of the job: ``"training"``, ``"measuring"`` or ``"tessellation"``.
 /// step : int
 ///     Steps done in this stage: presentations, points or vertices.
 /// total : int
-///     Steps after which this stage ends at the latest.
+///     Largest number of steps of this stage.
 /// change : float or None
-///     Largest move of a lattice node during the last finished epoch, in the points' unit.
+///     Largest move of a node in the last finished epoch, in the points' unit.
 /// error : float or None
-///     Mean distance from points to their nearest nodes during that epoch, in the points' unit.
+///     Mean distance from points to their nearest nodes in that epoch, in the points' unit.
 /// radius : float or None
-///     How far on the lattice the neighbourhood reaches, in cells.
+///     Radius of the neighborhood, in cells.
 /// reached : int
-///     How many points lay on the lattice when they were last presented.
+///     Number of points on the lattice at their last presentation.
 /// points : int
-///     How many points there are.
+///     Number of points.
 /// share : float or None
-///     The share of a whole reconstruction that is done, 0 to 1, as far as can be told; None in
-///     other jobs.
+///     Estimated share of a whole reconstruction that is done, from 0 to 1; None in other jobs.
 #[pyclass(frozen, get_all, module = "neurbs")]
 pub(super) struct Progress {
     stage: &'static str,

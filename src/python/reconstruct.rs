@@ -1,4 +1,4 @@
-//! The whole job, for `neurbs.reconstruct`.
+//! The functions behind `neurbs.reconstruct` and `neurbs.reconstruct_paper`.
 
 use glam::DVec3;
 use numpy::{PyArray1, PyArray2};
@@ -7,11 +7,11 @@ use pyo3::types::{PyDict, PyString};
 
 use super::arrays::Numbers;
 use super::call::Watcher;
-use super::history::Recorder;
+use super::error_history::Recorder;
+use super::kind::{kind_name, named_kind};
 use super::som::Map;
 use super::surface::NurbsSurface;
 use super::{arguments, arrays, call, diagnostics};
-use crate::chart::Kind;
 use crate::error::Result;
 use crate::nurbs::OrderedSurface;
 use crate::pipeline::{
@@ -19,26 +19,7 @@ use crate::pipeline::{
 };
 use crate::progress::Observer;
 
-/// The kinds of surface that may be asked for; `None`: the best candidate decides.
-const KINDS: [Option<Kind>; 6] = [
-    None,
-    Some(Kind::Sheet),
-    Some(Kind::Height),
-    Some(Kind::Tube),
-    Some(Kind::Torus),
-    Some(Kind::Body),
-];
-
-fn kind_name(kind: Option<Kind>) -> &'static str {
-    kind.map_or("auto", Kind::name)
-}
-
-/// A kind by its name, or `None` for "auto".
-pub(super) fn named_kind(name: &Bound<'_, PyAny>) -> PyResult<Option<Kind>> {
-    arguments::choice("kind", &KINDS, kind_name, name)
-}
-
-/// Surface, map, parameters, deviations, inliers, report, and the history: stage, step and error.
+/// Surface, map, parameters, deviations, inliers, report and error history (stage, step, error).
 type Found<'py> = (
     NurbsSurface,
     Map,
@@ -49,7 +30,7 @@ type Found<'py> = (
     Vec<(&'static str, u64, f64)>,
 );
 
-/// Run the whole job; the public function is :func:`neurbs.reconstruct`, whose options these are.
+/// Reconstruct a surface; the public function is :func:`neurbs.reconstruct`.
 #[pyfunction]
 #[pyo3(signature = (points, options, progress))]
 pub(super) fn reconstruct<'py>(
@@ -126,7 +107,7 @@ pub(super) fn reconstruct_paper<'py>(
     run(py, progress, |observer| crate::pipeline::reconstruct_paper(points, &options, observer))
 }
 
-/// Runs a reconstruction and hands over what it found.
+/// Runs a reconstruction and converts its result.
 fn run(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
@@ -146,7 +127,7 @@ fn run(
     Ok((NurbsSurface::new(py, result.surface)?, som, uv, deviations, inliers, report, history))
 }
 
-/// The defaults of the options, as the core has them.
+/// The default options of `reconstruct`.
 #[pyfunction]
 pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let ReconstructOptions {
@@ -187,7 +168,7 @@ pub(super) fn default_options(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(options)
 }
 
-/// The nodes of a lattice, in order.
+/// Given node positions in grid order.
 fn nodes_of<'py>(nodes: &Bound<'py, PyAny>) -> PyResult<Numbers<'py>> {
     let expected = "'auto', 'geodesic', 'pca', or real numbers of shape (rows, cols, 3)";
     Numbers::new(nodes, "init", expected, &[&[None, None, Some(3)]])

@@ -1,4 +1,4 @@
-//! `neurbs.recover_net`.
+//! The function `neurbs.recover_net`.
 
 use glam::DVec3;
 use pyo3::prelude::*;
@@ -13,27 +13,27 @@ use crate::pipeline;
 /// Parameters
 /// ----------
 /// points : array_like of shape (n, 3) or (n, 2)
-///     Points of one B-spline surface, without noise and outliers, in any order.
+///     Points of one B-spline surface, without noise or outliers, in any order.
 /// shape : (int, int)
-///     Rows and columns of its control net.
+///     Rows and columns of the control net.
 /// progress : callable, optional
-///     Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
+///     Called about 25 times a second with a `Progress`. An exception it raises ends the job.
 ///
 /// Returns
 /// -------
 /// NurbsSurface
-///     The surface, up to the direction of its parameters: open, with uniform knots, of degree 3
-///     where the net has rows and columns enough.
+///     The surface, up to the directions of its parameters: open, with uniform knots, of degree 3
+///     or the highest that the net allows.
 ///
 /// Raises
 /// ------
 /// NeurbsError
-///     If no surface with such a net passes through the points, or none is found.
+///     If no surface with this net passes through the points, or none is found.
 ///
 /// Notes
 /// -----
-/// A fit with that net comes first. From there, Levenberg-Marquardt steps solve for parameters and
-/// control points together, from several starts. `reconstruct` never does this.
+/// A fit with this net is the start. From there, Levenberg-Marquardt steps solve for parameters and
+/// control points together, from several starts. `reconstruct` does not use this method.
 ///
 /// Examples
 /// --------

@@ -1,4 +1,4 @@
-//! A map and its training, for `neurbs.SelfOrganizingMap`.
+//! The class behind `neurbs.SelfOrganizingMap`: a map and its training.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,44 +30,44 @@ impl Map {
         Self(Mutex::new(Arc::new(map)))
     }
 
-    /// The map as it is now.
-    fn now(&self) -> Arc<SelfOrganizingMap> {
+    /// The current map.
+    fn snapshot(&self) -> Arc<SelfOrganizingMap> {
         Arc::clone(&self.lock())
     }
 
     fn lock(&self) -> MutexGuard<'_, Arc<SelfOrganizingMap>> {
-        // A map is replaced as a whole, and so never half changed.
+        // A map is only replaced as a whole, so it is valid even if a thread panicked.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets a long job work on the map without the GIL, and keeps what it has learned however the
-    /// job ends. Callbacks of the job see the map as it was before.
-    fn work<T: Send>(
+    /// Runs a long job that changes a copy of the map, without the GIL, and stores the copy when
+    /// the job ends, interrupted or not. Callbacks see the map as it was before.
+    fn update<T: Send>(
         &self,
         py: Python<'_>,
         callbacks: Callbacks,
         job: impl FnOnce(&mut SelfOrganizingMap, &mut Watcher) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let mut map = self.now();
+        let mut map = self.snapshot();
         let result =
             call::run_watched(py, callbacks, |watcher| job(Arc::make_mut(&mut map), watcher));
         *self.lock() = map;
         result
     }
 
-    /// Lets a long job look at the map without the GIL.
-    fn ask<T: Send>(
+    /// Runs a long job that reads the map, without the GIL.
+    fn query<T: Send>(
         &self,
         py: Python<'_>,
         job: impl FnOnce(&SelfOrganizingMap, &mut Watcher) -> Result<T> + Send,
     ) -> PyResult<T> {
-        let map = self.now();
+        let map = self.snapshot();
         call::run(py, None, |watcher| job(&map, watcher))
     }
 
-    /// The shape of one value for each node.
+    /// The array shape of one value per node.
     fn shape(&self) -> Vec<usize> {
-        let map = self.now();
+        let map = self.snapshot();
         let (rows, cols) = map.lattice.shape();
         if map.lattice.is_grid() { vec![rows, cols] } else { vec![rows] }
     }
@@ -75,7 +75,7 @@ impl Map {
 
 #[pymethods]
 impl Map {
-    /// A map at its start; `chunks`: for points that come in chunks, of which these are the first.
+    /// Create an untrained map. With `chunks`, the points are the first of several chunks.
     #[new]
     #[pyo3(signature = (points, lattice, options, *, chunks = false))]
     fn new(
@@ -93,7 +93,8 @@ impl Map {
         call::run(points.py(), None, start).map(Self::of_core)
     }
 
-    /// Train until a criterion ends it, or for some seconds; says whether it has ended.
+    /// Train until a stop criterion is met or some seconds have passed; return whether it has
+    /// ended.
     #[pyo3(signature = (points, *, progress = None, observer = None, seconds = None))]
     fn train(
         &self,
@@ -108,39 +109,39 @@ impl Map {
         }
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        self.work(points.py(), Callbacks { progress, observer }, |map, watcher| {
+        self.update(points.py(), Callbacks { progress, observer }, |map, watcher| {
             let end = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
             let end = end.map(|duration| Instant::now() + duration);
-            let mut limited = Limited { watcher, end, over: false };
+            let mut limited = TimeLimit { watcher, end, expired: false };
             match map.train(slice, &mut limited) {
-                Err(Error::Interrupted) if limited.over => Ok(false),
+                Err(Error::Interrupted) if limited.expired => Ok(false),
                 result => result.map(|()| true),
             }
         })
     }
 
-    /// Present points of online training, each once.
+    /// Present points in online training, each once.
     fn present(&self, points: &Bound<'_, PyAny>) -> PyResult<()> {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
         let job = |map: &mut SelfOrganizingMap, w: &mut Watcher| map.present(slice, w);
-        self.work(points.py(), Callbacks::default(), job)
+        self.update(points.py(), Callbacks::default(), job)
     }
 
-    /// What batch training wants to know of points.
+    /// Sum the points of each node, for an epoch of batch training or a part of it.
     fn sums(&self, points: &Bound<'_, PyAny>) -> PyResult<BatchSums> {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        let sums = self.ask(points.py(), |map, watcher| map.sums(slice, watcher))?;
+        let sums = self.query(points.py(), |map, watcher| map.sums(slice, watcher))?;
         Ok(BatchSums(sums))
     }
 
     /// End an epoch of batch training.
     fn learn(&self, py: Python<'_>, sums: &BatchSums) -> PyResult<()> {
-        self.work(py, Callbacks::default(), |map, watcher| map.learn(&sums.0, watcher))
+        self.update(py, Callbacks::default(), |map, watcher| map.learn(&sums.0, watcher))
     }
 
-    /// Learn a distribution: `sampler(count)` returns points.
+    /// Learn a distribution; `sampler(count)` returns `count` points.
     #[pyo3(signature = (sampler, *, progress = None, observer = None))]
     fn train_on_distribution(
         &self,
@@ -160,7 +161,7 @@ impl Map {
                 Error::Interrupted
             })
         };
-        let result = self.work(py, Callbacks { progress, observer }, |map, watcher| {
+        let result = self.update(py, Callbacks { progress, observer }, |map, watcher| {
             map.train_on_distribution(&mut draw, watcher)
         });
         raised.map_or(result, Err)
@@ -178,7 +179,7 @@ impl Map {
         let array = arrays::output_of::<i64>(py, out, &[slice.len()])?;
         let mut writable = arrays::writable::<i64, IxDyn>(&array)?;
         let mut left = writable.as_slice_mut()?;
-        self.ask(py, |map, watcher| {
+        self.query(py, |map, watcher| {
             map.winners(slice, watcher, |piece| {
                 let (now, later) = std::mem::take(&mut left).split_at_mut(piece.len());
                 for (out, &node) in now.iter_mut().zip(piece) {
@@ -193,31 +194,31 @@ impl Map {
     fn quantization_error(&self, points: &Bound<'_, PyAny>) -> PyResult<f64> {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        self.ask(points.py(), |map, watcher| map.quantization_error(slice, watcher))
+        self.query(points.py(), |map, watcher| map.quantization_error(slice, watcher))
     }
 
     fn topographic_error(&self, points: &Bound<'_, PyAny>) -> PyResult<f64> {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        self.ask(points.py(), |map, watcher| map.topographic_error(slice, watcher))
+        self.query(points.py(), |map, watcher| map.topographic_error(slice, watcher))
     }
 
     fn hits<'py>(&self, points: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let numbers = Numbers::points(points, "points")?;
         let slice: &[DVec3] = numbers.as_slice()?;
-        let hits = self.ask(points.py(), |map, watcher| map.hits(slice, watcher))?;
+        let hits = self.query(points.py(), |map, watcher| map.hits(slice, watcher))?;
         let hits: Vec<i64> = hits.into_iter().map(u64::cast_signed).collect();
         let hits = hits.into_pyarray(points.py());
         hits.call_method1("reshape", (self.shape(),))
     }
 
     fn u_matrix<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let values = self.ask(py, |map, watcher| map.u_matrix(watcher))?;
+        let values = self.query(py, |map, watcher| map.u_matrix(watcher))?;
         values.into_pyarray(py).call_method1("reshape", (self.shape(),))
     }
 
     fn fold_overs(&self, py: Python<'_>) -> PyResult<Option<usize>> {
-        self.ask(py, |map, watcher| map.fold_overs(watcher))
+        self.query(py, |map, watcher| map.fold_overs(watcher))
     }
 
     #[pyo3(signature = (points, extrapolation, out = None))]
@@ -234,7 +235,7 @@ impl Map {
         let array = arrays::output(py, out, &[slice.len(), 2])?;
         let mut writable = arrays::writable::<f64, IxDyn>(&array)?;
         let mut left: &mut [DVec2] = bytemuck::cast_slice_mut(writable.as_slice_mut()?);
-        self.ask(py, |map, watcher| {
+        self.query(py, |map, watcher| {
             map.parameters(slice, extrapolation, watcher, |piece| {
                 let (now, later) = std::mem::take(&mut left).split_at_mut(piece.len());
                 now.copy_from_slice(piece);
@@ -244,59 +245,59 @@ impl Map {
         Ok(array.into_any())
     }
 
-    /// The nodes' positions, read-only.
+    /// The node positions, read-only.
     #[getter]
     fn codebook<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        codebook(py, &self.shape(), &self.now().codebook())
+        codebook(py, &self.shape(), &self.snapshot().codebook())
     }
 
     #[getter]
     fn lattice(&self) -> Lattice {
-        Lattice(self.now().lattice.clone())
+        Lattice(self.snapshot().lattice.clone())
     }
 
     #[getter]
     fn steps(&self) -> u64 {
-        self.now().steps
+        self.snapshot().steps
     }
 
     #[getter]
     fn ordered_at(&self) -> u64 {
-        self.now().ordered_at
+        self.snapshot().ordered_at
     }
 
     #[getter]
     fn stopped_by(&self) -> &'static str {
-        self.now().stopped_by.name()
+        self.snapshot().stopped_by.name()
     }
 
     #[getter]
     fn converged(&self) -> bool {
-        matches!(self.now().stopped_by, StoppedBy::Reached | StoppedBy::Settled)
+        matches!(self.snapshot().stopped_by, StoppedBy::Reached | StoppedBy::Settled)
     }
 
     #[getter]
     fn reached(&self) -> usize {
-        self.now().reached
+        self.snapshot().reached
     }
 
     #[getter]
     fn change(&self) -> Option<f64> {
-        self.now().change
+        self.snapshot().change
     }
 
     #[getter]
     fn error(&self) -> Option<f64> {
-        self.now().error
+        self.snapshot().error
     }
 
     #[getter]
     fn radius(&self) -> f64 {
-        self.now().radius()
+        self.snapshot().radius()
     }
 
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let map = self.now();
+        let map = self.snapshot();
         PyBytes::new(py, &py.detach(|| map.to_bytes()))
     }
 
@@ -312,22 +313,22 @@ impl Map {
     }
 }
 
-/// An observer that ends the job when its time is over.
-struct Limited<'a> {
+/// An observer that ends the job after an epoch when the time is over.
+struct TimeLimit<'a> {
     watcher: &'a mut Watcher,
     end: Option<Instant>,
-    over: bool,
+    expired: bool,
 }
 
-impl Observer for Limited<'_> {
+impl Observer for TimeLimit<'_> {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
         self.watcher.observe(progress)
     }
 
     fn learned(&mut self, epoch: &CoreEpoch<'_>) -> ControlFlow<()> {
         self.watcher.learned(epoch)?;
-        // At the end of an epoch nothing that was begun is lost.
-        self.over = self.end.is_some_and(|end| Instant::now() >= end);
-        if self.over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        // Stop only after whole epochs, so that no work is lost.
+        self.expired = self.end.is_some_and(|end| Instant::now() >= end);
+        if self.expired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }

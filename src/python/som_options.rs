@@ -1,4 +1,4 @@
-//! Python's keyword arguments as the options of a training, and back.
+//! Python's keyword arguments as training options, and back.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -8,11 +8,11 @@ use super::arrays::Numbers;
 use super::errors::bad_argument;
 use crate::som::{Init, Kernel, Neighborhood, Presentation, Schedule, SomOptions, Training};
 
-/// Places at which a callable schedule is asked. Straight lines between so many of them differ
-/// from a smooth curve by less than a millionth of its height.
-const PLACES: u32 = 4097;
+/// Number of samples of a callable schedule. Linear interpolation between them differs from a
+/// smooth curve by less than a millionth of its range.
+const SAMPLES: u32 = 4097;
 
-/// The options, from a dict with an entry for each of them.
+/// The options from a dict that has an entry for each of them.
 pub(super) fn options(values: &Bound<'_, PyDict>) -> PyResult<SomOptions> {
     let entry = |name: &str| -> PyResult<Bound<'_, PyAny>> {
         values.get_item(name)?.ok_or_else(|| pyo3::exceptions::PyKeyError::new_err(name.to_owned()))
@@ -53,7 +53,7 @@ pub(super) fn options(values: &Bound<'_, PyDict>) -> PyResult<SomOptions> {
     })
 }
 
-/// The defaults of the options, or the paper's, as the core has them.
+/// The default options, or those of the paper.
 #[pyfunction]
 pub(super) fn som_options(py: Python<'_>, paper: bool) -> PyResult<Bound<'_, PyDict>> {
     let options = if paper { SomOptions::paper() } else { SomOptions::default() };
@@ -76,8 +76,8 @@ pub(super) fn som_options(py: Python<'_>, paper: bool) -> PyResult<Bound<'_, PyD
 }
 
 fn init(value: &Bound<'_, PyAny>) -> PyResult<Init> {
-    if let Ok(wanted) = value.extract::<String>() {
-        let found = Init::NAMED.into_iter().find(|init| init.name() == wanted);
+    if let Ok(name) = value.extract::<String>() {
+        let found = Init::NAMED.into_iter().find(|init| init.name() == name);
         let names: Vec<String> =
             Init::NAMED.iter().map(|init| format!("'{}'", init.name())).collect();
         let must = format!("{} or an array of positions", names.join(", "));
@@ -89,18 +89,19 @@ fn init(value: &Bound<'_, PyAny>) -> PyResult<Init> {
     Ok(Init::Given(numbers.as_slice()?.to_vec()))
 }
 
-/// A number, `("linear", start, end)` and the like, or a callable of the share of the training.
+/// A schedule from a number, a tuple such as `("linear", start, end)`, or a callable of the share
+/// of the training that is done.
 fn schedule(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Schedule> {
     let must = "a number, ('gaussian', start, scale), ('linear', start, end), \
                 ('exponential', start, end), ('table', values) or a callable";
     if value.is_callable() {
-        let at = |place: u32| -> PyResult<f64> {
-            let share = f64::from(place) / f64::from(PLACES - 1);
+        let at = |index: u32| -> PyResult<f64> {
+            let share = f64::from(index) / f64::from(SAMPLES - 1);
             let answer = value.call1((share,))?;
             arguments::real(name, &answer)
                 .map_err(|_| bad_argument(name, "a callable that returns numbers", &answer))
         };
-        return Ok(Schedule::Table((0..PLACES).map(at).collect::<PyResult<_>>()?));
+        return Ok(Schedule::Table((0..SAMPLES).map(at).collect::<PyResult<_>>()?));
     }
     if let Ok(constant) = arguments::real(name, value) {
         return Ok(Schedule::Constant(constant));
@@ -108,15 +109,15 @@ fn schedule(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Schedule> {
     let wrong = || bad_argument(name, must, value);
     let parts = value.cast::<PyTuple>().map_err(|_| wrong())?;
     let kind: String = parts.get_item(0).and_then(|kind| kind.extract()).map_err(|_| wrong())?;
-    let part = |place: usize| -> PyResult<Option<f64>> {
-        match parts.get_item(place) {
+    let part = |index: usize| -> PyResult<Option<f64>> {
+        match parts.get_item(index) {
             Ok(part) if !part.is_none() => {
                 Ok(Some(arguments::real(name, &part).map_err(|_| wrong())?))
             }
             _ => Ok(None),
         }
     };
-    let needed = |place: usize| part(place)?.ok_or_else(wrong);
+    let needed = |index: usize| part(index)?.ok_or_else(wrong);
     match (kind.as_str(), parts.len()) {
         ("gaussian", 1..=3) => Ok(Schedule::Gaussian { start: part(1)?, scale: part(2)? }),
         ("linear", 3) => Ok(Schedule::Linear { start: needed(1)?, end: needed(2)? }),

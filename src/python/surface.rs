@@ -1,4 +1,4 @@
-//! `neurbs.NurbsSurface`.
+//! The class `neurbs.NurbsSurface`.
 
 use std::sync::OnceLock;
 
@@ -9,31 +9,32 @@ use pyo3::types::PyDict;
 
 use super::call::Watcher;
 use super::errors::bad_argument;
-use super::spline::{SplineArrays, SplineItems};
+use super::spline_arrays::{SplineArrays, SplineItems};
 use super::surface_arguments::{self, degrees, knot_vectors, net};
 use crate::error::Result;
 use crate::nurbs::{self, ClosestPointSearch};
 
 /// A tensor-product NURBS surface.
 ///
-/// A frozen value: whatever changes a surface returns a new one. u runs along the rows of the
-/// control net, v along its columns.
+/// Immutable: every operation returns a new surface. u runs along the rows of the control net, v
+/// along its columns.
 ///
 /// Parameters
 /// ----------
 /// control_points : array_like of shape (n_u, n_v, 3)
-///     The control net, as it lies in space (not multiplied by weights).
+///     The control net in Cartesian coordinates (not multiplied by weights).
 /// weights : array_like of shape (n_u, n_v), optional
-///     Positive weights; without them the surface is polynomial.
+///     Positive weights. Without weights the surface is polynomial.
 /// degree : int or (int, int), default 3
 ///     Degrees in u and v, from 1 to 9.
 /// knots : (array_like, array_like), optional
-///     Knot vectors in u and v, with ``n + degree + 1`` knots each, non-decreasing: clamped or not,
-///     inner knots at most ``degree`` times. By default clamped and evenly spaced on [0, 1].
+///     Non-decreasing knot vectors in u and v with ``n + degree + 1`` knots each, clamped or not.
+///     Inner knots have a multiplicity of at most ``degree``. By default clamped and evenly spaced
+///     on [0, 1].
 /// closed : bool or (bool, bool), default False
-///     Directions in which the surface closes smoothly on itself behind the last row or column of
-///     the net, with evenly spaced knots. The surface's own net then repeats its first ``degree``
-///     rows or columns.
+///     Whether the surface is smoothly closed in u and v, with evenly spaced knots. The first row
+///     or column must not be repeated at the end. The net of the result repeats its first
+///     ``degree`` rows or columns.
 ///
 /// Attributes
 /// ----------
@@ -47,15 +48,15 @@ use crate::nurbs::{self, ClosestPointSearch};
 /// Raises
 /// ------
 /// NeurbsError
-///     If net, weights, degree and knots do not belong together, a number is not finite, a weight
-///     is not positive, or a knot vector decreases or repeats a knot too often.
+///     If array shapes and degrees disagree, a number is not finite, a weight is not positive, or a
+///     knot vector decreases or repeats a knot too often.
 ///
 /// See Also
 /// --------
 /// NurbsSurface.interpolate, NurbsSurface.approximate : Surfaces from a grid of points.
 /// NurbsSurface.fit : A surface from scattered points with known parameters.
-/// reconstruct : A surface from scattered points alone.
-/// NurbsCurve : What isocurves and boundaries are.
+/// reconstruct : A surface from scattered points.
+/// NurbsCurve : The class of isocurves and boundaries.
 ///
 /// Notes
 /// -----
@@ -78,7 +79,7 @@ use crate::nurbs::{self, ClosestPointSearch};
 pub(super) struct NurbsSurface {
     core: nurbs::NurbsSurface,
     arrays: SplineArrays,
-    /// Made by the first search for closest points.
+    /// Built by the first search for closest points.
     search: OnceLock<ClosestPointSearch>,
 }
 
@@ -93,12 +94,12 @@ impl NurbsSurface {
         &self.core
     }
 
-    /// The prepared search for closest points.
+    /// The search structure for closest points, built on first use.
     pub(super) fn search(&self, watcher: &mut Watcher) -> Result<&ClosestPointSearch> {
         if let Some(search) = self.search.get() {
             return Ok(search);
         }
-        // Two threads may prepare it at once; the first to end is kept.
+        // Two threads may build it at the same time; the first one to finish is kept.
         let search = ClosestPointSearch::observed(&self.core, watcher)?;
         Ok(self.search.get_or_init(|| search))
     }
@@ -129,12 +130,12 @@ impl NurbsSurface {
                 let (u, v) = knot_vectors(knots, degree)?;
                 nurbs::NurbsSurface::new(net.to_vec(), weights, u, v)?
             }
-            Some(knots) => return Err(bad_argument("knots", "None with closed", knots)),
+            Some(knots) => return Err(bad_argument("knots", "None if closed", knots)),
         };
         Self::new(py, core)
     }
 
-    /// The control net, as it lies in space: ndarray of shape (n_u, n_v, 3), read-only.
+    /// The control net in Cartesian coordinates: ndarray of shape (n_u, n_v, 3), read-only.
     ///
     /// Examples
     /// --------
@@ -182,7 +183,7 @@ impl NurbsSurface {
         Ok((self.arrays.knots(py, 0)?, self.arrays.knots(py, 1)?))
     }
 
-    /// The ranges of the parameters: ((u first, u last), (v first, v last)).
+    /// The parameter ranges: ((u first, u last), (v first, v last)).
     ///
     /// Examples
     /// --------
@@ -194,8 +195,9 @@ impl NurbsSurface {
         (self.core.knots_u().domain(), self.core.knots_v().domain())
     }
 
-    /// Which directions end where they begin: (in u, in v). A sheet is open, a tube closed in one
-    /// direction, a torus in both.
+    /// Whether the surface is closed: (in u, in v).
+    ///
+    /// A sheet is open, a tube closed in one direction, a torus in both.
     ///
     /// Examples
     /// --------
@@ -207,17 +209,17 @@ impl NurbsSurface {
         self.core.closed()
     }
 
-    /// The surface as plain lists and numbers, for JSON and the like.
+    /// The surface as a dict of plain lists and numbers, for example for JSON.
     ///
     /// Returns
     /// -------
     /// dict
-    ///     ``control_points``, ``weights`` (or None), ``degree`` and ``knots``: the arguments of
-    ///     the constructor.
+    ///     The arguments of the constructor: ``control_points``, ``weights`` (or None), ``degree`` and
+    ///     ``knots``.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.from_dict : The way back.
+    /// NurbsSurface.from_dict : The inverse operation.
     ///
     /// Examples
     /// --------
@@ -230,13 +232,13 @@ impl NurbsSurface {
         self.arrays.to_dict(py, [self.degree().0, self.degree().1])
     }
 
-    /// The surface that :meth:`to_dict` took apart.
+    /// Make a surface from a dict returned by :meth:`to_dict`.
     ///
     /// Parameters
     /// ----------
     /// data : dict
-    ///     ``control_points`` and, if they are not to have the constructor's defaults,
-    ///     ``weights``, ``degree`` and ``knots``.
+    ///     ``control_points``, and optionally ``weights``, ``degree`` and ``knots``. Missing items
+    ///     have the constructor's defaults.
     ///
     /// Returns
     /// -------
@@ -245,7 +247,7 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If there are no control points in it, or as the constructor.
+    ///     If there are no control points, or as in the constructor.
     ///
     /// Examples
     /// --------

@@ -1,4 +1,5 @@
-//! Arguments that describe a surface: values for both directions, nets, weights, knots.
+//! Conversion of arguments that describe a surface: degrees, closed directions, nets, weights and
+//! knots.
 
 use pyo3::prelude::*;
 
@@ -7,7 +8,7 @@ use super::arrays::Numbers;
 use super::errors::bad_argument;
 use crate::nurbs::KnotVector;
 
-/// One value for both directions, or two.
+/// One value for both directions, or a pair.
 fn both<'py, T: Clone + FromPyObjectOwned<'py>>(
     name: &str,
     must: &str,
@@ -24,12 +25,12 @@ fn both<'py, T: Clone + FromPyObjectOwned<'py>>(
     Ok((extract(u)?, extract(v)?))
 }
 
-/// One degree for both directions, or two.
+/// A degree for both directions, or a pair.
 pub(super) fn degrees(value: Option<&Bound<'_, PyAny>>) -> PyResult<(usize, usize)> {
     both("degree", "an integer from 0 or two of them", value, 3)
 }
 
-/// Whether directions are closed: one answer for both, or two.
+/// Whether directions are closed: one value for both, or a pair.
 pub(super) fn closed(value: Option<&Bound<'_, PyAny>>) -> PyResult<(bool, bool)> {
     both("closed", "a bool or two of them", value, false)
 }
@@ -48,7 +49,7 @@ pub(super) fn knot_vectors<'py>(
     Ok((vector("knots in u", degree.0, &u)?, vector("knots in v", degree.1, &v)?))
 }
 
-/// A net of points and its shape.
+/// A control net and its shape.
 pub(super) fn net<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,
@@ -59,7 +60,7 @@ pub(super) fn net<'py>(
     Ok((net, shape))
 }
 
-/// Weights of a net of this shape.
+/// Weights for a net of this shape.
 pub(super) fn weights(
     value: Option<&Bound<'_, PyAny>>,
     (rows, cols): (usize, usize),

@@ -1,25 +1,24 @@
-//! `neurbs.NurbsSurface`: surfaces from curves.
+//! `neurbs.NurbsSurface`: ruled, lofted and revolved surfaces from curves.
 
 use std::f64::consts::TAU;
 
 use pyo3::prelude::*;
 
-use super::arguments::{optional_count, optional_real};
+use super::arguments::{optional_count, optional_real, vector};
 use super::call::{self, Watcher};
 use super::construction;
 use super::curve::NurbsCurve;
-use super::shapes::vector;
 use super::surface::NurbsSurface;
 use crate::nurbs;
 
 #[pymethods]
 impl NurbsSurface {
-    /// The surface of straight lines between two curves.
+    /// The ruled surface between two curves.
     ///
     /// Parameters
     /// ----------
     /// start, end : NurbsCurve
-    ///     The curves at u = 0 and u = 1, which run in v; their domains must be the same.
+    ///     The curves at u = 0 and u = 1, which run in v. Their domains must be the same.
     ///
     /// Returns
     /// -------
@@ -47,16 +46,17 @@ impl NurbsSurface {
         Self::new(py, call::run(py, None, ruled)?)
     }
 
-    /// A surface through curves.
+    /// A lofted surface through curves.
     ///
     /// Parameters
     /// ----------
     /// curves : sequence of NurbsCurve
-    ///     At least two, which run in v, with the same domain. Degrees and knots are made equal.
+    ///     At least two curves that run in v, with the same domain. Degrees and knots are made
+    ///     compatible.
     /// degree : int, default 3
-    ///     The degree in u; lower where there are not more curves than it.
+    ///     The degree in u, reduced if there are not more curves than it.
     /// parametrization : {"chord", "uniform", "centripetal"}, default "chord"
-    ///     How the curves are spaced in u.
+    ///     Spacing of the curves in u.
     ///
     /// Returns
     /// -------
@@ -65,8 +65,8 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If there are too few curves, their domains differ, neighbours coincide, or weights that
-    ///     differ much would become negative between them.
+    ///     If there are too few curves, their domains differ, consecutive curves coincide, or
+    ///     weights would become negative between the curves.
     ///
     /// Notes
     /// -----
@@ -101,16 +101,16 @@ impl NurbsSurface {
         Self::new(py, call::run(py, None, lofted)?)
     }
 
-    /// The surface that a profile sweeps when it turns about an axis, exact.
+    /// The exact surface of revolution of a profile.
     ///
     /// Parameters
     /// ----------
     /// profile : NurbsCurve
-    ///     Runs in v; u goes round the axis.
+    ///     The profile, which runs in v; u runs around the axis.
     /// origin, axis : array_like of shape (3,)
     ///     A point of the axis and its direction.
     /// angle : float, default 2π
-    ///     How far it turns, in radians.
+    ///     The angle of revolution, in radians.
     ///
     /// Returns
     /// -------
@@ -119,7 +119,7 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the axis has no direction, or the angle is not between 0 and 2π.
+    ///     If the axis is zero, or the angle is not between 0 and 2π.
     ///
     /// Notes
     /// -----

@@ -1,4 +1,4 @@
-//! `NurbsSurface.tessellate` and `neurbs.tessellate`.
+//! The method `NurbsSurface.tessellate` and the function `neurbs.tessellate`.
 
 use pyo3::prelude::*;
 
@@ -11,19 +11,21 @@ use crate::nurbs;
 
 #[pymethods]
 impl NurbsSurface {
-    /// Turn the surface into triangles: as few as a certified tolerance allows, or a uniform grid.
+    /// Triangulate the surface within a certified tolerance, with few triangles, or on a uniform
+    /// grid.
     ///
-    /// No vertex lies on an edge, every inner edge belongs to two triangles, closed directions are
-    /// welded, poles are one vertex, and creases (knots repeated as often as the degree) lie on
-    /// edges. The result does not depend on the number of threads.
+    /// The mesh is conforming: no vertex lies inside an edge, and every inner edge belongs to two
+    /// triangles. Closed directions are welded and a pole is one vertex. Creases (knots repeated as
+    /// often as the degree) lie on edges. The result does not depend on the number of threads.
     ///
     /// Parameters
     /// ----------
     /// tolerance : float, optional
-    ///     The largest distance between the surface and its triangles, in the points' unit; by
-    ///     default 1e-3 of the diagonal of the control net's bounding box.
+    ///     Largest distance between the surface and its triangles, in the points' unit. By default
+    ///     1e-3 of the diagonal of the control net's bounding box.
     /// shape : (int, int), optional
-    ///     Vertices along u and v of a uniform grid, at least 2 each, instead of a tolerance.
+    ///     Numbers of vertices along u and v of a uniform grid, at least 2 each, instead of a
+    ///     tolerance.
     /// relative : bool, default False
     ///     Whether `tolerance` is a share of the diagonal.
     /// max_angle : float, optional
@@ -31,14 +33,14 @@ impl NurbsSurface {
     /// max_edge : float, optional
     ///     Largest length of an edge, in the points' unit.
     /// max_aspect : float, optional
-    ///     Largest ratio of the sides of a piece of the surface that becomes two triangles, at
-    ///     least 4. Where the parameters run into a pole, triangles may stay narrower.
+    ///     Largest aspect ratio of a piece of the surface that becomes two triangles, at least 4.
+    ///     Triangles near a pole may be narrower.
     /// split_seams : bool, default False
-    ///     Whether closed directions are split at the seam, where vertices then stand twice.
+    ///     Whether to duplicate the vertices at the seams of closed directions.
     /// max_triangles : int, default 100_000_000
-    ///     Most triangles that the mesh may have.
+    ///     Largest number of triangles.
     /// progress : callable, optional
-    ///     Called now and then with a `Progress`. An exception that it raises ends the call.
+    ///     Called from time to time with a `Progress`. An exception it raises ends the call.
     ///
     /// Returns
     /// -------
@@ -48,10 +50,10 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a limit is out of its range or would take more than `max_triangles` triangles (the
-    ///     message says how many), or limits and a shape are given together.
+    ///     If a limit is out of range or would need more than `max_triangles` triangles (the
+    ///     message says how many), or if limits and a shape are both given.
     /// KeyboardInterrupt
-    ///     On Ctrl-C, at once.
+    ///     On Ctrl-C.
     ///
     /// Examples
     /// --------
@@ -71,7 +73,7 @@ impl NurbsSurface {
                           max_edge=None, max_aspect=None, split_seams=False, \
                           max_triangles=100_000_000, progress=None)"
     )]
-    #[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn tessellate(
         &self,
         py: Python<'_>,
@@ -92,24 +94,24 @@ impl NurbsSurface {
         };
         let limits = [tolerance, max_angle, max_edge, max_aspect, max_triangles];
         if limits.iter().any(Option::is_some) || relative || split_seams {
-            return Err(bad_argument("shape", "None where there are limits", shape));
+            return Err(bad_argument("shape", "None if a limit is given", shape));
         }
         let (n_u, n_v) = arguments::pair("shape", shape)?;
         TriangleMesh::of_surface(py, self.core(), UniformGrid::new(n_u, n_v)?, progress)
     }
 }
 
-/// Turn several surfaces into triangles with one tolerance.
+/// Triangulate several surfaces within one tolerance.
 ///
 /// Parameters
 /// ----------
 /// surfaces : iterable of NurbsSurface
 ///     The surfaces.
 /// tolerance : float, optional
-///     The largest distance between a surface and its triangles, in the points' unit; by default
-///     1e-3 of the diagonal of the box around all control nets.
+///     Largest distance between a surface and its triangles, in the points' unit. By default 1e-3
+///     of the diagonal of the bounding box of all control nets.
 /// relative : bool, default False
-///     Whether `tolerance` is a share of that diagonal.
+///     Whether `tolerance` is a share of this diagonal.
 /// max_angle, max_edge, max_aspect, split_seams, max_triangles, progress
 ///     As in :meth:`NurbsSurface.tessellate`, for each surface.
 ///
@@ -121,7 +123,7 @@ impl NurbsSurface {
 /// Raises
 /// ------
 /// NeurbsError
-///     As :meth:`NurbsSurface.tessellate`.
+///     As in :meth:`NurbsSurface.tessellate`.
 ///
 /// Examples
 /// --------
@@ -140,7 +142,7 @@ impl NurbsSurface {
                       max_edge=None, max_aspect=None, split_seams=False, \
                       max_triangles=100_000_000, progress=None)"
 )]
-#[expect(clippy::too_many_arguments, reason = "they are keyword arguments in Python")]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub(super) fn tessellate(
     py: Python<'_>,
     surfaces: &Bound<'_, PyAny>,
@@ -170,8 +172,7 @@ pub(super) fn tessellate(
     cores.into_iter().map(mesh).collect()
 }
 
-/// Options from the arguments tolerance, max_angle, max_edge and max_aspect; relative and
-/// split_seams; max_triangles.
+/// Tessellation options from Python's arguments.
 fn options(
     [tolerance, max_angle, max_edge, max_aspect]: [Option<&Bound<'_, PyAny>>; 4],
     (relative, split_seams): (bool, bool),

@@ -1,16 +1,17 @@
-//! Batch training: Kohonen's batch map, an epoch at a time.
+//! Batch training: Kohonen's batch map, one epoch at a time.
 
 use glam::DVec3;
 
-use super::search::Ordered;
+use super::batch_sums::BatchSums;
+use super::map::SelfOrganizingMap;
+use super::search::OrderedPoints;
 use super::smoothing::smooth;
-use super::sums::BatchSums;
-use super::{SelfOrganizingMap, StoppedBy};
+use super::stop_criterion::StoppedBy;
 use crate::cloud::Bounds;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Runs epochs until a criterion ends them.
+/// Runs epochs until a stop criterion is met.
 pub(super) fn train(
     map: &mut SelfOrganizingMap,
     points: &[DVec3],
@@ -21,7 +22,7 @@ pub(super) fn train(
     while map.stopped_by == StoppedBy::Unfinished {
         let sums = accumulate(map, &ordered, observer)?;
         if sums.reached == points.len() as u64 {
-            map.note(&sums);
+            map.record_epoch(&sums);
             map.stopped_by = StoppedBy::Reached;
             break;
         }
@@ -35,20 +36,20 @@ pub(super) fn train(
     map.report(observer)
 }
 
-/// Brings points within `bounds` in an order that all epochs use.
+/// Sorts points within `bounds` into an order that all epochs share.
 pub(super) fn order<'a>(
     map: &SelfOrganizingMap,
     points: &'a [DVec3],
     bounds: &Bounds,
     observer: &mut dyn Observer,
-) -> Result<Ordered<'a>> {
-    Ordered::new(map.frame, points, bounds, map.nodes.len(), &mut || map.report(observer))
+) -> Result<OrderedPoints<'a>> {
+    OrderedPoints::new(map.frame, points, bounds, map.nodes.len(), &mut || map.report(observer))
 }
 
-/// The sums over points, for the lattice as it is.
+/// Sums the points of each node, for the current node positions.
 pub(super) fn accumulate(
     map: &SelfOrganizingMap,
-    points: &Ordered<'_>,
+    points: &OrderedPoints<'_>,
     observer: &mut dyn Observer,
 ) -> Result<BatchSums> {
     let mut sums = BatchSums::new(map.frame, map.nodes.len(), map.steps);
@@ -56,8 +57,8 @@ pub(super) fn accumulate(
     Ok(sums)
 }
 
-/// Moves the lattice to where the sums want it. An interruption before leaves it as it is; the
-/// inner result is the observer's answer after.
+/// Moves the nodes to the smoothed means of `sums`. If the observer interrupts before, the map
+/// stays unchanged. The inner result is the observer's answer after the epoch.
 pub(super) fn end_epoch(
     map: &mut SelfOrganizingMap,
     sums: &BatchSums,
@@ -70,13 +71,13 @@ pub(super) fn end_epoch(
         smooth(&map.lattice, &channels, plan.neighborhood, plan.kernel, radius, &mut listen)?;
     let mut farthest: f64 = 0.0;
     for (node, place) in map.nodes.iter_mut().zip(places) {
-        // A node that nothing weighs on stays.
+        // A node with no weighted points stays where it is.
         let place = place.unwrap_or(*node);
         farthest = farthest.max(node.distance_squared(place));
         *node = place;
     }
-    map.note(sums);
+    map.record_epoch(sums);
     map.change = Some(farthest.sqrt());
     map.steps += 1;
-    Ok(map.show(&map.nodes, observer))
+    Ok(map.report_epoch(&map.nodes, observer))
 }

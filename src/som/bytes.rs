@@ -1,8 +1,10 @@
-//! Plain values as bytes and back: little-endian, on every machine.
+//! Plain values as bytes and back, little-endian on every machine.
 
 use glam::DVec3;
 
-/// Appends values.
+use super::frame::Frame;
+
+/// Appends values to a buffer.
 pub(super) struct Writer(pub(super) Vec<u8>);
 
 impl Writer {
@@ -14,7 +16,7 @@ impl Writer {
         self.0.extend(value.to_le_bytes());
     }
 
-    pub(super) fn grains(&mut self, value: i128) {
+    pub(super) fn quanta(&mut self, value: i128) {
         self.0.extend(value.to_le_bytes());
     }
 
@@ -38,9 +40,15 @@ impl Writer {
         self.count(points.len() as u64);
         points.iter().flat_map(DVec3::to_array).for_each(|value| self.real(value));
     }
+
+    pub(super) fn frame(&mut self, frame: &Frame) {
+        let (center, size) = frame.parts();
+        self.points(&[center]);
+        self.real(size);
+    }
 }
 
-/// What is left to read; each part is `None` where the bytes end too early or make no sense.
+/// The bytes still to read. Each method returns `None` if they are too few or invalid.
 pub(super) struct Reader<'a>(pub(super) &'a [u8]);
 
 impl Reader<'_> {
@@ -58,7 +66,7 @@ impl Reader<'_> {
         self.count().and_then(|count| usize::try_from(count).ok())
     }
 
-    /// A number of things that take `bytes` each: never more than there can be.
+    /// A count of items of `bytes` bytes each; `None` if the rest is shorter than that.
     pub(super) fn length(&mut self, bytes: usize) -> Option<usize> {
         self.size().filter(|&count| count <= self.0.len() / bytes)
     }
@@ -67,7 +75,7 @@ impl Reader<'_> {
         self.bytes().map(f64::from_le_bytes)
     }
 
-    pub(super) fn grains(&mut self) -> Option<i128> {
+    pub(super) fn quanta(&mut self) -> Option<i128> {
         self.bytes().map(i128::from_le_bytes)
     }
 
@@ -83,5 +91,10 @@ impl Reader<'_> {
     pub(super) fn points(&mut self) -> Option<Vec<DVec3>> {
         let count = self.length(size_of::<DVec3>())?;
         (0..count).map(|_| Some(DVec3::new(self.real()?, self.real()?, self.real()?))).collect()
+    }
+
+    pub(super) fn frame(&mut self) -> Option<Frame> {
+        let [center] = self.points()?[..] else { return None };
+        Some(Frame::from_parts(center, self.real()?))
     }
 }

@@ -1,20 +1,23 @@
-//! Eigenvalues and eigenvectors of small symmetric matrices, by Jacobi's rotations; some of them by iteration.
+//! Eigenvalues and eigenvectors of small symmetric matrices: Jacobi rotations, or orthogonal
+//! iteration for the largest.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Sweeps over all pairs; ten are enough for 100 rows, and convergence ends it earlier.
-const SWEEPS: usize = 60;
+/// Jacobi sweeps over all pairs, at most. Convergence usually ends them after ten.
+const MAX_SWEEPS: usize = 60;
 
-/// Vectors that are iterated beside those that are wanted: the more, the sooner the others are gone.
-const MORE: usize = 6;
+/// Vectors iterated besides the requested ones. More of them converge in fewer iterations.
+const EXTRA_VECTORS: usize = 6;
 
-/// Iterations at most, some ten are enough where few eigenvalues stand out; and the residual at which they end, as a
-/// share of the matrix.
-const ITERATIONS: usize = 24;
-const SOLVED: f64 = 1e-13;
+/// Orthogonal iterations, at most. About ten suffice where few eigenvalues dominate.
+const MAX_ITERATIONS: usize = 24;
 
-/// So many of the eigenvalues of a symmetric matrix, the largest, each with its vector of length 1: by iteration where
-/// few stand out, and otherwise as [`symmetric`] finds all. Fewer if the matrix has not so many.
+/// Largest residual of a converged eigenpair, as a share of the matrix norm.
+const MAX_RESIDUAL: f64 = 1e-13;
+
+/// The `count` largest eigenvalues of a symmetric matrix, each with its unit eigenvector, or fewer
+/// if the matrix is smaller. Uses orthogonal iteration, and [`symmetric`] if that does not
+/// converge.
 pub(super) fn largest(matrix: Vec<f64>, size: usize, count: usize) -> Vec<(f64, Vec<f64>)> {
     let found = iterated(&matrix, size, count);
     found.unwrap_or_else(|| {
@@ -24,21 +27,21 @@ pub(super) fn largest(matrix: Vec<f64>, size: usize, count: usize) -> Vec<(f64, 
     })
 }
 
-/// The same by orthogonal iteration from the matrix's first columns (Golub and Van Loan, Matrix Computations, section
-/// 8.2); `None` if that does not end.
+/// The same by orthogonal iteration from the matrix's first columns; `None` if it does not
+/// converge. Golub and Van Loan, *Matrix Computations*, section 8.2.
 fn iterated(matrix: &[f64], size: usize, count: usize) -> Option<Vec<(f64, Vec<f64>)>> {
-    let block = count + MORE;
+    let block = count + EXTRA_VECTORS;
     if size <= block {
         return None;
     }
     let norm = dot(matrix, matrix).sqrt();
     let rows = || matrix.chunks_exact(size);
     let mut vectors: Vec<Vec<f64>> = rows().take(block).map(<[f64]>::to_vec).collect();
-    for _ in 0..ITERATIONS {
+    for _ in 0..MAX_ITERATIONS {
         orthonormalize(&mut vectors)?;
         let images: Vec<Vec<f64>> =
             vectors.iter().map(|vector| combined(rows(), vector, size)).collect();
-        // Rayleigh's and Ritz's: the eigenvectors among what the vectors span.
+        // Rayleigh-Ritz: the eigenvectors within the span of the vectors.
         let mixed = |i: usize| dot(&vectors[i / block], &images[i % block]);
         let pairs = symmetric((0..block * block).map(mixed).collect(), block);
         let turned = |all: &[Vec<f64>], shares: &[f64]| {
@@ -48,7 +51,7 @@ fn iterated(matrix: &[f64], size: usize, count: usize) -> Option<Vec<(f64, Vec<f
             let (vector, image) = (turned(&vectors, shares), turned(&images, shares));
             vector.iter().zip(image).map(|(v, i)| (i - value * v).powi(2)).sum::<f64>().sqrt()
         };
-        if pairs[..count].iter().all(|pair| off(pair) <= SOLVED * norm) {
+        if pairs[..count].iter().all(|pair| off(pair) <= MAX_RESIDUAL * norm) {
             let found = pairs.into_iter().take(count);
             return Some(found.map(|(value, shares)| (value, turned(&vectors, &shares))).collect());
         }
@@ -57,7 +60,7 @@ fn iterated(matrix: &[f64], size: usize, count: usize) -> Option<Vec<(f64, Vec<f
     None
 }
 
-/// The sum of vectors, each so many times.
+/// The linear combination of vectors with these factors.
 fn combined<'a>(vectors: impl Iterator<Item = &'a [f64]>, times: &[f64], size: usize) -> Vec<f64> {
     let mut sum = vec![0.0; size];
     for (vector, times) in vectors.zip(times) {
@@ -66,7 +69,7 @@ fn combined<'a>(vectors: impl Iterator<Item = &'a [f64]>, times: &[f64], size: u
     sum
 }
 
-/// Gram's and Schmidt's, each vector twice for the sake of rounding; `None` if they span less than there are of them.
+/// Gram-Schmidt, applied twice against rounding; `None` if the vectors are linearly dependent.
 fn orthonormalize(vectors: &mut [Vec<f64>]) -> Option<()> {
     for i in 0..vectors.len() {
         let (before, rest) = vectors.split_at_mut(i);
@@ -77,7 +80,7 @@ fn orthonormalize(vectors: &mut [Vec<f64>]) -> Option<()> {
             own.iter_mut().zip(other).for_each(|(own, other)| *own -= common * other);
         }
         let left = dot(own, own).sqrt();
-        if left <= SOLVED * length {
+        if left <= MAX_RESIDUAL * length {
             return None;
         }
         for value in own.iter_mut() {
@@ -91,15 +94,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// The eigenvalues of a symmetric matrix, largest first, each with its vector of length 1.
+/// All eigenvalues of a symmetric matrix, largest first, each with its unit eigenvector.
 ///
-/// `matrix` holds `size * size` numbers. O(size³) a sweep (Golub and Van Loan, Matrix Computations,
-/// section 8.5).
+/// `matrix` has `size * size` elements. O(size³) per sweep. Golub and Van Loan, *Matrix
+/// Computations*, section 8.5.
 pub(super) fn symmetric(matrix: Vec<f64>, size: usize) -> Vec<(f64, Vec<f64>)> {
     Arch::new().dispatch(Rotations { matrix, size })
 }
 
-/// A matrix that is turned until it is diagonal.
+/// A matrix to be diagonalized by Jacobi rotations.
 struct Rotations {
     matrix: Vec<f64>,
     size: usize,
@@ -108,7 +111,7 @@ struct Rotations {
 impl WithSimd for Rotations {
     type Output = Vec<(f64, Vec<f64>)>;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self { mut matrix, size } = self;
@@ -116,7 +119,7 @@ impl WithSimd for Rotations {
         (0..size).for_each(|i| vectors[i * size + i] = 1.0);
         let norm: f64 = matrix.iter().map(|value| value * value).sum();
         let negligible = f64::EPSILON * norm.sqrt() / size as f64;
-        for _ in 0..SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let off: f64 = pairs(size).map(|(p, q)| matrix[p * size + q].powi(2)).sum();
             if off <= f64::EPSILON.powi(2) * norm {
                 break;
@@ -138,8 +141,9 @@ fn pairs(size: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..size).flat_map(move |p| (p + 1..size).map(move |q| (p, q)))
 }
 
-/// Turns axes p and q so that their mixed element becomes zero; rows of `vectors` turn with them.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+/// Rotates axes p and q so that their off-diagonal element becomes zero. The rows of `vectors`
+/// rotate with them.
+#[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
 #[inline(always)]
 fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usize) {
     let mixed = matrix[p * size + q];
@@ -158,7 +162,7 @@ fn rotate(matrix: &mut [f64], vectors: &mut [f64], size: usize, p: usize, q: usi
         let [a, b] = [p, q].map(|column| k * size + column);
         (matrix[a], matrix[b]) = turned(matrix[a], matrix[b]);
     }
-    // The other columns change as the rows did.
+    // The matrix is symmetric: copy the changed rows to the columns.
     let (above, rest) = matrix.split_at_mut(p * size);
     let (row_p, rest) = rest.split_at_mut(size);
     let (between, rest) = rest.split_at_mut((q - p - 1) * size);
@@ -177,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn vectors_are_stretched_by_their_values() {
+    fn eigenpairs_satisfy_their_equation() {
         let (size, mut random) = (30, Random::new(1));
         let mut matrix = vec![0.0; size * size];
         for i in 0..size {
@@ -198,9 +202,9 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_are_those_of_all() {
+    fn largest_agrees_with_all_eigenpairs() {
         let (size, mut random) = (40, Random::new(5));
-        // Places in the plane and a little of everything, or of nothing but chance.
+        // Products of points in a plane with a little noise; then noise alone.
         let place: Vec<[f64; 2]> =
             (0..size).map(|_| [random.unit() - 0.5, random.unit()]).collect();
         for (flat, noise) in [(1.0, 1e-3), (0.0, 1.0)] {
@@ -224,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diagonal_is_its_own_answer() {
+    fn diagonal_matrices_have_their_diagonal_as_eigenvalues() {
         let pairs = symmetric(vec![1.0, 0.0, 0.0, 3.0], 2);
         assert_eq!(pairs, [(3.0, vec![0.0, 1.0]), (1.0, vec![1.0, 0.0])]);
     }

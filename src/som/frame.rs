@@ -1,75 +1,77 @@
-//! The frame in which a map works: about the middle of the points, with a grain for exact sums.
+//! The map's local frame: centered on the points, with a length quantum for exact sums.
 
 use glam::DVec3;
 
 use crate::cloud::Bounds;
 use crate::error::{Error, Result};
 
-/// Grains in the extent of the points: one grain is finer than the last bit of most of their
-/// coordinates.
-const GRAINS: f64 = (1_u64 << 52) as f64;
+/// Quanta per extent of the points. A quantum is smaller than the last bit of most coordinates.
+const QUANTA_PER_EXTENT: f64 = (1_u64 << 52) as f64;
 
-/// How far points that come later may lie outside, in extents of the first points. Beyond, their
-/// grains would not fit into 63 bits.
-const ROOM: f64 = 512.0;
+/// Largest distance of later points from the center, in extents of the first points. Farther
+/// coordinates would exceed 63 bits of quanta.
+const MAX_EXTENTS_AWAY: f64 = 512.0;
 
-/// Coordinates about a centre, and a grain: lengths rounded to whole grains add up without
-/// rounding, so that sums over points are the same in any order and any split.
+/// A center, and a quantum of length. Lengths rounded to whole quanta add up without rounding, so
+/// that sums over points have the same bits in any order and for any split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
-    centre: DVec3,
-    /// The extent of the points that made the frame, in their unit, as a power of two.
+    center: DVec3,
+    /// The extent of the first points rounded up to a power of two, in their unit.
     size: f64,
 }
 
 impl Frame {
-    /// The frame of points with these bounds.
+    /// The frame for points with these bounds.
     pub(super) fn of(bounds: &Bounds) -> Self {
         Self::from_parts(bounds.centre(), bounds.extent().log2().ceil().exp2())
     }
 
-    pub(super) fn from_parts(centre: DVec3, size: f64) -> Self {
-        Self { centre, size }
+    pub(super) fn from_parts(center: DVec3, size: f64) -> Self {
+        Self { center, size }
     }
 
     pub(super) fn parts(&self) -> (DVec3, f64) {
-        (self.centre, self.size)
+        (self.center, self.size)
     }
 
-    /// From the points' coordinates to the frame's; lengths keep their unit.
+    /// Converts a point to the frame's coordinates, which keep the unit of length.
     pub(super) fn apply(&self, point: DVec3) -> DVec3 {
-        point - self.centre
+        point - self.center
     }
 
-    /// Back to the points' coordinates.
+    /// Converts back to the points' coordinates.
     pub(super) fn undo(&self, local: DVec3) -> DVec3 {
-        local + self.centre
+        local + self.center
     }
 
-    /// Largest distance of a coordinate from the centre.
+    /// Largest absolute coordinate within `bounds`, in the frame.
     pub(super) fn farthest(&self, bounds: &Bounds) -> f64 {
         let (low, high) = (self.apply(bounds.min), self.apply(bounds.max));
         low.abs().max(high.abs()).max_element()
     }
 
-    /// Refuses points that are too far outside for exact sums.
+    /// Refuses points too far from the center for exact sums.
     pub(super) fn check(&self, bounds: &Bounds) -> Result<()> {
         let farthest = self.farthest(bounds);
-        if farthest <= ROOM * self.size {
+        if farthest <= MAX_EXTENTS_AWAY * self.size {
             return Ok(());
         }
-        let must = format!("at most {:e} from where the first points lay", ROOM * self.size);
+        let must = format!(
+            "at most {:e} from the center of the first points",
+            MAX_EXTENTS_AWAY * self.size
+        );
         Err(Error::parameter("points", must, format!("a coordinate {farthest:e} away")))
     }
 
-    /// Grains in one unit of length.
-    pub(super) fn grains_per_unit(&self) -> f64 {
-        GRAINS / self.size
+    /// Quanta per unit of length.
+    pub(super) fn quanta_per_unit(&self) -> f64 {
+        QUANTA_PER_EXTENT / self.size
     }
 
-    /// Length of a sum of grains.
-    pub(super) fn length(&self, grains: i128) -> f64 {
-        // The size alone may be too small for its grain to be a normal number.
-        grains as f64 / GRAINS * self.size
+    /// Converts a sum of quanta to a length.
+    pub(super) fn length(&self, quanta: i128) -> f64 {
+        // In this order, because `size / QUANTA_PER_EXTENT` alone may be subnormal.
+        quanta as f64 / QUANTA_PER_EXTENT * self.size
     }
 }

@@ -1,4 +1,4 @@
-//! Distances along the surface, and the flat map that keeps them: landmark Isomap.
+//! Planar coordinates that preserve distances along a surface, by landmark Isomap.
 //!
 //! Tenenbaum, de Silva and Langford, A Global Geometric Framework for Nonlinear Dimensionality
 //! Reduction, Science 290 (2000); de Silva and Tenenbaum, Sparse multidimensional scaling using
@@ -8,33 +8,38 @@ use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3};
 
-use super::landmark_map::{LandmarkMap, spread_out};
+use super::landmark_isomap::{LandmarkMap, spread_out};
 use crate::cloud::{Edge, NeighborGraph, least_rectangle, turned};
 use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Progress, Stage};
 
-/// Neighbours that each point is joined to: enough to connect a sheet, too few to reach the next fold.
-const NEIGHBORS: usize = 8;
+/// Neighbors per point: enough to connect a sheet, too few to reach the next fold.
+const K_NEIGHBORS: usize = 8;
 
-/// Points from which distances to all others are found.
-const LANDMARKS: usize = 60;
+/// Number of points from which distances to all others are computed.
+const N_LANDMARKS: usize = 60;
 
-/// Places in the plane whose distances are nearly those along the surface through the points, the
-/// long side of the rectangle around them along x; `None` if the points have no two dimensions.
+/// Coordinates in the plane whose distances approximate those along the surface through the points.
+/// Their minimum-area rectangle has its long side along x. `None` if the points are not
+/// two-dimensional.
 ///
-/// Costs O(n log n) for n points: a thousand spread evenly over the surface are enough for its shape.
+/// Costs O(n log n) for n points. A thousand points spread evenly over the surface capture its
+/// shape.
 ///
 /// # Errors
 ///
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
-    let graph = NeighborGraph::connected(points, NEIGHBORS, observer)?;
+    let graph = NeighborGraph::connected(points, K_NEIGHBORS, observer)?;
     let mut listen = progress::listener(observer, Stage::Training, points.len());
-    embed(&graph, spread_out(points, LANDMARKS), &mut listen)
+    embed(&graph, spread_out(points, N_LANDMARKS), &mut listen)
 }
 
-/// As [`unroll`].
-pub(super) fn unrolled(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Option<Vec<DVec2>>> {
+/// As [`unroll`], with a listener in place of an observer.
+pub(super) fn unroll_listening(
+    points: &[DVec3],
+    listen: &mut Listen<'_>,
+) -> Result<Option<Vec<DVec2>>> {
     let mut observer = |_: &Progress| match listen() {
         Ok(()) => ControlFlow::Continue(()),
         Err(_) => ControlFlow::Break(()),
@@ -42,8 +47,8 @@ pub(super) fn unrolled(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Opti
     unroll(points, &mut observer)
 }
 
-/// Places in the plane for the nodes of a graph whose edges have length 1.
-pub(super) fn draw(
+/// Coordinates in the plane for the nodes of a graph with edges of length 1.
+pub(super) fn draw_graph(
     nodes: usize,
     edges: &[(usize, usize)],
     listen: &mut Listen<'_>,
@@ -52,18 +57,17 @@ pub(super) fn draw(
     for &(a, b) in edges {
         lists[a].push(edge(b, 1.0));
     }
-    let roads = NeighborGraph::symmetric(lists);
-    let step = nodes.div_ceil(LANDMARKS);
+    let graph = NeighborGraph::symmetric(lists);
+    let step = nodes.div_ceil(N_LANDMARKS);
     let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
-    embed(&roads, landmarks, listen)
+    embed(&graph, landmarks, listen)
 }
 
 fn edge(to: usize, length: f64) -> Edge {
     Edge { to: u32::try_from(to).unwrap_or(u32::MAX), length }
 }
 
-/// The flat map by distances from these nodes; turned into the rectangle of least area, its long side
-/// along x.
+/// The Isomap coordinates by distances from these landmarks, rotated by [`straighten`].
 fn embed(
     graph: &NeighborGraph,
     landmarks: Vec<usize>,
@@ -73,7 +77,7 @@ fn embed(
     Ok(found.map(|map| straighten(&map.places)))
 }
 
-/// Turns places so that the rectangle of least area around them has its long side along x.
+/// Rotates coordinates so that their minimum-area rectangle has its long side along x.
 fn straighten(places: &[DVec2]) -> Vec<DVec2> {
     let along = least_rectangle(places).0;
     places.iter().map(|&place| turned(place, along)).collect()
@@ -88,7 +92,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn a_rolled_sheet_unrolls_to_its_own_size() {
+    fn a_rolled_sheet_unrolls_to_its_flat_size() {
         let mut random = Random::new(2);
         // Five sixths of a cylinder of radius 1, height 2.
         let (arc, height) = (5.0 / 3.0 * PI, 2.0);
@@ -104,12 +108,12 @@ mod tests {
             worst = worst.max(error);
             sum += error / 1000.0;
         }
-        // Ways over the edges of the graph are some percent longer than straight ones.
+        // Paths along the graph's edges are a few percent longer than straight lines.
         assert!(worst < 0.5 && sum < 0.15, "worst {worst}, mean {sum}");
     }
 
     #[test]
-    fn rectangles_lie_straight() {
+    fn straighten_aligns_a_rotated_rectangle() {
         let turn = DVec2::from_angle(0.7);
         let grid = (0..50).map(|i| DVec2::new(f64::from(i % 5), 3.0 * f64::from(i / 5)));
         let places: Vec<DVec2> = grid.map(|p| turn.rotate(p)).collect();

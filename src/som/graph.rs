@@ -1,18 +1,18 @@
-//! Any predefined topology: nodes joined by edges.
+//! An undirected graph of nodes: the lattice of any other topology than a grid.
 
 use crate::error::{Error, Result};
 
-/// An undirected graph in one piece, as lists of neighbours.
+/// A connected undirected graph, as lists of neighbors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Graph {
-    /// Where each node's neighbours begin in `neighbors`, and where the last one's end.
+    /// Index in `neighbors` of each node's first neighbor, and the total length at the end.
     starts: Vec<u32>,
-    /// The neighbours of all nodes, those of one node in ascending order.
+    /// The neighbors of all nodes, ascending for each node.
     neighbors: Vec<u32>,
 }
 
 impl Graph {
-    /// The graph of `nodes` nodes with these edges; repeated edges count once.
+    /// The graph of `nodes` nodes with these edges. Repeated edges are ignored.
     pub(super) fn new(nodes: usize, edges: &[(usize, usize)]) -> Result<Self> {
         let mut links: Vec<(u32, u32)> = Vec::with_capacity(2 * edges.len());
         for &(a, b) in edges {
@@ -39,12 +39,12 @@ impl Graph {
         if reached == nodes {
             return Ok(graph);
         }
-        let got = format!("a graph in pieces: {reached} of {nodes} nodes are joined to node 0");
-        Err(Error::parameter("edges", "such that all nodes hang together", got))
+        let got = format!("{reached} of {nodes} nodes connected to node 0");
+        Err(Error::parameter("edges", "those of a connected graph", got))
     }
 
-    /// The graph in which `neighbors` names each node's neighbours, in ascending order; it is in one
-    /// piece.
+    /// The graph with these neighbors of each node. They must be ascending, and the graph
+    /// connected.
     #[expect(clippy::cast_possible_truncation, reason = "a node's number is under MAX_NODES")]
     pub(super) fn of_neighbors<T: Iterator<Item = usize>>(
         nodes: usize,
@@ -63,7 +63,7 @@ impl Graph {
         self.starts.len() - 1
     }
 
-    /// The nodes that an edge joins to `node`, in ascending order.
+    /// The neighbors of `node`, ascending.
     pub(super) fn neighbors(&self, node: usize) -> &[u32] {
         &self.neighbors[self.starts[node] as usize..self.starts[node + 1] as usize]
     }
@@ -76,8 +76,8 @@ impl Graph {
         })
     }
 
-    /// Calls `visit` with each node at most `radius` edges from `from` and its number of edges, by
-    /// breadth first.
+    /// Calls `visit` with each node at most `radius` edges from `from`, and its number of edges, in
+    /// breadth-first order.
     pub(super) fn visit(
         &self,
         from: usize,
@@ -102,8 +102,8 @@ impl Graph {
         }
     }
 
-    /// Number of edges of the longest among shortest paths, as two sweeps find it: exact for trees
-    /// and grids, never too large.
+    /// The largest number of edges between two nodes, by two breadth-first searches. Exact for
+    /// trees and grids, otherwise a lower bound.
     pub(super) fn diameter(&self) -> usize {
         let mut visits = Visits::default();
         let mut farthest = (0, 0);
@@ -118,10 +118,10 @@ fn missing_node(nodes: usize, a: usize, b: usize) -> Error {
     Error::parameter("edges", must, format!("({a}, {b})"))
 }
 
-/// Scratch memory of [`Graph::visit`], kept between calls.
+/// Scratch memory of [`Graph::visit`], reused between calls.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Visits {
-    /// The visit in which each node was last met.
+    /// The number of the visit that last marked each node.
     met: Vec<u32>,
     visit: u32,
     queue: Vec<usize>,
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn hops_on_a_ring_go_both_ways() {
+    fn visit_counts_edges_both_ways_around_a_ring() {
         let mut hops = [usize::MAX; 7];
         ring(7).visit(2, 2, &mut Visits::default(), |node, distance| hops[node] = distance);
         let far = usize::MAX;
@@ -164,13 +164,13 @@ mod tests {
     }
 
     #[test]
-    fn edges_come_back_once() {
+    fn edges_are_listed_once() {
         let graph = Graph::new(3, &[(2, 0), (0, 2), (1, 2)]).unwrap();
         assert_eq!(graph.edges().collect::<Vec<_>>(), [(0, 2), (1, 2)]);
     }
 
     #[test]
-    fn missing_nodes_loops_and_pieces_are_refused() {
+    fn missing_nodes_loops_and_disconnected_graphs_are_refused() {
         let message = |nodes, edges: &[_]| Graph::new(nodes, edges).unwrap_err().to_string();
         assert!(message(3, &[(0, 1), (1, 3)]).contains("got (1, 3)"));
         assert!(message(3, &[(0, 1), (1, 1)]).contains("got (1, 1)"));

@@ -1,4 +1,4 @@
-//! Rows and columns: distances, edges and neighbourhoods by arithmetic.
+//! A quadrilateral grid: distances, edges and neighborhoods by arithmetic on rows and columns.
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ impl Grid {
         across(self.rows, closed_u) + across(self.cols, closed_v)
     }
 
-    /// How many rows apart two rows are, on the shorter way round.
+    /// Number of rows between two rows, the shorter way around if closed.
     fn row_distance(&self, a: usize, b: usize) -> usize {
         around(a.abs_diff(b), self.rows, self.topology.closed().0)
     }
@@ -32,8 +32,8 @@ impl Grid {
             && around(cols, self.cols, self.topology.closed().1) <= 1
     }
 
-    /// Calls `visit` with the nodes at most `radius` edges from `node` as ranges of node numbers: one
-    /// or two for each row.
+    /// Calls `visit` with the nodes at most `radius` edges from `node`, as one or two ranges of
+    /// node indices for each row.
     pub(super) fn visit_ball(
         &self,
         node: usize,
@@ -63,8 +63,7 @@ impl Grid {
         }
     }
 
-    /// The nodes that edges along rows, columns and one diagonal of each cell join to `node`,
-    /// ascending.
+    /// The neighbors of `node` along rows, columns and one diagonal of each cell, ascending.
     pub(super) fn triangular_neighbors(&self, node: usize) -> impl Iterator<Item = usize> {
         let (row, col) = (node / self.cols, node % self.cols);
         let (closed_u, closed_v) = self.topology.closed();
@@ -103,17 +102,17 @@ impl Grid {
     }
 }
 
-/// The number after `index` on a line or ring of `count`.
+/// The index after `index` on a line or ring of `count`.
 fn next(index: usize, count: usize, closed: bool) -> Option<usize> {
     if index + 1 < count { Some(index + 1) } else { closed.then_some(0) }
 }
 
-/// The number before `index` on a line or ring of `count`.
+/// The index before `index` on a line or ring of `count`.
 fn previous(index: usize, count: usize, closed: bool) -> Option<usize> {
     index.checked_sub(1).or(closed.then(|| count - 1))
 }
 
-/// A distance on a line or the shorter way round a ring of `count`.
+/// A distance on a line, or the shorter way around a ring of `count`.
 fn around(distance: usize, count: usize, closed: bool) -> usize {
     if closed { distance.min(count - distance) } else { distance }
 }

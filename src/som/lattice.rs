@@ -1,54 +1,53 @@
-//! The graph of the output nodes.
+//! The lattice: the nodes of the map and their connections.
 
 use super::graph::{Graph, Visits};
 use super::grid::Grid;
 use super::topology::{Cells, Topology};
 use crate::error::{Error, Result};
 
-/// Largest number of nodes: 16.8 million, which take 8.6 GB to train.
+/// Largest number of nodes of a lattice: 16.8 million, which take 8.6 GB to train.
 pub const MAX_NODES: usize = 1 << 24;
 
-/// Memory that training takes for each node, in all: positions and copies of them, sums of each
-/// thread, what the neighbourhood makes of them.
+/// Memory that training takes per node, in bytes: positions and their copies, sums of each thread,
+/// and smoothed sums.
 const BYTES_PER_NODE: usize = 512;
 
-/// The paper's `m = 4 n` nodes are for few points, up to this many nodes.
-const FEW_NODES: usize = 400;
+/// The paper's rule of four nodes per point holds up to this number of nodes.
+const PAPER_RULE_MAX_NODES: usize = 400;
 
-/// For many points the number of nodes is "convenient": with at least this many points for each
-/// node its place is an average, not a single sample.
+/// Fewest points per node beyond the paper's rule, so that a node's position is an average.
 const POINTS_PER_NODE: usize = 5;
 
-/// Most nodes that [`Lattice::for_points`] chooses by itself.
-const MOST_CHOSEN: usize = 2500;
+/// Largest number of nodes that [`Lattice::for_points`] chooses.
+const MAX_DEFAULT_NODES: usize = 2500;
 
-/// The output nodes and their connections: a grid of rows × cols nodes, numbered row by row, or
-/// any other graph.
+/// The nodes and their connections: a grid of rows × cols nodes, numbered row by row, or any other
+/// connected graph.
 ///
 /// The paper's lattice is the quadrilateral grid; "if a triangular or any other kind of grid would
 /// be desired, the nodes can be connected accordingly" (section 4).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lattice {
-    /// Of a graph a single column.
+    /// For a graph, a single column.
     grid: Grid,
     links: Links,
 }
 
-/// What joins the nodes.
+/// The connections of the nodes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Links {
     Quad,
     Triangular(Graph),
-    /// There are no rows and columns.
+    /// No rows and columns.
     Graph(Graph),
 }
 
-/// How distances between nodes are found.
+/// How distances between nodes are computed.
 #[derive(Clone, Copy)]
 pub(super) enum Distances<'a> {
     /// By arithmetic on rows and columns.
     Grid(&'a Grid),
-    /// By search.
+    /// By breadth-first search.
     Graph(&'a Graph),
 }
 
@@ -64,8 +63,8 @@ impl Lattice {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has fewer than 2 nodes, or all together are more than
-    /// [`MAX_NODES`].
+    /// [`Error::Parameter`] if a side has fewer than 2 nodes, or there are more than [`MAX_NODES`]
+    /// nodes.
     pub fn quad(rows: usize, cols: usize) -> Result<Self> {
         Self::grid(rows, cols, Cells::Quad, Topology::Sheet)
     }
@@ -83,17 +82,17 @@ impl Lattice {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has fewer than 2 nodes (a closed one: 3), or all together
-    /// are more than [`MAX_NODES`]; [`Error::Memory`] if a triangular one does not fit into it.
+    /// [`Error::Parameter`] if a side has fewer than 2 nodes (3 if closed), or there are more than
+    /// [`MAX_NODES`] nodes; [`Error::Memory`] if there is too little memory for a triangular grid.
     pub fn grid(rows: usize, cols: usize, cells: Cells, topology: Topology) -> Result<Self> {
         let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
-        let least = |closed| if closed { 3 } else { 2 };
+        let min_nodes = |closed| if closed { 3 } else { 2 };
         let (closed_u, closed_v) = topology.closed();
-        if rows < least(closed_u) || cols < least(closed_v) || !fits {
+        if rows < min_nodes(closed_u) || cols < min_nodes(closed_v) || !fits {
             let must = format!(
                 "(rows, cols) of at least ({}, {}) for a {} and at most {MAX_NODES} nodes in all",
-                least(closed_u),
-                least(closed_v),
+                min_nodes(closed_u),
+                min_nodes(closed_v),
                 topology.name()
             );
             let gigabytes = rows as f64 * cols as f64 * BYTES_PER_NODE as f64 / 1e9;
@@ -111,21 +110,21 @@ impl Lattice {
         Ok(lattice)
     }
 
-    /// Any other predefined topology: `nodes` nodes and the edges between them.
+    /// Any other topology: `nodes` nodes and the edges between them.
     ///
     /// ```
     /// use neurbs::{Error, som::Lattice};
     /// let star = Lattice::graph(4, &[(0, 1), (0, 2), (0, 3)])?;
     /// assert_eq!(star.neighborhood(1, 1), [0, 1]);
     /// let pieces = Lattice::graph(4, &[(0, 1), (2, 3)]).unwrap_err();
-    /// assert!(pieces.to_string().starts_with("edges must be such that all nodes hang together"));
+    /// assert!(pieces.to_string().starts_with("edges must be those of a connected graph"));
     /// # Ok::<(), Error>(())
     /// ```
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if there are fewer than 2 or more than [`MAX_NODES`] nodes, an edge
-    /// goes to a node that is not there or back to its own, or the graph is in several pieces.
+    /// names a missing node or joins a node to itself, or the graph is not connected.
     pub fn graph(nodes: usize, edges: &[(usize, usize)]) -> Result<Self> {
         if !(2..=MAX_NODES).contains(&nodes) {
             let must = format!("from 2 to {MAX_NODES}");
@@ -136,9 +135,9 @@ impl Lattice {
         Ok(Self { grid, links })
     }
 
-    /// The quadrilateral sheet for this many points: the paper's four nodes for each of few
-    /// points, and a convenient number for many (at least 400, one for five points, at most 2500);
-    /// as square as it can be.
+    /// The default quadrilateral sheet for this many points, as square as possible. It has the
+    /// paper's four nodes per point, up to 400 nodes; for more points one node for five points,
+    /// from 400 to 2500.
     ///
     /// ```
     /// use neurbs::som::Lattice;
@@ -148,14 +147,14 @@ impl Lattice {
     /// ```
     #[must_use]
     pub fn for_points(points: usize) -> Self {
-        let many = (points / POINTS_PER_NODE).clamp(FEW_NODES, MOST_CHOSEN);
-        let nodes = points.saturating_mul(4).min(many);
+        let limit = (points / POINTS_PER_NODE).clamp(PAPER_RULE_MAX_NODES, MAX_DEFAULT_NODES);
+        let nodes = points.saturating_mul(4).min(limit);
         let rows = nodes.isqrt().max(2);
         let cols = nodes.div_ceil(rows).max(2);
         Self { grid: Grid { rows, cols, topology: Topology::Sheet }, links: Links::Quad }
     }
 
-    /// Number of nodes along both sides: (rows, cols); of a graph: (nodes, 1).
+    /// Number of nodes along both sides (rows, cols); (nodes, 1) for a graph.
     ///
     /// ```
     /// use neurbs::som::Lattice;
@@ -167,7 +166,7 @@ impl Lattice {
         (self.grid.rows, self.grid.cols)
     }
 
-    /// Whether it has rows and columns.
+    /// Whether the lattice has rows and columns.
     ///
     /// ```
     /// use neurbs::som::Lattice;
@@ -180,7 +179,7 @@ impl Lattice {
         !matches!(self.links, Links::Graph(_))
     }
 
-    /// How the nodes of a grid are joined; `None` for a graph.
+    /// The connection of a grid's nodes; `None` for a graph.
     ///
     /// ```
     /// use neurbs::som::{Cells, Lattice};
@@ -196,7 +195,7 @@ impl Lattice {
         }
     }
 
-    /// Which directions are closed.
+    /// The closed directions of the grid.
     ///
     /// ```
     /// use neurbs::som::{Lattice, Topology};
@@ -221,18 +220,18 @@ impl Lattice {
         self.grid.rows * self.grid.cols
     }
 
-    /// Makes sure that there is memory for training.
+    /// Checks that there is memory for training.
     pub(super) fn check_memory(&self) -> Result<()> {
         let (nodes, bytes) = (self.len(), BYTES_PER_NODE * self.len());
         let mut room = Vec::<u8>::new();
         let reserved = room.try_reserve_exact(bytes);
-        // Without it the compiler may spare itself the attempt.
+        // Keeps the compiler from removing the allocation.
         std::hint::black_box(&room);
         reserved.map_err(|_| Error::Memory { nodes, bytes })
     }
 
-    /// Largest number of edges between two nodes. Of graphs with loops it is a close lower bound,
-    /// found by two sweeps.
+    /// Largest number of edges between two nodes. For graphs with loops it is a close lower bound,
+    /// by two breadth-first searches.
     ///
     /// ```
     /// use neurbs::som::{Cells, Lattice, Topology};
@@ -244,7 +243,8 @@ impl Lattice {
     pub fn diameter(&self) -> usize {
         match &self.links {
             Links::Quad => self.grid.diameter(),
-            // The diagonals lead from one corner to the opposite, but not between the other two.
+            // The diagonals join one pair of opposite corners only, so the other pair keeps its
+            // distance.
             Links::Triangular(_) if self.topology() == Topology::Sheet => self.grid.diameter(),
             Links::Triangular(graph) | Links::Graph(graph) => graph.diameter(),
         }
@@ -285,7 +285,7 @@ impl Lattice {
         }
     }
 
-    /// How distances are found.
+    /// How distances between nodes are computed.
     pub(super) fn distances(&self) -> Distances<'_> {
         match &self.links {
             Links::Quad => Distances::Grid(&self.grid),
@@ -293,7 +293,7 @@ impl Lattice {
         }
     }
 
-    /// Whether two nodes of the lattice share an edge or a cell.
+    /// Whether two nodes share an edge or a cell.
     pub(super) fn adjacent(&self, a: usize, b: usize) -> bool {
         match &self.links {
             Links::Graph(graph) => u32::try_from(b).is_ok_and(|b| graph.neighbors(a).contains(&b)),
@@ -301,7 +301,7 @@ impl Lattice {
         }
     }
 
-    /// Calls `visit` with the nodes that an edge joins to `node`.
+    /// Calls `visit` with each neighbor of `node`.
     pub(super) fn visit_neighbors(&self, node: usize, mut visit: impl FnMut(usize)) {
         match self.distances() {
             Distances::Grid(grid) => grid.visit_ball(node, 1, |range| {
@@ -319,7 +319,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighborhoods_are_those_of_the_graph_of_the_edges() {
+    fn grid_and_graph_neighborhoods_agree() {
         for topology in Topology::ALL {
             for cells in Cells::ALL {
                 let lattice = Lattice::grid(5, 7, cells, topology).unwrap();
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn the_diameter_reaches_everything_and_less_does_not() {
+    fn diameter_is_the_largest_distance() {
         for topology in Topology::ALL {
             for cells in Cells::ALL {
                 let lattice = Lattice::grid(4, 7, cells, topology).unwrap();

@@ -1,43 +1,43 @@
-//! Starts that are in order from the beginning: the principal plane, angles, and distances along
-//! the surface.
+//! Ordered initial positions: on the principal plane, by angles, or by distances along the surface.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::boxes::Boxes;
-use super::candidates::Candidates;
+use super::box_tree::BoxTree;
 use super::eigen;
 use super::geodesic;
-use super::initialize::{evenly, place};
 use super::lattice::Lattice;
+use super::nearest_lists::NearestLists;
+use super::node_sums::Channels;
 use super::options::{Kernel, Neighborhood};
 use super::random::Random;
-use super::smoothing::{Channels, smooth};
+use super::sampling::{place_nodes, subsample};
+use super::smoothing::smooth;
 use super::topology::{Cells, Topology};
 use crate::cloud::{self, Bounds};
 use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Stage};
 
-/// Points that distances along the surface are found for; the cost grows with their square.
-const UNROLLED: usize = 3000;
+/// Largest number of points whose distances along the surface are computed.
+const MAX_GEODESIC_SAMPLE: usize = 3000;
 
-/// Points that the angles of a closed lattice are found for.
-const TURNED: usize = 20_000;
+/// Largest number of points whose angles are computed for a closed lattice.
+const MAX_ANGLE_SAMPLE: usize = 20_000;
 
-/// Radius with which the first nodes of an open lattice listen to points around them on it, as a
-/// share of its longer side. Wide enough for lattices with more nodes than points.
+/// Smoothing radius of an open lattice's initial positions, as a share of its longer side. It
+/// suffices for lattices with more nodes than points.
 const OPEN_RADIUS: f64 = 1.0 / 6.0;
 
-/// The same for closed lattices, which a wide radius would shrink around their axis: this one by
-/// a tenth.
+/// Smoothing radius of a closed lattice. A wider one would shrink the lattice around its axis; this
+/// one shrinks it by a tenth.
 const CLOSED_RADIUS: f64 = 1.0 / 14.0;
 
-/// Smallest such radius, in cells.
-const LEAST_RADIUS: f64 = 0.8;
+/// Smallest smoothing radius, in cells.
+const MIN_RADIUS: f64 = 0.8;
 
-/// In order on the principal plane, over the whole extent of the points in it; closed lattices by
-/// the points' angles about the principal axes.
+/// Ordered on the principal plane, over the whole extent of the points. Closed lattices are ordered
+/// by the points' angles about the principal axes.
 pub(super) fn principal(
     points: &[DVec3],
     lattice: &Lattice,
@@ -56,14 +56,13 @@ pub(super) fn principal(
     }
     let size = high - low;
     let layout = Layout::of(lattice, listen)?;
-    place(lattice.len(), listen, |node| {
+    place_nodes(lattice.len(), listen, |node| {
         let uv = layout.place(node);
         frame.undo(DVec3::new(low.x + uv.x * size.x, low.y + uv.y * size.y, 0.0))
     })
 }
 
-/// In order by distances along the surface; closed lattices as by [`principal`], whose angles go
-/// along the surface too.
+/// Ordered by distances along the surface. Closed lattices as in [`principal`].
 pub(super) fn geodesic(
     points: &[DVec3],
     lattice: &Lattice,
@@ -73,20 +72,20 @@ pub(super) fn geodesic(
     if lattice.topology() != Topology::Sheet {
         return principal(points, lattice, listen);
     }
-    let chosen = random.sample(points.len().min(UNROLLED), points.len());
+    let chosen = random.sample(points.len().min(MAX_GEODESIC_SAMPLE), points.len());
     let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
-    match geodesic::unrolled(&sample, listen)? {
+    match geodesic::unroll_listening(&sample, listen)? {
         Some(places) => {
             let uv = in_unit_square(&places);
-            settle(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), listen)
+            smoothed_nodes(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), listen)
         }
         None => principal(points, lattice, listen),
     }
 }
 
-/// Nodes among points whose places in the unit square are known, each where the points around it
-/// on the lattice say. Of an open grid x goes along the longer side; of a closed one x goes round
-/// the rows and y round the columns.
+/// Node positions for points with known coordinates in the unit square. Each node is a smoothed
+/// mean of the points around it on the lattice. On an open grid x runs along the longer side; on a
+/// closed one x runs around the rows and y around the columns.
 ///
 /// # Errors
 ///
@@ -94,7 +93,7 @@ pub(super) fn geodesic(
 ///
 /// # Panics
 ///
-/// If there are no points.
+/// If `points` is empty.
 pub fn spread_out(
     points: &[DVec3],
     uv: &[DVec2],
@@ -104,20 +103,20 @@ pub fn spread_out(
     let closed = lattice.topology() != Topology::Sheet;
     let share = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
     let mut listen = progress::listener(observer, Stage::Training, points.len());
-    settle(points, uv, lattice, radius(lattice, share), &mut listen)
+    smoothed_nodes(points, uv, lattice, radius(lattice, share), &mut listen)
 }
 
-/// A tube's or torus's start, by the points' angles.
+/// The start of a tube or torus, by the points' angles.
 ///
-/// The axis of a tube is the principal axis about which the points' distances vary least. A torus
-/// turns about its flattest axis, and its section about the ring in the middle.
+/// A tube's axis is the principal axis about which the points' radii vary least. A torus turns
+/// about the axis of least extent; its section turns about the circle in the middle.
 fn closed(
     points: &[DVec3],
     lattice: &Lattice,
     frame: &PrincipalFrame,
     listen: &mut Listen<'_>,
 ) -> Result<Vec<DVec3>> {
-    let sample = evenly(points, TURNED);
+    let sample = subsample(points, MAX_ANGLE_SAMPLE);
     let local: Vec<DVec3> = sample.iter().map(|&p| frame.apply(p)).collect();
     let turn = |x: f64, y: f64| (y.atan2(x) / TAU).rem_euclid(1.0);
     let uv: Vec<DVec2> = if lattice.topology() == Topology::Torus {
@@ -135,10 +134,10 @@ fn closed(
         let along = |z: f64| if height > 0.0 { (z - bounds.min.z) / height } else { 0.5 };
         turned.iter().map(|p| DVec2::new(turn(p.x, p.y), along(p.z))).collect()
     };
-    settle(&sample, &uv, lattice, radius(lattice, CLOSED_RADIUS), listen)
+    smoothed_nodes(&sample, &uv, lattice, radius(lattice, CLOSED_RADIUS), listen)
 }
 
-/// The axis about which distances vary least against their mean.
+/// The axis about which the radii vary least relative to their mean.
 fn roundest_axis(points: &[DVec3]) -> usize {
     let variation = |axis: usize| {
         let radii = || points.iter().map(|&p| last(p, axis).truncate().length());
@@ -150,18 +149,17 @@ fn roundest_axis(points: &[DVec3]) -> usize {
     axes.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(2, |(axis, _)| axis)
 }
 
-/// Turns coordinates round so that the axis becomes the last.
+/// Permutes coordinates cyclically so that `axis` becomes the last.
 fn last(p: DVec3, axis: usize) -> DVec3 {
     DVec3::new(p[(axis + 1) % 3], p[(axis + 2) % 3], p[axis])
 }
 
-/// Where nodes lie in the unit square.
+/// Node coordinates in the unit square.
 enum Layout {
-    /// A grid's rows lie along x if there are more of them than columns, so that the longer side
-    /// gets more nodes.
+    /// A grid has the longer of its sides along x.
     Grid { rows: usize, cols: usize },
-    /// A graph lies as it is drawn.
-    Drawn(Vec<DVec2>),
+    /// A graph has coordinates by Isomap.
+    Embedded(Vec<DVec2>),
 }
 
 impl Layout {
@@ -170,9 +168,9 @@ impl Layout {
         if lattice.is_grid() {
             return Ok(Self::Grid { rows, cols });
         }
-        let drawn = geodesic::draw(lattice.len(), &lattice.edges(), listen)?;
+        let drawn = geodesic::draw_graph(lattice.len(), &lattice.edges(), listen)?;
         let in_line = || (0..lattice.len()).map(|i| DVec2::new(i as f64, 0.0)).collect();
-        Ok(Self::Drawn(in_unit_square(&drawn.unwrap_or_else(in_line))))
+        Ok(Self::Embedded(in_unit_square(&drawn.unwrap_or_else(in_line))))
     }
 
     fn place(&self, node: usize) -> DVec2 {
@@ -182,12 +180,12 @@ impl Layout {
                 let v = (node % cols) as f64 / (cols - 1) as f64;
                 if rows >= cols { DVec2::new(u, v) } else { DVec2::new(v, u) }
             }
-            Self::Drawn(ref places) => places[node],
+            Self::Embedded(ref places) => places[node],
         }
     }
 
-    /// The node nearest to each place of the unit square; of a closed lattice, x goes round rows
-    /// and y round columns.
+    /// The node nearest to each place of the unit square. On a closed lattice x runs around the
+    /// rows and y around the columns.
     fn owners(
         &self,
         uv: &[DVec2],
@@ -204,19 +202,19 @@ impl Layout {
                 };
                 Ok(uv.iter().map(owner).collect())
             }
-            Self::Drawn(ref places) => {
+            Self::Embedded(ref places) => {
                 let nodes: Vec<DVec3> = places.iter().map(|p| p.extend(0.0)).collect();
                 let bounds = Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 1.0, 0.0) };
-                let boxes = Boxes::new(&bounds, uv.len(), nodes.len());
-                let tree = Candidates::new(&nodes, boxes, 1, listen)?;
-                let mut walk = tree.walk();
-                Ok(uv.iter().map(|&p| walk.nearest(p.extend(0.0)).0).collect())
+                let boxes = BoxTree::new(&bounds, uv.len(), nodes.len());
+                let tree = NearestLists::new(&nodes, boxes, 1, listen)?;
+                let mut lookup = tree.lookup();
+                Ok(uv.iter().map(|&p| lookup.nearest(p.extend(0.0)).0).collect())
             }
         }
     }
 }
 
-/// The nearest of `count` nodes on a line or a ring of length 1.
+/// The nearest of `count` nodes on a line or ring of length 1.
 fn nearest(along: f64, count: usize, closed: bool) -> usize {
     let cells = if closed { count } else { count - 1 };
     #[expect(
@@ -228,7 +226,7 @@ fn nearest(along: f64, count: usize, closed: bool) -> usize {
     if closed { index % count } else { index.min(count - 1) }
 }
 
-/// Stretches places so that they fill the unit square; those on a line stay on one.
+/// Scales coordinates to fill the unit square. A direction without extent is only shifted.
 fn in_unit_square(places: &[DVec2]) -> Vec<DVec2> {
     let low = places.iter().fold(DVec2::INFINITY, |low, &p| low.min(p));
     let high = places.iter().fold(DVec2::NEG_INFINITY, |high, &p| high.max(p));
@@ -237,16 +235,16 @@ fn in_unit_square(places: &[DVec2]) -> Vec<DVec2> {
     places.iter().map(|&p| (p - low) / size).collect()
 }
 
-/// This share of the longer side, in cells.
+/// This share of the longer side, in cells, and at least [`MIN_RADIUS`].
 fn radius(lattice: &Lattice, share: f64) -> f64 {
     let (rows, cols) = lattice.shape();
     let side = if lattice.is_grid() { rows.max(cols) } else { lattice.diameter() };
-    (share * side as f64).max(LEAST_RADIUS)
+    (share * side as f64).max(MIN_RADIUS)
 }
 
-/// Nodes among points whose places in the unit square are known: each node listens to the points
-/// around it.
-fn settle(
+/// Node positions for points with known coordinates in the unit square: smoothed means of the
+/// points around each node.
+fn smoothed_nodes(
     points: &[DVec3],
     uv: &[DVec2],
     lattice: &Lattice,
@@ -270,24 +268,24 @@ fn settle(
         if let Some(places) = places {
             return Ok(places.into_iter().map(|place| place + origin).collect());
         }
-        // A node so far from all points that their weights vanish.
+        // Some node is so far from all points that the weights vanish.
         radius *= 2.0;
     }
 }
 
-/// The points' own axes: the directions in which they extend most, next, and least.
+/// The principal axes of the points, by decreasing extent.
 struct PrincipalFrame {
-    centre: DVec3,
+    center: DVec3,
     axes: [DVec3; 3],
 }
 
 impl PrincipalFrame {
     fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
-        let centre = cloud::listened_centroid(points, listen)?;
+        let center = cloud::listened_centroid(points, listen)?;
         let mut covariance = [0.0; 9];
         for piece in cloud::portions(points, listen) {
             for &point in piece? {
-                let p = (point - centre).to_array();
+                let p = (point - center).to_array();
                 for (place, sum) in covariance.iter_mut().enumerate() {
                     *sum += p[place / 3] * p[place % 3];
                 }
@@ -295,22 +293,22 @@ impl PrincipalFrame {
         }
         let pairs = eigen::symmetric(covariance.to_vec(), 3);
         let axis = |number: usize| DVec3::from_slice(&pairs[number].1);
-        // Each axis points to where its largest coordinate is positive, so that the frame does not
-        // depend on the sense that the rotations happen to end with.
+        // Each axis is oriented so that its largest coordinate is positive: the result does not
+        // depend on the signs that the eigensolver returns.
         let point_up = |axis: DVec3| {
             let largest = axis.abs().max_position();
             if axis[largest] < 0.0 { -axis } else { axis }
         };
         let (first, second) = (point_up(axis(0)), point_up(axis(1)));
-        Ok(Self { centre, axes: [first, second, first.cross(second)] })
+        Ok(Self { center, axes: [first, second, first.cross(second)] })
     }
 
     fn apply(&self, point: DVec3) -> DVec3 {
-        DVec3::from_array(self.axes.map(|axis| axis.dot(point - self.centre)))
+        DVec3::from_array(self.axes.map(|axis| axis.dot(point - self.center)))
     }
 
     fn undo(&self, local: DVec3) -> DVec3 {
         let [x, y, z] = self.axes;
-        self.centre + local.x * x + local.y * y + local.z * z
+        self.center + local.x * x + local.y * y + local.z * z
     }
 }

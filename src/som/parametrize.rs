@@ -1,27 +1,27 @@
-//! Where points lie on the lattice, continuously: the parameters that a surface is fitted with.
+//! Continuous lattice coordinates (u, v) of points: the parameters for a surface fit.
 
 use glam::{DVec2, DVec3};
 
-use super::SelfOrganizingMap;
-use super::candidates::Walk;
+use super::map::SelfOrganizingMap;
+use super::nearest_lists::Lookup;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
-/// Most that a point beyond the border may lie outside, in cells.
-const MOST_EXTRAPOLATION: f64 = 1.0;
+/// Largest allowed extrapolation beyond the border, in cells.
+const MAX_EXTRAPOLATION: f64 = 1.0;
 
-/// Gauss-Newton steps to a foot point on a cell. A cell is nearly a parallelogram, on which one is
-/// exact; six bring even a twisted one to the last digits that matter.
-const STEPS: usize = 6;
+/// Gauss-Newton steps of a projection onto a cell, at most. One step is exact on a parallelogram;
+/// twisted cells need a few more.
+const MAX_STEPS: usize = 6;
 
-/// Steps shorter than this, in cells, lead nowhere.
-const SETTLED: f64 = 1e-12;
+/// Steps shorter than this, in cells, end the projection.
+const MIN_STEP: f64 = 1e-12;
 
 impl SelfOrganizingMap {
-    /// Each point's place (u, v) on the lattice: the foot of the point on the nearest of the
-    /// bilinear cells around its nearest node, in [0, 1]² along rows and columns. Beyond the border
-    /// the outer cells go on for at most `extrapolation` cells (0.75 is a good choice); closed
-    /// directions have the period 1 and give values in [0, 1).
+    /// Each point's lattice coordinates (u, v) in [0, 1]², along rows and columns. The point is
+    /// projected onto the bilinear cells around its nearest node; the nearest projection is taken.
+    /// Beyond the border the outer cells are extrapolated by at most `extrapolation` cells (0.75 is
+    /// a good choice). Closed directions have period 1 and give values in [0, 1).
     ///
     /// ```
     /// use neurbs::{DVec2, DVec3, progress::Silent};
@@ -39,8 +39,8 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the lattice is a graph, which has no rows and columns, or
-    /// `extrapolation` is not from 0 to 1; otherwise as [`Self::predict`] has them.
+    /// [`Error::Parameter`] if the lattice is a graph, which has no rows and columns, or if
+    /// `extrapolation` is not from 0 to 1; else as [`Self::predict`].
     pub fn parametrize(
         &self,
         points: &[DVec3],
@@ -53,7 +53,7 @@ impl SelfOrganizingMap {
         Ok(places)
     }
 
-    /// Hands on what [`Self::parametrize`] returns, piece by piece.
+    /// As [`Self::parametrize`], passing the results on in pieces.
     pub(crate) fn parameters(
         &self,
         points: &[DVec3],
@@ -62,14 +62,18 @@ impl SelfOrganizingMap {
         take: impl FnMut(&[DVec2]),
     ) -> Result<()> {
         if !self.lattice.is_grid() {
-            return Err(Error::parameter("lattice", "a grid to have coordinates", "a graph"));
+            return Err(Error::parameter(
+                "lattice",
+                "a grid, because a graph has no coordinates",
+                "a graph",
+            ));
         }
-        if !(0.0..=MOST_EXTRAPOLATION).contains(&extrapolation) {
+        if !(0.0..=MAX_EXTRAPOLATION).contains(&extrapolation) {
             let must = "from 0 to 1, in cells";
             return Err(Error::parameter("extrapolation", must, extrapolation));
         }
         let cells = Cells::of(self, extrapolation);
-        let place = |walk: &mut Walk<'_>, point| cells.place(walk.nearest(point).0, point);
+        let place = |lookup: &mut Lookup<'_>, point| cells.place(lookup.nearest(point).0, point);
         self.measure(points, 1, observer, place, take)
     }
 }
@@ -99,14 +103,14 @@ impl Side {
         [node.checked_sub(1).unwrap_or(before), node.min(self.cells() - 1)]
     }
 
-    /// How far a place in a cell may lie on either side of it.
+    /// The allowed range of a coordinate within a cell, extrapolation included.
     fn range(self, cell: usize, extrapolation: f64) -> (f64, f64) {
         let first = !self.closed && cell == 0;
         let last = !self.closed && cell + 1 == self.cells();
         (if first { -extrapolation } else { 0.0 }, if last { 1.0 + extrapolation } else { 1.0 })
     }
 
-    /// A place in a cell as a place on the whole side.
+    /// Converts a coordinate within a cell to one along the whole side.
     fn share(self, cell: usize, place: f64) -> f64 {
         let share = (cell as f64 + place) / self.cells() as f64;
         if self.closed && share >= 1.0 { 0.0 } else { share }
@@ -122,14 +126,14 @@ impl<'a> Cells<'a> {
         Self { nodes: &map.nodes, sides, extrapolation }
     }
 
-    /// The place of a point whose nearest node is known; the lowest cell among equals.
+    /// The lattice coordinates of a point with a known nearest node. Ties go to the lowest cell.
     fn place(&self, nearest: usize, point: DVec3) -> DVec2 {
         let [u, v] = self.sides;
         let (row, col) = (nearest / v.nodes, nearest % v.nodes);
         let mut best = (f64::INFINITY, DVec2::ZERO);
         for i in u.around(row) {
             for j in v.around(col) {
-                let (place, squared) = self.foot(i, j, point);
+                let (place, squared) = self.project(i, j, point);
                 if squared < best.0 {
                     best = (squared, DVec2::new(u.share(i, place.x), v.share(j, place.y)));
                 }
@@ -138,9 +142,9 @@ impl<'a> Cells<'a> {
         best.1
     }
 
-    /// The foot of a point on cell (i, j), in the cell's own coordinates, and the square of its
+    /// The projection of a point onto cell (i, j), in the cell's coordinates, and the squared
     /// distance.
-    fn foot(&self, i: usize, j: usize, point: DVec3) -> (DVec2, f64) {
+    fn project(&self, i: usize, j: usize, point: DVec3) -> (DVec2, f64) {
         let [u, v] = self.sides;
         let node = |i: usize, j: usize| self.nodes[i % u.nodes * v.nodes + j % v.nodes];
         let origin = node(i, j);
@@ -152,11 +156,11 @@ impl<'a> Cells<'a> {
         let offset =
             |p: DVec2| point - (origin + p.x * along_u + p.y * along_v + p.x * p.y * twist);
         let mut place = DVec2::splat(0.5);
-        for _ in 0..STEPS {
+        for _ in 0..MAX_STEPS {
             let (du, dv) = (along_u + place.y * twist, along_v + place.x * twist);
             let before = place;
             place = constrained(place, du, dv, offset(place), low, high);
-            if (place - before).abs().max_element() <= SETTLED {
+            if (place - before).abs().max_element() <= MIN_STEP {
                 break;
             }
         }
@@ -164,11 +168,11 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// The place in a box whose tangent plane comes nearest: a Gauss-Newton step, then along the walls.
+/// A Gauss-Newton step within a box: the point of the box whose tangent plane is nearest.
 fn constrained(place: DVec2, du: DVec3, dv: DVec3, rest: DVec3, low: DVec2, high: DVec2) -> DVec2 {
     let (uu, uv, vv) = (du.dot(du), du.dot(dv), dv.dot(dv));
     let (ru, rv) = (rest.dot(du), rest.dot(dv));
-    // A cell that has collapsed to a line or a point has no unique foot; any will do.
+    // A cell collapsed to a line or point has no unique projection; any will do.
     let (uu, vv) = (uu.max(f64::MIN_POSITIVE), vv.max(f64::MIN_POSITIVE));
     let determinant = (uu * vv - uv * uv).max(f64::EPSILON * uu * vv).max(f64::MIN_POSITIVE);
     let step = DVec2::new(vv * ru - uv * rv, uu * rv - uv * ru) / determinant;
@@ -176,7 +180,8 @@ fn constrained(place: DVec2, du: DVec3, dv: DVec3, rest: DVec3, low: DVec2, high
     if free.cmpge(low).all() && free.cmple(high).all() {
         return free;
     }
-    // The minimum of a convex function over a box lies on a wall: the best of the four.
+    // The constrained minimum of a convex function lies on an edge of the box: take the best of
+    // four.
     let along_v = |u: f64| {
         let v = place.y + (rv - uv * (u - place.x)) / vv;
         DVec2::new(u, v.clamp(low.y, high.y))

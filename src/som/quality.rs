@@ -1,25 +1,26 @@
-//! How well a map fits points and keeps their order.
+//! Quality measures of a map: distances to points, preserved neighborhoods, folds.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::candidates::Walk;
-use super::{SelfOrganizingMap, search};
+use super::map::SelfOrganizingMap;
+use super::nearest_lists::Lookup;
+use super::search;
 use crate::cloud;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Nodes looked at between two reports: a few milliseconds.
+/// Nodes processed between two reports, a few milliseconds.
 const NODES_PER_REPORT: usize = 1 << 18;
 
-/// Farthest that a coordinate may lie from the middle of the points that the map was made for:
-/// beyond, squares of distances are no numbers any more.
-const FARTHEST: f64 = 1e150;
+/// Largest distance of a coordinate from the frame's center. Squared distances beyond it would
+/// overflow.
+const MAX_COORDINATE: f64 = 1e150;
 
 impl SelfOrganizingMap {
-    /// The number of each point's nearest node, the lowest among equals.
+    /// The index of each point's nearest node. Ties go to the lowest index.
     ///
-    /// O(n log m) on points that lie near the lattice.
+    /// O(n log m) for points near the lattice.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -35,25 +36,27 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`] for such a point; [`Error::Parameter`] if points lie more than 1e150 away
-    /// from those that the map was made for; [`Error::Interrupted`] if the observer stops it.
+    /// [`Error::NotFinite`] for a point that is not finite; [`Error::Parameter`] if points lie more
+    /// than 1e150 from the center of the map's points; [`Error::Interrupted`] if the observer stops
+    /// it.
     pub fn predict(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<usize>> {
         let mut winners = Vec::with_capacity(points.len());
         self.winners(points, observer, |piece| winners.extend_from_slice(piece))?;
         Ok(winners)
     }
 
-    /// Hands on what [`Self::predict`] returns, piece by piece.
+    /// As [`Self::predict`], passing the results on in pieces.
     pub(crate) fn winners(
         &self,
         points: &[DVec3],
         observer: &mut dyn Observer,
         take: impl FnMut(&[usize]),
     ) -> Result<()> {
-        self.measure(points, 1, observer, |walk, point| walk.nearest(point).0, take)
+        self.measure(points, 1, observer, |lookup, point| lookup.nearest(point).0, take)
     }
 
-    /// Mean distance from a point to its nearest node, in the points' unit; NaN of no points.
+    /// Mean distance from a point to its nearest node, in the points' unit; NaN if there are no
+    /// points.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -71,17 +74,17 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::predict`] has them.
+    /// As [`Self::predict`].
     pub fn quantization_error(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<f64> {
         let mut sum = 0.0;
-        let distance = |walk: &mut Walk<'_>, point| walk.nearest(point).1.sqrt();
+        let distance = |lookup: &mut Lookup<'_>, point| lookup.nearest(point).1.sqrt();
         self.measure(points, 1, observer, distance, |piece| sum += piece.iter().sum::<f64>())?;
         Ok(sum / points.len() as f64)
     }
 
-    /// Share of the points whose two nearest nodes are no neighbours: they share neither an edge
-    /// nor a cell of the lattice (Kiviluoto, Topology preservation in self-organizing maps, 1996).
-    /// NaN of no points.
+    /// Share of the points whose two nearest nodes share neither an edge nor a cell of the lattice;
+    /// NaN if there are no points. Kiviluoto, *Topology preservation in self-organizing maps*,
+    /// 1996.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -96,10 +99,10 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::predict`] has them.
+    /// As [`Self::predict`].
     pub fn topographic_error(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<f64> {
-        let torn = |walk: &mut Walk<'_>, point| {
-            let [first, second] = walk.nearest_two(point);
+        let torn = |lookup: &mut Lookup<'_>, point| {
+            let [first, second] = lookup.nearest_two(point);
             !self.lattice.adjacent(first, second)
         };
         let mut count = 0;
@@ -108,7 +111,7 @@ impl SelfOrganizingMap {
         Ok(count as f64 / points.len() as f64)
     }
 
-    /// How many points each node is the nearest of.
+    /// Number of points nearest to each node.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -123,14 +126,14 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::predict`] has them.
+    /// As [`Self::predict`].
     pub fn hits(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u64>> {
         let mut hits = vec![0; self.nodes.len()];
         self.winners(points, observer, |piece| piece.iter().for_each(|&node| hits[node] += 1))?;
         Ok(hits)
     }
 
-    /// Mean distance from each node to its neighbours on the lattice, in the points' unit: Ultsch's
+    /// Mean distance from each node to its neighbors on the lattice, in the points' unit: Ultsch's
     /// unified distance matrix. O(m).
     ///
     /// ```
@@ -159,8 +162,8 @@ impl SelfOrganizingMap {
         self.by_nodes(observer, mean)
     }
 
-    /// How many pairs of neighbouring cells of a grid are folded over: their normals are more than
-    /// a right angle apart. `None` for a graph, which has no cells. O(m).
+    /// Number of folded pairs of adjacent cells, whose normals are more than a right angle apart;
+    /// `None` for a graph, which has no cells. O(m).
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -175,7 +178,7 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::u_matrix`] has them.
+    /// As [`Self::u_matrix`].
     pub fn fold_overs(&self, observer: &mut dyn Observer) -> Result<Option<usize>> {
         if !self.lattice.is_grid() {
             return Ok(None);
@@ -209,11 +212,11 @@ impl SelfOrganizingMap {
         Ok(Some(self.by_nodes(observer, folded)?.into_iter().sum()))
     }
 
-    /// Asks something of each node, in parallel.
+    /// Computes a value for each node, in parallel.
     fn by_nodes<T: Send>(
         &self,
         observer: &mut dyn Observer,
-        ask: impl Fn(usize) -> T + Sync,
+        query: impl Fn(usize) -> T + Sync,
     ) -> Result<Vec<T>> {
         let total = self.nodes.len();
         let mut answers = Vec::with_capacity(total);
@@ -221,19 +224,19 @@ impl SelfOrganizingMap {
             let now = Progress::of_stage(Stage::Measuring, first as u64, total as u64, 0);
             progress::report(observer, &now)?;
             let piece = first..total.min(first + NODES_PER_REPORT);
-            answers.par_extend(piece.into_par_iter().map(&ask));
+            answers.par_extend(piece.into_par_iter().map(&query));
         }
         Ok(answers)
     }
 
-    /// Asks something of the nearest node or two for each point, in parallel, and hands on the
-    /// answers piece by piece, in order.
+    /// Computes a value for each point from a nearest-node search, in parallel. `take` receives the
+    /// values in pieces, in order.
     pub(super) fn measure<T: Send + Clone + Default>(
         &self,
         points: &[DVec3],
-        wanted: usize,
+        k_nearest: usize,
         observer: &mut dyn Observer,
-        ask: impl Fn(&mut Walk<'_>, DVec3) -> T + Sync,
+        query: impl Fn(&mut Lookup<'_>, DVec3) -> T + Sync,
         take: impl FnMut(&[T]),
     ) -> Result<()> {
         let total = points.len();
@@ -243,14 +246,22 @@ impl SelfOrganizingMap {
         };
         let bounds = cloud::finite_bounds(points, &mut || report(0))?;
         let farthest = self.frame.farthest(&bounds);
-        if farthest > FARTHEST && !points.is_empty() {
-            let must = format!("at most {FARTHEST:e} from where the first points lay");
+        if farthest > MAX_COORDINATE && !points.is_empty() {
+            let must = format!("at most {MAX_COORDINATE:e} from the center of the first points");
             return Err(Error::parameter(
                 "points",
                 must,
                 format!("a coordinate {farthest:e} away"),
             ));
         }
-        search::ask(&self.nodes, &self.frame, (points, &bounds), wanted, &mut report, ask, take)
+        search::query(
+            &self.nodes,
+            &self.frame,
+            (points, &bounds),
+            k_nearest,
+            &mut report,
+            query,
+            take,
+        )
     }
 }

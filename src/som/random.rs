@@ -1,11 +1,11 @@
-//! The random numbers of a training: counted, so that a saved training goes on with the next one.
+//! Random numbers of a training. Their count is saved, so that a loaded map continues the sequence.
 
 use std::collections::BTreeSet;
 
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// PCG64 that knows how many numbers it has given.
+/// PCG64 with a count of the numbers drawn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Random {
     generator: Pcg64,
@@ -17,7 +17,7 @@ impl Random {
         Self { generator: Pcg64::seed_from_u64(seed), draws: 0 }
     }
 
-    /// The generator as it was after `draws` numbers.
+    /// The generator after `draws` numbers.
     pub(super) fn after(seed: u64, draws: u64) -> Self {
         let mut random = Self::new(seed);
         random.generator.advance(u128::from(draws));
@@ -34,8 +34,7 @@ impl Random {
         self.generator.next_u64()
     }
 
-    /// A number from 0 to `count - 1`. It takes one draw whatever the outcome; the bias, `count`
-    /// of 2⁶⁴, is beyond measuring.
+    /// An integer from 0 to `count - 1`, from one draw. The bias of `count` in 2⁶⁴ is negligible.
     pub(super) fn index(&mut self, count: usize) -> usize {
         let wide = u128::from(self.number()) * count as u128;
         #[expect(clippy::cast_possible_truncation, reason = "less than `count`")]
@@ -48,7 +47,7 @@ impl Random {
         (self.number() >> 11) as f64 * (-53.0_f64).exp2()
     }
 
-    /// `count` different numbers from 0 to `total - 1` (Floyd's sampling).
+    /// `count` distinct integers from 0 to `total - 1`, ascending (Floyd's sampling).
     pub(super) fn sample(&mut self, count: usize, total: usize) -> Vec<usize> {
         let mut chosen = BTreeSet::new();
         for last in total - count..total {
@@ -60,7 +59,7 @@ impl Random {
         chosen.into_iter().collect()
     }
 
-    /// Brings `values` into random order (Fisher and Yates).
+    /// Shuffles `values` (Fisher-Yates).
     pub(super) fn shuffle<T>(&mut self, values: &mut [T]) {
         for last in (1..values.len()).rev() {
             values.swap(last, self.index(last + 1));
@@ -73,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_goes_on_where_it_was() {
+    fn after_resumes_the_sequence() {
         let mut random = Random::new(7);
         for _ in 0..5 {
             random.index(10);
@@ -84,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_even_and_without_repetition() {
+    fn samples_are_uniform_without_repetition() {
         let mut random = Random::new(2);
         let mut chosen = [0; 6];
         for _ in 0..10_000 {
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn indices_and_shuffles_are_even() {
+    fn shuffles_are_uniform() {
         let mut random = Random::new(1);
         let mut first = [0; 5];
         for _ in 0..10_000 {

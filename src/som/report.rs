@@ -1,20 +1,20 @@
-//! What a training says of itself while it goes on.
+//! Progress reports of a training.
 
 use glam::DVec3;
 
-use super::SelfOrganizingMap;
-use super::sums::BatchSums;
+use super::batch_sums::BatchSums;
+use super::map::SelfOrganizingMap;
 use crate::error::Result;
 use crate::progress::{self, Epoch, Observer, Progress, Stage};
 
 impl SelfOrganizingMap {
-    /// Takes over what the sums of an epoch say of the lattice.
-    pub(super) fn note(&mut self, sums: &BatchSums) {
+    /// Records the mean distance and the number of reached points of an epoch.
+    pub(super) fn record_epoch(&mut self, sums: &BatchSums) {
         self.error = Some(sums.mean_distance());
         self.reached = usize::try_from(sums.reached).unwrap_or(usize::MAX);
     }
 
-    /// Reports how far the training is.
+    /// Reports the current progress.
     pub(super) fn report(&self, observer: &mut dyn Observer) -> Result<()> {
         let progress = Progress {
             stage: Stage::Training,
@@ -30,8 +30,8 @@ impl SelfOrganizingMap {
         progress::report(observer, &progress)
     }
 
-    /// Shows a finished epoch.
-    pub(super) fn show(&self, nodes: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
+    /// Reports a finished epoch.
+    pub(super) fn report_epoch(&self, nodes: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
         let lattice: Vec<DVec3> = nodes.iter().map(|&node| self.frame.undo(node)).collect();
         let epoch = Epoch {
             step: self.steps,

@@ -1,4 +1,4 @@
-//! How gain and radius fall in time (the paper's section 4.1).
+//! Schedules of gain and radius over the steps of a training (section 4.1 of the paper).
 
 use std::f64::consts::PI;
 
@@ -9,8 +9,8 @@ pub(super) fn paper_gain() -> f64 {
     (2.0 * PI).sqrt().recip()
 }
 
-/// A quantity that changes in the course of a training: of gain, the share of their way that nodes
-/// move; of radius, how far on the lattice the neighbourhood reaches, in cells.
+/// A quantity that changes during training. For the gain it is the share of the distance to the
+/// point by which nodes move, for the radius the reach of the neighborhood in cells.
 ///
 /// ```
 /// use neurbs::som::Schedule;
@@ -21,39 +21,38 @@ pub(super) fn paper_gain() -> f64 {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Schedule {
-    /// The paper's: `start · exp(-(t / scale)² / 2)` with t in steps. `None`: derived from points,
-    /// lattice and number of steps, as the option says.
+    /// The paper's `start · exp(-(t / scale)² / 2)` with t in steps. `None`: derived from points,
+    /// lattice and number of steps, as the option describes.
     Gaussian {
         /// Value at time 0.
         start: Option<f64>,
-        /// The scale on the time axis, in steps: the paper's q for the gain, s for the radius.
+        /// Scale of the time axis, in steps: the paper's q for the gain, s for the radius.
         scale: Option<f64>,
     },
-    /// A straight line from the first step to the last.
+    /// Linear from the first step to the last.
     Linear {
         /// Value at the first step.
         start: f64,
         /// Value at the last step.
         end: f64,
     },
-    /// The same factor from step to step.
+    /// Multiplied by a constant factor at each step.
     Exponential {
         /// Value at the first step.
         start: f64,
         /// Value at the last step.
         end: f64,
     },
-    /// Always the same.
+    /// Constant.
     Constant(f64),
-    /// Given values at equal distances from the first step to the last, straight lines between.
+    /// Given values at equal intervals from the first step to the last, linearly interpolated.
     Table(Vec<f64>),
 }
 
 impl Schedule {
-    /// The value at `step` of a training in which `last` is the last step; later it stays.
+    /// The value at `step`; constant after step `last`.
     ///
-    /// A Gaussian with parts left out counts as one that starts at 1 with a third of the steps as
-    /// its scale.
+    /// A Gaussian without `start` starts at 1; without `scale` its scale is a third of the steps.
     ///
     /// ```
     /// use neurbs::som::Schedule;
@@ -87,10 +86,10 @@ impl Schedule {
         }
     }
 
-    /// The first step at which the value is under `limit`, if it falls; for a radius and 1 this is
-    /// the paper's t₀, from which on only the winner moves. A Gaussian's is
-    /// `scale · √(2 ln(start / limit))`, rounded up, and may lie beyond the last step; the others'
-    /// are at most `last + 1`, which stands for never.
+    /// The first step at which the value is below `limit`. For a radius and limit 1 it is the
+    /// paper's t₀, from which on only the winner moves. For a Gaussian it is `scale · √(2 ln(start
+    /// / limit))`, rounded up, and may exceed `last`. For other schedules it is at most `last + 1`,
+    /// which stands for never.
     ///
     /// ```
     /// use neurbs::som::Schedule;
@@ -107,13 +106,13 @@ impl Schedule {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "a time is not negative; the cast saturates, and no training is as long"
+                reason = "not negative; the cast saturates beyond any training"
             )]
             return time.ceil() as u64;
         }
         let (mut low, mut high) = (0, last + 1);
         if let Self::Table(values) = self {
-            // It may go up and down: it is under the limit after the last place above.
+            // A table may rise and fall: search after its last value not below the limit.
             let above = values.iter().rposition(|&value| value >= limit);
             let places = (values.len() - 1).max(1) as u64;
             let step_of = |place: usize| {
@@ -122,7 +121,7 @@ impl Schedule {
             low = above.map_or(0, step_of);
             high = above.map_or(0, |place| (step_of(place + 1) + 1).min(last + 1));
         }
-        // There they fall, or they stay.
+        // From `low` to `high` the values fall or stay constant, so bisection applies.
         while low < high {
             let middle = low + (high - low) / 2;
             if self.at(middle, last) < limit { high = middle } else { low = middle + 1 }
@@ -130,12 +129,12 @@ impl Schedule {
         low
     }
 
-    /// Whether the value changes no more after `step`.
-    pub(super) fn rests_after(&self, step: u64, last: u64) -> bool {
+    /// Whether the value is constant after `step`.
+    pub(super) fn constant_after(&self, step: u64, last: u64) -> bool {
         step >= last || matches!(self, Self::Constant(_))
     }
 
-    /// The same schedule, with what a Gaussian leaves out filled in.
+    /// The same schedule with the missing parts of a Gaussian filled in.
     pub(super) fn or(self, default_start: f64, default_scale: impl Fn(f64) -> f64) -> Self {
         match self {
             Self::Gaussian { start, scale } => {
@@ -147,13 +146,13 @@ impl Schedule {
         }
     }
 
-    /// Checks that all its values are numbers from 0 to `most`.
-    pub(super) fn check(&self, name: &'static str, most: f64) -> Result<()> {
+    /// Checks that all values are finite numbers from 0 to `max`.
+    pub(super) fn check(&self, name: &'static str, max: f64) -> Result<()> {
         let value = |value: f64| {
-            if (0.0..=most).contains(&value) && value.is_finite() {
+            if (0.0..=max).contains(&value) && value.is_finite() {
                 return Ok(());
             }
-            let must = if most.is_finite() {
+            let must = if max.is_finite() {
                 "from 0 to 1 at every step"
             } else {
                 "finite and at least 0 at every step"
@@ -164,7 +163,7 @@ impl Schedule {
             if part > 0.0 && part.is_finite() {
                 return Ok(());
             }
-            Err(Error::parameter(name, "such that its start, end and scale are positive", part))
+            Err(Error::parameter(name, "positive in start, end and scale", part))
         };
         match self {
             Self::Gaussian { start, scale } => {
@@ -187,17 +186,17 @@ impl Schedule {
     }
 }
 
-/// The gain's scale q as a share of the steps: the gain ends at `exp(-4.5)`, 1 % of its start.
+/// Scale q of the gain as a share of the steps: the gain ends at `exp(-4.5)`, 1 % of its start.
 pub(super) const GAIN_SCALE_SHARE: f64 = 1.0 / 3.0;
 
-/// The scale that lets a Gaussian fall from `start` to `value` after `steps` steps; `steps` if it
-/// starts below.
+/// The scale at which a Gaussian falls from `start` to `value` in `steps` steps; `steps` if `start`
+/// is below `value`.
 pub(super) fn scale_for(start: f64, value: f64, steps: f64) -> f64 {
     let unit = unit_time(start, value);
     if unit > 0.0 { steps / unit } else { steps }
 }
 
-/// When a Gaussian of scale 1 falls from `start` to `value`.
+/// Time at which a Gaussian of scale 1 falls from `start` to `value`.
 fn unit_time(start: f64, value: f64) -> f64 {
     (2.0 * (start / value).ln()).max(0.0).sqrt()
 }
@@ -207,21 +206,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scale_and_time_are_inverse() {
+    fn scale_for_inverts_falls_under() {
         let scale = scale_for(40.0, 1.0, 1234.0);
         let radius = Schedule::Gaussian { start: Some(40.0), scale: Some(scale) };
         assert!((1234..=1235).contains(&radius.falls_under(1.0, 1)));
     }
 
     #[test]
-    fn a_radius_under_one_is_zero_from_the_beginning() {
+    fn a_start_below_the_limit_falls_under_at_step_zero() {
         let radius = Schedule::Gaussian { start: Some(0.5), scale: Some(10.0) };
         assert_eq!(radius.falls_under(1.0, 100), 0);
         assert_eq!(scale_for(0.5, 1.0, 10.0), 10.0);
     }
 
     #[test]
-    fn falling_under_is_what_at_says() {
+    fn falls_under_agrees_with_at() {
         let schedules = [
             Schedule::Linear { start: 7.0, end: 0.0 },
             Schedule::Exponential { start: 9.0, end: 0.3 },
@@ -235,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_and_middles_of_each_kind() {
+    fn tables_and_exponentials_interpolate() {
         let table = Schedule::Table(vec![4.0, 2.0, 0.0]);
         assert_eq!([0, 25, 50, 100].map(|t| table.at(t, 100)), [4.0, 3.0, 2.0, 0.0]);
         assert_eq!(Schedule::Table(vec![4.0]).at(3, 9), 4.0);

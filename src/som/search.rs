@@ -1,62 +1,64 @@
-//! What many points find on a lattice that does not move: winners, distances, sums.
+//! Parallel nearest-node queries and sums over many points, for fixed node positions.
 
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::boxes::Boxes;
-use super::candidates::{Candidates, Walk};
+use super::batch_sums::{BatchSums, PartSums};
+use super::box_tree::BoxTree;
 use super::frame::Frame;
-use super::sums::{BatchSums, PartSums};
+use super::nearest_lists::{Lookup, NearestLists};
 use crate::cloud::Bounds;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Points between two reports, some ten milliseconds.
+/// Points summed between two reports, about ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
 
-/// Points to a task of a thread, at least: enough to be worth waking another one; and at most: enough to have many in
-/// each part of the space, few enough to be sorted in the core's own cache.
+/// Points per task, least and most. Fewer would not repay the start of a task; more would not fit
+/// into a core's cache while they are sorted.
 const POINTS_PER_TASK: [usize; 2] = [1 << 11, 1 << 16];
 
-/// Tasks that few points are divided into, so that all threads have some.
-const TASKS: usize = 32;
+/// Target number of tasks for few points, so that all threads get some.
+const TARGET_TASKS: usize = 32;
 
-/// The same where points are asked for more than sums: they may lie far from the lattice, where
-/// each looks at many nodes.
-const ASKED_PER_REPORT: usize = 1 << 16;
-const ASKED_PER_TASK: [usize; 2] = [1 << 8, 1 << 14];
+/// Points queried between two reports. Points far from the lattice compare many nodes, so there are
+/// fewer than for sums.
+const QUERIES_PER_REPORT: usize = 1 << 16;
 
-/// Time after which tasks give back what they have not done yet, for a report to be made: where
-/// many nodes are equally near, as to the middle of a ring, each point looks at all of them.
-const SLICE: Duration = Duration::from_millis(30);
+/// Points per query task, least and most.
+const QUERIES_PER_TASK: [usize; 2] = [1 << 8, 1 << 14];
 
-/// Points between two looks at the clock.
-const POINTS_PER_LOOK: usize = 128;
+/// Time after which tasks stop so that a report can be made. Where many nodes are equally near, as
+/// at the center of a ring, a query compares all of them.
+const REPORT_INTERVAL: Duration = Duration::from_millis(30);
 
-/// Points to a task, of so many, and within limits: a power of two, so that tasks fill a report.
-fn per_task(points: usize, [least, most]: [usize; 2]) -> usize {
-    points.div_ceil(TASKS).next_power_of_two().clamp(least, most)
+/// Points processed between two checks of the clock.
+const POINTS_PER_CLOCK_CHECK: usize = 128;
+
+/// Points per task within the limits, as a power of two, so that whole tasks fill a report.
+fn per_task(points: usize, [min, max]: [usize; 2]) -> usize {
+    points.div_ceil(TARGET_TASKS).next_power_of_two().clamp(min, max)
 }
 
 /// Some points and their ranks.
 type Piece<'a> = (&'a [DVec3], &'a [u32]);
 
-/// Points and each one's rank in the order in which its task looks at them.
-pub(super) struct Ordered<'a> {
+/// Points, and each one's rank in the Morton order of its task.
+pub(super) struct OrderedPoints<'a> {
     frame: Frame,
     points: &'a [DVec3],
-    boxes: Boxes,
+    boxes: BoxTree,
     ranks: Vec<u32>,
     /// Points to a task.
     per_task: usize,
-    /// Farthest coordinate from the frame's centre.
+    /// Largest absolute coordinate, in the frame.
     farthest: f64,
 }
 
-impl<'a> Ordered<'a> {
-    /// Orders points within `bounds` for being looked up among `nodes` nodes.
+impl<'a> OrderedPoints<'a> {
+    /// Orders points within `bounds` for queries among `nodes` nodes.
     pub(super) fn new(
         frame: Frame,
         points: &'a [DVec3],
@@ -65,7 +67,7 @@ impl<'a> Ordered<'a> {
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let local = local(&frame, bounds);
-        let boxes = Boxes::new(&local, points.len(), nodes);
+        let boxes = BoxTree::new(&local, points.len(), nodes);
         let mut ranks = vec![0; points.len()];
         let per_task = per_task(points.len(), POINTS_PER_TASK);
         let slabs = points.chunks(POINTS_PER_REPORT).zip(ranks.chunks_mut(POINTS_PER_REPORT));
@@ -73,14 +75,14 @@ impl<'a> Ordered<'a> {
             listen()?;
             let tasks = ranks.par_chunks_mut(per_task);
             tasks.zip(points.par_chunks(per_task)).for_each(|(ranks, points)| {
-                boxes.rank(points.iter().map(|&point| frame.apply(point)), ranks);
+                boxes.morton_ranks(points.iter().map(|&point| frame.apply(point)), ranks);
             });
         }
         let farthest = frame.farthest(bounds);
         Ok(Self { frame, points, boxes, ranks, per_task, farthest })
     }
 
-    /// Adds the points to the sums of their winners.
+    /// Adds each point to the sums of its nearest node.
     pub(super) fn accumulate(
         &self,
         nodes: &[DVec3],
@@ -89,23 +91,23 @@ impl<'a> Ordered<'a> {
         listen: &mut Listen<'_>,
     ) -> Result<()> {
         let reach_squared = reach * reach;
-        let tree = Candidates::new(nodes, self.boxes, 1, listen)?;
+        let tree = NearestLists::new(nodes, self.boxes, 1, listen)?;
         let per_task = self.per_task;
-        let scratch = || (tree.walk(), vec![DVec3::ZERO; per_task.min(self.points.len())]);
-        // `begun` is the number of the piece to go on with, and of the point in it.
-        let task = |(walk, sorted): &mut (Walk<'_>, Vec<DVec3>),
+        let scratch = || (tree.lookup(), vec![DVec3::ZERO; per_task.min(self.points.len())]);
+        // `begun` is the index of the current piece and of the next point in it.
+        let task = |(lookup, sorted): &mut (Lookup<'_>, Vec<DVec3>),
                     pieces: &[Piece<'_>],
                     begun: &mut (usize, usize),
                     end: Instant| {
             let mut part = PartSums::new(&self.frame, nodes.len());
             while let Some((points, ranks)) = pieces.get(begun.0) {
-                // Memory is read from one end to the other, and only this copy here and there.
+                // The points are read sequentially; only this scratch copy is written out of order.
                 for (&point, &rank) in points.iter().zip(*ranks) {
                     sorted[rank as usize] = self.frame.apply(point);
                 }
-                for some in sorted[begun.1..points.len()].chunks(POINTS_PER_LOOK) {
+                for some in sorted[begun.1..points.len()].chunks(POINTS_PER_CLOCK_CHECK) {
                     for &point in some {
-                        let (winner, squared) = walk.nearest(point);
+                        let (winner, squared) = lookup.nearest(point);
                         part.add(winner, point, squared.sqrt(), squared <= reach_squared);
                     }
                     begun.1 += some.len();
@@ -119,16 +121,17 @@ impl<'a> Ordered<'a> {
         };
         let pieces: Vec<Piece<'_>> =
             self.points.chunks(per_task).zip(self.ranks.chunks(per_task)).collect();
-        // Each part has sums for all nodes: there should be many more points to a part than nodes.
-        let most = PartSums::capacity(&self.frame, self.farthest) / per_task;
-        let per_part = (4 * nodes.len() / per_task).clamp(1, most);
+        // Each part has sums for all nodes, so a part should have many more points than there are
+        // nodes.
+        let max_per_part = PartSums::capacity(&self.frame, self.farthest) / per_task;
+        let per_part = (4 * nodes.len() / per_task).clamp(1, max_per_part);
         let per_report = (POINTS_PER_REPORT / per_task).max(2 * per_part);
         for pieces in pieces.chunks(per_report) {
             let mut begun = vec![(0, 0); pieces.len().div_ceil(per_part)];
             let mut unfinished = true;
             while unfinished {
                 listen()?;
-                let end = Instant::now() + SLICE;
+                let end = Instant::now() + REPORT_INTERVAL;
                 let tasks = pieces.par_chunks(per_part).zip(&mut begun);
                 let parts = tasks.map_init(scratch, |scratch, (pieces, begun)| {
                     task(scratch, pieces, begun, end)
@@ -144,37 +147,37 @@ impl<'a> Ordered<'a> {
     }
 }
 
-/// Asks something of the nearest node or two of points within bounds, and hands on the answers
-/// piece by piece, in order; `report` is told how many are done.
-pub(super) fn ask<T: Send + Clone + Default>(
+/// Computes `query(lookup, point)` for each point within `bounds`, in parallel. `take` receives the
+/// results in pieces, in order; `report` receives the number of finished points.
+pub(super) fn query<T: Send + Clone + Default>(
     nodes: &[DVec3],
     frame: &Frame,
     (points, bounds): (&[DVec3], &Bounds),
-    wanted: usize,
+    k_nearest: usize,
     report: &mut dyn FnMut(usize) -> Result<()>,
-    ask: impl Fn(&mut Walk<'_>, DVec3) -> T + Sync,
+    query: impl Fn(&mut Lookup<'_>, DVec3) -> T + Sync,
     mut take: impl FnMut(&[T]),
 ) -> Result<()> {
-    let boxes = Boxes::new(&local(frame, bounds), points.len(), nodes.len());
-    let tree = Candidates::new(nodes, boxes, wanted, &mut || report(0))?;
-    let mut answers = vec![T::default(); points.len().min(ASKED_PER_REPORT)];
-    let per_task = per_task(points.len(), ASKED_PER_TASK);
-    for (number, points) in points.chunks(ASKED_PER_REPORT).enumerate() {
+    let boxes = BoxTree::new(&local(frame, bounds), points.len(), nodes.len());
+    let tree = NearestLists::new(nodes, boxes, k_nearest, &mut || report(0))?;
+    let mut answers = vec![T::default(); points.len().min(QUERIES_PER_REPORT)];
+    let per_task = per_task(points.len(), QUERIES_PER_TASK);
+    for (number, points) in points.chunks(QUERIES_PER_REPORT).enumerate() {
         let answers = &mut answers[..points.len()];
         let mut begun = vec![0; points.len().div_ceil(per_task)];
         let mut done = 0;
         while done < points.len() {
-            report(number * ASKED_PER_REPORT + done)?;
-            let end = Instant::now() + SLICE;
+            report(number * QUERIES_PER_REPORT + done)?;
+            let end = Instant::now() + REPORT_INTERVAL;
             let tasks = answers.par_chunks_mut(per_task);
             let tasks = tasks.zip(points.par_chunks(per_task)).zip(&mut begun);
             tasks.for_each(|((answers, points), begun)| {
-                let mut walk = tree.walk();
-                let order = boxes.order(points.iter().map(|&point| frame.apply(point)));
+                let mut lookup = tree.lookup();
+                let order = boxes.morton_order(points.iter().map(|&point| frame.apply(point)));
                 for index in order.skip(*begun) {
-                    answers[index] = ask(&mut walk, frame.apply(points[index]));
+                    answers[index] = query(&mut lookup, frame.apply(points[index]));
                     *begun += 1;
-                    if begun.is_multiple_of(POINTS_PER_LOOK) && Instant::now() >= end {
+                    if begun.is_multiple_of(POINTS_PER_CLOCK_CHECK) && Instant::now() >= end {
                         break;
                     }
                 }

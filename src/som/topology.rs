@@ -1,19 +1,19 @@
-//! What kinds of grids there are.
+//! Topologies and cells of grids.
 
-/// Which directions of a grid are closed to a ring.
+/// The closed directions of a grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Topology {
-    /// None.
+    /// Open in both directions.
     #[default]
     Sheet,
-    /// u: the last row is joined to the first.
+    /// Closed in u: the last row is joined to the first.
     Tube,
-    /// u and v: the last row is joined to the first, and the last column too.
+    /// Closed in u and v: the last row is joined to the first, and the last column to the first.
     Torus,
 }
 
 impl Topology {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 3] = [Self::Sheet, Self::Tube, Self::Torus];
 
     /// The topology's name, as Python spells it.
@@ -38,18 +38,18 @@ impl Topology {
     }
 }
 
-/// How the nodes of a grid are joined.
+/// The connections of a grid's nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cells {
-    /// Along rows and columns: an inner node has four neighbours.
+    /// Along rows and columns: an inner node has four neighbors.
     #[default]
     Quad,
-    /// Along one diagonal of each cell too: an inner node has six neighbours.
+    /// Along one diagonal of each cell too: an inner node has six neighbors.
     Triangular,
 }
 
 impl Cells {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 2] = [Self::Quad, Self::Triangular];
 
     /// The kind's name, as Python spells it.

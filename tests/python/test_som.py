@@ -454,7 +454,7 @@ def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) 
     ("nodes", "edges", "message"),
     [
         (3, [(0, 1), (1, 3)], r"edges must be pairs of different nodes from 0 to 2, got \(1, 3\)"),
-        (4, [(0, 1), (2, 3)], "got a graph in pieces: 2 of 4 nodes"),
+        (4, [(0, 1), (2, 3)], "got 2 of 4 nodes"),
         (3, [(0, 1, 2)], "edges must be a sequence of pairs"),
         (3, 5, "edges must be a sequence"),
         (True, [(0, 1)], "nodes must be an integer from 0 .*, got True"),

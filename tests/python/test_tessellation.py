@@ -177,7 +177,7 @@ def test_pyvista_and_trimesh_are_not_needed_for_meshes() -> None:
         ({"max_triangles": 10}, "at most 10 triangles"),
         ({"max_aspect": 1.0}, "max_aspect must be finite and at least 4, got 1"),
         ({"max_edge": 0.0}, "max_edge must be positive and finite"),
-        ({"shape": (4, 4), "tolerance": 0.1}, "shape must be None where there are limits"),
+        ({"shape": (4, 4), "tolerance": 0.1}, "shape must be None if a limit is given"),
     ],
     ids=str,
 )

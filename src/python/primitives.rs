@@ -1,30 +1,19 @@
-//! `neurbs.NurbsSurface`: exact surfaces from numbers.
+//! `neurbs.NurbsSurface`: exact primitives (plane, cylinder, cone, sphere, torus).
 
-use glam::DVec3;
 use pyo3::prelude::*;
 
-use super::arguments::{optional_real, real};
-use super::arrays::Numbers;
-use super::errors::bad_argument;
+use super::arguments::{optional_real, real, vector};
 use super::surface::NurbsSurface;
 use crate::nurbs;
 
-/// A point or direction: three numbers.
-pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<DVec3> {
-    let numbers = Numbers::new(value, name, "three real numbers", &[&[Some(3)]])?;
-    let numbers: &[f64] = numbers.as_slice()?;
-    let vector = DVec3::from_slice(numbers);
-    if vector.is_finite() { Ok(vector) } else { Err(bad_argument(name, "finite", value)) }
-}
-
 #[pymethods]
 impl NurbsSurface {
-    /// The parallelogram from a corner along two sides.
+    /// A parallelogram.
     ///
     /// Parameters
     /// ----------
     /// origin, u, v : array_like of shape (3,)
-    ///     The corner and the sides.
+    ///     A corner, and the vectors of the two sides from there.
     ///
     /// Returns
     /// -------
@@ -33,7 +22,7 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the sides span no plane.
+    ///     If the sides are parallel or zero.
     ///
     /// Examples
     /// --------
@@ -51,28 +40,28 @@ impl NurbsSurface {
         Self::new(py, nurbs::NurbsSurface::plane(origin, u, v)?)
     }
 
-    /// The side of a cylinder, exact; u runs round it, v along its axis.
+    /// The exact lateral surface of a cylinder; u runs around it, v along its axis.
     ///
     /// Parameters
     /// ----------
     /// base, axis : array_like of shape (3,)
-    ///     The centre of the base, and the way from there to the centre of the top.
+    ///     The center of the base, and the vector from there to the center of the top.
     /// radius : float
-    ///     Its radius.
+    ///     The radius.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     With normals that point outwards.
+    ///     With outward normals.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the radius is not positive or the axis has no length.
+    ///     If the radius is not positive or the axis is zero.
     ///
     /// Notes
     /// -----
-    /// A line that turns about the axis, *The NURBS Book*, A8.1.
+    /// Revolution of a line about the axis, *The NURBS Book*, A8.1.
     ///
     /// Examples
     /// --------
@@ -90,30 +79,30 @@ impl NurbsSurface {
         Self::new(py, nurbs::NurbsSurface::cylinder(base, axis, radius)?)
     }
 
-    /// The side of a cone, exact; u runs round it, v along its axis.
+    /// The exact lateral surface of a cone; u runs around it, v along its axis.
     ///
     /// Parameters
     /// ----------
     /// base, axis : array_like of shape (3,)
-    ///     The centre of the base, and the way from there to the centre of the top.
+    ///     The center of the base, and the vector from there to the center of the top.
     /// radius : float
     ///     The radius at the base.
     /// top_radius : float, default 0
-    ///     The radius at the top: 0 for a whole cone.
+    ///     The radius at the top; 0 for a full cone.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     With normals that point outwards.
+    ///     With outward normals.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a radius is negative or both are 0, or the axis has no length.
+    ///     If a radius is negative, both are 0, or the axis is zero.
     ///
     /// Notes
     /// -----
-    /// A line that turns about the axis, *The NURBS Book*, A8.1.
+    /// Revolution of a line about the axis, *The NURBS Book*, A8.1.
     ///
     /// Examples
     /// --------
@@ -138,19 +127,19 @@ impl NurbsSurface {
         Self::new(py, nurbs::NurbsSurface::cone(base, axis, radius, top_radius)?)
     }
 
-    /// The sphere, exact; u runs round the z axis, v from the south to the north pole.
+    /// An exact sphere; u runs around the z axis, v from the south to the north pole.
     ///
     /// Parameters
     /// ----------
     /// centre : array_like of shape (3,)
-    ///     Its centre.
+    ///     The center.
     /// radius : float
-    ///     Its radius.
+    ///     The radius.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     With normals that point outwards.
+    ///     With outward normals.
     ///
     /// Raises
     /// ------
@@ -159,8 +148,8 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// Half a circle that turns about the z axis, *The NURBS Book*, A8.1. The poles, where an edge
-    /// of the net collapses, have normals and closest points like any other place.
+    /// Revolution of a semicircle about the z axis, *The NURBS Book*, A8.1. An edge of the net
+    /// collapses at each pole; normals and closest points work there too.
     ///
     /// Examples
     /// --------
@@ -174,19 +163,19 @@ impl NurbsSurface {
         Self::new(py, nurbs::NurbsSurface::sphere(centre, radius)?)
     }
 
-    /// The torus about the z axis through its centre, exact; u runs round the axis.
+    /// An exact torus about the z axis through its center; u runs around the axis.
     ///
     /// Parameters
     /// ----------
     /// centre : array_like of shape (3,)
-    ///     Its centre.
+    ///     The center.
     /// major, minor : float
-    ///     The radius of the circle that the tube follows, and that of the tube.
+    ///     The radius of the circle that the tube follows, and the radius of the tube.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     With normals that point outwards.
+    ///     With outward normals.
     ///
     /// Raises
     /// ------
@@ -195,7 +184,7 @@ impl NurbsSurface {
     ///
     /// Notes
     /// -----
-    /// A circle that turns about the axis, *The NURBS Book*, A8.1.
+    /// Revolution of a circle about the axis, *The NURBS Book*, A8.1.
     ///
     /// Examples
     /// --------

@@ -1,21 +1,20 @@
-//! Which point is presented next (the paper's section 4.3).
+//! The order in which online training presents points (section 4.3 of the paper).
 
 use super::options::Presentation;
 use super::random::Random;
 
-/// The order in which points are presented.
+/// The order of presentation and its current position.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Order {
+pub(super) struct PresentationOrder {
     pub(super) kind: Presentation,
     pub(super) points: usize,
-    /// Shuffled: this epoch's order. Skip-reached: the points that are still presented. Random:
-    /// empty, since it needs none.
+    /// Shuffled: this epoch's order. Skip-reached: the points still presented. Random: empty.
     pub(super) pool: Vec<u32>,
-    /// Place in `pool` of the last presented point.
+    /// Index in `pool` of the last presented point.
     pub(super) place: usize,
 }
 
-impl Order {
+impl PresentationOrder {
     pub(super) fn new(kind: Presentation, points: usize) -> Self {
         let pool = if kind == Presentation::Random {
             Vec::new()
@@ -25,7 +24,7 @@ impl Order {
         Self { kind, points, pool, place: usize::MAX }
     }
 
-    /// The next point's index, or `None` if none is left to present.
+    /// The index of the next point, or `None` if none is left.
     pub(super) fn next(&mut self, random: &mut Random) -> Option<usize> {
         match self.kind {
             Presentation::Random => Some(random.index(self.points)),
@@ -47,8 +46,8 @@ impl Order {
         }
     }
 
-    /// Whether an order that was read from bytes can be followed.
-    pub(super) fn is_sound(&self) -> bool {
+    /// Whether an order read from bytes is consistent.
+    pub(super) fn is_valid(&self) -> bool {
         let complete = match self.kind {
             Presentation::Random => self.pool.is_empty(),
             Presentation::SkipReached => self.pool.len() <= self.points,
@@ -60,8 +59,8 @@ impl Order {
         complete && self.pool.iter().all(|&index| (index as usize) < self.points)
     }
 
-    /// Takes the point that was presented last out of the game, if reached points are skipped.
-    pub(super) fn retire(&mut self) {
+    /// Removes the last presented point from the pool if reached points are skipped.
+    pub(super) fn remove_presented(&mut self) {
         if self.kind == Presentation::SkipReached {
             self.pool.swap_remove(self.place);
         }
@@ -73,9 +72,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shuffled_presents_each_once_an_epoch() {
+    fn shuffled_presents_each_point_once_per_epoch() {
         let mut random = Random::new(1);
-        let mut order = Order::new(Presentation::Shuffled, 10);
+        let mut order = PresentationOrder::new(Presentation::Shuffled, 10);
         let mut epochs: Vec<Vec<usize>> = Vec::new();
         for _ in 0..3 {
             epochs.push((0..10).filter_map(|_| order.next(&mut random)).collect());
@@ -88,13 +87,13 @@ mod tests {
     }
 
     #[test]
-    fn retired_points_do_not_come_back() {
+    fn removed_points_are_not_presented_again() {
         let mut random = Random::new(1);
-        let mut order = Order::new(Presentation::SkipReached, 5);
+        let mut order = PresentationOrder::new(Presentation::SkipReached, 5);
         let mut seen = Vec::new();
         while let Some(index) = order.next(&mut random) {
             seen.push(index);
-            order.retire();
+            order.remove_presented();
         }
         seen.sort_unstable();
         assert_eq!(seen, [0, 1, 2, 3, 4]);

@@ -1,20 +1,19 @@
-//! The nodes in online training: side by side in the lanes of vector registers, so that search and
-//! update run there.
+//! Node positions of online training in vector-register lanes, for SIMD search and update.
 
 use std::ops::Range;
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::bell::{Bell, LANES, gaussian};
+use super::gaussian::{LANES, SideWeights, gaussian_weights};
 use super::lattice::{Distances, Lattice};
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// A node that moves by a smaller share of its way than this stays where rounding has it.
-const UNFELT: f64 = 1e-18;
+/// Moves by a smaller share of the distance vanish in rounding and are skipped.
+const NEGLIGIBLE_SHARE: f64 = 1e-18;
 
-/// Positions of neighbouring nodes of a row.
+/// Positions of consecutive nodes of a row.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 struct Block {
@@ -23,23 +22,23 @@ struct Block {
     z: [f64; LANES],
 }
 
-/// Positions of nodes. The widest vector instructions of the processor are chosen at run time; they
-/// compute the same bits, since none of them fuses a product with a sum.
-pub(super) struct Field {
+/// Node positions in SIMD layout. The widest vector instructions of the processor are chosen at run
+/// time. All give the same bits, because none fuses multiplication and addition.
+pub(super) struct SimdNodes {
     rows: usize,
     cols: usize,
-    /// Row by row, each filled up to whole blocks with NaN, which is nearest to nothing.
+    /// Row by row. Each row is padded with NaN, which no search selects.
     blocks: Vec<Block>,
     arch: Arch,
     /// Weights by distance, and those along rows and columns.
     weights: Vec<f64>,
-    along: Bell,
-    across: Bell,
+    along: SideWeights,
+    across: SideWeights,
 }
 
-impl Field {
+impl SimdNodes {
     pub(super) fn new(nodes: &[DVec3], lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
-        // Nodes of a graph are one row.
+        // The nodes of a graph form one row.
         let (rows, cols) = match lattice.distances() {
             Distances::Grid(grid) => (grid.rows, grid.cols),
             Distances::Graph(graph) => (1, graph.len()),
@@ -50,43 +49,42 @@ impl Field {
             blocks.extend(row.chunks(LANES).map(Block::of));
         }
         let (closed_u, closed_v) = lattice.topology().closed();
-        let (along, across) = (Bell::new(rows, closed_u), Bell::new(cols, closed_v));
+        let (along, across) = (SideWeights::new(rows, closed_u), SideWeights::new(cols, closed_v));
         let weights = vec![0.0; rows.max(cols)];
         Ok(Self { rows, cols, blocks, arch: Arch::new(), weights, along, across })
     }
 
-    /// The node nearest to `point`, the one with the lowest number among equals, and the square of
-    /// its distance.
+    /// The node nearest to `point` and its squared distance. Ties go to the lowest index.
     pub(super) fn nearest(&self, point: DVec3) -> (usize, f64) {
         let (place, squared) = self.arch.dispatch(Nearest { blocks: &self.blocks, point });
         let width = self.width();
         (place / width * self.cols + place % width, squared)
     }
 
-    /// Moves a range of nodes of a row by the share `gain` of their way to `point`.
+    /// Moves a range of nodes of one row toward `point`, by the share `gain` of their distance.
     pub(super) fn attract(&mut self, nodes: Range<usize>, point: DVec3, gain: f64) {
         let filled = nodes.start / self.cols * (self.width() - self.cols);
         let places = nodes.start + filled..nodes.end + filled;
-        self.arch.dispatch(Attract { blocks: &mut self.blocks, places, point, gain });
+        self.arch.dispatch(MoveRange { blocks: &mut self.blocks, places, point, gain });
     }
 
     /// Sets the radius of [`Self::attract_gaussian`].
     pub(super) fn set_radius(&mut self, radius: f64) {
-        gaussian(radius, &mut self.weights);
+        gaussian_weights(radius, &mut self.weights);
         self.along.set(&self.weights);
         self.across.set(&self.weights);
     }
 
-    /// Moves all nodes of a quadrilateral grid by a Gaussian share of their way to `point`: `gain`
-    /// times a weight for the row and one for the column.
+    /// Moves all nodes of a quadrilateral grid toward `point`. The share is `gain` times a Gaussian
+    /// weight for the row and one for the column.
     pub(super) fn attract_gaussian(&mut self, winner: usize, point: DVec3, gain: f64) {
         let along = self.along.around(winner / self.cols);
         let across = self.across.around(winner % self.cols);
         let blocks = &mut self.blocks;
-        self.arch.dispatch(Pull { blocks, along, across, point, gain });
+        self.arch.dispatch(MoveAll { blocks, along, across, point, gain });
     }
 
-    /// Where the nodes are now.
+    /// The current node positions.
     pub(super) fn positions(&self) -> impl Iterator<Item = DVec3> {
         let width = self.width();
         (0..self.rows * self.cols).map(move |node| {
@@ -95,7 +93,7 @@ impl Field {
         })
     }
 
-    /// Places of a row.
+    /// Positions per row, padding included.
     fn width(&self) -> usize {
         self.cols.next_multiple_of(LANES)
     }
@@ -115,9 +113,9 @@ impl Block {
         DVec3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 
-    /// Moves each node by a share of its way to `point`.
+    /// Moves each node toward `point` by a share of its distance.
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn pull(&mut self, point: DVec3, share: impl Fn(usize) -> f64) {
         for lane in 0..LANES {
             let share = share(lane);
@@ -128,7 +126,7 @@ impl Block {
     }
 }
 
-/// The search for the nearest node, in registers of any width.
+/// The nearest-node search, in registers of any width.
 struct Nearest<'a> {
     blocks: &'a [Block],
     point: DVec3,
@@ -138,10 +136,10 @@ impl WithSimd for Nearest<'_> {
     type Output = (usize, f64);
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let Self { blocks, point } = self;
-        // Numbers of blocks are kept in the same kind of registers as distances.
+        // Block indices are `f64` so that they use the same registers as distances.
         let (mut least, mut found) = ([f64::INFINITY; LANES], [0.0; LANES]);
         let mut number = 0.0;
         for block in blocks {
@@ -171,19 +169,19 @@ impl WithSimd for Nearest<'_> {
     }
 }
 
-/// The move of some nodes of a row towards a point.
-struct Attract<'a> {
+/// The move of a range of nodes toward a point.
+struct MoveRange<'a> {
     blocks: &'a mut [Block],
     places: Range<usize>,
     point: DVec3,
     gain: f64,
 }
 
-impl WithSimd for Attract<'_> {
+impl WithSimd for MoveRange<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { blocks, places, point, gain } = self;
         let numbers = places.start / LANES..places.end.div_ceil(LANES);
@@ -196,8 +194,8 @@ impl WithSimd for Attract<'_> {
     }
 }
 
-/// The move of all nodes of a grid towards a point.
-struct Pull<'a> {
+/// The move of all nodes of a grid toward a point.
+struct MoveAll<'a> {
     blocks: &'a mut [Block],
     along: &'a [f64],
     across: &'a [f64],
@@ -205,17 +203,17 @@ struct Pull<'a> {
     gain: f64,
 }
 
-impl WithSimd for Pull<'_> {
+impl WithSimd for MoveAll<'_> {
     type Output = ();
 
     #[inline(always)]
-    #[expect(clippy::inline_always, reason = "becomes part of the code for the chosen registers")]
+    #[expect(clippy::inline_always, reason = "inlined into the code for each register width")]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { blocks, along, across, point, gain } = self;
         let across = across.as_chunks::<LANES>().0;
         for (row, weight) in blocks.chunks_exact_mut(across.len()).zip(along) {
             let weight = gain * weight;
-            if weight < UNFELT {
+            if weight < NEGLIGIBLE_SHARE {
                 continue;
             }
             for (block, across) in row.iter_mut().zip(across) {
@@ -231,7 +229,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nearest_is_the_first_of_the_least() {
+    fn nearest_returns_the_first_of_equal_nodes() {
         let mut random = Random::new(1);
         // Few distinct coordinates, so that ties are frequent.
         let mut sample = || {
@@ -242,23 +240,23 @@ mod tests {
             let nodes: Vec<DVec3> = (0..count).map(|_| sample()).collect();
             let star: Vec<_> = (1..count).map(|i| (0, i)).collect();
             let lattice = Lattice::graph(count, &star).unwrap();
-            let field = Field::new(&nodes, &lattice, &mut || Ok(())).unwrap();
+            let simd_nodes = SimdNodes::new(&nodes, &lattice, &mut || Ok(())).unwrap();
             for _ in 0..200 {
                 let p = sample();
                 let least = nodes.iter().map(|w| w.distance_squared(p)).fold(f64::MAX, f64::min);
                 let first = nodes.iter().position(|w| w.distance_squared(p) == least);
-                assert_eq!(field.nearest(p), (first.unwrap(), least));
+                assert_eq!(simd_nodes.nearest(p), (first.unwrap(), least));
             }
         }
     }
 
     #[test]
-    fn a_gaussian_pulls_by_distance() {
+    fn attract_gaussian_weights_by_distance() {
         let lattice = Lattice::quad(3, 4).unwrap();
-        let mut field = Field::new(&[DVec3::ZERO; 12], &lattice, &mut || Ok(())).unwrap();
-        field.set_radius(1.5);
-        field.attract_gaussian(6, DVec3::X, 0.5);
-        for (node, place) in field.positions().enumerate() {
+        let mut simd_nodes = SimdNodes::new(&[DVec3::ZERO; 12], &lattice, &mut || Ok(())).unwrap();
+        simd_nodes.set_radius(1.5);
+        simd_nodes.attract_gaussian(6, DVec3::X, 0.5);
+        for (node, place) in simd_nodes.positions().enumerate() {
             let (row, col) = (node as f64 / 4.0, (node % 4) as f64);
             let squared = (row.floor() - 1.0).powi(2) + (col - 2.0).powi(2);
             let expected = 0.5 * (-0.5 * squared / 1.5_f64.powi(2)).exp();

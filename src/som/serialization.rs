@@ -1,22 +1,22 @@
-//! A map as bytes and back, to the last bit: what a saved training goes on from.
+//! Exact serialization of a map and its training state to bytes and back.
 
 use super::bytes::{Reader, Writer};
-use super::frame::Frame;
 use super::lattice::Lattice;
-use super::online::OnlineState;
+use super::map::SelfOrganizingMap;
+use super::online_state::OnlineState;
 use super::options::{Kernel, Neighborhood, Plan, Presentation, Training};
-use super::presentation::Order;
+use super::presentation_order::PresentationOrder;
 use super::random::Random;
 use super::schedule::Schedule;
+use super::stop_criterion::StoppedBy;
 use super::topology::{Cells, Topology};
-use super::{SelfOrganizingMap, StoppedBy};
 use crate::error::{Error, Result};
 
-/// The first bytes: what it is, and the version of the layout.
+/// The first bytes: the kind of data and the version of the layout.
 const MAGIC: &[u8; 12] = b"neurbs-som-1";
 
 impl SelfOrganizingMap {
-    /// The whole map, its training included, as bytes for [`Self::from_bytes`]. Little-endian, on
+    /// The whole map, training state included, as bytes for [`Self::from_bytes`]. Little-endian on
     /// every machine.
     ///
     /// ```
@@ -48,7 +48,7 @@ impl SelfOrganizingMap {
         out.0
     }
 
-    /// The map that [`Self::to_bytes`] has written.
+    /// Reads a map that [`Self::to_bytes`] wrote.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -63,11 +63,11 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the bytes are not those of a map, or cut off.
+    /// [`Error::Parameter`] if the bytes are not a complete map.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         Self::read(bytes).ok_or_else(|| {
             let got = format!("{} other bytes", bytes.len());
-            Error::parameter("state", "the bytes of a saved map, all of them", got)
+            Error::parameter("state", "the complete bytes of a saved map", got)
         })
     }
 
@@ -121,12 +121,6 @@ impl Writer {
         }
     }
 
-    pub(super) fn frame(&mut self, frame: &Frame) {
-        let (centre, size) = frame.parts();
-        self.points(&[centre]);
-        self.real(size);
-    }
-
     fn schedule(&mut self, schedule: &Schedule) {
         let optional = |value: &Option<f64>| value.map_or(vec![], |value| vec![value]);
         let (kind, parts) = match schedule {
@@ -159,7 +153,7 @@ impl Writer {
     }
 
     fn online(&mut self, online: &OnlineState) {
-        let Order { kind, points, pool, place } = &online.order;
+        let PresentationOrder { kind, points, pool, place } = &online.order;
         self.choice(&Presentation::ALL, kind);
         self.count(*points as u64);
         self.count(*place as u64);
@@ -186,11 +180,6 @@ impl Reader<'_> {
         let edges: Option<Vec<_>> =
             (0..count).map(|_| Some((self.size()?, self.size()?))).collect();
         Lattice::graph(rows, &edges?).ok()
-    }
-
-    pub(super) fn frame(&mut self) -> Option<Frame> {
-        let [centre] = self.points()?[..] else { return None };
-        Some(Frame::from_parts(centre, self.real()?))
     }
 
     fn schedule(&mut self) -> Option<Schedule> {
@@ -237,8 +226,8 @@ impl Reader<'_> {
         let count = self.length(1)?;
         let on_lattice: Option<Vec<bool>> =
             (0..count).map(|_| self.bytes().map(|[flag]| flag != 0)).collect();
-        let order = Order { kind, points, pool, place };
-        let sound = order.is_sound();
+        let order = PresentationOrder { kind, points, pool, place };
+        let sound = order.is_valid();
         let (on_lattice, epoch_start) = (on_lattice?, self.points()?);
         let distance = self.real()?;
         (sound && on_lattice.len() == points).then_some(OnlineState {
@@ -264,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_map_comes_back() {
+    fn every_kind_of_map_survives_serialization() {
         let lattices = [
             Lattice::quad(3, 4).unwrap(),
             Lattice::grid(3, 5, Cells::Triangular, Topology::Torus).unwrap(),
@@ -298,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_cut_or_not_ours_are_refused() {
+    fn truncated_or_foreign_bytes_are_refused() {
         let (lattice, options) = (Lattice::quad(3, 4).unwrap(), SomOptions::default());
         let som = SelfOrganizingMap::new(&points(), lattice, &options, &mut Silent);
         let bytes = som.unwrap().to_bytes();
@@ -306,9 +295,6 @@ mod tests {
             assert!(SelfOrganizingMap::from_bytes(&bytes[..length]).is_err());
         }
         let message = SelfOrganizingMap::from_bytes(b"something else").unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "state must be the bytes of a saved map, all of them, got 14 other bytes"
-        );
+        assert_eq!(message, "state must be the complete bytes of a saved map, got 14 other bytes");
     }
 }

@@ -1,4 +1,4 @@
-//! What an epoch of batch training remembers of the points: sums for each winner.
+//! Sums over the points of each node in an epoch of batch training.
 
 use glam::DVec3;
 
@@ -6,46 +6,46 @@ use super::bytes::{Reader, Writer};
 use super::frame::Frame;
 use crate::error::{Error, Result};
 
-/// For each node, how many points it has won and the sum of their places.
+/// For each node, the number of points nearest to it and the sum of their positions.
 ///
-/// Sums are kept in whole grains, 2⁻⁵² of the points' extent, and so are exact: over the same
-/// points they are the same bits in any order and by any split into parts that are merged.
-/// See [`SelfOrganizingMap::sums`](super::SelfOrganizingMap::sums).
+/// Coordinates are rounded to a quantum, 2⁻⁵² of the points' extent, and summed as integers. The
+/// sums are therefore exact: they have the same bits in any order and for any split into merged
+/// parts. See [`SelfOrganizingMap::sums`](super::SelfOrganizingMap::sums).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BatchSums {
     pub(super) frame: Frame,
-    /// The map's number of steps when they were taken: sums belong to one state of the lattice.
+    /// Steps of the map when the sums were taken. Sums belong to one state of the map.
     pub(super) step: u64,
     nodes: Vec<NodeSum>,
-    /// Sum of the distances from points to their winners, in grains.
+    /// Sum of the distances from points to their nearest nodes, in quanta.
     distance: i128,
-    /// How many points lie on the lattice.
+    /// Number of points on the lattice, within `reach` of a node.
     pub(super) reached: u64,
 }
 
-/// The first bytes of saved sums: what they are, and the version of the layout.
+/// The first bytes of saved sums: the kind of data and the version of the layout.
 const MAGIC: &[u8; 13] = b"neurbs-sums-1";
 
-/// The sum of one node's points.
+/// The sum of one node's points, in quanta, and their number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct NodeSum {
-    grains: [i128; 3],
+    quanta: [i128; 3],
     count: u64,
 }
 
 impl BatchSums {
-    /// Of no points.
+    /// The sums of no points.
     pub(super) fn new(frame: Frame, nodes: usize, step: u64) -> Self {
         let nodes = vec![NodeSum::default(); nodes];
         Self { frame, step, nodes, distance: 0, reached: 0 }
     }
 
-    /// Adds a part's sums.
+    /// Adds the sums of one task.
     pub(super) fn absorb(&mut self, part: &PartSums) {
         for (node, [high, low]) in self.nodes.iter_mut().zip(&part.nodes) {
             node.count += whole(high[3] / part.split).cast_unsigned();
-            for (axis, sum) in node.grains.iter_mut().enumerate() {
-                let (high, low) = (high[axis] / part.split, low[axis] / part.grain);
+            for (axis, sum) in node.quanta.iter_mut().enumerate() {
+                let (high, low) = (high[axis] / part.split, low[axis] / part.quantum);
                 *sum += (i128::from(whole(high)) << SPLIT_BITS) + i128::from(whole(low));
             }
         }
@@ -70,12 +70,12 @@ impl BatchSums {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if they belong to another map, or to another state of it.
+    /// [`Error::Parameter`] if `other` belongs to another map or to another state of this map.
     pub fn merge(&mut self, other: &Self) -> Result<()> {
         self.check(&other.frame, other.nodes.len(), other.step)?;
         for (sum, part) in self.nodes.iter_mut().zip(&other.nodes) {
             sum.count += part.count;
-            for (sum, part) in sum.grains.iter_mut().zip(part.grains) {
+            for (sum, part) in sum.quanta.iter_mut().zip(part.quanta) {
                 *sum += part;
             }
         }
@@ -84,7 +84,7 @@ impl BatchSums {
         Ok(())
     }
 
-    /// Checks that they belong to this state of a map.
+    /// Checks that the sums belong to this state of the map.
     pub(super) fn check(&self, frame: &Frame, nodes: usize, step: u64) -> Result<()> {
         if (self.frame, self.nodes.len(), self.step) == (*frame, nodes, step) {
             return Ok(());
@@ -94,7 +94,7 @@ impl BatchSums {
         Err(Error::parameter("sums", must, state(self.nodes.len(), self.step)))
     }
 
-    /// How many points each node has won.
+    /// Number of points nearest to each node.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -128,7 +128,8 @@ impl BatchSums {
         self.nodes.iter().map(|node| node.count).sum()
     }
 
-    /// Mean distance from a point to its winner, in the points' unit; NaN of no points.
+    /// Mean distance from a point to its nearest node, in the points' unit; NaN if there are no
+    /// points.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -146,11 +147,11 @@ impl BatchSums {
         self.frame.length(self.distance) / self.points() as f64
     }
 
-    /// For each node the number of points and the sum of their coordinates in the frame, in its
-    /// size: `[count, x, y, z]`.
+    /// For each node `[count, x, y, z]`: the number of points and the sum of their coordinates in
+    /// the frame.
     pub(super) fn channels(&self) -> Vec<[f64; 4]> {
         let channel = |node: &NodeSum| {
-            let [x, y, z] = node.grains.map(|grains| self.frame.length(grains));
+            let [x, y, z] = node.quanta.map(|quanta| self.frame.length(quanta));
             [node.count as f64, x, y, z]
         };
         self.nodes.iter().map(channel).collect()
@@ -158,7 +159,7 @@ impl BatchSums {
 }
 
 impl BatchSums {
-    /// The sums as bytes for [`Self::from_bytes`]: half an epoch can be saved, and go on elsewhere.
+    /// The sums as bytes for [`Self::from_bytes`], to save or send a part of an epoch.
     ///
     /// ```
     /// use neurbs::{DVec3, progress::Silent};
@@ -176,85 +177,85 @@ impl BatchSums {
         out.frame(&self.frame);
         out.count(self.step);
         out.count(self.reached);
-        out.grains(self.distance);
+        out.quanta(self.distance);
         out.count(self.nodes.len() as u64);
         for node in &self.nodes {
-            node.grains.iter().for_each(|&grains| out.grains(grains));
+            node.quanta.iter().for_each(|&quanta| out.quanta(quanta));
             out.count(node.count);
         }
         out.0
     }
 
-    /// The sums that [`Self::to_bytes`] has written.
+    /// Reads sums that [`Self::to_bytes`] wrote.
     ///
     /// ```
     /// use neurbs::som::BatchSums;
     /// let message = BatchSums::from_bytes(b"others").unwrap_err().to_string();
-    /// assert_eq!(message, "sums must be the bytes of saved sums, all of them, got 6 other bytes");
+    /// assert_eq!(message, "sums must be the complete bytes of saved sums, got 6 other bytes");
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the bytes are not those of sums, or cut off.
+    /// [`Error::Parameter`] if the bytes are not complete sums.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         Self::read(bytes).ok_or_else(|| {
             let got = format!("{} other bytes", bytes.len());
-            Error::parameter("sums", "the bytes of saved sums, all of them", got)
+            Error::parameter("sums", "the complete bytes of saved sums", got)
         })
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let mut from = Reader(bytes.strip_prefix(MAGIC)?);
         let (frame, step, reached) = (from.frame()?, from.count()?, from.count()?);
-        let distance = from.grains()?;
+        let distance = from.quanta()?;
         let count = from.length(size_of::<[i128; 3]>() + size_of::<u64>())?;
         let mut node = || {
-            let grains = [from.grains()?, from.grains()?, from.grains()?];
-            Some(NodeSum { grains, count: from.count()? })
+            let quanta = [from.quanta()?, from.quanta()?, from.quanta()?];
+            Some(NodeSum { quanta, count: from.count()? })
         };
         let nodes = (0..count).map(|_| node()).collect::<Option<_>>()?;
         from.0.is_empty().then_some(Self { frame, step, nodes, distance, reached })
     }
 }
 
-/// Coordinates are cut at this many bits above the grain: both parts then add up exactly in
-/// ordinary numbers, for a while.
+/// Coordinates are split into two parts at this many bits above the quantum. Each part is an
+/// integer multiple of its unit, so that `f64` sums stay exact up to [`PartSums::capacity`] points.
 const SPLIT_BITS: u32 = 26;
 
-/// Adding and subtracting this many units rounds a number to whole ones.
+/// Adding and subtracting this number of units rounds an `f64` to whole units.
 const ROUNDER: f64 = 1.5 * (1_u64 << 52) as f64;
 
-/// The sums of a task: as exact as [`BatchSums`], but quicker to add to, and only for so many
+/// The sums of one task: exact as [`BatchSums`] are and faster to add to, for a limited number of
 /// points.
 pub(super) struct PartSums {
-    grain: f64,
-    /// Unit of the upper parts of coordinates.
+    quantum: f64,
+    /// Unit of the upper parts of coordinates, in the points' unit.
     split: f64,
-    grains_per_unit: f64,
-    /// The upper parts of x, y, z and the number of points; then the lower parts of x, y, z.
+    quanta_per_unit: f64,
+    /// Per node: the upper parts of x, y, z and the number of points; the lower parts of x, y, z.
     nodes: Vec<[[f64; 4]; 2]>,
     distance: i128,
     reached: u64,
 }
 
 impl PartSums {
-    /// Of no points.
+    /// The sums of no points.
     pub(super) fn new(frame: &Frame, nodes: usize) -> Self {
-        let grains_per_unit = frame.grains_per_unit();
-        let grain = grains_per_unit.recip();
-        let split = grain * f64::from(1_u32 << SPLIT_BITS);
+        let quanta_per_unit = frame.quanta_per_unit();
+        let quantum = quanta_per_unit.recip();
+        let split = quantum * f64::from(1_u32 << SPLIT_BITS);
         let nodes = vec![[[0.0; 4]; 2]; nodes];
-        Self { grain, split, grains_per_unit, nodes, distance: 0, reached: 0 }
+        Self { quantum, split, quanta_per_unit, nodes, distance: 0, reached: 0 }
     }
 
-    /// How many points with coordinates up to `farthest` can be added.
+    /// Number of points with coordinates up to `farthest` that can be added without rounding.
     pub(super) fn capacity(frame: &Frame, farthest: f64) -> usize {
-        let units = farthest * frame.grains_per_unit() / f64::from(1_u32 << SPLIT_BITS) + 1.0;
+        let units = farthest * frame.quanta_per_unit() / f64::from(1_u32 << SPLIT_BITS) + 1.0;
         let lower = f64::from(1_u32 << (SPLIT_BITS - 1)) + 1.0;
         usize::try_from(whole((1_u64 << 53) as f64 / units.max(lower))).unwrap_or(usize::MAX)
     }
 
-    /// Adds a point, in the frame's coordinates.
+    /// Adds a point in the frame's coordinates.
     #[inline]
     pub(super) fn add(&mut self, winner: usize, point: DVec3, distance: f64, reached: bool) {
         let value = [point.x, point.y, point.z, self.split];
@@ -263,15 +264,15 @@ impl PartSums {
         for axis in 0..4 {
             let upper = rounded(value[axis], self.split);
             high[axis] += upper;
-            low[axis] += rounded(value[axis] - upper, self.grain);
+            low[axis] += rounded(value[axis] - upper, self.quantum);
         }
-        self.distance += i128::from(whole(distance * self.grains_per_unit));
+        self.distance += i128::from(whole(distance * self.quanta_per_unit));
         self.reached += u64::from(reached);
     }
 }
 
-/// The whole part of a number; of units in reach of the frame there are less than 2⁶².
-#[expect(clippy::cast_possible_truncation, reason = "see above")]
+/// The integer part of a number below 2⁶², which all sums within the frame's limits are.
+#[expect(clippy::cast_possible_truncation, reason = "below 2⁶²")]
 fn whole(units: f64) -> i64 {
     units as i64
 }
@@ -283,7 +284,7 @@ mod tests {
     use crate::cloud::Bounds;
 
     #[test]
-    fn parts_are_exact_far_outside_too() {
+    fn part_sums_are_exact_far_from_the_center() {
         let frame = Frame::of(&Bounds { min: DVec3::splat(-0.4), max: DVec3::splat(0.6) });
         for farthest in [0.5, 400.0] {
             assert!(PartSums::capacity(&frame, farthest) >= 1 << 18);
@@ -292,18 +293,18 @@ mod tests {
             let mut expected = [0_i128; 3];
             for _ in 0..10_000 {
                 let mut coordinate = || farthest * (2.0 * random.unit() - 1.0);
-                // Whole grains, so that nothing is rounded.
-                let grain = frame.grains_per_unit();
+                // Whole quanta, so that the sums are not rounded.
+                let quantum = frame.quanta_per_unit();
                 let point = DVec3::new(coordinate(), coordinate(), coordinate());
-                let point = (point * grain).round() / grain;
+                let point = (point * quantum).round() / quantum;
                 part.add(0, point, 0.0, false);
                 for (sum, value) in expected.iter_mut().zip(point.to_array()) {
-                    *sum += i128::from(whole(value * grain));
+                    *sum += i128::from(whole(value * quantum));
                 }
             }
             let mut sums = BatchSums::new(frame, 1, 0);
             sums.absorb(&part);
-            assert_eq!((sums.nodes[0].grains, sums.nodes[0].count), (expected, 10_000));
+            assert_eq!((sums.nodes[0].quanta, sums.nodes[0].count), (expected, 10_000));
         }
     }
 }

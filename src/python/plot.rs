@@ -1,4 +1,4 @@
-//! Pictures of a surface, which the Python module `neurbs.plot` draws.
+//! `neurbs.NurbsSurface`: plots, drawn by the Python module `neurbs.plot`.
 
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyString};
@@ -12,19 +12,20 @@ impl NurbsSurface {
     /// Parameters
     /// ----------
     /// points : array_like of shape (n, 3), optional
-    ///     Points to draw with it, and to measure the deviation of.
+    ///     Points to draw, and to measure deviations from.
     /// color : {"height", "deviation", "mean", "gaussian", "zebra"}, optional
-    ///     What colours mean; by default the deviation if there are points, else the height.
+    ///     The quantity shown by color; by default the deviation if there are points, else the
+    ///     height.
     /// tolerance : float, optional
-    ///     Where the colours of the deviation end, in the points' unit.
+    ///     Largest deviation of the color scale, in the points' unit.
     /// unit : str, default ""
     ///     Name of the points' unit, for the legend.
     /// isolines : int, default 20
-    ///     Isoparametric lines across the longer direction; 0 for none.
+    ///     Number of isoparametric lines across the longer direction; 0 for none.
     /// control_net : bool, default False
-    ///     Whether the control net is drawn, too.
+    ///     Whether to draw the control net.
     /// backend : {"matplotlib", "pyvista"}, default "matplotlib"
-    ///     Who draws.
+    ///     The library that draws.
     ///
     /// Returns
     /// -------
@@ -33,10 +34,10 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If an option is not one of these.
+    ///     If an option has another value than those listed.
     #[pyo3(signature = (points=None, *, color=None, tolerance=None, unit="", isolines=20,
                         control_net=false, backend="matplotlib"))]
-    #[expect(clippy::too_many_arguments, reason = "one for each of Python's keyword arguments")]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
         points: Option<Bound<'py, PyAny>>,
@@ -56,7 +57,7 @@ impl NurbsSurface {
         py.import("neurbs.plot")?.getattr("plot_surface")?.call((slf, points), Some(&options))
     }
 
-    /// Show the surface in a notebook, as a small picture and a table.
+    /// Show the surface in a notebook, as a small image and a table.
     fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("neurbs.plot")?.call_method1("surface_html", (slf,))
     }

@@ -1,32 +1,35 @@
-//! Points that come in chunks: parts of a large cloud, or a distribution of any length, in constant
-//! memory.
+//! Training on points in chunks, in constant memory: parts of a large cloud, or samples of a
+//! distribution.
 
 use glam::DVec3;
 
+use super::batch_sums::BatchSums;
 use super::lattice::Lattice;
+use super::map::SelfOrganizingMap;
 use super::options::{SomOptions, Training};
-use super::sums::BatchSums;
-use super::{SelfOrganizingMap, StoppedBy, batch, online};
+use super::stop_criterion::StoppedBy;
+use super::{batch, online};
 use crate::cloud::{self, Bounds};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
 
-/// Points of a distribution that make an epoch, for each node: their mean lies within a sixth of
-/// their scatter.
+/// Points per node in an epoch of a distribution. The standard error of their mean is a sixth of
+/// their standard deviation.
 const EPOCH_PER_NODE: usize = 32;
 
-/// Fewest points of a distribution that make an epoch.
-const LEAST_EPOCH: usize = 4096;
+/// Fewest points in an epoch of a distribution.
+const MIN_EPOCH: usize = 4096;
 
 /// Points drawn at a time: 1.5 MB.
-const DRAW: usize = 1 << 16;
+const MAX_DRAW: usize = 1 << 16;
 
-/// Draws that many points of a distribution; see [`SelfOrganizingMap::fit_distribution`].
+/// A function that draws the requested number of points from a distribution; see
+/// [`SelfOrganizingMap::fit_distribution`].
 pub type Sampler<'a> = dyn FnMut(usize) -> Result<Vec<DVec3>> + 'a;
 
 impl SelfOrganizingMap {
-    /// A map for points that come in chunks, of which the first is given: it decides the start and
-    /// the unit of `reach` and `min_change`. Its points are not learned yet.
+    /// An untrained map for points in chunks. The first chunk determines the initial positions and
+    /// the defaults of `reach` and `min_change`; it is not learned yet.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -45,20 +48,20 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::new`] has them.
+    /// As [`Self::new`].
     pub fn for_chunks(
         first: &[DVec3],
         lattice: Lattice,
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let epoch = (EPOCH_PER_NODE * lattice.len()).max(LEAST_EPOCH) as u64;
+        let epoch = (EPOCH_PER_NODE * lattice.len()).max(MIN_EPOCH) as u64;
         let bounds = cloud::checked_bounds(first, observer)?;
         Self::within(&bounds, first, epoch, lattice, options, observer)
     }
 
-    /// What batch training wants to know of these points: any part of an epoch. Parts are merged
-    /// with [`BatchSums::merge`], in any order, and [`Self::learn`] ends the epoch.
+    /// The sums over points of a batch epoch, or of any part of it. Merge parts with
+    /// [`BatchSums::merge`] in any order; [`Self::learn`] then ends the epoch.
     ///
     /// ```
     /// use neurbs::{DVec3, progress::Silent};
@@ -80,16 +83,17 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`]; [`Error::Parameter`] if points lie more than some hundred times farther
-    /// out than the first ones; [`Error::Interrupted`].
+    /// [`Error::NotFinite`] for a point that is not finite; [`Error::Parameter`] if a point lies
+    /// more than some hundred extents outside the first points; [`Error::Interrupted`] if the
+    /// observer stops it.
     pub fn sums(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<BatchSums> {
         let bounds = self.check_chunk(points, observer)?;
         let ordered = batch::order(self, points, &bounds, observer)?;
         batch::accumulate(self, &ordered, observer)
     }
 
-    /// Ends an epoch of batch training: moves the lattice to where the sums want it. Its radius is
-    /// that of the epoch which follows those already learned.
+    /// Ends an epoch of batch training: moves the nodes to the smoothed means of the sums. The
+    /// radius is that of the next step.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -107,8 +111,8 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the sums are of another map, of another state of it, or empty;
-    /// [`Error::Interrupted`] if the observer does not want to go on after this epoch.
+    /// [`Error::Parameter`] if the sums are empty, or belong to another map or state;
+    /// [`Error::Interrupted`] if the observer stops after this epoch.
     pub fn learn(&mut self, sums: &BatchSums, observer: &mut dyn Observer) -> Result<()> {
         sums.check(&self.frame, self.nodes.len(), self.steps)?;
         if sums.points() == 0 {
@@ -117,8 +121,8 @@ impl SelfOrganizingMap {
         batch::end_epoch(self, sums, observer)?
     }
 
-    /// Presents points of online training, each once, in their order. Gain and radius are those of
-    /// the steps which follow those already made.
+    /// Presents points in online training, each once, in order. Gain and radius continue from the
+    /// steps already done.
     ///
     /// ```
     /// # use neurbs::{DVec3, progress::Silent};
@@ -134,18 +138,19 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// As [`Self::sums`] has them; what was presented before an interruption is kept.
+    /// As [`Self::sums`]. Presentations before an interruption are kept.
     pub fn present(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
         self.check_chunk(points, observer)?;
         online::present_chunk(self, points, observer)
     }
 
-    /// Learns a distribution from a sampler, which draws as many points as it is asked for. At most
-    /// 65,536 of them are held at a time.
+    /// Learns a distribution from a sampler, which returns the requested number of points. At most
+    /// 65,536 points are in memory at a time.
     ///
-    /// The first ones decide the start, as in [`Self::for_chunks`]. An epoch is 32 points a node,
-    /// at least 4096. Training ends when the lattice has settled or the steps are over; `reach` is
-    /// not asked, since a distribution is never all on the lattice (the paper's section 4).
+    /// The first points determine the initial positions, as in [`Self::for_chunks`]. An epoch has
+    /// 32 points per node, at least 4096. Training ends when the nodes have settled or all steps
+    /// are done. `reach` is not used, because the points of a distribution are never all on the
+    /// lattice (section 4 of the paper).
     ///
     /// ```
     /// use neurbs::{DVec3, progress::Silent};
@@ -167,27 +172,29 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// Those of the sampler; [`Error::Parameter`] if it draws another number of points than it was
-    /// asked for; [`Error::NotFinite`]; [`Error::Interrupted`].
+    /// Those of the sampler; [`Error::Parameter`] if it returns another number of points than
+    /// requested; [`Error::NotFinite`] for a point that is not finite; [`Error::Interrupted`] if
+    /// the observer stops it.
     pub fn fit_distribution(
         sampler: &mut Sampler<'_>,
         lattice: Lattice,
         options: &SomOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let first = draw(sampler, LEAST_EPOCH)?;
+        let first = draw(sampler, MIN_EPOCH)?;
         let mut map = Self::for_chunks(&first, lattice, options, observer)?;
         map.train_on_distribution(sampler, observer)?;
         Ok(map)
     }
 
-    /// Goes on with a distribution until the lattice has settled or the steps are over; as
-    /// [`Self::fit_distribution`] does, which begins with [`Self::for_chunks`].
+    /// Continues training on a distribution until the nodes have settled or all steps are done.
+    /// Start with [`Self::for_chunks`].
     ///
     /// # Errors
     ///
-    /// As [`Self::fit_distribution`] has them; the map keeps what it has learned in whole epochs. A
-    /// sampler that draws the points after those goes on to the same bits as without a break.
+    /// As [`Self::fit_distribution`]. The map keeps the finished epochs. If the sampler then
+    /// continues with the points after those, the result has the same bits as without the
+    /// interruption.
     pub fn train_on_distribution(
         &mut self,
         sampler: &mut Sampler<'_>,
@@ -195,7 +202,7 @@ impl SelfOrganizingMap {
     ) -> Result<()> {
         let epoch = usize::try_from(self.plan.epoch_points).unwrap_or(usize::MAX);
         while self.stopped_by == StoppedBy::Unfinished {
-            // An epoch counts as a whole: who goes on later can draw it again.
+            // An interrupted epoch is undone as a whole, so that it can be drawn again.
             let before = self.clone();
             let shown =
                 self.draw_epoch(epoch, sampler, observer).inspect_err(|_| *self = before)?;
@@ -208,7 +215,7 @@ impl SelfOrganizingMap {
         Ok(())
     }
 
-    /// One epoch. The inner result is the observer's answer after it.
+    /// Draws and learns one epoch. The inner result is the observer's answer after it.
     fn draw_epoch(
         &mut self,
         epoch: usize,
@@ -223,7 +230,7 @@ impl SelfOrganizingMap {
         };
         let mut drawn = 0;
         while drawn < total {
-            let points = draw(sampler, DRAW.min(total - drawn))?;
+            let points = draw(sampler, MAX_DRAW.min(total - drawn))?;
             drawn += points.len();
             if online {
                 self.present(&points, observer)?;
@@ -234,7 +241,7 @@ impl SelfOrganizingMap {
         if online { Ok(Ok(())) } else { batch::end_epoch(self, &sums, observer) }
     }
 
-    /// Checks points that come later, and returns their bounds.
+    /// Checks later points and returns their bounds.
     fn check_chunk(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
         if points.is_empty() {
             return Err(Error::parameter("points", "at least one", "none"));

@@ -1,51 +1,51 @@
-//! How the error falls during a job, for the report of it.
+//! The history of the error during a job, for its report.
 
 use std::ops::ControlFlow;
 
 use super::call::Watcher;
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
-/// Entries kept at most: of a longer history, every other one is left out again and again.
-const MOST: usize = 4096;
+/// Largest number of entries. When it is reached, every other entry is dropped.
+const MAX_ENTRIES: usize = 4096;
 
-/// Hands on to a watcher what a job tells, and keeps the errors.
+/// Forwards progress to a watcher, and records the errors.
 pub(super) struct Recorder<'a> {
     watcher: &'a mut Watcher,
     history: Vec<(&'static str, u64, f64)>,
-    /// Errors told so far, and how many of them lead to one entry.
-    told: usize,
-    every: usize,
+    /// Number of errors observed so far, and the number of them per entry.
+    count: usize,
+    stride: usize,
 }
 
 impl<'a> Recorder<'a> {
     pub(super) fn new(watcher: &'a mut Watcher) -> Self {
-        Self { watcher, history: Vec::new(), told: 0, every: 1 }
+        Self { watcher, history: Vec::new(), count: 0, stride: 1 }
     }
 
-    /// Stage, step and error in the points' unit of what was kept, in the order of the job.
+    /// The entries: stage, step and error in the points' unit, in order.
     pub(super) fn into_history(self) -> Vec<(&'static str, u64, f64)> {
         self.history
     }
 
     fn keep(&mut self, stage: Stage, step: u64, error: f64) {
-        if self.told.is_multiple_of(self.every) {
+        if self.count.is_multiple_of(self.stride) {
             self.history.push((stage.name(), step, error));
         }
-        self.told += 1;
-        if self.history.len() == MOST {
+        self.count += 1;
+        if self.history.len() == MAX_ENTRIES {
             let mut kept = false;
             self.history.retain(|_| {
                 kept = !kept;
                 kept
             });
-            self.every *= 2;
+            self.stride *= 2;
         }
     }
 }
 
 impl Observer for Recorder<'_> {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
-        // Training tells each epoch by itself.
+        // Training reports its errors once per epoch.
         if let Some(error) = progress.error
             && progress.stage != Stage::Training
             && self.history.last().is_none_or(|last| last.2 != error)

@@ -1,4 +1,4 @@
-//! `neurbs.NurbsCurve`: its parts, and one of two.
+//! `neurbs.NurbsCurve`: splitting and joining.
 
 use pyo3::prelude::*;
 
@@ -8,12 +8,12 @@ use super::curve::NurbsCurve;
 
 #[pymethods]
 impl NurbsCurve {
-    /// The parts before and after a parameter, which keep their parameters.
+    /// Split the curve at a parameter. Both parts keep their parameters.
     ///
     /// Parameters
     /// ----------
     /// u : float
-    ///     Where to cut, strictly inside the domain.
+    ///     The parameter of the cut, strictly inside the domain.
     ///
     /// Returns
     /// -------
@@ -42,7 +42,7 @@ impl NurbsCurve {
     /// Parameters
     /// ----------
     /// first, last : float
-    ///     An increasing pair inside the domain.
+    ///     The parameter range, increasing and inside the domain.
     ///
     /// Returns
     /// -------
@@ -52,7 +52,7 @@ impl NurbsCurve {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the range is empty or leaves the domain.
+    ///     If the range is empty or exceeds the domain.
     ///
     /// Examples
     /// --------
@@ -64,24 +64,25 @@ impl NurbsCurve {
         self.derived(first.py(), |core, watcher| core.sub_curve(from, to, watcher))
     }
 
-    /// This curve and the one that follows it, as one.
+    /// Join this curve and another one that begins at its end.
     ///
     /// Parameters
     /// ----------
     /// other : NurbsCurve
-    ///     Begins where this one ends. Its parameters are moved behind the domain of this one.
+    ///     A curve that begins where this one ends. Its parameters are shifted to follow this
+    ///     domain.
     /// tolerance : float, default 0
-    ///     How far the ends may be apart, in the points' unit; this curve's end counts.
+    ///     Largest distance between the ends, in the points' unit. This curve's end is kept.
     ///
     /// Returns
     /// -------
     /// NurbsCurve
-    ///     Clamped, of the higher degree of both.
+    ///     Clamped, of the higher of both degrees.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the ends are further apart than the tolerance.
+    ///     If the ends are farther apart than the tolerance.
     ///
     /// Examples
     /// --------

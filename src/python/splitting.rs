@@ -1,4 +1,4 @@
-//! `neurbs.NurbsSurface`: its parts, and one of two.
+//! `neurbs.NurbsSurface`: splitting, isocurves and joining.
 
 use pyo3::prelude::*;
 
@@ -9,8 +9,11 @@ use super::errors::NeurbsError;
 use super::surface::NurbsSurface;
 use crate::nurbs::Direction;
 
-/// The one direction for which there is an argument.
-fn one(u: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>) -> PyResult<(Direction, f64)> {
+/// The direction that has an argument, which must be exactly one.
+fn one_direction(
+    u: Option<&Bound<'_, PyAny>>,
+    v: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(Direction, f64)> {
     match (optional_real("u", u)?, optional_real("v", v)?) {
         (Some(u), None) => Ok((Direction::U, u)),
         (None, Some(v)) => Ok((Direction::V, v)),
@@ -18,7 +21,7 @@ fn one(u: Option<&Bound<'_, PyAny>>, v: Option<&Bound<'_, PyAny>>) -> PyResult<(
     }
 }
 
-/// How a direction is called.
+/// The name of a direction.
 fn name(direction: Direction) -> &'static str {
     match direction {
         Direction::U => "u",
@@ -28,30 +31,30 @@ fn name(direction: Direction) -> &'static str {
 
 #[pymethods]
 impl NurbsSurface {
-    /// The parts before and after a parameter, which keep their parameters.
+    /// Split the surface at a parameter. Both parts keep their parameters.
     ///
     /// Parameters
     /// ----------
     /// u, v : float, optional
-    ///     Where to cut, strictly inside the domain; exactly one of them.
+    ///     The parameter of the cut, strictly inside the domain; exactly one of them.
     ///
     /// Returns
     /// -------
     /// before, after : NurbsSurface
-    ///     Clamped in the direction that was cut.
+    ///     Clamped in the direction of the cut.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the parameter does not lie strictly inside the domain, or not exactly one is given.
+    ///     If the parameter is not strictly inside the domain, or not exactly one is given.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.joined : The way back.
+    /// NurbsSurface.joined : The inverse operation.
     ///
     /// Notes
     /// -----
-    /// The parameter is inserted as a knot until the surface touches its net there.
+    /// Knot insertion up to the multiplicity at which the surface interpolates its net.
     ///
     /// Examples
     /// --------
@@ -66,7 +69,7 @@ impl NurbsSurface {
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<(Self, Self)> {
-        let (direction, at) = one(u, v)?;
+        let (direction, at) = one_direction(u, v)?;
         let (before, after) =
             call::run(py, None, |watcher| self.core().split(direction, at, watcher))?;
         Ok((Self::new(py, before)?, Self::new(py, after)?))
@@ -77,7 +80,7 @@ impl NurbsSurface {
     /// Parameters
     /// ----------
     /// u, v : (float, float), optional
-    ///     Ranges of parameters inside the domain; by default the whole.
+    ///     Parameter ranges inside the domain; by default the whole domain.
     ///
     /// Returns
     /// -------
@@ -87,11 +90,11 @@ impl NurbsSurface {
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If a range is empty or leaves the domain.
+    ///     If a range is empty or exceeds the domain.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.split : Both parts beside a parameter.
+    /// NurbsSurface.split : Both parts on the sides of a parameter.
     ///
     /// Examples
     /// --------
@@ -110,18 +113,17 @@ impl NurbsSurface {
         self.derived(py, |core, watcher| core.sub_surface(u, v, watcher))
     }
 
-    /// The surface as Bézier patches, one for each pair of knot spans.
+    /// Decompose the surface into Bézier patches, one per pair of knot spans.
     ///
     /// Returns
     /// -------
     /// list of list of NurbsSurface
-    ///     Row by row; each patch keeps its parameters, so that a point has the same u and v on
-    ///     its patch.
+    ///     Row by row. A point has the same u and v on its patch as on the surface.
     ///
     /// Notes
     /// -----
-    /// Every inner knot is inserted until it stands as often as the degree (*The NURBS Book*,
-    /// section 5.3).
+    /// Every inner knot is inserted up to the multiplicity of the degree (*The NURBS Book*, section
+    /// 5.3).
     ///
     /// Examples
     /// --------
@@ -134,14 +136,14 @@ impl NurbsSurface {
     fn bezier_patches(&self, py: Python<'_>) -> PyResult<Vec<Vec<Self>>> {
         let patches = call::run(py, None, |watcher| self.core().bezier_patches(watcher))?;
         let row = |row: Vec<_>| {
-            // Objects take longer than patches.
+            // Creating the Python objects takes longer than the decomposition.
             py.check_signals()?;
             row.into_iter().map(|core| Self::new(py, core)).collect()
         };
         patches.into_iter().map(row).collect()
     }
 
-    /// The curve of points with one parameter fixed; at the ends of the domain a boundary.
+    /// The curve at a fixed parameter; at the ends of the domain it is a boundary.
     ///
     /// Parameters
     /// ----------
@@ -151,7 +153,7 @@ impl NurbsSurface {
     /// Returns
     /// -------
     /// NurbsCurve
-    ///     It runs in the other parameter.
+    ///     A curve in the other parameter.
     ///
     /// Raises
     /// ------
@@ -173,35 +175,36 @@ impl NurbsSurface {
         u: Option<&Bound<'_, PyAny>>,
         v: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<NurbsCurve> {
-        let (direction, at) = one(u, v)?;
+        let (direction, at) = one_direction(u, v)?;
         NurbsCurve::new(py, self.core().isocurve(direction, at)?)
     }
 
-    /// This surface and the one that follows it, as one.
+    /// Join this surface and another one that begins at its end.
     ///
     /// Parameters
     /// ----------
     /// other : NurbsSurface
-    ///     Begins where this one ends. Its parameters are moved behind the domain of this one.
+    ///     A surface that begins where this one ends. Its parameters are shifted to follow this
+    ///     domain.
     /// direction : {"u", "v"}, default "u"
-    ///     The direction in which it follows.
+    ///     The direction in which the surfaces follow each other.
     /// tolerance : float, default 0
-    ///     How far the edges may be apart, in the points' unit.
+    ///     Largest distance between the common edges, in the points' unit.
     ///
     /// Returns
     /// -------
     /// NurbsSurface
-    ///     Degrees and knots are the union of both; at the edge, where this surface's points
-    ///     count, the knot stands ``degree`` times.
+    ///     With the union of both degrees and knots. The common edge is that of this surface and
+    ///     has a knot of multiplicity ``degree``.
     ///
     /// Raises
     /// ------
     /// NeurbsError
-    ///     If the edges are further apart than the tolerance, or the domains along the edge differ.
+    ///     If the edges are farther apart than the tolerance, or their domains differ.
     ///
     /// See Also
     /// --------
-    /// NurbsSurface.split : The way back.
+    /// NurbsSurface.split : The inverse operation.
     ///
     /// Examples
     /// --------

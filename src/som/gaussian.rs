@@ -1,11 +1,11 @@
-//! The Gaussian neighbourhood along one side of the lattice.
+//! Gaussian weights along one side of the lattice.
 
-/// The `f64` of the widest vector registers.
+/// Number of `f64` in the widest vector registers.
 pub(super) const LANES: usize = 8;
 
-/// `exp(-(d / radius)² / 2)` for d = 0, 1, … Each follows from the one before by the next power of
-/// the same ratio, so that one exponential is enough.
-pub(super) fn gaussian(radius: f64, weights: &mut [f64]) {
+/// Fills in `exp(-(d / radius)² / 2)` for d = 0, 1, … Each weight follows from the previous one by
+/// multiplication, so that a single exponential is needed.
+pub(super) fn gaussian_weights(radius: f64, weights: &mut [f64]) {
     let ratio = (-0.5 / (radius * radius)).exp();
     let (mut weight, mut factor, square) = (1.0, ratio, ratio * ratio);
     for value in weights {
@@ -15,22 +15,22 @@ pub(super) fn gaussian(radius: f64, weights: &mut [f64]) {
     }
 }
 
-/// Weights by the signed distance along a side of the lattice, on a closed one the shorter way
-/// round.
-pub(super) struct Bell {
+/// Weights by the signed distance along a side of the lattice. On a closed side the distance is the
+/// shorter way around.
+pub(super) struct SideWeights {
     count: usize,
     closed: bool,
-    /// From `1 - count` up, and zeros to fill the last register.
+    /// For distances from `1 - count` up, padded with zeros to whole registers.
     values: Vec<f64>,
 }
 
-impl Bell {
-    /// For a side of `count` nodes, all zero.
+impl SideWeights {
+    /// All-zero weights for a side of `count` nodes.
     pub(super) fn new(count: usize, closed: bool) -> Self {
         Self { count, closed, values: vec![0.0; 2 * count - 1 + LANES] }
     }
 
-    /// Takes the weights for distances from 0 up.
+    /// Sets the weights for distances from 0 up.
     pub(super) fn set(&mut self, weights: &[f64]) {
         let (before, after) = self.values.split_at_mut(self.count - 1);
         let reach = if self.closed { self.count / 2 + 1 } else { self.count };
@@ -40,12 +40,12 @@ impl Bell {
         before.iter_mut().rev().zip(&after[1..]).for_each(|(value, weight)| *value = *weight);
     }
 
-    /// By the number of another node less that of the node itself, from `1 - count` up.
+    /// The weights by index difference `other - node`, from `1 - count` up.
     pub(super) fn values(&self) -> &[f64] {
         &self.values[..2 * self.count - 1]
     }
 
-    /// The weights of all nodes around one, in whole registers.
+    /// The weights of all nodes around `node`, padded to whole registers.
     pub(super) fn around(&self, node: usize) -> &[f64] {
         &self.values[self.count - 1 - node..][..self.count.next_multiple_of(LANES)]
     }
@@ -56,14 +56,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_fall_with_the_distance_on_the_shorter_way() {
+    fn weights_follow_the_shorter_distance() {
         let mut weights = [0.0; 9];
-        gaussian(1.5, &mut weights);
+        gaussian_weights(1.5, &mut weights);
         for (closed, count) in [(false, 9), (true, 9), (true, 8)] {
-            let mut bell = Bell::new(count, closed);
-            bell.set(&weights[..count]);
+            let mut side_weights = SideWeights::new(count, closed);
+            side_weights.set(&weights[..count]);
             for node in 0..count {
-                for (other, weight) in bell.around(node)[..count].iter().enumerate() {
+                for (other, weight) in side_weights.around(node)[..count].iter().enumerate() {
                     let apart = node.abs_diff(other);
                     let apart = if closed { apart.min(count - apart) } else { apart };
                     let expected = (-0.5 * (apart as f64 / 1.5).powi(2)).exp();

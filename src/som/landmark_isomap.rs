@@ -1,4 +1,4 @@
-//! Distances along a graph from landmarks, and the flat map that keeps them: landmark Isomap.
+//! Landmark Isomap: planar coordinates that preserve distances along a graph.
 //!
 //! J. Tenenbaum, V. de Silva, J. Langford, *A global geometric framework for nonlinear
 //! dimensionality reduction*, 2000; V. de Silva, J. Tenenbaum, *Sparse multidimensional scaling
@@ -13,29 +13,29 @@ use crate::error::Result;
 use crate::numeric::index;
 use crate::progress::Listen;
 
-/// Distances that are found between two reports: some ten milliseconds.
+/// Distances computed between two reports, about ten milliseconds.
 const DISTANCES_PER_REPORT: usize = 160_000;
 
-/// Places in the plane whose distances are nearly those along a graph.
+/// Coordinates in the plane whose distances approximate those along a graph.
 #[derive(Clone, Debug)]
 pub struct LandmarkMap {
-    /// Nodes from which distances were found, each as far as can be from those before.
+    /// Nodes from which distances were computed, by farthest-point sampling.
     pub landmarks: Vec<usize>,
-    /// Of each landmark, the lengths of the shortest ways to all nodes.
+    /// For each landmark, the lengths of the shortest paths to all nodes.
     pub distances: Vec<Vec<f64>>,
-    /// Each node's place, the longer direction along x.
+    /// Each node's coordinates, the longer direction along x.
     pub places: Vec<DVec2>,
 }
 
 impl LandmarkMap {
-    /// Of a connected graph over these points; `None` if they have no two dimensions.
+    /// The map of a connected graph over these points; `None` if they are not two-dimensional.
     #[must_use]
     pub fn of(graph: &NeighborGraph, points: &[DVec3], landmarks: usize) -> Option<Self> {
-        // Nothing interrupts it.
+        // The listener never interrupts.
         Self::from(graph, spread_out(points, landmarks), &mut || Ok(())).ok().flatten()
     }
 
-    /// By the distances from these nodes.
+    /// The map by distances from these landmarks.
     pub(super) fn from(
         graph: &NeighborGraph,
         landmarks: Vec<usize>,
@@ -52,7 +52,7 @@ impl LandmarkMap {
     }
 }
 
-/// At most `count` points, each as far as can be from those chosen before.
+/// Farthest-point sampling: at most `count` points, each as far as possible from those before.
 pub(super) fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
     let count = count.min(points.len());
     let mut chosen = vec![0];
@@ -68,7 +68,8 @@ pub(super) fn spread_out(points: &[DVec3], count: usize) -> Vec<usize> {
     chosen
 }
 
-/// Classical scaling of the landmarks by their distances, then every node by its distances to them.
+/// Multidimensional scaling of the landmarks, then triangulation of every node by its distances to
+/// them.
 fn embedded(landmarks: &[usize], distances: &[Vec<f64>]) -> Option<Vec<DVec2>> {
     let count = landmarks.len();
     let square = |a: usize, b: usize| distances[a][landmarks[b]].powi(2);
@@ -76,11 +77,11 @@ fn embedded(landmarks: &[usize], distances: &[Vec<f64>]) -> Option<Vec<DVec2>> {
     let mean = |a: usize| (0..count).map(|b| between(a, b)).sum::<f64>() / count as f64;
     let means: Vec<f64> = (0..count).map(mean).collect();
     let whole = means.iter().sum::<f64>() / count as f64;
-    let centred = |i: usize| {
+    let centered = |i: usize| {
         let (a, b) = (i / count, i % count);
         -0.5 * (between(a, b) - means[a] - means[b] + whole)
     };
-    let axes = eigen::largest((0..count * count).map(centred).collect(), count, 2);
+    let axes = eigen::largest((0..count * count).map(centered).collect(), count, 2);
     let [(first, along), (second, across)] = &axes[..] else { return None };
     if *second <= f64::EPSILON * first {
         return None;

@@ -1,4 +1,4 @@
-//! What curves and surfaces are made of, as Python has it: read-only arrays, plain lists, pickles.
+//! The data of curves and surfaces as read-only arrays and as dicts of plain lists.
 
 use glam::DVec3;
 use numpy::PyArrayDyn;
@@ -12,7 +12,7 @@ use crate::nurbs::KnotVector;
 
 type Array = Py<PyArrayDyn<f64>>;
 
-/// The arrays of a curve or surface, made once and kept.
+/// The arrays of a curve or surface, created once.
 pub(super) struct SplineArrays {
     control_points: Array,
     weights: Option<Array>,
@@ -20,8 +20,7 @@ pub(super) struct SplineArrays {
 }
 
 impl SplineArrays {
-    /// Those of control points in an array of this shape, with one knot vector for each of its
-    /// axes.
+    /// The arrays of control points with one knot vector for each axis.
     pub(super) fn new(
         py: Python<'_>,
         control_points: &[DVec3],
@@ -48,12 +47,12 @@ impl SplineArrays {
         self.weights.as_ref().map(|weights| arrays::view(py, weights)).transpose()
     }
 
-    /// The knots along an axis of the control points.
+    /// The knot vector of an axis of the control points.
     pub(super) fn knots<'py>(&self, py: Python<'py>, axis: usize) -> PyResult<Bound<'py, PyAny>> {
         arrays::view(py, &self.knots[axis])
     }
 
-    /// The arguments of the constructor, by name, in plain lists and numbers.
+    /// The arguments of the constructor, by name, as plain lists and numbers.
     pub(super) fn to_dict<'py>(
         &self,
         py: Python<'py>,
@@ -72,8 +71,8 @@ impl SplineArrays {
     }
 }
 
-/// The arguments of a constructor from a dict that `to_dict` made; what is not there or None is to
-/// have its default.
+/// The constructor's arguments from a dict that `to_dict` made. Missing items and None stand for
+/// the defaults.
 pub(super) struct SplineItems<'py> {
     pub(super) control_points: Bound<'py, PyAny>,
     pub(super) weights: Option<Bound<'py, PyAny>>,

@@ -1,4 +1,4 @@
-//! `neurbs.fit_heights`, and the weights of a surface: `neurbs.fit_weights`.
+//! The functions `neurbs.fit_heights` and `neurbs.fit_weights`.
 
 use glam::DVec3;
 use numpy::PyArrayDyn;
@@ -12,10 +12,10 @@ use super::{arguments, call};
 use crate::cloud;
 use crate::fit::{self, HeightOptions};
 
-/// What :func:`fit_heights` found.
+/// The result of :func:`fit_heights`.
 #[pyclass(frozen, module = "neurbs")]
 pub(super) struct HeightFit {
-    /// The surface, over a rectangle of the plane.
+    /// The surface, over a rectangle of the base plane.
     #[pyo3(get)]
     surface: Py<NurbsSurface>,
     /// The points' parameters, float64 of shape (n, 2).
@@ -24,7 +24,7 @@ pub(super) struct HeightFit {
     /// Heights of the points above the surface, float64 of shape (n,), in the points' unit.
     #[pyo3(get)]
     residuals: Py<PyArrayDyn<f64>>,
-    /// The weight of the fairness that was used.
+    /// The fairness weight of the fit.
     #[pyo3(get)]
     fairness: f64,
 }
@@ -37,46 +37,44 @@ impl HeightFit {
     }
 }
 
-/// Fit the surface z = f(x, y) closest to points, or the like along another direction.
+/// Fit a height field z = f(x, y), or one along another direction.
 ///
 /// Parameters
 /// ----------
 /// points : array_like of shape (n, 3)
-///     At least four distinct points, finite, not all on one line.
+///     Finite points, at least four distinct, not all on one line.
 /// net : (int, int)
-///     Rows and columns of the control net: along x and y, or where the heights are not along z,
-///     along the directions across them in which the points scatter most and least.
+///     Rows and columns of the control net, along x and y. For other directions of the heights:
+///     along the directions of largest and smallest scatter in the base plane.
 /// up : array_like of shape (3,), default (0, 0, 1)
-///     The direction of the heights; of any length.
+///     Direction of the heights, of any length.
 /// degree : int or (int, int), default 3
 ///     Degrees in u and v.
 /// weights : array_like of shape (n,), optional
-///     How much each squared height counts, at least 0.
+///     Weight of each squared height residual, at least 0.
 /// fairness : float, optional
-///     Weight of the thin-plate energy, as in `NurbsSurface.fit`; by default the one among seven
-///     from 1e-10 to 1 that best predicts points left out (cross-validation in four parts).
+///     Weight of the thin-plate energy, as in `NurbsSurface.fit`. By default chosen among seven
+///     values from 1e-10 to 1 by four-fold cross-validation.
 ///
 /// Returns
 /// -------
 /// HeightFit
-///     With ``surface``, ``uv``, ``residuals`` and ``fairness``. The surface's plane coordinates are
-///     linear in u and v, so that its heights are a tensor-product spline function of x and y.
+///     With ``surface``, ``uv``, ``residuals`` and ``fairness``. Base-plane coordinates are linear
+///     in u and v, so the heights are a tensor-product spline of x and y.
 ///
 /// Raises
 /// ------
-/// NeurbsError
-///     If the points cannot be a surface or do not extend across the direction, or an option is out
-///     of its range.
+/// If the points do not form a surface or do not extend across the direction, or an option is out
+/// of range.
 ///
 /// Notes
 /// -----
-/// One least squares, as `scipy.interpolate.LSQBivariateSpline` does it; but where there are no
-/// points the surface spans the hole like a thin plate.
+/// One least-squares fit, as in `scipy.interpolate.LSQBivariateSpline`. Holes without points are
+/// filled by thin-plate energy.
 ///
-/// The surface ends at the rectangle around the points' places in the plane where more than two of
-/// them lie on a side, as those of grids do. Where one or two do, the points are scattered and their
-/// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 / n
-/// of the rectangle, 0.02 of it at most).
+/// The base rectangle is the bounding box of the points in the base plane. A side with at most two
+/// points belongs to a scattered cloud; it is moved outward by two mean gaps, 2 / n of the
+/// rectangle for n points, at most 0.02. Sides with more points, as in grids, stay.
 ///
 /// Examples
 /// --------
@@ -129,9 +127,9 @@ pub(super) fn fit_heights(
     })
 }
 
-/// Fit the weights of a surface's control points, so that it comes nearer to points.
+/// Fit the weights of a surface's control points to reduce the distance to points.
 ///
-/// Spheres and cylinders are rational surfaces: with weights, fewer control points do.
+/// With weights, a surface represents spheres and cylinders exactly, with few control points.
 ///
 /// Parameters
 /// ----------
@@ -140,19 +138,19 @@ pub(super) fn fit_heights(
 /// points : array_like of shape (n, 3) or (n, 2)
 ///     The points.
 /// weights : array_like of shape (n,), optional
-///     How much each squared distance counts, at least 0.
+///     Weight of each squared distance, at least 0.
 ///
 /// Returns
 /// -------
 /// NurbsSurface
-///     With the same knots, and control points moved and weighted so that the mean of the squared
-///     distances falls. Never worse: what gains less than a twentieth comes back as it was, and so
-///     do rational surfaces and those with more than 256 control points.
+///     With the same knots, and control points and weights that reduce the mean squared distance.
+///     The surface is returned unchanged if the gain is below a twentieth, if it is rational
+///     already, or if it has more than 256 control points.
 ///
 /// Raises
 /// ------
 /// NeurbsError
-///     If a point is not finite or the numbers do not belong together.
+///     If a point is not finite or array lengths disagree.
 ///
 /// Examples
 /// --------

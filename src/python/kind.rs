@@ -1,0 +1,25 @@
+//! The argument `kind`: a kind of surface by its name.
+
+use pyo3::prelude::*;
+
+use super::arguments;
+use crate::chart::Kind;
+
+/// The allowed kinds; `None` selects the kind of the best candidate.
+const KINDS: [Option<Kind>; 6] = [
+    None,
+    Some(Kind::Sheet),
+    Some(Kind::Height),
+    Some(Kind::Tube),
+    Some(Kind::Torus),
+    Some(Kind::Body),
+];
+
+pub(super) fn kind_name(kind: Option<Kind>) -> &'static str {
+    kind.map_or("auto", Kind::name)
+}
+
+/// A kind by its name, or `None` for "auto".
+pub(super) fn named_kind(name: &Bound<'_, PyAny>) -> PyResult<Option<Kind>> {
+    arguments::choice("kind", &KINDS, kind_name, name)
+}
