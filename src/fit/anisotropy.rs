@@ -15,11 +15,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
-use super::limits::{ENOUGH_SAMPLES, NEGLIGIBLE};
 use super::normal_equations::{NormalEquations, Sample};
-use super::space::SplineSpace;
+use super::sizes::{ENOUGH_SAMPLES, NEGLIGIBLE};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::BasisDerivatives;
 
@@ -48,7 +48,7 @@ pub(super) fn more_likely(
     times: f64,
 ) -> Result<f64> {
     let (matrix, size) = (energy.matrix(space), space.unknowns());
-    let factor = |mut matrix: Band| -> Result<Option<Band>> {
+    let factor = |mut matrix: BandMatrix| -> Result<Option<BandMatrix>> {
         Ok(matrix.factor::<Error>(&mut || Ok(()))?.then_some(matrix))
     };
     let mut posterior = equations.matrix.clone();

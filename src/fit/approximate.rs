@@ -8,19 +8,19 @@
 
 use glam::{DVec2, DVec3};
 
-use super::edge::Reach;
-use super::fitting::Fitting;
-use super::growth::{Accept, Grown};
+use super::adaptive_refinement::{Accept, RefinementResult};
+use super::alternating_fit::AlternatingFit;
+use super::boundary::BoundaryConstraint;
+use super::boundary::Depth;
+use super::fit_result::Approximation;
 use super::options::{ApproximateOptions, Growth, uniform};
-use super::outcome::Approximation;
-use super::rim::Rim;
-use super::space::SplineSpace;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// Turns in which the domain follows an outline that leans, at most.
-const TURNS: usize = 3;
+const MAX_BOUNDARY_ROUNDS: usize = 3;
 
 /// Control points of the coarsest net at most, but there is always one.
 const COARSEST: usize = 300;
@@ -61,30 +61,30 @@ pub fn approximate(
     let spaces: Vec<SplineSpace> =
         levels(options).into_iter().map(|net| space(net, options)).collect::<Result<_>>()?;
     let (coarsest, whole) = (&spaces[0], &spaces[spaces.len() - 1]);
-    let mut fitting = Fitting::new(points, uv, weights, options, observer);
-    fitting.look_at_enough_for(coarsest);
+    let mut fitting = AlternatingFit::new(points, uv, weights, options, observer);
+    fitting.subsample_for(coarsest);
     let mut surface = fitting.first(coarsest)?;
     fitting.limit = options.iterations.div_ceil(2);
     for space in &spaces {
-        fitting.look_at_enough_for(space);
+        fitting.subsample_for(space);
         if space == whole {
-            (fitting.limit, fitting.left) = (options.iterations, 0.25);
+            (fitting.limit, fitting.fairness_decay) = (options.iterations, 0.25);
         }
-        surface = fitting.descend(space, surface)?;
+        surface = fitting.minimize(space, surface)?;
     }
     fitting.limit = options.iterations.div_ceil(2);
-    if fitting.look_at_all(&surface) || options.closed != (true, true) {
-        for turn in 1..=TURNS {
-            let (bent, reach) = fitting.conform(surface, options.border)?;
-            surface = fitting.descend(whole, bent)?;
+    if fitting.use_all_points(&surface) || options.closed != (true, true) {
+        for round in 1..=MAX_BOUNDARY_ROUNDS {
+            let (bent, depth) = fitting.conform(surface, options.border)?;
+            surface = fitting.minimize(whole, bent)?;
             // A notch that is followed twice is followed.
-            if reach == Reach::Free || reach == Reach::Notch && turn == 2 {
+            if depth == Depth::Free || depth == Depth::Notch && round == 2 {
                 break;
             }
         }
     }
     fitting.limit = options.iterations;
-    Ok(fitting.grown(surface, options.growth, &|_, _| Ok(true))?.finest)
+    Ok(fitting.refined_fit(surface, options.growth, &|_, _| Ok(true))?.finest)
 }
 
 /// A surface that a fit goes on from.
@@ -112,16 +112,16 @@ pub(crate) fn continued(
     growth: Option<Growth>,
     accept: Accept<'_>,
     observer: &mut dyn Observer,
-) -> Result<Grown> {
+) -> Result<RefinementResult> {
     let &FittedSurface { surface, uv, closed, fairness: first } = from;
     let options = ApproximateOptions { closed, fairness, ..ApproximateOptions::default() };
-    let mut fitting = Fitting::new(points, uv, weights, &options, observer);
-    fitting.falling = first;
-    fitting.rim = (closed == (false, false)).then(|| Rim::of(surface));
+    let mut fitting = AlternatingFit::new(points, uv, weights, &options, observer);
+    fitting.fairness_weight = first;
+    fitting.boundary = (closed == (false, false)).then(|| BoundaryConstraint::of(surface));
     let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
-    let surface = fitting.descend(&space, surface.clone())?;
-    fitting.grown(surface, growth, accept)
+    let surface = fitting.minimize(&space, surface.clone())?;
+    fitting.refined_fit(surface, growth, accept)
 }
 
 /// Nets from coarse to whole: each has half the rows and columns of the next, as far as the degree

@@ -6,14 +6,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::anisotropy;
-use super::band::Band;
-use super::blocks::{blocks, in_clumps};
+use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
-use super::held_out::HeldOut;
-use super::limits::{CUBIC_ORDER, ENOUGH_SAMPLES, POINTS_PER_TASK};
+use super::folds::{blocks, in_clumps};
+use super::k_fold::KFold;
 use super::normal_equations::{NormalEquations, Sample};
-use super::patches::{Quad, Question, add, answers};
-use super::space::SplineSpace;
+use super::patches::{Evaluation, Quad, add, evaluate_all};
+use super::sizes::{CUBIC_ORDER, ENOUGH_SAMPLES, POINTS_PER_TASK};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::values_at;
 
@@ -61,28 +61,28 @@ pub(super) fn best(
     known: Option<Score>,
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
-    let said = equations.matrix.trace();
+    let point_trace = equations.matrix.trace();
     let anisotropy = match known {
         Some(Score { level, .. }) => {
-            anisotropy::more_likely(space, samples, &equations, energy, level * said)?
+            anisotropy::more_likely(space, samples, &equations, energy, level * point_trace)?
         }
         None => energy.anisotropy,
     };
     let energy = energy.with_anisotropy(anisotropy).matrix(space);
     let trace = energy.trace();
-    let heights = Heights::of(space, samples);
-    let search = Search { heights, equations, said, energy, trace, anisotropy };
+    let residuals = Residuals::of(space, samples);
+    let search = Search { residuals, equations, point_trace, energy, trace, anisotropy };
     let found = search.best(known.map(|score| (score.level * trace).log10()))?;
     found.map(|found| search.with_blocks(space, samples, found)).transpose()
 }
 
 /// The weights of an energy beside the equations of samples.
 struct Search<'a> {
-    heights: Heights<'a>,
+    residuals: Residuals<'a>,
     equations: NormalEquations,
     /// Traces of the equations and of the energy.
-    said: f64,
-    energy: Band,
+    point_trace: f64,
+    energy: BandMatrix,
     trace: f64,
     anisotropy: f64,
 }
@@ -91,8 +91,11 @@ impl Search<'_> {
     fn score(&self, exponent: f64) -> Result<Option<Score>> {
         let fairness = 10.0_f64.powf(exponent);
         let (level, anisotropy) = (fairness / self.trace, self.anisotropy);
-        let error =
-            self.heights.expected_error(&self.equations, &self.energy, level * self.said)?;
+        let error = self.residuals.expected_error(
+            &self.equations,
+            &self.energy,
+            level * self.point_trace,
+        )?;
         let score = |error| Score { fairness, level, anisotropy, error, error_of_blocks: 0.0 };
         Ok(error.map(score))
     }
@@ -142,7 +145,7 @@ impl Search<'_> {
         if !in_clumps(samples.iter().map(|sample| sample.uv)) {
             return Ok(found);
         }
-        let held_out = HeldOut::of(space, samples, usize::MAX, |samples| {
+        let held_out = KFold::of(space, samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let error =
@@ -167,11 +170,11 @@ fn decades(from: f64) -> Vec<f64> {
 }
 
 /// The heights of samples over surfaces of one space.
-struct Heights<'a> {
+struct Residuals<'a> {
     space: &'a SplineSpace,
     /// Of the net's control points in the order of solution.
     places: Vec<usize>,
-    judged: Vec<Judged>,
+    residual_samples: Vec<ResidualSample>,
     /// Their basis functions that differ from zero: those in u, then those in v.
     functions: Vec<f64>,
     /// What they count together.
@@ -182,7 +185,7 @@ struct Heights<'a> {
 
 /// A sample whose height is asked for: no more of it than that takes, as all of them are read for each weight.
 #[derive(Clone, Copy)]
-struct Judged {
+struct ResidualSample {
     point: DVec3,
     normal: DVec3,
     weight: f64,
@@ -190,26 +193,26 @@ struct Judged {
     first: usize,
 }
 
-impl<'a> Heights<'a> {
+impl<'a> Residuals<'a> {
     fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
         let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
         let some: Vec<&Sample> = samples.iter().step_by(step).collect();
         let [rows, cols] = Self::orders(space);
         let width = space.knots[1].control_points();
         let mut functions = vec![0.0; some.len() * (rows + cols)];
-        let judged = |(sample, functions): (&&Sample, &mut [f64])| {
+        let residual_samples = |(sample, functions): (&&Sample, &mut [f64])| {
             let &&Sample { point, uv, normal, weight, .. } = sample;
             let (of_u, of_v) = functions.split_at_mut(rows);
             let [u, v] = [(0, of_u), (1, of_v)]
                 .map(|(d, functions)| values_at(&space.knots[d], uv[d], functions));
-            Judged { point, normal, weight, first: u * width + v }
+            ResidualSample { point, normal, weight, first: u * width + v }
         };
         let functions_of = functions.par_chunks_mut(rows + cols);
         let some = some.par_iter().with_min_len(POINTS_PER_TASK).zip(functions_of);
-        let judged: Vec<Judged> = some.map(judged).collect();
-        let weight = judged.iter().map(|judged| judged.weight).sum();
+        let residual_samples: Vec<ResidualSample> = some.map(residual_samples).collect();
+        let weight = residual_samples.iter().map(|residual_samples| residual_samples.weight).sum();
         let count = samples.iter().filter(|sample| sample.weight > 0.0).count() as f64;
-        Self { space, places: space.places(), judged, functions, weight, count }
+        Self { space, places: space.places(), residual_samples, functions, weight, count }
     }
 
     /// How many basis functions differ from zero in u and in v.
@@ -222,7 +225,7 @@ impl<'a> Heights<'a> {
     fn expected_error(
         &self,
         equations: &NormalEquations,
-        energy: &Band,
+        energy: &BandMatrix,
         times: f64,
     ) -> Result<Option<f64>> {
         let mut factor = equations.matrix.clone();
@@ -244,25 +247,25 @@ impl<'a> Heights<'a> {
     /// solution.
     fn mean_square(&self, solution: &[Quad]) -> f64 {
         let net = self.places.iter().map(|&at| solution[at]).collect();
-        let squares = answers(&Squares { heights: self, net }, self.judged.len());
+        let squares = evaluate_all(&Squares { residuals: self, net }, self.residual_samples.len());
         squares.iter().sum::<f64>() / self.weight
     }
 }
 
 /// The weighted squares of the heights over a surface.
 struct Squares<'a> {
-    heights: &'a Heights<'a>,
+    residuals: &'a Residuals<'a>,
     net: Vec<Quad>,
 }
 
-impl Question for Squares<'_> {
-    type Answer = f64;
+impl Evaluation for Squares<'_> {
+    type Output = f64;
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn answer(&self, index: usize) -> f64 {
+    fn evaluate(&self, index: usize) -> f64 {
         // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
-        match Heights::orders(self.heights.space) {
+        match Residuals::orders(self.residuals.space) {
             [CUBIC_ORDER, CUBIC_ORDER] => self.square(index, [CUBIC_ORDER; 2]),
             orders => self.square(index, orders),
         }
@@ -273,10 +276,10 @@ impl Squares<'_> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn square(&self, index: usize, [rows, cols]: [usize; 2]) -> f64 {
-        let Heights { space, judged, functions, .. } = self.heights;
+        let Residuals { space, residual_samples, functions, .. } = self.residuals;
         let width = space.knots[1].control_points();
         let (by_row, by_col) = functions[index * (rows + cols)..][..rows + cols].split_at(rows);
-        let Judged { point, normal, weight, first } = judged[index];
+        let ResidualSample { point, normal, weight, first } = residual_samples[index];
         let mut place = [0.0; 4];
         for (i, row) in by_row.iter().enumerate() {
             let mut of_row = [0.0; 4];

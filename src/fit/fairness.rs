@@ -1,9 +1,9 @@
 //! Fairness: the energy of a surface's second or third derivatives.
 
-use super::band::Band;
-use super::limits::ENOUGH_SAMPLES;
+use super::band_matrix::BandMatrix;
 use super::normal_equations::{Cells, Sample};
-use super::space::SplineSpace;
+use super::sizes::ENOUGH_SAMPLES;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
 use crate::progress::Listen;
@@ -49,7 +49,7 @@ impl Energy {
     }
 
     /// The energy as a matrix over the unknowns.
-    pub(super) fn matrix(&self, space: &SplineSpace) -> Band {
+    pub(super) fn matrix(&self, space: &SplineSpace) -> BandMatrix {
         let mut matrix = space.matrix(1);
         self.each_entry(space, |[a, b], [along_u, mixed, along_v]| {
             let value = self.anisotropy * along_u + mixed + along_v / self.anisotropy;
@@ -63,7 +63,7 @@ impl Energy {
     pub(super) fn traces<const COUNT: usize>(
         &self,
         space: &SplineSpace,
-        matrices: [&Band; COUNT],
+        matrices: [&BandMatrix; COUNT],
     ) -> [[f64; 2]; COUNT] {
         let mut traces = [[0.0; 2]; COUNT];
         self.each_entry(space, |[a, b], [along_u, _, along_v]| {

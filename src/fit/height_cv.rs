@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::blocks::{blocks, in_clumps, in_turn};
-use super::height_field::Heights;
-use super::held_out::HeldOut;
+use super::folds::{blocks, in_clumps, in_turn};
+use super::height_field::HeightField;
+use super::k_fold::KFold;
 use super::least_squares::Equations;
-use super::limits::ENOUGH_POINTS;
 use super::normal_equations::Sample;
-use super::warm_start::Near;
+use super::sizes::ENOUGH_POINTS;
+use super::warm_start::WarmStart;
 use crate::error::Result;
 use crate::progress::Listen;
 
@@ -35,7 +35,7 @@ pub(super) struct Choice {
     pub(super) expected_of_blocks: f64,
 }
 
-impl Heights<'_> {
+impl HeightField<'_> {
     /// Cross-validation: the given fairness, or the one that predicts best, looked for near one that is
     /// known. Where points lie in clumps, blocks choose the anisotropy, and the fairness is the larger one of
     /// those that predict points left out in turn and in blocks.
@@ -43,7 +43,7 @@ impl Heights<'_> {
         &self,
         equations: Equations,
         given: Option<f64>,
-        near: Option<Near>,
+        near: Option<WarmStart>,
         listen: &mut Listen<'_>,
     ) -> Result<Choice> {
         let sample = |i: usize| {
@@ -53,8 +53,8 @@ impl Heights<'_> {
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.beside(self.local.len()));
         let space = equations.space().clone();
-        let turn = HeldOut::of(&space, &samples, ENOUGH_POINTS, |samples| in_turn(samples.len()))?;
-        let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
+        let turn = KFold::of(&space, &samples, ENOUGH_POINTS, |samples| in_turn(samples.len()))?;
+        let mut choose = |held_out: &KFold<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
                 Some(fairness) => fairness,
@@ -66,7 +66,7 @@ impl Heights<'_> {
             let (fairness, expected) = choose(&turn, &equations)?;
             return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
         }
-        let block = HeldOut::of(&space, &samples, usize::MAX, |samples| {
+        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let (mut found, mut least) = (None, f64::INFINITY);
@@ -85,7 +85,7 @@ impl Heights<'_> {
     }
 }
 
-fn error(held_out: &HeldOut<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
+fn error(held_out: &KFold<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
     held_out.error(&equations.energy, equations.times(fairness))
 }
 

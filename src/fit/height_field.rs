@@ -3,15 +3,15 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::dense::Dense;
+use super::base_domain::{BaseDomain, BasePlane};
+use super::dense_matrix::DenseMatrix;
 use super::fairness::ORDER;
-use super::ground::{Base, Ground};
+use super::fit_result::HeightFit;
 use super::least_squares::{Equations, PartialSums, check};
-use super::limits::ENOUGH_SAMPLES;
 use super::options::{FitOptions, HeightOptions};
-use super::outcome::HeightFit;
 use super::patches::Patches;
-use super::trend::Trend;
+use super::plane_trend::PlaneTrend;
+use super::sizes::ENOUGH_SAMPLES;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Listen;
@@ -27,12 +27,12 @@ const CONIC: f64 = 1e-4;
 const SHORTEST_REACH: f64 = 1.0 / 64.0;
 
 /// Points by their places in the unit square of a plane and their heights over it.
-pub(super) struct Heights<'a> {
+pub(super) struct HeightField<'a> {
     axes: [DVec3; 3],
-    ground: Ground,
+    ground: BaseDomain,
     /// Their heights are those over the trend.
     pub(super) local: Vec<DVec3>,
-    trend: Trend,
+    trend: PlaneTrend,
     pub(super) uv: Vec<DVec2>,
     weights: Option<&'a [f64]>,
     options: FitOptions,
@@ -40,27 +40,27 @@ pub(super) struct Heights<'a> {
     order: usize,
 }
 
-impl<'a> Heights<'a> {
+impl<'a> HeightField<'a> {
     pub(super) fn of(
         points: &[DVec3],
         weights: Option<&'a [f64]>,
-        base: &Base,
+        base: &BasePlane,
         options: &HeightOptions,
     ) -> Result<Self> {
         if !base.up.is_normalized() {
             return Err(Error::parameter("up", "a vector of length 1", base.up));
         }
-        let Base { axes: [along, across], up } = base;
+        let BasePlane { axes: [along, across], up } = base;
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
         let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
-        let ground = Ground::around(&local, counts)?;
+        let ground = BaseDomain::around(&local, counts)?;
         let uv: Vec<DVec2> =
             local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
         let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         check(&local, &uv, weights, &fitting)?;
-        let trend = Trend::of(&local, weights);
+        let trend = PlaneTrend::of(&local, weights);
         local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
         let few = points.len() < FEW || on_conic(&uv);
         let order = if few { ORDER - 1 } else { ORDER };
@@ -139,7 +139,7 @@ fn on_conic(uv: &[DVec2]) -> bool {
         [1.0, x, y, x * x, x * y, y * y]
     };
     let count = terms(DVec2::ZERO).len();
-    let mut moments = Dense::new(count);
+    let mut moments = DenseMatrix::new(count);
     for place in uv.iter().step_by(uv.len().div_ceil(ENOUGH_SAMPLES).max(1)) {
         let terms = terms(*place);
         for (i, a) in terms.iter().enumerate() {

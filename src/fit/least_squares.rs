@@ -2,12 +2,12 @@
 
 use glam::{DVec2, DVec3};
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use super::fairness::{Energy, LengthSums};
-use super::limits::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::FitOptions;
-use super::space::SplineSpace;
+use super::sizes::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Listen, Observer, Stage};
@@ -53,8 +53,8 @@ pub fn fit(
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     check(points, uv, weights, options)?;
     // About the centroid numbers keep their digits wherever the points lie.
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-    let sums = PartialSums::sum(points, uv, weights, centre, options, &mut listen)?;
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
+    let sums = PartialSums::sum(points, uv, weights, center, options, &mut listen)?;
     Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
 }
 
@@ -158,7 +158,7 @@ pub(super) struct Equations {
     sums: PartialSums,
     /// Order of the derivatives in the energy.
     order: usize,
-    pub(super) energy: Band,
+    pub(super) energy: BandMatrix,
     /// The trace of the energy without slopes, in which fairness is measured.
     scale: f64,
 }

@@ -9,9 +9,9 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::limits::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
-use super::space::SplineSpace;
+use super::band_matrix::BandMatrix;
+use super::sizes::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
 use crate::progress::Listen;
@@ -41,7 +41,7 @@ impl Sample {
 /// Matrix and right-hand side of a fit of control points to samples.
 #[derive(Clone)]
 pub(super) struct NormalEquations {
-    pub(super) matrix: Band,
+    pub(super) matrix: BandMatrix,
     pub(super) right: Vec<[f64; 3]>,
 }
 
@@ -68,7 +68,7 @@ impl NormalEquations {
     pub(super) fn of_tangent_distances(
         space: &SplineSpace,
         samples: &[Sample],
-        matrix: Band,
+        matrix: BandMatrix,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
@@ -96,7 +96,7 @@ impl NormalEquations {
         }
     }
 
-    fn empty(space: &SplineSpace, matrix: Band) -> Self {
+    fn empty(space: &SplineSpace, matrix: BandMatrix) -> Self {
         Self { matrix, right: vec![[0.0; 3]; space.unknowns()] }
     }
 
@@ -107,7 +107,7 @@ impl NormalEquations {
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
         listen: &mut Listen<'_>,
-        scatter: impl Fn(&mut Band, [usize; 2], [f64; C]) + Sync,
+        scatter: impl Fn(&mut BandMatrix, [usize; 2], [f64; C]) + Sync,
     ) -> Result<()> {
         let layout = Layout::of(space, C);
         let cells = Cells::of(space, samples, listen)?;

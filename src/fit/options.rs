@@ -1,6 +1,6 @@
 //! What is fitted, and how far a net grows.
 
-use super::limits::MAX_CONTROL_POINTS;
+use super::sizes::MAX_CONTROL_POINTS;
 use crate::error::{Error, Result};
 use crate::nurbs::KnotVector;
 

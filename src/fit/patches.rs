@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::limits::{BATCH, CUBIC, DEGENERATE, POINTS_PER_TASK};
+use super::sizes::{BATCH, CUBIC, DEGENERATE, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
 
 /// A point and its tangents on a surface.
@@ -41,45 +41,45 @@ pub(super) struct Patches<'a> {
 }
 
 /// What is asked of many places of a surface.
-pub(super) trait Question: Sync {
-    type Answer: Copy + Default + Send;
+pub(super) trait Evaluation: Sync {
+    type Output: Copy + Default + Send;
 
     /// The answer at a place, by its number; to be inlined always, so that it becomes part of what
     /// SIMD dispatch compiles.
-    fn answer(&self, index: usize) -> Self::Answer;
+    fn evaluate(&self, index: usize) -> Self::Output;
 }
 
 /// The answers to so many questions, in their order.
-pub(super) fn answers<Q: Question>(question: &Q, count: usize) -> Vec<Q::Answer> {
+pub(super) fn evaluate_all<Q: Evaluation>(question: &Q, count: usize) -> Vec<Q::Output> {
     let arch = Arch::new();
     // Written where they stay, by the threads that find them: of a million places it takes as long to get the memory
     // as to find a foot.
     let tasks = (0..count.div_ceil(BATCH)).into_par_iter().with_min_len(BATCH);
-    let answers = tasks.map(|task| {
+    let outputs = tasks.map(|task| {
         let from = task * BATCH;
         arch.dispatch(Task { question, range: from..count.min(from + BATCH) })
     });
-    let mut answers = answers.collect::<Vec<_>>().into_flattened();
-    answers.truncate(count);
-    answers
+    let mut outputs = outputs.collect::<Vec<_>>().into_flattened();
+    outputs.truncate(count);
+    outputs
 }
 
-struct Task<'a, Q: Question> {
+struct Task<'a, Q: Evaluation> {
     question: &'a Q,
     range: Range<usize>,
 }
 
-impl<Q: Question> WithSimd for Task<'_, Q> {
-    type Output = [Q::Answer; BATCH];
+impl<Q: Evaluation> WithSimd for Task<'_, Q> {
+    type Output = [Q::Output; BATCH];
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let mut answers = [Q::Answer::default(); BATCH];
-        for (answer, index) in answers.iter_mut().zip(self.range) {
-            *answer = self.question.answer(index);
+        let mut outputs = [Q::Output::default(); BATCH];
+        for (output, index) in outputs.iter_mut().zip(self.range) {
+            *output = self.question.evaluate(index);
         }
-        answers
+        outputs
     }
 }
 
@@ -87,21 +87,21 @@ impl<Q: Question> WithSimd for Task<'_, Q> {
 struct Each<'a, P, F> {
     patches: &'a Patches<'a>,
     uv: P,
-    answer: F,
+    output: F,
 }
 
-impl<A, P, F> Question for Each<'_, P, F>
+impl<A, P, F> Evaluation for Each<'_, P, F>
 where
     A: Copy + Default + Send,
     P: Fn(usize) -> DVec2 + Sync,
     F: Fn(usize, Tangents) -> A + Sync,
 {
-    type Answer = A;
+    type Output = A;
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn answer(&self, index: usize) -> A {
-        (self.answer)(index, self.patches.at((self.uv)(index)))
+    fn evaluate(&self, index: usize) -> A {
+        (self.output)(index, self.patches.at((self.uv)(index)))
     }
 }
 
@@ -144,9 +144,9 @@ impl<'a> Patches<'a> {
         &self,
         count: usize,
         uv: impl Fn(usize) -> DVec2 + Sync,
-        answer: impl Fn(usize, Tangents) -> A + Sync,
+        output: impl Fn(usize, Tangents) -> A + Sync,
     ) -> Vec<A> {
-        answers(&Each { patches: self, uv, answer }, count)
+        evaluate_all(&Each { patches: self, uv, output }, count)
     }
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]

@@ -8,8 +8,8 @@
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::dense::Dense;
-use super::limits::{NEGLIGIBLE, RIDGE, TANGENTIAL};
+use super::dense_matrix::DenseMatrix;
+use super::sizes::{NEGLIGIBLE, RIDGE, TANGENTIAL};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
@@ -68,21 +68,21 @@ pub fn rational(
         return Ok(surface.clone());
     }
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let (mut uv, first) = feet(surface, points, &weight)?;
+    let (mut uv, first) = projections(surface, points, &weight)?;
     let (mut best, mut error) = (surface.clone(), first);
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
     for step in 0..MOST_STEPS {
         let (step, total) = (step as u64, MOST_STEPS as u64);
         report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
-        let Some(change) = unknowns.step(&best, points, &uv, &weight, centre) else { break };
+        let Some(change) = unknowns.step(&best, points, &uv, &weight, center) else { break };
         let tried = (0..=HALVINGS).find_map(|halvings| {
-            let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), centre)?;
-            let (uv, squared) = feet(&surface, points, &weight).ok()?;
+            let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), center)?;
+            let (uv, squared) = projections(&surface, points, &weight).ok()?;
             (squared < error).then_some((surface, uv, squared))
         });
-        let Some((surface, feet, squared)) = tried else { break };
+        let Some((surface, projections, squared)) = tried else { break };
         let gained = 1.0 - squared / error;
-        (best, uv, error) = (surface, feet, squared);
+        (best, uv, error) = (surface, projections, squared);
         if gained < NEGLIGIBLE {
             break;
         }
@@ -91,16 +91,17 @@ pub fn rational(
 }
 
 /// The points' feet, and the sum of the squared distances to them.
-fn feet(
+fn projections(
     surface: &NurbsSurface,
     points: &[DVec3],
     weight: &(impl Fn(usize) -> f64 + Sync),
 ) -> Result<(Vec<DVec2>, f64)> {
     let search = ClosestPointSearch::new(surface)?;
     let found: Vec<_> = points.par_iter().map(|&point| search.closest_point(point)).collect();
-    let squared = found.iter().enumerate().map(|(i, foot)| weight(i) * foot.distance.powi(2));
+    let squared =
+        found.iter().enumerate().map(|(i, projection)| weight(i) * projection.distance.powi(2));
     let sum = squared.sum();
-    Ok((found.iter().map(|foot| foot.uv).collect(), sum))
+    Ok((found.iter().map(|projection| projection.uv).collect(), sum))
 }
 
 /// The control points that differ: those that a closed direction repeats are folded together.
@@ -163,25 +164,26 @@ impl Unknowns {
         points: &[DVec3],
         uv: &[DVec2],
         weight: &impl Fn(usize) -> f64,
-        centre: DVec3,
+        center: DVec3,
     ) -> Option<Vec<DVec4>> {
         let size = 4 * self.count();
-        let own: Vec<f64> = self.homogeneous(surface, centre).iter().map(|h| h.w).collect();
-        let (mut matrix, mut right) = (Dense::new(size), vec![0.0; size]);
+        let own: Vec<f64> = self.homogeneous(surface, center).iter().map(|h| h.w).collect();
+        let (mut matrix, mut right) = (DenseMatrix::new(size), vec![0.0; size]);
         for (i, (&point, &at)) in points.iter().zip(uv).enumerate() {
             let functions = self.functions(surface, at);
             let denominator: f64 = functions.iter().map(|&(k, value)| value * own[k]).sum();
-            let foot = surface.point(at.x, at.y);
+            let projection = surface.point(at.x, at.y);
             let normal = surface.normal(at.x, at.y);
             let across = if is_on_border(surface, at) { 1.0 } else { TANGENTIAL };
             let seen = |v: DVec3| across * v + (1.0 - across) * normal.dot(v) * normal;
             // What the foot does when x, y, z or the weight of a control point grows.
-            let moves = [DVec3::X, DVec3::Y, DVec3::Z, centre - foot].map(|v| v / denominator);
+            let moves =
+                [DVec3::X, DVec3::Y, DVec3::Z, center - projection].map(|v| v / denominator);
             let images = moves.map(|v| weight(i) * seen(v));
             let block = moves.map(|v| images.map(|image| v.dot(image)));
             for &(k, left) in &functions {
                 for (a, row) in block.iter().enumerate() {
-                    right[4 * k + a] += left * images[a].dot(point - foot);
+                    right[4 * k + a] += left * images[a].dot(point - projection);
                     let line = &mut matrix.values[(4 * k + a) * size..][..size];
                     for &(l, other) in &functions {
                         for (sum, value) in line[4 * l..4 * l + 4].iter_mut().zip(row) {
@@ -199,12 +201,12 @@ impl Unknowns {
     }
 
     /// The different control points, relative to a centre, times their weights, and these.
-    fn homogeneous(&self, surface: &NurbsSurface, centre: DVec3) -> Vec<DVec4> {
+    fn homogeneous(&self, surface: &NurbsSurface, center: DVec3) -> Vec<DVec4> {
         let mut net = vec![DVec4::ZERO; self.count()];
         for (at, &point) in surface.control_points().iter().enumerate() {
             let weight = surface.weights().map_or(1.0, |weights| weights[at]);
             let own = self.index(at / self.shape.1, at % self.shape.1);
-            net[own] = ((point - centre) * weight).extend(weight);
+            net[own] = ((point - center) * weight).extend(weight);
         }
         net
     }
@@ -215,9 +217,9 @@ impl Unknowns {
         surface: &NurbsSurface,
         change: &[DVec4],
         share: f64,
-        centre: DVec3,
+        center: DVec3,
     ) -> Option<NurbsSurface> {
-        let own = self.homogeneous(surface, centre);
+        let own = self.homogeneous(surface, center);
         let net: Vec<DVec4> = own.iter().zip(change).map(|(h, d)| *h + share * *d).collect();
         let mean = net.iter().map(|h| h.w).sum::<f64>() / net.len() as f64;
         let (least, most) = WEIGHTS;
@@ -226,7 +228,7 @@ impl Unknowns {
         }
         let (rows, cols) = self.shape;
         let at = |at: usize| net[self.index(at / cols, at % cols)];
-        let points = (0..rows * cols).map(|i| centre + at(i).truncate() / at(i).w).collect();
+        let points = (0..rows * cols).map(|i| center + at(i).truncate() / at(i).w).collect();
         let weights = (0..rows * cols).map(|i| at(i).w / mean).collect();
         let (knots_u, knots_v) = (surface.knots_u().clone(), surface.knots_v().clone());
         NurbsSurface::new(points, Some(weights), knots_u, knots_v).ok()
@@ -257,7 +259,7 @@ mod tests {
     }
 
     fn rms(surface: &NurbsSurface, points: &[DVec3]) -> f64 {
-        (feet(surface, points, &|_| 1.0).unwrap().1 / points.len() as f64).sqrt()
+        (projections(surface, points, &|_| 1.0).unwrap().1 / points.len() as f64).sqrt()
     }
 
     #[test]

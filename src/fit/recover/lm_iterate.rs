@@ -4,9 +4,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::super::band::Band;
-use super::super::correct::{Foot, STEPS};
+use super::super::band_matrix::BandMatrix;
 use super::super::normal_equations::NormalEquations;
+use super::super::projection::{Projection, STEPS};
 use super::varpro::Problem;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
@@ -25,7 +25,7 @@ const AHEAD: f64 = 0.1;
 pub(super) struct Trial {
     pub(super) surface: NurbsSurface,
     /// The points' feet on it, or on its continuation.
-    pub(super) feet: Vec<Foot>,
+    pub(super) projections: Vec<Projection>,
     /// Root of the mean square of the distances from them.
     pub(super) error: f64,
     damping: f64,
@@ -36,27 +36,28 @@ pub(super) struct Trial {
 impl Trial {
     /// A surface, with feet near these parameters.
     pub(super) fn on(problem: &Problem<'_>, surface: NurbsSurface, uv: &[DVec2]) -> Self {
-        let feet = problem.feet(&surface, uv, 2 * STEPS);
-        Self { error: rms(&feet), surface, feet, damping: DAMPING, equations: None }
+        let projections = problem.projections(&surface, uv, 2 * STEPS);
+        Self { error: rms(&projections), surface, projections, damping: DAMPING, equations: None }
     }
 
     /// The surface nearest in plain distances at these parameters.
     pub(super) fn at(problem: &Problem<'_>, uv: &[DVec2]) -> Result<Option<Self>> {
-        let place = |(&uv, &offset): (&DVec2, &DVec3)| Foot { uv, offset, ..Foot::default() };
-        let places: Vec<Foot> = uv.iter().zip(problem.points).map(place).collect();
+        let place =
+            |(&uv, &offset): (&DVec2, &DVec3)| Projection { uv, offset, ..Projection::default() };
+        let places: Vec<Projection> = uv.iter().zip(problem.points).map(place).collect();
         let Some(net) = problem.plain(&places)? else { return Ok(None) };
         Ok(Some(Self::on(problem, problem.space.surface(&net)?, uv)))
     }
 
     fn uv(&self) -> Vec<DVec2> {
-        self.feet.iter().map(|foot| foot.uv).collect()
+        self.projections.iter().map(|projection| projection.uv).collect()
     }
 
     /// Makes a step, if it helps.
     pub(super) fn advance(&mut self, problem: &Problem<'_>) -> Result<()> {
         let equations = match self.equations.take() {
             Some(equations) => equations,
-            None => problem.equations(&self.feet)?,
+            None => problem.equations(&self.projections)?,
         };
         let mut matrix = equations.matrix.clone();
         matrix.add_ridge(self.damping);
@@ -81,22 +82,23 @@ impl Trial {
     /// the distances along it.
     fn bent(
         &self,
-        matrix: &Band,
+        matrix: &BandMatrix,
         mut change: Vec<DVec3>,
         problem: &Problem<'_>,
     ) -> Result<Vec<DVec3>> {
         let ahead: Vec<DVec3> = change.iter().map(|change| AHEAD * *change).collect();
         let net = added(problem.space.unknown_points(&self.surface), &ahead);
         let uv = self.uv();
-        let there = problem.feet(&problem.space.surface(&net)?, &uv, 2);
+        let there = problem.projections(&problem.space.surface(&net)?, &uv, 2);
         let moved = problem.at(&ahead, &uv)?;
-        let bend = |((here, there), moved): ((&Foot, &Foot), &DVec3)| {
+        let bend = |((here, there), moved): ((&Projection, &Projection), &DVec3)| {
             let distance = there.offset.dot(there.normal) * there.normal.dot(here.normal).signum();
             let straight = (here.offset - *moved).dot(here.normal);
             let bend = (distance - straight) / (AHEAD * AHEAD);
-            Foot { offset: bend * here.normal, ..*here }
+            Projection { offset: bend * here.normal, ..*here }
         };
-        let bends: Vec<Foot> = self.feet.iter().zip(&there).zip(&moved).map(bend).collect();
+        let bends: Vec<Projection> =
+            self.projections.iter().zip(&there).zip(&moved).map(bend).collect();
         let right = problem.samples(&bends, 1.0);
         let right = NormalEquations::of_distances(problem.space, &right, &mut || Ok(()))?.right;
         let bend = matrix.solved_together(&right);
@@ -109,19 +111,20 @@ impl Trial {
     /// After a change of the control points, and the plain solution at the parameters that follow.
     fn after(&self, change: &[DVec3], problem: &Problem<'_>) -> Result<Option<Self>> {
         let net = added(problem.space.unknown_points(&self.surface), change);
-        let feet = problem.feet(&problem.space.surface(&net)?, &self.uv(), 2);
-        let Some(change) = problem.plain(&feet)? else { return Ok(None) };
+        let projections = problem.projections(&problem.space.surface(&net)?, &self.uv(), 2);
+        let Some(change) = problem.plain(&projections)? else { return Ok(None) };
         let surface = problem.space.surface(&added(net, &change))?;
-        let uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
-        let feet = problem.feet(&surface, &uv, 2);
+        let uv: Vec<DVec2> = projections.iter().map(|projection| projection.uv).collect();
+        let projections = problem.projections(&surface, &uv, 2);
         let damping = (self.damping / FACTOR).max(LEAST_DAMPING);
-        Ok(Some(Self { error: rms(&feet), surface, feet, damping, equations: None }))
+        Ok(Some(Self { error: rms(&projections), surface, projections, damping, equations: None }))
     }
 }
 
-fn rms(feet: &[Foot]) -> f64 {
-    let squares: f64 = feet.iter().map(|foot| foot.offset.length_squared()).sum();
-    (squares / feet.len() as f64).sqrt()
+fn rms(projections: &[Projection]) -> f64 {
+    let squares: f64 =
+        projections.iter().map(|projection| projection.offset.length_squared()).sum();
+    (squares / projections.len() as f64).sqrt()
 }
 
 /// Root of the sum of squares.

@@ -12,12 +12,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::lm_iterate::Trial;
-use self::multistart::{Starts, search};
+use self::multistart::{StartParameters, search};
 use self::varpro::Problem;
+use super::adaptive_refinement::{EXACT_ERROR, diameter};
 use super::approximate::approximate;
-use super::growth::{EXACT, diameter};
 use super::options::ApproximateOptions;
-use super::space::SplineSpace;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::{self, Observer, Progress, Stage};
@@ -70,13 +70,15 @@ pub fn recover_net(
     let few: Vec<DVec3> = points.iter().step_by(step).copied().collect();
     let few = Problem { points: &few, space: &space, beyond: BEYOND, size };
     let uv: Vec<DVec2> = near.uv.iter().step_by(step).copied().collect();
-    let starts = Starts { space: &space, uv: &uv };
+    let starts = StartParameters { space: &space, uv: &uv };
     let mut found = search(&few, &starts.even(), observer)?;
-    if found.as_ref().is_none_or(|found| found.error > EXACT * size) {
+    if found.as_ref().is_none_or(|found| found.error > EXACT_ERROR * size) {
         let other = search(&few, &starts.graded(), observer)?;
         found = other.into_iter().chain(found).min_by(|a, b| a.error.total_cmp(&b.error));
     }
-    let Some(found) = found.filter(|found| found.error <= EXACT * size) else { return Ok(None) };
+    let Some(found) = found.filter(|found| found.error <= EXACT_ERROR * size) else {
+        return Ok(None);
+    };
     // The domain ends where all points do; feet that do not leave it draw its ends there.
     let open = Problem { points, ..few };
     let all = Problem { beyond: 0.0, ..open };
@@ -84,7 +86,7 @@ pub fn recover_net(
     let nearest = points.par_iter().map(|point| search.closest_point(*point).uv);
     let uv: Vec<DVec2> = nearest.collect();
     let trial = Trial::on(&open, found.surface.clone(), &uv);
-    let mut trial = Trial::at(&all, &open.within(&trial.feet))?.unwrap_or(trial);
+    let mut trial = Trial::at(&all, &open.within(&trial.projections))?.unwrap_or(trial);
     for step in 0..LAST_STEPS {
         if all.is_through(trial.error) {
             break;
@@ -93,7 +95,7 @@ pub fn recover_net(
         progress::report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
         trial.advance(&all)?;
     }
-    Ok((trial.error <= EXACT * size).then_some(trial.surface))
+    Ok((trial.error <= EXACT_ERROR * size).then_some(trial.surface))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::super::space::SplineSpace;
+use super::super::spline_space::SplineSpace;
 use super::lm_iterate::Trial;
 use super::varpro::Problem;
 use crate::error::Result;
@@ -63,7 +63,7 @@ pub(super) fn search(
 
 /// How parameters move in a direction.
 #[derive(Clone, Copy, PartialEq)]
-enum Move {
+enum Warp {
     /// By so many spans, in a closed direction.
     Turn(f64),
     /// So far towards those of a net with evenly spaced control points, which begin and end three times as
@@ -72,45 +72,45 @@ enum Move {
 }
 
 /// Parameters of points on a surface of a space, from which others are made.
-pub(super) struct Starts<'a> {
+pub(super) struct StartParameters<'a> {
     pub(super) space: &'a SplineSpace,
     pub(super) uv: &'a [DVec2],
 }
 
-impl Starts<'_> {
+impl StartParameters<'_> {
     /// As fast at either end.
     pub(super) fn even(&self) -> Vec<Vec<DVec2>> {
-        let stretch = |k: i32| Move::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
-        self.moved_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
+        let stretch = |k: i32| Warp::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
+        self.warped_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
     }
 
     /// From one end to the other up to eight times as fast.
     pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
         let stretch = |evenness| {
             (-3..=3)
-                .map(move |k| Move::Stretch { evenness, skew: 2.0_f64.powf(0.5 * f64::from(k)) })
+                .map(move |k| Warp::Stretch { evenness, skew: 2.0_f64.powf(0.5 * f64::from(k)) })
         };
-        self.moved_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
+        self.warped_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
     }
 
     /// By pairs of moves; in open directions by stretches, as even along u as along v.
-    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
+    fn warped_by(&self, stretches: &[Warp]) -> Vec<Vec<DVec2>> {
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
-        let turns = [0, 1, 2].map(|third| Move::Turn(f64::from(third) / 3.0));
+        let turns = [0, 1, 2].map(|third| Warp::Turn(f64::from(third) / 3.0));
         let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
         let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
-        let alike = |pair: &[Move; 2]| match *pair {
-            [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
+        let alike = |pair: &[Warp; 2]| match *pair {
+            [Warp::Stretch { evenness: u, .. }, Warp::Stretch { evenness: v, .. }] => u == v,
             _ => true,
         };
-        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
+        let pairs: Vec<[Warp; 2]> = pairs.filter(alike).collect();
         // Points do not tell which way the larger side of the net goes.
         let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
         let both = [self.uv, &swapped];
         let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
         let moved = |uv: &&[DVec2]| {
             let even = uv.par_iter().map(|uv| self.even_at(*uv)).collect::<Vec<_>>();
-            let moved = |by: &[Move; 2]| {
+            let moved = |by: &[Warp; 2]| {
                 let place = |(uv, even): (&DVec2, &DVec2)| {
                     DVec2::from([0, 1].map(|d| self.place(d, uv[d], even[d], by[d])))
                 };
@@ -121,10 +121,10 @@ impl Starts<'_> {
         ways.iter().flat_map(moved).collect()
     }
 
-    fn place(&self, d: usize, at: f64, even: f64, by: Move) -> f64 {
+    fn place(&self, d: usize, at: f64, even: f64, by: Warp) -> f64 {
         match by {
-            Move::Turn(by) => (at + by / self.space.shape()[d] as f64).rem_euclid(1.0),
-            Move::Stretch { evenness, skew } => {
+            Warp::Turn(by) => (at + by / self.space.shape()[d] as f64).rem_euclid(1.0),
+            Warp::Stretch { evenness, skew } => {
                 let share = at + evenness * (even - at);
                 skew * share / (1.0 + (skew - 1.0) * share)
             }
@@ -167,7 +167,7 @@ mod tests {
         let space = SplineSpace::new(knots, [false; 2]).unwrap();
         let at = |i: i32| f64::from(i) / 20.0;
         let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::new(at(i), at(i) * at(i))).collect();
-        let starts = Starts { space: &space, uv: &uv };
+        let starts = StartParameters { space: &space, uv: &uv };
         let (even, graded) = (starts.even(), starts.graded());
         assert_eq!((even.len(), graded.len()), (2 * 6, 2 * 2 * 49));
         for starts in [even, graded] {

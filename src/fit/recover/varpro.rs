@@ -7,11 +7,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::super::correct::{Foot, feet_beyond};
-use super::super::edge::extremes;
-use super::super::limits::RIDGE;
+use super::super::boundary::extremes;
 use super::super::normal_equations::{NormalEquations, Sample};
-use super::super::space::SplineSpace;
+use super::super::projection::{Projection, extended_projections};
+use super::super::sizes::RIDGE;
+use super::super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 
@@ -38,14 +38,15 @@ impl Problem<'_> {
     pub(super) fn at(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
         let surface = self.space.surface(net)?;
         let origin = vec![DVec3::ZERO; uv.len()];
-        let feet = feet_beyond(&surface, self.space.closed, self.beyond, &origin, uv, 0);
-        Ok(feet.iter().map(|foot| -foot.offset).collect())
+        let projections =
+            extended_projections(&surface, self.space.closed, self.beyond, &origin, uv, 0);
+        Ok(projections.iter().map(|projection| -projection.offset).collect())
     }
 
     /// The changes of the control points by which plain offsets from these feet vanish; `None` if no
     /// point holds some.
-    pub(super) fn plain(&self, feet: &[Foot]) -> Result<Option<Vec<DVec3>>> {
-        let samples = self.samples(feet, 1.0);
+    pub(super) fn plain(&self, projections: &[Projection]) -> Result<Option<Vec<DVec3>>> {
+        let samples = self.samples(projections, 1.0);
         let NormalEquations { mut matrix, mut right } =
             NormalEquations::of_distances(self.space, &samples, &mut || Ok(()))?;
         matrix.add_ridge(RIDGE);
@@ -57,27 +58,32 @@ impl Problem<'_> {
     }
 
     /// The offsets of feet, in full along normals, as far as `tangential` across.
-    pub(super) fn samples(&self, feet: &[Foot], tangential: f64) -> Vec<Sample> {
-        let sample = |&Foot { uv, offset: point, normal, border }: &Foot| {
+    pub(super) fn samples(&self, projections: &[Projection], tangential: f64) -> Vec<Sample> {
+        let sample = |&Projection { uv, offset: point, normal, border }: &Projection| {
             let tangential = if border && self.beyond == 0.0 { 1.0 } else { tangential };
             Sample { point, uv, weight: 1.0, normal, tangential }
         };
-        feet.iter().map(sample).collect()
+        projections.iter().map(sample).collect()
     }
 
     /// The equations of the offsets of feet along their normals.
-    pub(super) fn equations(&self, feet: &[Foot]) -> Result<NormalEquations> {
-        let (samples, matrix) = (self.samples(feet, 0.0), self.space.matrix(3));
+    pub(super) fn equations(&self, projections: &[Projection]) -> Result<NormalEquations> {
+        let (samples, matrix) = (self.samples(projections, 0.0), self.space.matrix(3));
         NormalEquations::of_tangent_distances(self.space, &samples, matrix, &mut || Ok(()))
     }
 
-    pub(super) fn feet(&self, surface: &NurbsSurface, uv: &[DVec2], steps: usize) -> Vec<Foot> {
-        feet_beyond(surface, self.space.closed, self.beyond, self.points, uv, steps)
+    pub(super) fn projections(
+        &self,
+        surface: &NurbsSurface,
+        uv: &[DVec2],
+        steps: usize,
+    ) -> Vec<Projection> {
+        extended_projections(surface, self.space.closed, self.beyond, self.points, uv, steps)
     }
 
     /// The parameters of feet, drawn together in open directions where some are beyond the domain.
-    pub(super) fn within(&self, feet: &[Foot]) -> Vec<DVec2> {
-        let mut uv: Vec<DVec2> = feet.iter().map(|foot| foot.uv).collect();
+    pub(super) fn within(&self, projections: &[Projection]) -> Vec<DVec2> {
+        let mut uv: Vec<DVec2> = projections.iter().map(|projection| projection.uv).collect();
         for d in (0..2).filter(|&d| !self.space.closed[d]) {
             let (start, end) = self.space.knots[d].domain();
             let (low, high) = extremes(uv.iter().map(|uv| uv[d]));

@@ -5,21 +5,21 @@ use std::borrow::Cow;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::border::conformed;
-use super::correct::{Foot, STEPS, feet};
+use super::band_matrix::BandMatrix;
+use super::boundary::BoundaryConstraint;
+use super::boundary::ClosedBoundary;
+use super::boundary::Depth;
+use super::boundary::conformed;
 use super::cross_validation;
-use super::edge::Reach;
 use super::fairness::{Energy, ORDER};
-use super::lengths::lengths;
-use super::limits::{ENOUGH_POINTS, POINTS_PER_TASK, TANGENTIAL};
+use super::fit_result::{Approximation, EndedBy};
+use super::isocurve_length::isocurve_lengths;
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::ApproximateOptions;
-use super::outcome::{Approximation, EndedBy};
-use super::outline::Outline;
 use super::patches::Patches;
-use super::rim::Rim;
-use super::space::SplineSpace;
+use super::projection::{Projection, STEPS, projections};
+use super::sizes::{ENOUGH_POINTS, POINTS_PER_TASK, TANGENTIAL};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -45,7 +45,7 @@ const CONVERGED: f64 = 0.06;
 const ROUNDING: f64 = 1e-14;
 
 /// A fit in progress.
-pub(super) struct Fitting<'a> {
+pub(super) struct AlternatingFit<'a> {
     pub(super) points: &'a [DVec3],
     weights: Option<&'a [f64]>,
     pub(super) uv: Vec<DVec2>,
@@ -56,10 +56,10 @@ pub(super) struct Fitting<'a> {
     /// What cross-validation has found last.
     pub(super) score: Option<cross_validation::Score>,
     /// The weight that falls from solution to solution.
-    pub(super) falling: f64,
+    pub(super) fairness_weight: f64,
     /// The share of it that is left after each solution: with much of it, folded sheets are drawn flat;
     /// with little of it too early, noise is taken for shape.
-    pub(super) left: f64,
+    pub(super) fairness_decay: f64,
     pub(super) iterations: usize,
     /// Solutions with each net, while the error falls slowly.
     pub(super) limit: usize,
@@ -68,12 +68,12 @@ pub(super) struct Fitting<'a> {
     /// Root of the mean square of the distances, when they were found last.
     error: Option<f64>,
     pub(super) observer: &'a mut dyn Observer,
-    pub(super) rim: Option<Rim>,
+    pub(super) boundary: Option<BoundaryConstraint>,
     /// The matrix of an earlier solution, whose memory is used again.
-    spare: Option<Band>,
+    spare: Option<BandMatrix>,
 }
 
-impl<'a> Fitting<'a> {
+impl<'a> AlternatingFit<'a> {
     pub(super) fn new(
         points: &'a [DVec3],
         uv: &[DVec2],
@@ -89,32 +89,32 @@ impl<'a> Fitting<'a> {
             stride: 1,
             fixed: options.fairness,
             score: None,
-            falling: FIRST_FAIRNESS,
-            left: 0.5,
+            fairness_weight: FIRST_FAIRNESS,
+            fairness_decay: 0.5,
             iterations: 0,
             limit: options.iterations,
             total: 2 * options.iterations,
             error: None,
             observer,
-            rim: None,
+            boundary: None,
             spare: None,
         }
     }
 
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
-    pub(super) fn look_at_enough_for(&mut self, space: &SplineSpace) {
+    pub(super) fn subsample_for(&mut self, space: &SplineSpace) {
         let enough = (ENOUGH * space.unknowns()).max(ENOUGH_POINTS);
         self.stride = (self.points.len() / enough).max(1);
     }
 
     /// Looks at all points from now on; says whether it did not before.
-    pub(super) fn look_at_all(&mut self, surface: &NurbsSurface) -> bool {
-        let news = self.stride > 1;
+    pub(super) fn use_all_points(&mut self, surface: &NurbsSurface) -> bool {
+        let changed = self.stride > 1;
         self.stride = 1;
-        if news {
-            self.correct(surface, 2 * STEPS);
+        if changed {
+            self.correct_parameters(surface, 2 * STEPS);
         }
-        news
+        changed
     }
 
     pub(super) fn weight(&self, index: usize) -> f64 {
@@ -123,7 +123,7 @@ impl<'a> Fitting<'a> {
 
     /// The weight of the fairness that is aimed at: few points get more, since cross-validation does not
     /// know of the freedom that parameters have.
-    pub(super) fn aim(&self) -> f64 {
+    pub(super) fn target_fairness(&self) -> f64 {
         let count = self.points.len() as f64;
         let least = LEAST_FAIRNESS.max(1.0 / (count * count));
         self.fixed.unwrap_or(self.score.map_or(least, |score| score.fairness.max(least)))
@@ -146,93 +146,98 @@ impl<'a> Fitting<'a> {
     }
 
     /// Its matrix, and the entries of that for x, y and z.
-    fn energy_along_axes(
+    fn energy_matrices(
         &self,
         space: &SplineSpace,
         lengths: (f64, f64),
-    ) -> (Band, Vec<(usize, f64)>) {
+    ) -> (BandMatrix, Vec<(usize, f64)>) {
         let energy = self.energy(space, lengths).matrix(space);
-        let along_axes = energy.for_each_axis(&space.matrix(3));
-        (energy, along_axes)
+        let energy_xyz = energy.for_each_axis(&space.matrix(3));
+        (energy, energy_xyz)
     }
 
     /// The surface by plain distances at the parameters as they are.
     pub(super) fn first(&mut self, space: &SplineSpace) -> Result<NurbsSurface> {
         let samples = self.samples(None);
         let energy = self.energy(space, (1.0, 1.0)).matrix(space);
-        self.solve_distances(space, &samples, &energy, self.falling)
+        self.solve_distances(space, &samples, &energy, self.fairness_weight)
     }
 
     /// The points looked at, at their feet or, without, for plain distances at their parameters.
-    fn samples(&self, feet: Option<&[Foot]>) -> Vec<Sample> {
+    fn samples(&self, projections: Option<&[Projection]>) -> Vec<Sample> {
         let across = self.tangential();
         let &Self { points, weights, ref uv, stride, .. } = self;
         let sample = |place: usize| {
             let index = place * stride;
             let (point, weight) = (points[index], weights.map_or(1.0, |weights| weights[index]));
-            let Some(foot) = feet.map(|feet| feet[place]) else {
+            let Some(projection) = projections.map(|projections| projections[place]) else {
                 return Sample::plain(point, uv[index], weight);
             };
-            let free = !foot.border && foot.normal != DVec3::ZERO;
+            let free = !projection.border && projection.normal != DVec3::ZERO;
             let tangential = if free { across } else { 1.0 };
-            Sample { point, uv: foot.uv, weight, normal: foot.normal, tangential }
+            Sample { point, uv: projection.uv, weight, normal: projection.normal, tangential }
         };
         let places = (0..points.len().div_ceil(stride)).into_par_iter();
         places.with_min_len(POINTS_PER_TASK).map(sample).collect()
     }
 
     /// A matrix of zeros for coupled coordinates.
-    fn blank(&mut self, space: &SplineSpace) -> Band {
+    fn blank(&mut self, space: &SplineSpace) -> BandMatrix {
         space.matrix_instead(3, self.spare.take())
     }
 
     /// Samples of the rim, beside those of so many points.
-    fn rim(&self, points: usize) -> impl Iterator<Item = Sample> {
-        let fairness = self.falling.max(self.aim());
-        self.rim.iter().flat_map(move |rim| rim.beside(points, fairness))
+    fn boundary(&self, points: usize) -> impl Iterator<Item = Sample> {
+        let fairness = self.fairness_weight.max(self.target_fairness());
+        self.boundary.iter().flat_map(move |boundary| boundary.beside(points, fairness))
     }
 
     /// Solves with a net of its own, in turns with the feet, until the error stops falling.
-    pub(super) fn descend(
+    pub(super) fn minimize(
         &mut self,
         space: &SplineSpace,
         from: NurbsSurface,
     ) -> Result<NurbsSurface> {
-        let (lengths, limit) = (lengths(&from), self.limit);
-        let (mut energy, mut along_axes) = self.energy_along_axes(space, lengths);
+        let (lengths, limit) = (isocurve_lengths(&from), self.limit);
+        let (mut energy, mut energy_xyz) = self.energy_matrices(space, lengths);
         let (mut surface, mut error) = (from, f64::INFINITY);
         // Where a surface passes through all points, iterations converge ever faster and go on.
         for iteration in 0..4 * limit {
-            let feet = self.correct(&surface, 2);
-            let found = self.rms(&feet);
+            let projections = self.correct_parameters(&surface, 2);
+            let found = self.rms(&projections);
             self.error = Some(found);
-            let settled = self.falling <= self.aim() && iteration > 2.min(limit);
-            let falls = if iteration < limit { 1.0 - CONVERGED } else { 0.5 };
-            if (settled || iteration >= limit) && found > falls * error {
+            let settled =
+                self.fairness_weight <= self.target_fairness() && iteration > 2.min(limit);
+            let max_ratio = if iteration < limit { 1.0 - CONVERGED } else { 0.5 };
+            if (settled || iteration >= limit) && found > max_ratio * error {
                 break;
             }
             error = found;
-            let mut held = self.samples(Some(&feet));
-            let points = held.len();
-            held.extend(self.rim(points));
-            let samples = &held[..points];
+            let mut with_boundary = self.samples(Some(&projections));
+            let points = with_boundary.len();
+            with_boundary.extend(self.boundary(points));
+            let samples = &with_boundary[..points];
             // When the net has taken shape, and when the parameters have followed.
-            let again = iteration == 2 && self.aim() > NOISY || iteration == limit / 2;
-            let asked = self.fixed.is_none() && (iteration == 1 || again);
-            let (known, wanted) = (self.score, self.energy(space, lengths));
+            let again = iteration == 2 && self.target_fairness() > NOISY || iteration == limit / 2;
+            let select_fairness = self.fixed.is_none() && (iteration == 1 || again);
+            let (known, current) = (self.score, self.energy(space, lengths));
             let blank = self.blank(space);
             let (score, equations) = rayon::join(
-                || asked.then(|| cross_validation::best(space, samples, wanted, known)),
-                || NormalEquations::of_tangent_distances(space, &held, blank, &mut || Ok(())),
+                || select_fairness.then(|| cross_validation::best(space, samples, current, known)),
+                || {
+                    NormalEquations::of_tangent_distances(space, &with_boundary, blank, &mut || {
+                        Ok(())
+                    })
+                },
             );
             if let Some(score) = score {
                 self.score = score?.or(self.score);
-                if self.energy(space, lengths) != wanted {
-                    (energy, along_axes) = self.energy_along_axes(space, lengths);
+                if self.energy(space, lengths) != current {
+                    (energy, energy_xyz) = self.energy_matrices(space, lengths);
                 }
             }
-            surface = self.solve_tangents(space, equations?, &energy, &along_axes)?;
-            self.falling *= self.left;
+            surface = self.solve_tangents(space, equations?, &energy, &energy_xyz)?;
+            self.fairness_weight *= self.fairness_decay;
             self.iterations += 1;
         }
         Ok(surface)
@@ -244,42 +249,43 @@ impl<'a> Fitting<'a> {
         &mut self,
         surface: NurbsSurface,
         border: f64,
-    ) -> Result<(NurbsSurface, Reach)> {
+    ) -> Result<(NurbsSurface, Depth)> {
         if self.closed == [true, true] {
-            return Ok((surface, Reach::Free));
+            return Ok((surface, Depth::Free));
         }
         let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
         let space = SplineSpace::new(knots, self.closed)?;
-        let (length_u, length_v) = lengths(&surface);
+        let (length_u, length_v) = isocurve_lengths(&surface);
         let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
-        let feet = self.correct(&surface, 2);
+        let projections = self.correct_parameters(&surface, 2);
         let size = DVec2::new(length_u, length_v);
-        let noise = self.rms(&feet);
-        let outline = if self.closed == [false, false] {
-            Outline::around(&self.uv, &surface, size, noise, border)?
+        let noise = self.rms(&projections);
+        let closed_boundary = if self.closed == [false, false] {
+            ClosedBoundary::around(&self.uv, &surface, size, noise, border)?
         } else {
             None
         };
-        self.rim =
-            outline.as_ref().map(|outline| Rim::through(&Patches::of(&surface), outline.rim()));
-        let reach;
-        (self.uv, reach) = match outline {
-            Some(outline) => (outline.squared(&self.uv), Reach::Free),
+        self.boundary = closed_boundary.as_ref().map(|closed_boundary| {
+            BoundaryConstraint::through(&Patches::of(&surface), closed_boundary.boundary_pairs())
+        });
+        let depth;
+        (self.uv, depth) = match closed_boundary {
+            Some(closed_boundary) => (closed_boundary.mapped_to_square(&self.uv), Depth::Free),
             None => conformed(&self.uv, &space, noise / size, border, spacing / size)?,
         };
         let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
         let samples = self.samples(None);
-        self.falling = self.aim();
-        Ok((self.solve_distances(&space, &samples, &energy, self.falling)?, reach))
+        self.fairness_weight = self.target_fairness();
+        Ok((self.solve_distances(&space, &samples, &energy, self.fairness_weight)?, depth))
     }
 
     /// The approximation by a surface.
-    pub(super) fn end(&mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
-        let feet = self.correct(&surface, 2);
+    pub(super) fn finish(&mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
+        let projections = self.correct_parameters(&surface, 2);
         Approximation {
             surface,
-            distances: feet.iter().map(|foot| foot.offset.length()).collect(),
-            fairness: self.aim(),
+            distances: projections.iter().map(|projection| projection.offset.length()).collect(),
+            fairness: self.target_fairness(),
             expected: self.score.map(|score| score.error),
             iterations: self.iterations,
             ended_by,
@@ -288,21 +294,26 @@ impl<'a> Fitting<'a> {
     }
 
     /// Moves the parameters of the points looked at to their feet.
-    pub(super) fn correct(&mut self, surface: &NurbsSurface, steps: usize) -> Vec<Foot> {
+    pub(super) fn correct_parameters(
+        &mut self,
+        surface: &NurbsSurface,
+        steps: usize,
+    ) -> Vec<Projection> {
         let (points, uv) = (every(self.points, self.stride), every(&self.uv, self.stride));
-        let feet = feet(surface, self.closed, &points, &uv, steps);
+        let projections = projections(surface, self.closed, &points, &uv, steps);
         drop(uv);
-        let moved = self.uv.par_iter_mut().step_by(self.stride).zip(&feet);
-        moved.with_min_len(POINTS_PER_TASK).for_each(|(uv, foot)| *uv = foot.uv);
-        feet
+        let moved = self.uv.par_iter_mut().step_by(self.stride).zip(&projections);
+        moved.with_min_len(POINTS_PER_TASK).for_each(|(uv, projection)| *uv = projection.uv);
+        projections
     }
 
     /// Root of the mean square of the distances.
-    pub(super) fn rms(&self, feet: &[Foot]) -> f64 {
-        let seen = (0..self.points.len()).step_by(self.stride).zip(feet);
+    pub(super) fn rms(&self, projections: &[Projection]) -> f64 {
+        let seen = (0..self.points.len()).step_by(self.stride).zip(projections);
         let (mut squares, mut weights) = (0.0, 0.0);
-        for (weight, foot) in seen.map(|(index, foot)| (self.weight(index), foot)) {
-            squares += weight * foot.offset.length_squared();
+        for (weight, projection) in seen.map(|(index, projection)| (self.weight(index), projection))
+        {
+            squares += weight * projection.offset.length_squared();
             weights += weight;
         }
         (squares / weights).sqrt()
@@ -312,7 +323,7 @@ impl<'a> Fitting<'a> {
         &mut self,
         space: &SplineSpace,
         samples: &[Sample],
-        energy: &Band,
+        energy: &BandMatrix,
         fairness: f64,
     ) -> Result<NurbsSurface> {
         let NormalEquations { mut matrix, mut right } =
@@ -330,12 +341,12 @@ impl<'a> Fitting<'a> {
         &mut self,
         space: &SplineSpace,
         NormalEquations { mut matrix, right }: NormalEquations,
-        energy: &Band,
-        along_axes: &[(usize, f64)],
+        energy: &BandMatrix,
+        energy_xyz: &[(usize, f64)],
     ) -> Result<NurbsSurface> {
-        let fairness = self.falling.max(self.aim());
-        let said = matrix.trace() / (1.0 + 2.0 * self.tangential());
-        matrix.add_entries(fairness * said / energy.trace(), along_axes);
+        let fairness = self.fairness_weight.max(self.target_fairness());
+        let point_trace = matrix.trace() / (1.0 + 2.0 * self.tangential());
+        matrix.add_entries(fairness * point_trace / energy.trace(), energy_xyz);
         matrix.add_ridge(ROUNDING);
         self.factor(&mut matrix, space)?;
         let net = matrix.solved_together(&right);
@@ -343,7 +354,7 @@ impl<'a> Fitting<'a> {
         space.surface(&net)
     }
 
-    fn factor(&mut self, matrix: &mut Band, space: &SplineSpace) -> Result<()> {
+    fn factor(&mut self, matrix: &mut BandMatrix, space: &SplineSpace) -> Result<()> {
         let step = self.iterations.min(self.total) as u64;
         let progress = Progress {
             error: self.error,

@@ -3,17 +3,16 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::blocks::FOLDS;
-use super::correct::feet;
+use super::band_matrix::BandMatrix;
+use super::biweight::{MAD_TO_DEVIATION, biweight};
 use super::cross_validation::FREEDOM;
 use super::fairness::Energy;
-use super::folds::Folds;
-use super::limits::RIDGE;
+use super::folds::{FOLDS, Folds};
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::robust::{NORMAL, biweight};
-use super::space::SplineSpace;
+use super::projection::projections;
+use super::sizes::RIDGE;
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::numeric::{median, rms, whole};
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -102,10 +101,10 @@ pub struct CoarseFit {
 ///
 /// [`Error::Parameter`] if the points cannot hold the net.
 pub fn quick_error(problem: &CoarseProblem<'_>, settings: &CoarseSettings) -> Result<f64> {
-    let mut fitting = Fitting::new(problem, settings, settings.quick_control_points)?;
-    let surface = fitting.solve(settings.first_fairness)?;
-    fitting.follow(&surface);
-    Ok(rms(fitting.distances(&surface)))
+    let mut solver = CoarseSolver::new(problem, settings, settings.quick_control_points)?;
+    let surface = solver.solve(settings.first_fairness)?;
+    solver.project_parameters(&surface);
+    Ok(rms(solver.distances(&surface)))
 }
 
 /// The coarse fit: parameters follow the surface, outliers lose their weight, and the fairness is
@@ -119,37 +118,37 @@ pub fn coarse(
     folds: &Folds,
     settings: &CoarseSettings,
 ) -> Result<CoarseFit> {
-    let mut fitting = Fitting::new(problem, settings, settings.control_points.1)?;
-    let mut fairness = fitting.cross_validated()?.max(settings.first_fairness);
+    let mut solver = CoarseSolver::new(problem, settings, settings.control_points.1)?;
+    let mut fairness = solver.cross_validated()?.max(settings.first_fairness);
     for round in 1..settings.rounds {
-        let surface = fitting.solve(fairness)?;
-        fitting.follow(&surface);
-        fitting.weigh(&surface, round);
+        let surface = solver.solve(fairness)?;
+        solver.project_parameters(&surface);
+        solver.reweight(&surface, round);
     }
-    fairness = fitting.cross_validated()?;
-    let (fairness, held_out, left_out) = fitting.smoothed(fairness, folds)?;
-    let surface = fitting.solve(fairness)?;
-    let distances = fitting.distances(&surface);
-    Ok(CoarseFit { surface, uv: fitting.uv, distances, fairness, held_out, left_out })
+    fairness = solver.cross_validated()?;
+    let (fairness, held_out, left_out) = solver.smoothed(fairness, folds)?;
+    let surface = solver.solve(fairness)?;
+    let distances = solver.distances(&surface);
+    Ok(CoarseFit { surface, uv: solver.uv, distances, fairness, held_out, left_out })
 }
 
 /// Points that are left out, and the equations of the others.
-struct Part {
+struct FoldEquations {
     out: Vec<usize>,
     rest: NormalEquations,
 }
 
 /// A coarse fit in progress.
-struct Fitting<'a> {
+struct CoarseSolver<'a> {
     problem: &'a CoarseProblem<'a>,
     rounds: usize,
     space: SplineSpace,
-    energy: Band,
+    energy: BandMatrix,
     uv: Vec<DVec2>,
     weights: Vec<f64>,
 }
 
-impl<'a> Fitting<'a> {
+impl<'a> CoarseSolver<'a> {
     fn new(problem: &'a CoarseProblem<'a>, settings: &CoarseSettings, most: usize) -> Result<Self> {
         let [rows, cols] = net(problem, settings, most);
         let knots = |count, closed| {
@@ -168,13 +167,13 @@ impl<'a> Fitting<'a> {
         Ok(Self { problem, rounds: settings.rounds, space, energy, uv, weights })
     }
 
-    fn samples(&self, wanted: impl Fn(usize) -> bool) -> Vec<Sample> {
+    fn samples(&self, included: impl Fn(usize) -> bool) -> Vec<Sample> {
         let sample = |i: usize| Sample::plain(self.problem.points[i], self.uv[i], self.weights[i]);
-        (0..self.uv.len()).filter(|&i| wanted(i)).map(sample).collect()
+        (0..self.uv.len()).filter(|&i| included(i)).map(sample).collect()
     }
 
-    fn equations(&self, wanted: impl Fn(usize) -> bool) -> Result<NormalEquations> {
-        NormalEquations::of_distances(&self.space, &self.samples(wanted), &mut || Ok(()))
+    fn equations(&self, included: impl Fn(usize) -> bool) -> Result<NormalEquations> {
+        NormalEquations::of_distances(&self.space, &self.samples(included), &mut || Ok(()))
     }
 
     fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
@@ -188,7 +187,7 @@ impl<'a> Fitting<'a> {
         equations: &NormalEquations,
         all: &NormalEquations,
         fairness: f64,
-    ) -> Result<(NurbsSurface, Band)> {
+    ) -> Result<(NurbsSurface, BandMatrix)> {
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(fairness * all.matrix.trace() / self.energy.trace(), &self.energy);
         matrix.add_ridge(RIDGE);
@@ -258,47 +257,55 @@ impl<'a> Fitting<'a> {
     }
 
     /// For each fold its points, and the equations of all others.
-    fn parts(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<Part>> {
-        let part = |fold: usize| -> Result<Part> {
+    fn parts(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<FoldEquations>> {
+        let part = |fold: usize| -> Result<FoldEquations> {
             let out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
             let mut rest = all.clone();
             rest.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
-            Ok(Part { out, rest })
+            Ok(FoldEquations { out, rest })
         };
         (0..FOLDS).into_par_iter().map(part).collect()
     }
 
     /// Distances of the points from surfaces that do not know them.
-    fn held_out(&self, all: &NormalEquations, parts: &[Part], fairness: f64) -> Result<Vec<f64>> {
-        let distances = |Part { out, rest }: &Part| -> Result<Vec<f64>> {
+    fn held_out(
+        &self,
+        all: &NormalEquations,
+        parts: &[FoldEquations],
+        fairness: f64,
+    ) -> Result<Vec<f64>> {
+        let distances = |FoldEquations { out, rest }: &FoldEquations| -> Result<Vec<f64>> {
             let (surface, _) = self.solved(rest, all, fairness)?;
             let points: Vec<DVec3> = out.iter().map(|&at| self.problem.points[at]).collect();
             let uv: Vec<DVec2> = out.iter().map(|&at| self.uv[at]).collect();
-            let feet = feet(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
-            Ok(feet.iter().map(|foot| foot.offset.length()).collect())
+            let projections =
+                projections(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
+            Ok(projections.iter().map(|projection| projection.offset.length()).collect())
         };
         let found = parts.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
         let mut left_out = vec![0.0; self.uv.len()];
-        for (Part { out, .. }, distances) in parts.iter().zip(found) {
+        for (FoldEquations { out, .. }, distances) in parts.iter().zip(found) {
             out.iter().zip(distances).for_each(|(&at, distance)| left_out[at] = distance);
         }
         Ok(left_out)
     }
 
     /// Moves the parameters one step towards the points' feet, but for those of heights.
-    fn follow(&mut self, surface: &NurbsSurface) {
+    fn project_parameters(&mut self, surface: &NurbsSurface) {
         if !self.problem.fixed {
-            let feet = feet(surface, self.problem.closed, self.problem.points, &self.uv, 1);
-            self.uv = feet.into_iter().map(|foot| foot.uv).collect();
+            let projections =
+                projections(surface, self.problem.closed, self.problem.points, &self.uv, 1);
+            self.uv = projections.into_iter().map(|projection| projection.uv).collect();
         }
     }
 
     /// Weights by Tukey's biweight, whose reach narrows from round to round.
-    fn weigh(&mut self, surface: &NurbsSurface, round: usize) {
+    fn reweight(&mut self, surface: &NurbsSurface, round: usize) {
         let distances = self.distances(surface);
-        let usual = median(distances.iter().copied()).max(self.problem.noise / NORMAL);
-        let reach = usual * (self.rounds - round) as f64;
-        self.weights = distances.iter().map(|d| biweight(*d, reach).max(RIDGE)).collect();
+        let median_distance =
+            median(distances.iter().copied()).max(self.problem.noise / MAD_TO_DEVIATION);
+        let scale = median_distance * (self.rounds - round) as f64;
+        self.weights = distances.iter().map(|d| biweight(*d, scale).max(RIDGE)).collect();
     }
 
     /// Each point's distance from the surface at its parameters.

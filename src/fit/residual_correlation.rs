@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::edge::extremes;
+use super::boundary::extremes;
 
 /// Standard deviations of the correlation of noise between which and 0 residuals are noise.
 const SURE: f64 = 2.0;
@@ -38,7 +38,7 @@ fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::likelihood::tests::even;
+    use super::super::boundary::even;
     use super::*;
 
     #[test]

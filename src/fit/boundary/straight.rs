@@ -3,10 +3,8 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::edge::{Edge, Reach, extremes, lowest};
-use super::limits::POINTS_PER_TASK;
-use super::space::SplineSpace;
-use crate::error::Result;
+use super::super::sizes::POINTS_PER_TASK;
+use super::strips::{extremes, lowest};
 
 /// Least width of the domain between two sides, as a share of its mean: sides that lean more
 /// towards each other are those of no quadrilateral.
@@ -40,60 +38,16 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     uv
 }
 
-/// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
-/// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the square goes on by about `border` spacings, which have this size
-/// along u and v. Says as well how far the sides are drawn in.
-pub(super) fn conformed(
-    uv: &[DVec2],
-    space: &SplineSpace,
-    noise: DVec2,
-    border: f64,
-    spacing: DVec2,
-) -> Result<(Vec<DVec2>, Reach)> {
-    let (closed, mut uv, mut reach) = (space.closed, uv.to_vec(), Reach::Free);
-    let mut sides = [None, None];
-    for d in [0, 1, 0, 1].into_iter().filter(|&d| !closed[d]) {
-        let side = |depth: fn(f64) -> f64| {
-            let places = uv.par_iter().with_min_len(POINTS_PER_TASK);
-            let places: Vec<_> = places.map(|uv| (uv[1 - d], depth(uv[d]))).collect();
-            Edge::under(&places, noise[d], closed[1 - d])
-        };
-        let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
-        let (low, high) = (low?, high?);
-        reach = reach.max(low.reach()).max(high.reach());
-        each(&mut uv, |uv| {
-            let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
-            uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
-        });
-        sides[d] = Some((low, high));
-    }
-    let margins = [0, 1].map(|d: usize| {
-        let (low, high) = sides[d].as_ref()?;
-        // A surface that goes on for more than half of the way between control points soon goes astray.
-        let most = 0.5 / (space.shape()[d] - 1) as f64;
-        Some([low, high].map(|edge: &Edge| edge.margin(border, spacing[d], most)))
-    });
-    each(&mut uv, |uv| {
-        let inside = *uv;
-        for (d, margins) in margins.iter().enumerate() {
-            let Some(margins) = margins else { continue };
-            let [low, high] = margins.each_ref().map(|margin| margin(inside[1 - d]));
-            uv[d] = (inside[d] + low) / (1.0 + low + high);
-        }
-    });
-    Ok((uv, reach))
-}
-
 /// Changes each of many parameters.
-fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
+pub(super) fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
     uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
 }
 
 /// Bounds direction d.
 fn bound(uv: &mut [DVec2], d: usize) {
     let across = |uv: &DVec2| uv[1 - d];
-    let low = Side::under(uv.iter().map(|uv| (across(uv), uv[d])));
-    let high = Side::under(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
+    let low = StraightLine::under(uv.iter().map(|uv| (across(uv), uv[d])));
+    let high = StraightLine::under(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
     let (start, end) = extremes(uv.iter().map(across));
     let width = |at: f64| high.at(at) - low.at(at);
     let mean = width(0.5 * (start + end));
@@ -101,7 +55,7 @@ fn bound(uv: &mut [DVec2], d: usize) {
         (low, high)
     } else {
         let (least, most) = extremes(uv.iter().map(|uv| uv[d]));
-        (Side::level(least), Side::level(most))
+        (StraightLine::level(least), StraightLine::level(most))
     };
     each(uv, |uv| {
         let at = uv[1 - d];
@@ -112,12 +66,12 @@ fn bound(uv: &mut [DVec2], d: usize) {
 
 /// A straight line, y over x.
 #[derive(Clone, Copy)]
-struct Side {
+struct StraightLine {
     height: f64,
     slope: f64,
 }
 
-impl Side {
+impl StraightLine {
     fn level(height: f64) -> Self {
         Self { height, slope: 0.0 }
     }

@@ -1,12 +1,12 @@
 //! Small dense symmetric systems: Cholesky's factorization.
 
 /// A square matrix, row by row.
-pub(super) struct Dense {
+pub(super) struct DenseMatrix {
     size: usize,
     pub(super) values: Vec<f64>,
 }
 
-impl Dense {
+impl DenseMatrix {
     pub(super) fn new(size: usize) -> Self {
         Self { size, values: vec![0.0; size * size] }
     }
@@ -76,11 +76,11 @@ mod tests {
 
     #[test]
     fn solutions_solve_and_others_are_refused() {
-        let matrix = Dense { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
+        let matrix = DenseMatrix { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
         let factor = matrix.cholesky().unwrap();
         assert!((factor.ln_determinant() - 11.0_f64.ln()).abs() < 1e-15);
         let x = factor.solve(&[6.0, 7.0]);
         assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
-        assert!(Dense { size: 1, values: vec![-1.0] }.cholesky().is_none());
+        assert!(DenseMatrix { size: 1, values: vec![-1.0] }.cholesky().is_none());
     }
 }

@@ -7,7 +7,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::limits::POINTS_PER_TASK;
+use super::sizes::POINTS_PER_TASK;
 use crate::nurbs::window;
 
 /// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
@@ -22,7 +22,7 @@ pub(super) const ROWS: usize = 8;
 
 /// The lower half of a symmetric band matrix, or its Cholesky factor.
 #[derive(Clone, Debug)]
-pub(super) struct Band {
+pub(super) struct BandMatrix {
     size: usize,
     /// How far from the diagonal entries are at most.
     width: usize,
@@ -34,7 +34,7 @@ pub(super) struct Band {
     values: Vec<f64>,
 }
 
-impl Band {
+impl BandMatrix {
     /// A matrix of zeros whose entries (i, j) will have `|i - j| <= width`, in the memory of another that nobody
     /// needs any more, if there is one: to get as much anew takes the kernel a quarter as long as the factor.
     pub(super) fn new(size: usize, width: usize, spare: Option<Self>) -> Self {
@@ -371,8 +371,8 @@ mod tests {
     use super::*;
 
     /// A band matrix that is positive definite because its diagonal dominates.
-    fn matrix(size: usize, width: usize) -> Band {
-        let mut band = Band::new(size, width, None);
+    fn matrix(size: usize, width: usize) -> BandMatrix {
+        let mut band = BandMatrix::new(size, width, None);
         for i in 0..size {
             band.add(i, i, 2.0 * width as f64);
             for j in i.saturating_sub(width)..i {
@@ -383,7 +383,7 @@ mod tests {
     }
 
     /// The matrix times vectors.
-    fn times<const WIDTH: usize>(band: &Band, x: &[[f64; WIDTH]]) -> Vec<[f64; WIDTH]> {
+    fn times<const WIDTH: usize>(band: &BandMatrix, x: &[[f64; WIDTH]]) -> Vec<[f64; WIDTH]> {
         let mut result = vec![[0.0; WIDTH]; band.size];
         for col in 0..band.size {
             for row in col..band.end_of_band(col) {
@@ -399,7 +399,7 @@ mod tests {
         result
     }
 
-    fn factored(size: usize, width: usize) -> Band {
+    fn factored(size: usize, width: usize) -> BandMatrix {
         let mut factor = matrix(size, width);
         assert!(factor.factor::<()>(&mut || Ok(())).unwrap());
         factor
@@ -441,7 +441,8 @@ mod tests {
     #[test]
     fn blocks_are_their_entries() {
         let metric = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
-        let (mut by_blocks, mut by_entries) = (Band::new(120, 50, None), Band::new(120, 50, None));
+        let (mut by_blocks, mut by_entries) =
+            (BandMatrix::new(120, 50, None), BandMatrix::new(120, 50, None));
         for (i, j) in [(0, 0), (10, 10), (10, 13), (21, 10), (39, 39)] {
             by_blocks.add_block(i, j, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
             for (r, s) in (0..9).map(|k| (k / 3, k % 3)).filter(|(r, s)| i != j || r >= s) {

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::dense::Dense;
-use super::limits::POINTS_PER_TASK;
+use super::super::dense_matrix::DenseMatrix;
+use super::super::sizes::POINTS_PER_TASK;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
 pub(super) const DEGREE: usize = 3;
@@ -97,7 +97,7 @@ impl Likelihood {
         &mut self,
         heights: &mut Vec<f64>,
         noise: f64,
-        mut look: impl FnMut(&mut Self, &[f64]),
+        mut update_density: impl FnMut(&mut Self, &[f64]),
     ) -> f64 {
         // Places touch a curve with so many degrees of freedom at this distance on average.
         let apart = self.slopes.len() as f64 / self.count;
@@ -112,7 +112,7 @@ impl Likelihood {
                 return scale;
             }
             scale = (0.5 * scale).max(last);
-            look(self, heights);
+            update_density(self, heights);
         }
     }
 
@@ -140,7 +140,7 @@ impl Likelihood {
     }
 
     /// Newton's steps to the likeliest curve with a blur of this scale, and what is known there.
-    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> Local {
+    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> LocalExpansion {
         let mut here = self.local(heights, scale);
         for _ in 0..STEPS {
             let Some(step) = here.step() else { return here };
@@ -152,7 +152,7 @@ impl Likelihood {
                     .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
                     .collect();
                 let there = self.local(&next, scale);
-                if there.worth >= here.worth {
+                if there.value >= here.value {
                     let moves = next.iter().zip(heights.iter()).map(|(a, b)| (a - b).abs());
                     moved = moves.fold(0.0, f64::max);
                     (*heights, here) = (next, there);
@@ -170,7 +170,7 @@ impl Likelihood {
     /// Standard deviations of the height where each control point has most to say, by Laplace's
     /// approximation of the likelihood, near a curve where this is known: its second derivatives are the inverse
     /// of the variances.
-    pub(super) fn deviations(&self, here: &Local) -> Vec<f64> {
+    pub(super) fn deviations(&self, here: &LocalExpansion) -> Vec<f64> {
         let size = self.slopes.len();
         let Some(factor) = here.matrix.cholesky() else {
             return vec![0.0; size];
@@ -187,20 +187,20 @@ impl Likelihood {
     /// The logarithm of how likely the places are with this stiffness, whatever the curve, by
     /// Laplace's approximation around the likeliest one, near which this is known; without what no stiffness
     /// changes.
-    pub(super) fn evidence(&self, Local { worth, matrix, .. }: &Local) -> f64 {
+    pub(super) fn evidence(&self, LocalExpansion { value, matrix, .. }: &LocalExpansion) -> f64 {
         let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
         let bends = self.bends().count() as f64;
-        worth + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+        value + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
     }
 
     /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve; says what is
     /// known there.
-    pub(super) fn stiffen(
+    pub(super) fn choose_stiffness(
         &mut self,
         heights: &mut Vec<f64>,
         scale: f64,
         stiffnesses: &[f64],
-    ) -> Local {
+    ) -> LocalExpansion {
         let mut climber = heights.clone();
         let (mut most, mut best) = (f64::NEG_INFINITY, (self.stiffness, None));
         for &stiffness in stiffnesses {
@@ -217,9 +217,9 @@ impl Likelihood {
     }
 
     /// What a curve is worth, and Newton's equations for the next step from it.
-    pub(super) fn local(&self, heights: &[f64], scale: f64) -> Local {
+    pub(super) fn local(&self, heights: &[f64], scale: f64) -> LocalExpansion {
         let size = self.slopes.len();
-        let mut matrix = Dense::new(size);
+        let mut matrix = DenseMatrix::new(size);
         let mut slopes = self.slopes.clone();
         let area: f64 = slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let (mut likely, mut bending) = (0.0, 0.0);
@@ -262,22 +262,22 @@ impl Likelihood {
             }
         }
         matrix.add_ridge(RIDGE);
-        let worth = area + self.stride as f64 * likely - 0.5 * stiff * bending;
-        Local { worth, matrix, slopes }
+        let value = area + self.stride as f64 * likely - 0.5 * stiff * bending;
+        LocalExpansion { value, matrix, slopes }
     }
 }
 
 /// What is known of the likelihood near a curve.
-pub(super) struct Local {
+pub(super) struct LocalExpansion {
     /// The logarithm of the likelihood of the curve, and of what its bending costs.
-    worth: f64,
+    value: f64,
     /// What it gains less by a step, the longer that is.
-    matrix: Dense,
+    matrix: DenseMatrix,
     /// What it gains by raising each control point.
     slopes: Vec<f64>,
 }
 
-impl Local {
+impl LocalExpansion {
     /// Newton's step to a likelier curve.
     fn step(&self) -> Option<Vec<f64>> {
         self.matrix.cholesky().map(|factor| factor.solve(&self.slopes))
@@ -336,11 +336,11 @@ fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(in crate::fit) mod tests {
     use super::*;
 
     /// Places evenly over the unit square.
-    pub(in super::super) fn even() -> impl Iterator<Item = (f64, f64)> {
+    pub(in crate::fit) fn even() -> impl Iterator<Item = (f64, f64)> {
         let spread = |i: usize| {
             let at = |share: f64| (0.5 + share * i as f64).fract();
             (at(0.754_877_666_246_693), at(0.569_840_290_998_053))

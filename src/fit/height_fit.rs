@@ -6,13 +6,13 @@
 
 use glam::DVec3;
 
-use super::ground::Base;
-use super::growth::{EXACT, FEW, LEAST_GAIN, diameter};
+use super::adaptive_refinement::{EXACT_ERROR, FEW, LEAST_GAIN, diameter};
+use super::base_domain::BasePlane;
+use super::fit_result::{EndedBy, HeightFit};
 use super::height_cv::Choice;
-use super::height_field::Heights;
+use super::height_field::HeightField;
 use super::options::{Growth, HeightOptions};
-use super::outcome::{EndedBy, HeightFit};
-use super::warm_start::Near;
+use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
 
@@ -54,7 +54,7 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    fit_heights_over(points, weights, &Base::over(points, up), options, None, observer)
+    fit_heights_over(points, weights, &BasePlane::over(points, up), options, None, observer)
 }
 
 /// As [`fit_heights`], but over a base. The fairness is looked for near one that was best with another net,
@@ -62,13 +62,13 @@ pub fn fit_heights(
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    base: &Base,
+    base: &BasePlane,
     options: &HeightOptions,
-    near: Option<Near>,
+    near: Option<WarmStart>,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    let heights = Heights::of(points, weights, base, options)?;
+    let heights = HeightField::of(points, weights, base, options)?;
     let equations = heights.equations(&mut listen)?;
     let found = heights.choose(equations, options.fairness, near, &mut listen)?;
     let reach = near.and_then(|near| near.reach);
@@ -86,36 +86,39 @@ pub(crate) fn fit_heights_over(
 pub(crate) fn grow_heights(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    base: &Base,
+    base: &BasePlane,
     options: &HeightOptions,
     growth: Growth,
     observer: &mut dyn Observer,
 ) -> Result<(HeightFit, EndedBy)> {
-    let counts = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
-    let counted = (0..points.len()).filter(|&i| counts(i)).count();
+    let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
+    let used = (0..points.len()).filter(|&i| used_point(i)).count();
     // Few points get more control points than they are: cross-validation says when to stop.
-    let held = (2 * counted).min(counted.max(2 * FEW));
+    let max_held = (2 * used).min(used.max(2 * FEW));
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
     loop {
         let within = |tolerance: f64| {
             let mut residuals = fit.residuals.iter().enumerate();
-            residuals.all(|(i, residual)| residual.abs() <= tolerance || !counts(i))
+            residuals.all(|(i, residual)| residual.abs() <= tolerance || !used_point(i))
         };
         match growth.tolerance {
             Some(tolerance) if within(tolerance) => return Ok((fit, EndedBy::Tolerance)),
-            None if fit.expected.sqrt() <= EXACT * diameter(points) => {
+            None if fit.expected.sqrt() <= EXACT_ERROR * diameter(points) => {
                 return Ok((fit, EndedBy::Exact));
             }
             _ => {}
         }
         let longer = |side: usize| (3 * side).div_ceil(2);
         options.net = (longer(options.net.0), longer(options.net.1));
-        if options.net.0 * options.net.1 > growth.most.min(held) {
-            let few = held < growth.most;
-            return Ok((fit, if few { EndedBy::Points } else { EndedBy::MaxControlPoints }));
+        if options.net.0 * options.net.1 > growth.most.min(max_held) {
+            let points_limit = max_held < growth.most;
+            return Ok((
+                fit,
+                if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints },
+            ));
         }
-        let near = Some(Near::from(&fit));
+        let near = Some(WarmStart::from(&fit));
         let finer = match fit_heights_over(points, weights, base, &options, near, observer) {
             Ok(finer) => finer,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
@@ -136,7 +139,7 @@ mod tests {
     use glam::DVec2;
 
     use super::super::height_field::{heights, range};
-    use super::super::trend::Trend;
+    use super::super::plane_trend::PlaneTrend;
     use super::*;
     use crate::progress::Silent;
 
@@ -224,7 +227,7 @@ mod tests {
         let options = HeightOptions { fairness: Some(1e-4), ..options(16) };
         let found = fit_heights(&points, None, DVec3::Z, &options, &mut Silent).unwrap();
         assert!(found.reach.is_some());
-        let trend = Trend::of(&points, None);
+        let trend = PlaneTrend::of(&points, None);
         let over = |point: DVec3| point.z - trend.height(point.truncate());
         let (low, high) = range(points.iter().map(|&point| over(point)));
         let places = (0..2500).map(|i| (f64::from(i % 50) / 49.0, f64::from(i / 50) / 49.0));
@@ -242,9 +245,9 @@ mod tests {
             .collect();
         let found = fit_heights(&points, None, turn * DVec3::Z, &options(10), &mut Silent).unwrap();
         assert!(found.residuals.iter().all(|height| height.abs() < 1e-3));
-        let feet = points.iter().zip(&found.uv);
+        let projections = points.iter().zip(&found.uv);
         let gap = |(p, at): (&DVec3, &DVec2)| found.surface.point(at.x, at.y).distance(*p);
-        assert!(feet.map(gap).fold(0.0, f64::max) < 1e-3);
+        assert!(projections.map(gap).fold(0.0, f64::max) < 1e-3);
     }
 
     #[test]
@@ -267,7 +270,7 @@ mod tests {
             for net in [(4, 4), (8, 8)] {
                 let options = HeightOptions { net, degree: (3, 3), fairness: None };
                 let (base, growth) =
-                    (Base::over(&points, DVec3::Z), Growth { tolerance: None, most: 2000 });
+                    (BasePlane::over(&points, DVec3::Z), Growth { tolerance: None, most: 2000 });
                 let found =
                     grow_heights(&points, None, &base, &options, growth, &mut Silent).unwrap();
                 let (surface, size) = (&found.0.surface, DVec2::new(800.0, 18.0));

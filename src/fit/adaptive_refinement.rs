@@ -2,14 +2,14 @@
 
 use glam::{DVec2, DVec3};
 
-use super::correct::Foot;
-use super::fitting::Fitting;
-use super::lengths::lengths;
+use super::alternating_fit::AlternatingFit;
+use super::fit_result::{Approximation, EndedBy};
+use super::isocurve_length::isocurve_lengths;
+use super::knot_insertion;
 use super::options::Growth;
-use super::outcome::{Approximation, EndedBy};
-use super::refine;
-use super::residuals::are_noise;
-use super::space::SplineSpace;
+use super::projection::Projection;
+use super::residual_correlation::are_noise;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
@@ -31,77 +31,85 @@ pub(super) const FEW: usize = 256;
 
 /// Root mean square error, as a share of the points' diameter, below which nobody sees what more control
 /// points would do.
-pub(crate) const EXACT: f64 = 1e-5;
+pub(crate) const EXACT_ERROR: f64 = 1e-5;
 
 /// Whether a finer surface, on which points have these parameters, may take the place of the one
 /// before.
 pub(crate) type Accept<'a> = &'a dyn Fn(&NurbsSurface, &[DVec2]) -> Result<bool>;
 
 /// What a net grows to.
-pub(crate) struct Grown {
+pub(crate) struct RefinementResult {
     /// The finest.
     pub(crate) finest: Approximation,
     /// The last one before the first that was not accepted, if there is one.
     pub(crate) accepted: Option<Approximation>,
 }
 
-impl Fitting<'_> {
+impl AlternatingFit<'_> {
     /// The approximation by this surface, or by what it grows to.
-    pub(super) fn grown(
+    pub(super) fn refined_fit(
         mut self,
         surface: NurbsSurface,
         growth: Option<Growth>,
         accept: Accept<'_>,
-    ) -> Result<Grown> {
+    ) -> Result<RefinementResult> {
         let mut accepted = None;
         let (surface, ended_by) = match growth {
-            Some(growth) => self.grow(surface, growth, accept, &mut accepted)?,
+            Some(growth) => self.refine(surface, growth, accept, &mut accepted)?,
             None => (surface, EndedBy::Grid),
         };
-        let finest = self.end(surface, ended_by);
-        Ok(Grown { finest, accepted })
+        let finest = self.finish(surface, ended_by);
+        Ok(RefinementResult { finest, accepted })
     }
 
     /// Divides spans and solves again until the tolerance holds or something forbids more. With a
     /// tolerance, it ends at the first net that is not accepted; without, this only keeps the one
     /// before.
-    fn grow(
+    fn refine(
         &mut self,
         mut surface: NurbsSurface,
         growth: Growth,
         accept: Accept<'_>,
         accepted: &mut Option<Approximation>,
     ) -> Result<(NurbsSurface, EndedBy)> {
-        let counted = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
-        let held = (counted / POINTS_PER_CONTROL_POINT).max(counted.min(FEW));
-        let exact = EXACT * diameter(self.points);
+        let used = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
+        let max_held = (used / POINTS_PER_CONTROL_POINT).max(used.min(FEW));
+        let exact = EXACT_ERROR * diameter(self.points);
         // A finer net begins no rougher than the one before.
-        self.left = 1.0;
+        self.fairness_decay = 1.0;
         self.limit = self.limit.div_ceil(2) - 1;
         loop {
-            let feet = self.correct(&surface, 2);
-            let far = |foot: &Foot| growth.tolerance.is_none_or(|most| foot.offset.length() > most);
-            let counts = |i: usize| self.weight(i) > 0.0;
-            let within = feet.iter().enumerate().all(|(i, foot)| !(far(foot) && counts(i)));
+            let projections = self.correct_parameters(&surface, 2);
+            let exceeds = |projection: &Projection| {
+                growth.tolerance.is_none_or(|most| projection.offset.length() > most)
+            };
+            let used_point = |i: usize| self.weight(i) > 0.0;
+            let within = projections
+                .iter()
+                .enumerate()
+                .all(|(i, projection)| !(exceeds(projection) && used_point(i)));
             if within {
                 return Ok((surface, EndedBy::Tolerance));
             }
-            if growth.tolerance.is_none() && self.rms(&feet) <= exact {
+            if growth.tolerance.is_none() && self.rms(&projections) <= exact {
                 return Ok((surface, EndedBy::Exact));
             }
-            if growth.tolerance.is_none() && self.are_noise(&feet) {
+            if growth.tolerance.is_none() && self.are_noise(&projections) {
                 return Ok((surface, EndedBy::Noise));
             }
-            let error = |foot: &Foot| if far(foot) { foot.offset.length_squared() } else { 0.0 };
+            let error = |projection: &Projection| {
+                if exceeds(projection) { projection.offset.length_squared() } else { 0.0 }
+            };
             let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
             let space = SplineSpace::new(knots, self.closed)?;
-            let lengths = lengths(&surface);
-            let refined = |share| refine::refined(&space, &feet, error, lengths, share);
+            let lengths = isocurve_lengths(&surface);
+            let refined =
+                |share| knot_insertion::refined(&space, &projections, error, lengths, share);
             let (mut finer, mut share, mut ended_by) = (refined(DIVIDED)?, DIVIDED, EndedBy::Noise);
-            let limit = growth.most.min(held);
+            let limit = growth.most.min(max_held);
             while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
-                let few = held < growth.most;
-                ended_by = if few { EndedBy::Points } else { EndedBy::MaxControlPoints };
+                let points_limit = max_held < growth.most;
+                ended_by = if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints };
                 share *= DIVIDED;
                 finer = if share < LEAST_DIVIDED { None } else { refined(share)? };
             }
@@ -110,7 +118,7 @@ impl Fitting<'_> {
                 return Ok((surface, if smallest { EndedBy::Points } else { ended_by }));
             };
             let before = (self.score, self.uv.clone());
-            let next = self.descend(&finer, surface.clone())?;
+            let next = self.minimize(&finer, surface.clone())?;
             if growth.tolerance.is_none()
                 && let (Some(old), Some(new)) = (before.0, self.score)
                 && (new.error > LEAST_GAIN * old.error || new.error_of_blocks > old.error_of_blocks)
@@ -124,7 +132,7 @@ impl Fitting<'_> {
                 if growth.tolerance.is_some() {
                     return Ok((surface, EndedBy::Defects));
                 }
-                *accepted = Some(self.end(surface, EndedBy::Defects));
+                *accepted = Some(self.finish(surface, EndedBy::Defects));
                 (self.score, self.uv) = after;
             }
             surface = next;
@@ -135,12 +143,13 @@ impl Fitting<'_> {
     }
 }
 
-impl Fitting<'_> {
+impl AlternatingFit<'_> {
     /// Whether the distances of the points that count are noise, which a finer net would follow.
-    fn are_noise(&self, feet: &[Foot]) -> bool {
-        let counted = feet.iter().enumerate().filter(|(i, _)| self.weight(*i) > 0.0);
-        let (uv, distances): (Vec<DVec2>, Vec<f64>) =
-            counted.map(|(_, foot)| (foot.uv, foot.offset.dot(foot.normal))).unzip();
+    fn are_noise(&self, projections: &[Projection]) -> bool {
+        let used = projections.iter().enumerate().filter(|(i, _)| self.weight(*i) > 0.0);
+        let (uv, distances): (Vec<DVec2>, Vec<f64>) = used
+            .map(|(_, projection)| (projection.uv, projection.offset.dot(projection.normal)))
+            .unzip();
         are_noise(&uv, &distances)
     }
 }

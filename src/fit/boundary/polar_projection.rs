@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::edge::{STRIPS, lowest};
-use super::patches::Patches;
+use super::super::patches::Patches;
+use super::strips::{STRIPS, lowest};
 use crate::nurbs::gauss;
 
 /// Places along a ray at which its length is measured, and steps towards its end or a place on it.
@@ -16,49 +16,49 @@ pub(super) const STEPS: usize = 8;
 const NEAR_SIDE: f64 = 0.1;
 const FAR: f64 = 0.25;
 
-pub(super) const MIDDLE: DVec2 = DVec2::splat(0.5);
+pub(super) const CENTER: DVec2 = DVec2::splat(0.5);
 
 /// From where in the unit square, counted from its middle, to where it is seen in a plane.
-pub(super) enum View<'a> {
+pub(super) enum PolarProjection<'a> {
     /// As it lies in the square.
-    Square,
+    Parameters,
     /// In the same direction, but as far as it is along the surface.
-    Along(&'a Patches<'a>, Vec<(f64, f64)>),
+    ArcLength(&'a Patches<'a>, Vec<(f64, f64)>),
     /// From above, with what places reach made as long as wide.
-    Above(&'a Patches<'a>, Rounded),
+    Planar(&'a Patches<'a>, WhitenedPlane),
 }
 
-impl<'a> View<'a> {
-    pub(super) fn along(patches: &'a Patches<'a>) -> Self {
-        Self::Along(patches, gauss::rule(STEPS))
+impl<'a> PolarProjection<'a> {
+    pub(super) fn arc_length(patches: &'a Patches<'a>) -> Self {
+        Self::ArcLength(patches, gauss::rule(STEPS))
     }
 
-    pub(super) fn above(patches: &'a Patches<'a>, uv: &[DVec2]) -> Self {
-        Self::Above(patches, Rounded::of(patches, uv))
+    pub(super) fn planar(patches: &'a Patches<'a>, uv: &[DVec2]) -> Self {
+        Self::Planar(patches, WhitenedPlane::of(patches, uv))
     }
 
-    pub(super) fn of(&self, from: DVec2) -> DVec2 {
+    pub(super) fn project(&self, from: DVec2) -> DVec2 {
         match self {
-            Self::Square => from,
-            Self::Along(patches, rule) => {
+            Self::Parameters => from,
+            Self::ArcLength(patches, rule) => {
                 let speed = |share: f64| {
-                    let tangents = patches.at(MIDDLE + share * from);
+                    let tangents = patches.at(CENTER + share * from);
                     (from.x * tangents.u + from.y * tangents.v).length()
                 };
                 let length: f64 = rule.iter().map(|&(share, weight)| weight * speed(share)).sum();
                 length * from.normalize_or_zero()
             }
-            Self::Above(patches, rounded) => rounded.place(patches.at(MIDDLE + from).point),
+            Self::Planar(patches, plane) => plane.place(patches.at(CENTER + from).point),
         }
     }
 
     /// The size of noise as it is seen, by that on a surface whose isocurves are so long.
     pub(super) fn noise(&self, noise: f64, size: DVec2) -> f64 {
         match self {
-            Self::Square => 0.5 * (noise / size).element_sum(),
-            Self::Along(..) => noise,
-            Self::Above(_, rounded) => {
-                let [first, _, second] = rounded.factor;
+            Self::Parameters => 0.5 * (noise / size).element_sum(),
+            Self::ArcLength(..) => noise,
+            Self::Planar(_, plane) => {
+                let [first, _, second] = plane.factor;
                 0.5 * (noise / first + noise / second)
             }
         }
@@ -67,9 +67,13 @@ impl<'a> View<'a> {
     /// How far one has to go in a direction from the middle to where this rises to zero of what is seen,
     /// by false position with halved ends (the Illinois method), and beyond the square as it rises there;
     /// `None` if that is far, or the middle beyond it.
-    pub(super) fn reach(&self, direction: DVec2, beyond: impl Fn(DVec2) -> f64) -> Option<f64> {
+    pub(super) fn radius_at_zero(
+        &self,
+        direction: DVec2,
+        beyond: impl Fn(DVec2) -> f64,
+    ) -> Option<f64> {
         let side = 0.5 / direction.abs().max_element();
-        let beyond = |radius: f64| beyond(self.of(radius * direction));
+        let beyond = |radius: f64| beyond(self.project(radius * direction));
         let (start, end) = (beyond(0.0), beyond(side));
         if start >= 0.0 {
             return None;
@@ -101,24 +105,24 @@ impl<'a> View<'a> {
 }
 
 /// The share of the way round in a direction from the middle.
-pub(super) fn share_of_way(from: DVec2) -> f64 {
+pub(super) fn turn_of(from: DVec2) -> f64 {
     (from.to_angle() + PI) / TAU
 }
 
-pub(super) fn direction(way: f64) -> DVec2 {
-    DVec2::from_angle(TAU * way - PI)
+pub(super) fn direction(turn: f64) -> DVec2 {
+    DVec2::from_angle(TAU * turn - PI)
 }
 
 /// The outermost of places around the middle, each by the share of the way round and the square of its
 /// distance, in sectors.
-pub(super) fn outermost(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
-    let outer = lowest(polar.map(|(way, square)| (way, -square)), STRIPS);
-    outer.into_iter().flatten().map(|(way, square)| (way, -square)).collect()
+pub(super) fn outermost_points(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
+    let outer = lowest(polar.map(|(turn, square)| (turn, -square)), STRIPS);
+    outer.into_iter().flatten().map(|(turn, square)| (turn, -square)).collect()
 }
 
 /// A plane across the mean normal of a surface, with an origin and axes by which what places reach has the
 /// second moments of a disc, as it has if their outline is an ellipse, however dense they are where.
-pub(super) struct Rounded {
+pub(super) struct WhitenedPlane {
     origin: DVec3,
     axes: [DVec3; 2],
     middle: DVec2,
@@ -126,7 +130,7 @@ pub(super) struct Rounded {
     factor: [f64; 3],
 }
 
-impl Rounded {
+impl WhitenedPlane {
     fn of(patches: &Patches<'_>, uv: &[DVec2]) -> Self {
         let (mut along, mut normal) = (DVec3::ZERO, DVec3::ZERO);
         for uv in uv {
@@ -138,15 +142,15 @@ impl Rounded {
         let first = along.reject_from_normalized(up);
         let first = first.try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
         let mut found = Self {
-            origin: patches.at(MIDDLE).point,
+            origin: patches.at(CENTER).point,
             axes: [first, up.cross(first)],
             middle: DVec2::ZERO,
             factor: [1.0, 0.0, 1.0],
         };
         let places: Vec<DVec2> = uv.iter().map(|uv| found.place(patches.at(*uv).point)).collect();
-        let outer = outermost(places.iter().map(|p| (share_of_way(*p), p.length_squared())));
+        let outer = outermost_points(places.iter().map(|p| (turn_of(*p), p.length_squared())));
         let corners: Vec<DVec2> =
-            outer.into_iter().map(|(way, square)| square.sqrt() * direction(way)).collect();
+            outer.into_iter().map(|(turn, square)| square.sqrt() * direction(turn)).collect();
         let (middle, moments) = moments(&corners);
         let first = moments.x_axis.x.max(f64::MIN_POSITIVE).sqrt();
         let mixed = moments.x_axis.y / first;
@@ -195,15 +199,17 @@ pub(super) mod tests {
 
     #[test]
     fn lengths_are_reached_on_curved_surfaces() {
-        let cone = surface(|uv| (uv - MIDDLE).extend(2.0 * uv.distance(MIDDLE)));
+        let cone = surface(|uv| (uv - CENTER).extend(2.0 * uv.distance(CENTER)));
         let patches = Patches::of(&cone);
-        let view = View::along(&patches);
-        for way in 0..24 {
-            let towards = DVec2::from_angle(0.26 * f64::from(way));
+        let projection = PolarProjection::arc_length(&patches);
+        for turn in 0..24 {
+            let towards = DVec2::from_angle(0.26 * f64::from(turn));
             for length in [0.1, 0.5, 0.9] {
-                let radius = view.reach(towards, |seen| seen.length() - length).unwrap();
-                let found = view.of(radius * towards);
-                assert!((found.length() / length - 1.0).abs() < 1e-6, "{way} {length} {found}");
+                let radius = projection
+                    .radius_at_zero(towards, |projected| projected.length() - length)
+                    .unwrap();
+                let found = projection.project(radius * towards);
+                assert!((found.length() / length - 1.0).abs() < 1e-6, "{turn} {length} {found}");
                 assert!(found.normalize().distance(towards) < 1e-12);
             }
         }
@@ -215,37 +221,44 @@ pub(super) mod tests {
         let patches = Patches::of(&leaning);
         let spiral = |i: i32| {
             let radius = 0.45 * (f64::from(i) / 4000.0).sqrt();
-            MIDDLE + radius * DVec2::from_angle(2.4 * f64::from(i))
+            CENTER + radius * DVec2::from_angle(2.4 * f64::from(i))
         };
         let dense = |uv: &DVec2| uv.x < 0.4 || uv.y > 0.7 || (uv.x * 1e4) % 3.0 < 1.0;
         let uv: Vec<DVec2> = (0..4000).map(spiral).filter(dense).collect();
-        let view = View::above(&patches, &uv);
-        for way in 0..24 {
+        let projection = PolarProjection::planar(&patches, &uv);
+        for turn in 0..24 {
             // The second moments of a disc are a quarter of its squared radius.
-            let seen = view.of(0.45 * DVec2::from_angle(0.26 * f64::from(way)));
-            assert!((seen.length() - 2.0).abs() < 0.12, "{way} {seen}");
+            let projected = projection.project(0.45 * DVec2::from_angle(0.26 * f64::from(turn)));
+            assert!((projected.length() - 2.0).abs() < 0.12, "{turn} {projected}");
         }
-        let noise = view.noise(0.01, DVec2::ONE);
+        let noise = projection.noise(0.01, DVec2::ONE);
         assert!((0.01..0.1).contains(&noise), "{noise}");
     }
 
     #[test]
     fn rays_end_where_nothing_more_is_seen_of_them() {
         let towards = DVec2::from_angle(0.3);
-        let radius = |wanted: f64| View::Square.reach(towards, |seen| seen.length() - wanted);
+        let radius = |wanted: f64| {
+            PolarProjection::Parameters
+                .radius_at_zero(towards, |projected| projected.length() - wanted)
+        };
         assert!((radius(0.55).unwrap() - 0.55).abs() < 1e-12);
         assert!(radius(0.9).is_none() && radius(0.0).is_none());
         // From above a hemisphere's rim is the last of it.
         let ball = surface(|uv| {
-            let from = 3.4 * (uv - MIDDLE);
+            let from = 3.4 * (uv - CENTER);
             let (sine, cosine) = from.length().sin_cos();
             (sine * from.normalize_or_zero()).extend(cosine)
         });
         let patches = Patches::of(&ball);
         let uv: Vec<DVec2> =
             (0..900).map(|i| DVec2::new(f64::from(i % 30), f64::from(i / 30)) / 30.0).collect();
-        let above = View::above(&patches, &uv);
-        let outermost = above.of(DVec2::new(0.5, 0.0)).length();
-        assert!(above.reach(DVec2::X, |seen| seen.length() - 1.001 * outermost).is_none());
+        let above = PolarProjection::planar(&patches, &uv);
+        let outermost_points = above.project(DVec2::new(0.5, 0.0)).length();
+        assert!(
+            above
+                .radius_at_zero(DVec2::X, |projected| projected.length() - 1.001 * outermost_points)
+                .is_none()
+        );
     }
 }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::band::{Band, ROWS};
+use super::band_matrix::{BandMatrix, ROWS};
 use crate::nurbs::window;
 
-impl Band {
+impl BandMatrix {
     /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
     pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
         debug_assert_eq!(x.len(), self.size());
@@ -27,7 +27,7 @@ impl Band {
 
 /// A solution by a factor, in whole tiles.
 struct Substitution<'a, const WIDTH: usize> {
-    factor: &'a Band,
+    factor: &'a BandMatrix,
     x: &'a mut [[f64; WIDTH]],
 }
 

@@ -5,7 +5,7 @@
 const CUTOFF: f64 = 4.7;
 
 /// Standard deviations of normal noise for each median absolute deviation.
-pub(crate) const NORMAL: f64 = 1.4826;
+pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;
 
 /// Tukey's biweight for distances from a surface, without or with sign: near 1 for small ones,
 /// falling to 0 at 4.7 standard deviations, which are estimated by the median of the absolute
@@ -32,14 +32,14 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
 
 /// The weight of one distance where the median of their sizes is this.
 pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
-    let reach = reach(median);
-    let share = if reach > 0.0 { distance / reach } else { 0.0 };
+    let cutoff_distance = cutoff_distance(median);
+    let share = if cutoff_distance > 0.0 { distance / cutoff_distance } else { 0.0 };
     if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
 }
 
 /// The distance from which on there is no weight.
-pub(crate) fn reach(median: f64) -> f64 {
-    CUTOFF * NORMAL * median
+pub(crate) fn cutoff_distance(median: f64) -> f64 {
+    CUTOFF * MAD_TO_DEVIATION * median
 }
 
 #[cfg(test)]

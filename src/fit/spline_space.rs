@@ -1,6 +1,6 @@
 //! Which control points are unknown, and in which order they are solved for.
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
@@ -59,14 +59,18 @@ impl SplineSpace {
     }
 
     /// A matrix of zeros over the unknowns, `components` for each control point.
-    pub(super) fn matrix(&self, components: usize) -> Band {
+    pub(super) fn matrix(&self, components: usize) -> BandMatrix {
         self.matrix_instead(components, None)
     }
 
     /// The same, in the memory of one that nobody needs any more, if there is one.
-    pub(super) fn matrix_instead(&self, components: usize, spare: Option<Band>) -> Band {
+    pub(super) fn matrix_instead(
+        &self,
+        components: usize,
+        spare: Option<BandMatrix>,
+    ) -> BandMatrix {
         let (size, width) = (self.unknowns(), self.width());
-        Band::new(size * components, width * components + components - 1, spare)
+        BandMatrix::new(size * components, width * components + components - 1, spare)
     }
 
     /// The place of a control point in the order of solution. A closed outer direction is folded:

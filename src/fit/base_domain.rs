@@ -12,14 +12,14 @@ const MOST: f64 = 0.02;
 
 /// What a surface of heights stands on: a part of a plane.
 #[derive(Clone, Debug)]
-pub(crate) struct Base {
+pub(crate) struct BasePlane {
     /// The axes of the plane, of length 1.
     pub(crate) axes: [DVec3; 2],
     /// The direction of the heights, of length 1.
     pub(crate) up: DVec3,
 }
 
-impl Base {
+impl BasePlane {
     /// The rectangle around points along [`height_axes`].
     pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
         Self { axes: height_axes(points, up), up }
@@ -36,10 +36,10 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     let (first, second) = up.any_orthonormal_pair();
     let count = points.len().max(1) as f64;
     let place = |p: &DVec3| DVec2::new(first.dot(*p), second.dot(*p));
-    let centre = points.iter().map(place).sum::<DVec2>() / count;
+    let center = points.iter().map(place).sum::<DVec2>() / count;
     let moments = points
         .iter()
-        .map(|p| place(p) - centre)
+        .map(|p| place(p) - center)
         .fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p.x * p.x, p.x * p.y, p.y * p.y));
     let along = DVec2::from_angle(0.5 * (2.0 * moments.y).atan2(moments.x - moments.z));
     let u = along.x * first + along.y * second;
@@ -48,12 +48,12 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
 
 /// A rectangle of the plane across the heights, along its axes.
 #[derive(Clone, Debug)]
-pub(super) struct Ground {
+pub(super) struct BaseDomain {
     low: DVec2,
     size: DVec2,
 }
 
-impl Ground {
+impl BaseDomain {
     /// The rectangle around the places of points, their first two coordinates; at sides where those
     /// that count are scattered it ends where most likely their ground does.
     ///
@@ -116,7 +116,7 @@ mod tests {
     }
 
     fn ends(points: &[DVec3]) -> (DVec2, DVec2) {
-        let ground = Ground::around(points, |_| true).unwrap();
+        let ground = BaseDomain::around(points, |_| true).unwrap();
         (ground.place(DVec2::ZERO), ground.place(DVec2::ONE))
     }
 
@@ -130,7 +130,7 @@ mod tests {
         assert!(low.distance(box_low - further) < 1e-14);
         assert!(high.distance(box_high + further) < 1e-14);
         // Those that do not count do not make the others denser.
-        let ground = Ground::around(&points, |i| i < 200).unwrap();
+        let ground = BaseDomain::around(&points, |i| i < 200).unwrap();
         assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * further) < 1e-14);
     }
 
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn parameters_and_places_are_inverse() {
         let points = scattered(50);
-        let ground = Ground::around(&points, |_| true).unwrap();
+        let ground = BaseDomain::around(&points, |_| true).unwrap();
         for place in points.iter().map(|point| point.truncate()) {
             assert!(ground.place(ground.parameters(place)).distance(place) < 1e-14);
         }

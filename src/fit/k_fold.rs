@@ -4,23 +4,23 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::blocks::FOLDS;
-use super::limits::ENOUGH_SAMPLES;
+use super::band_matrix::BandMatrix;
+use super::folds::FOLDS;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::space::SplineSpace;
+use super::sizes::ENOUGH_SAMPLES;
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 
 /// Folds of samples that are left out, with the normal equations of each and of all samples.
-pub(super) struct HeldOut<'a> {
+pub(super) struct KFold<'a> {
     space: &'a SplineSpace,
     folds: Vec<Vec<Sample>>,
     parts: Vec<NormalEquations>,
     all: NormalEquations,
 }
 
-impl<'a> HeldOut<'a> {
+impl<'a> KFold<'a> {
     /// Of samples with normals, at most 20,000 of them, by the folds that a rule finds for these. As
     /// many folds are left out as have `enough` samples together.
     pub(super) fn of(
@@ -59,7 +59,7 @@ impl<'a> HeldOut<'a> {
 
     /// The mean square of the distances along normals from the surface of the other folds, with so many
     /// times this energy; infinite if these do not hold it.
-    pub(super) fn error(&self, energy: &Band, times: f64) -> Result<f64> {
+    pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
         let of_fold = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
             matrix.add_scaled(-1.0, &part.matrix);
@@ -93,8 +93,8 @@ impl<'a> HeldOut<'a> {
 mod tests {
     use glam::DVec2;
 
-    use super::super::blocks::{blocks, in_turn};
     use super::super::fairness::{Energy, ORDER};
+    use super::super::folds::{blocks, in_turn};
     use super::*;
     use crate::nurbs::KnotVector;
 
@@ -113,9 +113,9 @@ mod tests {
         let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
         let energy = Energy::new((1.0, 1.0), ORDER).matrix(&space);
         let turn =
-            HeldOut::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len())).unwrap();
+            KFold::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len())).unwrap();
         let places = |samples: &[Sample]| samples.iter().map(|sample| sample.point).collect();
-        let block = HeldOut::of(&space, &samples, usize::MAX, |samples| {
+        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
             let points: Vec<DVec3> = places(samples);
             blocks(&points)
         });

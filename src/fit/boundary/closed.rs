@@ -5,10 +5,13 @@ use std::f64::consts::PI;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::edge::{NOTCHED, empty_ground};
+use super::super::patches::Patches;
+use super::curve::NOTCHED;
 use super::likelihood::{DEGREE, Likelihood, height, sums};
-use super::patches::Patches;
-use super::view::{MIDDLE, STEPS, View, direction, outermost, share_of_way};
+use super::polar_projection::{
+    CENTER, PolarProjection, STEPS, direction, outermost_points, turn_of,
+};
+use super::strips::empty_ground;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
@@ -44,7 +47,7 @@ const OUTSIDE: (f64, f64) = (0.6, 4.0);
 const ROUNDING: f64 = 1e-9;
 
 /// Control points of an outline in the square.
-const RADII: usize = 64;
+const DIRECTIONS: usize = 64;
 
 /// Radius near the middle that stands for the unit disc's, at most, as a multiple of the outline's
 /// least: half of the speed along a ray is left there at the rim.
@@ -54,7 +57,7 @@ const NEAR_MIDDLE: f64 = 1.2;
 const MOST_OUTSIDE: f64 = 0.05;
 
 /// A smooth line in the unit square around its middle.
-pub(super) struct Outline {
+pub(in crate::fit) struct ClosedBoundary {
     /// Distances from the middle, by the share of the way round.
     knots: KnotVector,
     radii: Vec<f64>,
@@ -62,10 +65,10 @@ pub(super) struct Outline {
     near_middle: f64,
 }
 
-impl Outline {
+impl ClosedBoundary {
     /// The likeliest outline of parameters, if it has no corners and no notch, moved out by this
     /// border. They lie on the surface, whose isocurves are so long; the points are blurred by noise.
-    pub(super) fn around(
+    pub(in crate::fit) fn around(
         uv: &[DVec2],
         surface: &NurbsSurface,
         size: DVec2,
@@ -78,58 +81,64 @@ impl Outline {
         // Outlines are simpler in the square, along the surface or from above: what counts is where
         // they are surer.
         let patches = Patches::of(surface);
-        let views = [View::Square, View::along(&patches), View::above(&patches, uv)];
-        let seen = |view: &View<'_>| {
-            let line = Line::around(uv, view, view.noise(noise, size))?;
-            let Some((doubt, radii)) = line.in_square(view, border) else { return Ok(None) };
+        let candidates = [
+            PolarProjection::Parameters,
+            PolarProjection::arc_length(&patches),
+            PolarProjection::planar(&patches, uv),
+        ];
+        let projected = |projection: &PolarProjection<'_>| {
+            let curve = PolarCurve::around(uv, projection, projection.noise(noise, size))?;
+            let Some((uncertainty, radii)) = curve.parameter_radii(projection, border) else {
+                return Ok(None);
+            };
             let outline = Self::through(&radii)?;
-            Ok(uv.iter().all(|uv| outline.is_around(*uv)).then_some((doubt, outline)))
+            Ok(uv.iter().all(|uv| outline.is_around(*uv)).then_some((uncertainty, outline)))
         };
-        let found = views.par_iter().map(seen).collect::<Result<Vec<_>>>()?;
-        let surest = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(surest.map(|(_, outline)| outline))
+        let found = candidates.par_iter().map(projected).collect::<Result<Vec<_>>>()?;
+        let most_certain = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(most_certain.map(|(_, outline)| outline))
     }
 
     /// Through places at these distances from the middle, evenly over the way round.
     fn through(values: &[f64]) -> Result<Self> {
-        let knots = KnotVector::periodic_uniform(DEGREE, RADII)?;
+        let knots = KnotVector::periodic_uniform(DEGREE, DIRECTIONS)?;
         // A quasi-interpolant, as near as cubics are.
-        let value = |i: usize| values[i % RADII];
-        let radius = |i: usize| (8.0 * value(i) - value(i + RADII - 1) - value(i + 1)) / 6.0;
-        let radii = (0..RADII).map(|i| radius(i + RADII - 1)).collect();
-        let mean = values.iter().sum::<f64>() / RADII as f64;
+        let value = |i: usize| values[i % DIRECTIONS];
+        let radius = |i: usize| (8.0 * value(i) - value(i + DIRECTIONS - 1) - value(i + 1)) / 6.0;
+        let radii = (0..DIRECTIONS).map(|i| radius(i + DIRECTIONS - 1)).collect();
+        let mean = values.iter().sum::<f64>() / DIRECTIONS as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
         Ok(Self { knots, radii, near_middle: mean.min(NEAR_MIDDLE * least) })
     }
 
     /// Its distance from the middle in a direction.
     fn radius(&self, from: DVec2) -> f64 {
-        height(&self.radii, &Basis::<4>::at(&self.knots, share_of_way(from)))
+        height(&self.radii, &Basis::<4>::at(&self.knots, turn_of(from)))
     }
 
     /// Places on it, and where in the square that it bounds they come to lie.
-    pub(super) fn rim(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
-        let places = ways().map(|from| MIDDLE + self.radius(from) * from);
-        places.zip(rim_of_square())
+    pub(in crate::fit) fn boundary_pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+        let places = directions().map(|from| CENTER + self.radius(from) * from);
+        places.zip(square_boundary())
     }
 
     fn is_around(&self, uv: DVec2) -> bool {
-        let from = uv - MIDDLE;
+        let from = uv - CENTER;
         from.length() <= (1.0 + MOST_OUTSIDE) * self.radius(from)
     }
 
     /// Parameters in the square that the outline bounds: first in the unit disc, on the same ray from
     /// the middle, where circles become the outline's shape little by little, then where that is in the
     /// square. Neither folds, whatever the outline. Places beyond it are taken to it.
-    pub(super) fn squared(&self, uv: &[DVec2]) -> Vec<DVec2> {
+    pub(in crate::fit) fn mapped_to_square(&self, uv: &[DVec2]) -> Vec<DVec2> {
         // What was taken to the outline lies there exactly: beside it by rounding, feet would be free that
         // are held, or not, as the points happen to lie in space.
         let exact = |at: f64| if at.min(1.0 - at) < ROUNDING { at.round() } else { at };
-        let squared = |uv: &DVec2| {
-            let at = MIDDLE + 0.5 * disc_to_square(self.in_disc(*uv - MIDDLE));
+        let mapped_to_square = |uv: &DVec2| {
+            let at = CENTER + 0.5 * disc_to_square(self.in_disc(*uv - CENTER));
             DVec2::new(exact(at.x), exact(at.y))
         };
-        uv.par_iter().map(squared).collect()
+        uv.par_iter().map(mapped_to_square).collect()
     }
 
     /// The place in the unit disc at (middle · r + (radius - middle) · r³) from the middle.
@@ -151,13 +160,13 @@ impl Outline {
 }
 
 /// Directions evenly around.
-fn ways() -> impl Iterator<Item = DVec2> {
-    (0..RADII).map(|i| direction(i as f64 / RADII as f64))
+fn directions() -> impl Iterator<Item = DVec2> {
+    (0..DIRECTIONS).map(|i| direction(i as f64 / DIRECTIONS as f64))
 }
 
 /// The places on the border of the unit square that directions evenly around become.
-pub(super) fn rim_of_square() -> impl Iterator<Item = DVec2> {
-    ways().map(|from| MIDDLE + 0.5 * disc_to_square(from))
+pub(super) fn square_boundary() -> impl Iterator<Item = DVec2> {
+    directions().map(|from| CENTER + 0.5 * disc_to_square(from))
 }
 
 /// The (x, y) of the square with sides of 2 that (u, v) of the unit disc stands for: u² is
@@ -189,7 +198,7 @@ fn has_empty_corners(uv: &[DVec2]) -> bool {
 }
 
 /// A closed line around the middle of the square, by distances that mean what they will.
-struct Line {
+struct PolarCurve {
     knots: KnotVector,
     /// See [`BOUNDS`], with their standard deviations.
     heights: Vec<f64>,
@@ -200,24 +209,24 @@ struct Line {
     follows: bool,
 }
 
-impl Line {
-    fn around(uv: &[DVec2], view: &View<'_>, noise: f64) -> Result<Self> {
+impl PolarCurve {
+    fn around(uv: &[DVec2], projection: &PolarProjection<'_>, noise: f64) -> Result<Self> {
         let place = |uv: &DVec2| {
-            let seen = view.of(*uv - MIDDLE);
-            (share_of_way(seen), seen.length_squared())
+            let projected = projection.project(*uv - CENTER);
+            (turn_of(projected), projected.length_squared())
         };
         let polar: Vec<(f64, f64)> = uv.par_iter().map(place).collect();
-        let outer = outermost(polar.iter().copied());
+        let outer = outermost_points(polar.iter().copied());
         let mean = outer.iter().map(|place| place.1).sum::<f64>() / outer.len().max(1) as f64;
         let places: Vec<(f64, f64)> =
-            polar.into_iter().map(|(way, square)| (way, 1.0 - square / mean)).collect();
+            polar.into_iter().map(|(turn, square)| (turn, 1.0 - square / mean)).collect();
 
         let first = STIFFNESSES[STIFFNESSES.len() / 2];
         let knots = KnotVector::periodic_uniform(DEGREE, CONTROL_POINTS)?;
         let all = places.iter().copied();
         let mut likelihood = Likelihood::new(all, places.len(), knots, first, BOUNDS);
         let even = likelihood.slopes.clone();
-        let look = |likelihood: &mut Likelihood, heights: &[f64]| {
+        let update_density = |likelihood: &mut Likelihood, heights: &[f64]| {
             let behind = likelihood.places.iter();
             let behind = behind.filter(|place| place.y < height(heights, &place.basis) + GROUND);
             let found = sums(behind.map(|place| &place.basis), CONTROL_POINTS);
@@ -228,11 +237,11 @@ impl Line {
         };
         let mut heights = vec![0.0; CONTROL_POINTS];
         let noise = 2.0 * noise / mean.sqrt();
-        let scale = likelihood.find(&mut heights, noise, look);
-        let here = likelihood.stiffen(&mut heights, scale, &STIFFNESSES);
+        let scale = likelihood.find(&mut heights, noise, update_density);
+        let here = likelihood.choose_stiffness(&mut heights, scale, &STIFFNESSES);
         let deviations = likelihood.deviations(&here);
-        let curve = |way: f64| height(&heights, &Basis::at(&likelihood.knots, way));
-        let outside = places.iter().map(|&(way, y)| curve(way) - y).fold(0.0, f64::max);
+        let curve = |turn: f64| height(&heights, &Basis::at(&likelihood.knots, turn));
+        let outside = places.iter().map(|&(turn, y)| curve(turn) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();
         let follows = outside <= OUTSIDE.0 * spacing + OUTSIDE.1 * noise
             && empty_ground(&places, curve, 0) < NOTCHED + BY_CHANCE / places.len() as f64;
@@ -242,21 +251,28 @@ impl Line {
     /// In the square that it is a view of: how much larger a standard deviation makes it, and its distances
     /// from the middle, moved out by this border. `None` if it follows no places, or its view does not
     /// reach so far.
-    fn in_square(&self, view: &View<'_>, border: f64) -> Option<(f64, Vec<f64>)> {
+    fn parameter_radii(
+        &self,
+        projection: &PolarProjection<'_>,
+        border: f64,
+    ) -> Option<(f64, Vec<f64>)> {
         let moved_out = |deviations: f64| {
-            let beyond =
-                |seen: DVec2| seen.length() - self.distance(share_of_way(seen), deviations);
-            let reach = |i: usize| view.reach(direction(i as f64 / RADII as f64), beyond);
-            (0..RADII).into_par_iter().map(reach).collect::<Option<Vec<f64>>>()
+            let beyond = |projected: DVec2| {
+                projected.length() - self.distance(turn_of(projected), deviations)
+            };
+            let radius = |i: usize| {
+                projection.radius_at_zero(direction(i as f64 / DIRECTIONS as f64), beyond)
+            };
+            (0..DIRECTIONS).into_par_iter().map(radius).collect::<Option<Vec<f64>>>()
         };
-        let (line, wider) = (moved_out(0.0).filter(|_| self.follows)?, moved_out(1.0)?);
-        let larger: f64 = wider.iter().zip(&line).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
-        Some((larger / RADII as f64, moved_out(BEYOND * border)?))
+        let (curve, wider) = (moved_out(0.0).filter(|_| self.follows)?, moved_out(1.0)?);
+        let larger: f64 = wider.iter().zip(&curve).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
+        Some((larger / DIRECTIONS as f64, moved_out(BEYOND * border)?))
     }
 
     /// The distance of the line from the middle, moved out by so many standard deviations.
-    fn distance(&self, way: f64, out: f64) -> f64 {
-        let basis = Basis::at(&self.knots, way);
+    fn distance(&self, turn: f64, out: f64) -> f64 {
+        let basis = Basis::at(&self.knots, turn);
         let margin = out * height(&self.deviations, &basis);
         (self.mean * (1.0 - height(&self.heights, &basis) + margin)).sqrt()
     }
@@ -269,7 +285,7 @@ mod tests {
     use glam::DVec3;
 
     use super::super::likelihood::tests::even;
-    use super::super::view::tests::surface;
+    use super::super::polar_projection::tests::surface;
     use super::*;
 
     /// Parameters evenly over a part of the unit square.
@@ -281,28 +297,28 @@ mod tests {
         uv.extend(0.0)
     }
 
-    fn around(uv: &[DVec2], surface: &NurbsSurface) -> Option<Outline> {
-        Outline::around(uv, surface, DVec2::ONE, 0.0, 0.5).unwrap()
+    fn around(uv: &[DVec2], surface: &NurbsSurface) -> Option<ClosedBoundary> {
+        ClosedBoundary::around(uv, surface, DVec2::ONE, 0.0, 0.5).unwrap()
     }
 
     /// Places on an outline.
-    fn line(outline: &Outline) -> impl Iterator<Item = DVec2> {
-        let ways = (0..40).map(|i| direction(f64::from(i) / 40.0));
-        ways.map(|from| MIDDLE + outline.radius(from) * from)
+    fn curve(outline: &ClosedBoundary) -> impl Iterator<Item = DVec2> {
+        let directions = (0..40).map(|i| direction(f64::from(i) / 40.0));
+        directions.map(|from| CENTER + outline.radius(from) * from)
     }
 
     #[test]
     fn an_ellipse_becomes_a_square_with_its_corners() {
-        let inside = |at: DVec2| ((at - MIDDLE) / DVec2::new(0.45, 0.35)).length();
+        let inside = |at: DVec2| ((at - CENTER) / DVec2::new(0.45, 0.35)).length();
         let uv = scattered(|at| inside(at) < 1.0);
         let outline = around(&uv, &surface(flat)).unwrap();
         // The spacing of the points is 0.018.
-        for at in line(&outline) {
+        for at in curve(&outline) {
             assert!((inside(at) - 1.0).abs() < 0.04, "{at} {}", inside(at));
         }
-        let squared = outline.squared(&uv);
+        let mapped_to_square = outline.mapped_to_square(&uv);
         for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
-            let nearest = squared.iter().map(|st| st.distance(corner)).fold(1.0, f64::min);
+            let nearest = mapped_to_square.iter().map(|st| st.distance(corner)).fold(1.0, f64::min);
             assert!(nearest < 0.15, "{corner} {nearest}");
         }
     }
@@ -311,22 +327,23 @@ mod tests {
     fn no_outline_folds() {
         for depth in [0.0, 0.15, 0.3] {
             for lobes in 2..6 {
-                let wave = |way: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * way).cos());
-                let radii: Vec<f64> = (0..RADII).map(|i| wave(i as f64 / RADII as f64)).collect();
-                let outline = Outline::through(&radii).unwrap();
+                let wave = |turn: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * turn).cos());
+                let radii: Vec<f64> =
+                    (0..DIRECTIONS).map(|i| wave(i as f64 / DIRECTIONS as f64)).collect();
+                let outline = ClosedBoundary::through(&radii).unwrap();
                 let at = |i: i32, j: i32| {
                     let from = wave(f64::from(j) / 360.0) * direction(f64::from(j) / 360.0);
-                    MIDDLE + f64::from(i) / 20.0 * from
+                    CENTER + f64::from(i) / 20.0 * from
                 };
                 for (i, j) in (0..20).flat_map(|i| (0..360).map(move |j| (i, j))) {
                     let corners = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
-                    let [a, b, c, d] = outline.squared(&corners).try_into().unwrap();
+                    let [a, b, c, d] = outline.mapped_to_square(&corners).try_into().unwrap();
                     let (first, second) = ((b - a).perp_dot(d - a), (d - a).perp_dot(c - a));
                     assert!(first > 0.0 || i == 19, "{depth} {lobes} {i} {j} {first}");
                     assert!(second > 0.0 || i == 0, "{depth} {lobes} {i} {j} {second}");
                 }
-                let rim: Vec<DVec2> = line(&outline).collect();
-                for st in outline.squared(&rim) {
+                let boundary_pairs: Vec<DVec2> = curve(&outline).collect();
+                for st in outline.mapped_to_square(&boundary_pairs) {
                     let depth = st.min(DVec2::ONE - st).min_element();
                     assert!(depth < 1e-7, "{st} {depth}");
                 }
@@ -338,14 +355,14 @@ mod tests {
     fn a_cap_is_round_on_the_surface() {
         // Its outline is a circle in space, and a rounded square in the parameters.
         let sphere = |uv: DVec2| {
-            let angles = 3.6 * (uv - MIDDLE);
+            let angles = 3.6 * (uv - CENTER);
             let (x, y) = (angles.x.sin(), angles.x.cos() * angles.y.sin());
             DVec3::new(x, y, angles.x.cos() * angles.y.cos())
         };
         let cap = surface(sphere);
         let uv = scattered(|at| cap.point(at.x, at.y).z > 0.2);
         let outline = around(&uv, &cap).unwrap();
-        for at in line(&outline) {
+        for at in curve(&outline) {
             let height = cap.point(at.x, at.y).z;
             assert!((height - 0.2).abs() < 0.03, "{at} {height}");
         }
@@ -356,10 +373,10 @@ mod tests {
         assert!(around(&scattered(|_| true), &surface(flat)).is_none());
         let half = scattered(|at| (at - DVec2::new(0.5, 0.0)).length() < 0.5);
         assert!(around(&half, &surface(flat)).is_none());
-        let notch = |at: DVec2| at.distance(MIDDLE) < 0.48 && at.distance(DVec2::Y * 0.5) > 0.35;
+        let notch = |at: DVec2| at.distance(CENTER) < 0.48 && at.distance(DVec2::Y * 0.5) > 0.35;
         assert!(around(&scattered(notch), &surface(flat)).is_none());
-        let few: Vec<DVec2> = scattered(|at| at.distance(MIDDLE) < 0.48);
+        let few: Vec<DVec2> = scattered(|at| at.distance(CENTER) < 0.48);
         assert!(around(&few[..50], &surface(flat)).is_none());
-        assert!(around(&[MIDDLE; 1000], &surface(flat)).is_none());
+        assert!(around(&[CENTER; 1000], &surface(flat)).is_none());
     }
 }

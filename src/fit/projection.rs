@@ -3,8 +3,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::limits::DEGENERATE;
-use super::patches::{Patches, Question, Tangents, answers};
+use super::patches::{Evaluation, Patches, Tangents, evaluate_all};
+use super::sizes::DEGENERATE;
 use crate::nurbs::NurbsSurface;
 
 /// Longest step of a parameter, as a share of the domain: beyond it the tangent plane says nothing.
@@ -21,7 +21,7 @@ const HALVINGS: usize = 4;
 
 /// The foot of a point on a surface: a stationary point of the distance near where it was.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Foot {
+pub(super) struct Projection {
     pub(super) uv: DVec2,
     /// The unit normal there.
     pub(super) normal: DVec3,
@@ -33,31 +33,34 @@ pub(super) struct Foot {
 
 /// The feet of points, from where their parameters are, by `steps` steps of Gauss and Newton that
 /// never lead away. Parameters in closed directions come round, others stay in the domain.
-pub(super) fn feet(
+pub(super) fn projections(
     surface: &NurbsSurface,
     closed: [bool; 2],
     points: &[DVec3],
     uv: &[DVec2],
     steps: usize,
-) -> Vec<Foot> {
+) -> Vec<Projection> {
     let (domain, patches) = (Domain::of(surface, closed), Patches::of(surface));
-    answers(&Feet { domain, patches, points, uv, steps }, points.len())
+    evaluate_all(&ProjectionTask { domain, patches, points, uv, steps }, points.len())
 }
 
 /// As [`feet`], but on the surface as it goes on beyond its open borders, by this share of the domain.
-pub(super) fn feet_beyond(
+pub(super) fn extended_projections(
     surface: &NurbsSurface,
     closed: [bool; 2],
     beyond: f64,
     points: &[DVec3],
     uv: &[DVec2],
     steps: usize,
-) -> Vec<Foot> {
+) -> Vec<Projection> {
     let domain = Domain::of(surface, closed).widened(beyond);
-    answers(&Feet { domain, patches: Patches::of(surface), points, uv, steps }, points.len())
+    evaluate_all(
+        &ProjectionTask { domain, patches: Patches::of(surface), points, uv, steps },
+        points.len(),
+    )
 }
 
-struct Feet<'a> {
+struct ProjectionTask<'a> {
     domain: Domain,
     patches: Patches<'a>,
     points: &'a [DVec3],
@@ -65,13 +68,13 @@ struct Feet<'a> {
     steps: usize,
 }
 
-impl Question for Feet<'_> {
-    type Answer = Foot;
+impl Evaluation for ProjectionTask<'_> {
+    type Output = Projection;
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn answer(&self, index: usize) -> Foot {
-        self.domain.foot(&self.patches, self.points[index], self.uv[index], self.steps)
+    fn evaluate(&self, index: usize) -> Projection {
+        self.domain.project_point(&self.patches, self.points[index], self.uv[index], self.steps)
     }
 }
 
@@ -97,8 +100,8 @@ pub fn project(
     points: &[DVec3],
     uv: &[DVec2],
 ) -> (Vec<DVec2>, Vec<f64>) {
-    let feet = feet(surface, closed.into(), points, uv, STEPS);
-    feet.iter().map(|foot| (foot.uv, foot.offset.length())).unzip()
+    let projections = projections(surface, closed.into(), points, uv, STEPS);
+    projections.iter().map(|projection| (projection.uv, projection.offset.length())).unzip()
 }
 
 /// Where parameters may be.
@@ -138,7 +141,13 @@ impl Domain {
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn foot(&self, patches: &Patches<'_>, point: DVec3, from: DVec2, steps: usize) -> Foot {
+    fn project_point(
+        &self,
+        patches: &Patches<'_>,
+        point: DVec3,
+        from: DVec2,
+        steps: usize,
+    ) -> Projection {
         let size = self.high - self.low;
         let mut at = self.inside(from);
         let mut here = patches.at(at);
@@ -173,7 +182,7 @@ impl Domain {
         }
         let border =
             (0..2).any(|d| !self.closed[d] && (at[d] <= self.low[d] || at[d] >= self.high[d]));
-        Foot { uv: at, normal: here.normal(), offset: point - here.point, border }
+        Projection { uv: at, normal: here.normal(), offset: point - here.point, border }
     }
 
     /// Whether a parameter is at the end of its range and pulled beyond it.

@@ -1,7 +1,7 @@
 //! More knots where the points ask for them.
 
-use super::correct::Foot;
-use super::space::SplineSpace;
+use super::projection::Projection;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::KnotVector;
 
@@ -14,8 +14,8 @@ const MOST_ASPECT: f64 = 4.0;
 /// and v. Directions whose spans are much shorter than those of the other are left as they are.
 pub(super) fn refined(
     space: &SplineSpace,
-    feet: &[Foot],
-    error: impl Fn(&Foot) -> f64,
+    projections: &[Projection],
+    error: impl Fn(&Projection) -> f64,
     lengths: (f64, f64),
     share: f64,
 ) -> Result<Option<SplineSpace>> {
@@ -28,9 +28,9 @@ pub(super) fn refined(
         }
         let breaks = knots[d].breaks();
         let mut errors = vec![0.0; breaks.len() - 1];
-        for foot in feet {
-            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= foot.uv[d]);
-            errors[at] += error(foot);
+        for projection in projections {
+            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= projection.uv[d]);
+            errors[at] += error(projection);
         }
         knots[d] = with_breaks(&knots[d], space.closed[d], &divided(&breaks, &errors, share))?;
     }

@@ -1,7 +1,8 @@
 //! The smooth curve at which points end, most likely.
 
+use super::super::options::uniform;
 use super::likelihood::{DEGREE, Likelihood, Place, height, sums};
-use super::options::uniform;
+use super::strips::empty_ground;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector};
 
@@ -11,26 +12,31 @@ struct Flexibility {
     /// Those that places choose among, see [`Likelihood::stiffness`]; the search begins with the last.
     stiffnesses: &'static [f64],
     /// It does not go deeper.
-    deepest: f64,
+    max_depth: f64,
     /// Places deeper than this cannot touch it.
     near: f64,
     /// Depth of the ground whose places say how dense they are there; without, they are as dense
     /// everywhere.
-    ground: Option<f64>,
+    density_depth: Option<f64>,
 }
 
 /// Rounded corners are covered by the surface's corners rather than followed into them.
-const FIRM: Flexibility = Flexibility {
+const STIFF: Flexibility = Flexibility {
     control_points: 8,
     stiffnesses: &[1000.0, 100.0, 10.0],
-    deepest: 0.1,
+    max_depth: 0.1,
     near: 0.4,
-    ground: Some(0.15),
+    density_depth: Some(0.15),
 };
 
 /// Notches are followed, if not into their corners, whose parameters would crowd.
-const SUPPLE: Flexibility =
-    Flexibility { control_points: 10, stiffnesses: &[1.0], deepest: 0.3, near: 0.7, ground: None };
+const FLEXIBLE: Flexibility = Flexibility {
+    control_points: 10,
+    stiffnesses: &[1.0],
+    max_depth: 0.3,
+    near: 0.7,
+    density_depth: None,
+};
 
 /// Least density of places on the ground, as a share of the mean: it keeps an edge in bounds. That of
 /// two control points at either end is higher: drawn in hardly at all, an edge would leave much of
@@ -47,72 +53,67 @@ const BEYOND: f64 = 5.0;
 /// Share of the mean density below which places are those of a rounded corner.
 const SPARSE: f64 = 0.3;
 
-/// Strips of the square in which the ground under the lowest place is looked at, but those at either
-/// end, where corners are rounded; and its mean height, beyond what chance leaves, from which on the
-/// edge has a notch. Without any it is at most half of that, and two to seven times at the reentrant
-/// corner of an L.
-pub(super) const STRIPS: usize = 24;
-const ENDS: usize = 4;
-pub(super) const NOTCHED: f64 = 0.03;
-
 /// An edge does not go farther out than this.
 const OUTERMOST: f64 = -0.5;
 
+const ENDS: usize = 4;
+pub(super) const NOTCHED: f64 = 0.03;
+
 /// How far an edge is drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Reach {
+pub(in crate::fit) enum Depth {
     /// As far as the points want it.
     Free,
     /// As deep as it may.
-    Deepest,
+    AtLimit,
     /// Into a notch.
     Notch,
 }
 
 /// A smooth curve, y over x in [0, 1].
-pub(super) struct Edge {
+pub(super) struct BoundaryCurve {
     knots: KnotVector,
     heights: Vec<f64>,
-    deepest: f64,
+    max_depth: f64,
     /// Standard deviations of the heights there, and spacings of the places as multiples of the mean.
-    doubts: Vec<(f64, f64)>,
+    uncertainties: Vec<(f64, f64)>,
 }
 
-impl Edge {
+impl BoundaryCurve {
     /// The height, which rounding does not take beyond the bounds either.
     pub(super) fn at(&self, x: f64) -> f64 {
-        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.deepest)
+        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.max_depth)
     }
 
     /// How far beyond the edge a surface should go on at each x, for a border of this many spacings: as
     /// far as it is in doubt, but not farther than `most` for each spacing of border.
     pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
         let beyond = |&(deviation, spread): &(f64, f64)| {
-            let doubted = 0.5 * spacing + BEYOND * deviation;
-            border * spread * doubted.min(most)
+            let uncertain = 0.5 * spacing + BEYOND * deviation;
+            border * spread * uncertain.min(most)
         };
-        let margins: Vec<f64> = self.doubts.iter().map(beyond).collect();
+        let margins: Vec<f64> = self.uncertainties.iter().map(beyond).collect();
         move |x| height(&margins, &Basis::at(&self.knots, x))
     }
 
     /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
     /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x.
     pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
-        let firm = Self::likeliest(places, noise, closed, &FIRM)?;
-        if empty_ground(places, |x| firm.at(x), ENDS) < NOTCHED {
-            return Ok(firm);
+        let stiff = Self::likeliest(places, noise, closed, &STIFF)?;
+        if empty_ground(places, |x| stiff.at(x), ENDS) < NOTCHED {
+            return Ok(stiff);
         }
-        Self::likeliest(places, noise, closed, &SUPPLE)
+        Self::likeliest(places, noise, closed, &FLEXIBLE)
     }
 
     /// How far it is drawn in: in one more turn an outline may be followed that lies deeper.
-    pub(super) fn reach(&self) -> Reach {
-        if self.deepest > FIRM.deepest {
-            Reach::Notch
-        } else if self.heights.iter().any(|height| *height >= self.deepest) {
-            Reach::Deepest
+    pub(super) fn depth(&self) -> Depth {
+        if self.max_depth > STIFF.max_depth {
+            Depth::Notch
+        } else if self.heights.iter().any(|height| *height >= self.max_depth) {
+            Depth::AtLimit
         } else {
-            Reach::Free
+            Depth::Free
         }
     }
 
@@ -122,71 +123,40 @@ impl Edge {
         closed: bool,
         flexibility: &'static Flexibility,
     ) -> Result<Self> {
-        let &Flexibility { control_points, stiffnesses, deepest, near, ground } = flexibility;
+        let &Flexibility { control_points, stiffnesses, max_depth, near, density_depth } =
+            flexibility;
         let touching = places.iter().copied().filter(|place| place.1 < near);
         let knots = uniform(DEGREE, control_points, closed)?;
-        let bounds = (OUTERMOST, deepest);
+        let bounds = (OUTERMOST, max_depth);
         let least = stiffnesses[stiffnesses.len() - 1];
         let mut likelihood = Likelihood::new(touching, places.len(), knots, least, bounds);
         let even = likelihood.slopes.clone();
-        if let Some(depth) = ground {
+        if let Some(depth) = density_depth {
             let low: Vec<&Place> =
                 likelihood.places.iter().take_while(|place| place.y < depth).collect();
             // Where places are even, half of the ground lies below their mean.
             let mean = low.iter().map(|place| place.y).sum::<f64>() / low.len().max(1) as f64;
-            let ground = depth - (2.0 * mean - depth).clamp(0.0, deepest);
+            let density_depth = depth - (2.0 * mean - depth).clamp(0.0, max_depth);
             let least = |i: usize| {
                 let corner = !closed && (i < 2 || i + 2 >= control_points);
                 even[i] * if corner { SPARSEST_AT_CORNERS } else { SPARSEST }
             };
             let found = sums(low.iter().map(|place| &place.basis), control_points);
             let found = found.into_iter().enumerate();
-            likelihood.slopes = found.map(|(i, sum)| (sum / ground).max(least(i))).collect();
+            likelihood.slopes = found.map(|(i, sum)| (sum / density_depth).max(least(i))).collect();
         }
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
-        let mut heights = vec![lowest.clamp(OUTERMOST, deepest); control_points];
+        let mut heights = vec![lowest.clamp(OUTERMOST, max_depth); control_points];
         let scale = likelihood.find(&mut heights, noise, |_, _| {});
-        let here = likelihood.stiffen(&mut heights, scale, stiffnesses);
+        let here = likelihood.choose_stiffness(&mut heights, scale, stiffnesses);
         let spreads = likelihood.slopes.iter().zip(&even).map(|(here, even)| spread(here / even));
-        let mut doubts: Vec<(f64, f64)> =
+        let mut uncertainties: Vec<(f64, f64)> =
             likelihood.deviations(&here).into_iter().zip(spreads).collect();
         let repeated = likelihood.knots.control_points() - control_points;
         heights.extend_from_within(..repeated);
-        doubts.extend_from_within(..repeated);
-        Ok(Self { knots: likelihood.knots, heights, deepest, doubts })
+        uncertainties.extend_from_within(..repeated);
+        Ok(Self { knots: likelihood.knots, heights, max_depth, uncertainties })
     }
-}
-
-/// Mean height between a curve and the lowest place in each strip but so many at either end, beyond
-/// what so many places leave by chance.
-pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
-    let count = places.len();
-    let places = lowest(places.iter().copied(), STRIPS);
-    let inner = places[ends..STRIPS - ends].iter().flatten();
-    let above = inner.clone().map(|&(x, y)| (y - curve(x)).max(0.0));
-    above.sum::<f64>() / inner.count().max(1) as f64 - STRIPS as f64 / count as f64
-}
-
-/// The lowest of places (x, y) in each of the strips that x is cut into; the last has its end.
-pub(super) fn lowest(
-    places: impl Iterator<Item = (f64, f64)> + Clone,
-    strips: usize,
-) -> Vec<Option<(f64, f64)>> {
-    let (start, end) = extremes(places.clone().map(|place| place.0));
-    let scale = strips as f64 / (end - start).max(f64::MIN_POSITIVE);
-    let mut found: Vec<Option<(f64, f64)>> = vec![None; strips + 1];
-    for place in places {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
-        let strip = &mut found[(((place.0 - start) * scale) as usize).min(strips)];
-        if strip.is_none_or(|lowest| place.1 < lowest.1) {
-            *strip = Some(place);
-        }
-    }
-    found
-}
-
-pub(super) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// By how much farther than usual a surface goes on where the density of places is this share of the
@@ -204,7 +174,7 @@ mod tests {
     #[test]
     fn edges_follow_what_bends_gently() {
         let bent = |x: f64| 0.08 * x * (1.0 - x);
-        let found = Edge::under(&above(bent), 0.0, false).unwrap();
+        let found = BoundaryCurve::under(&above(bent), 0.0, false).unwrap();
         for i in 0..=20 {
             let x = f64::from(i) / 20.0;
             assert!((found.at(x) - bent(x)).abs() < 0.006, "{x} {} {}", found.at(x), bent(x));
@@ -216,11 +186,11 @@ mod tests {
         let notch = |x: f64| 0.2 * (std::f64::consts::PI * x).sin().powi(2);
         let round = |x: f64| 0.5 - (0.25 - (x - 0.5).powi(2)).max(0.0).powf(0.25) / 2.0_f64.sqrt();
         let edges = [
-            Edge::under(&above(notch), 0.0, false).unwrap(),
-            Edge::under(&above(round), 0.0, false).unwrap(),
+            BoundaryCurve::under(&above(notch), 0.0, false).unwrap(),
+            BoundaryCurve::under(&above(round), 0.0, false).unwrap(),
         ];
-        assert_eq!(edges[0].reach(), Reach::Notch);
-        assert!(edges[1].reach() < Reach::Notch);
+        assert_eq!(edges[0].depth(), Depth::Notch);
+        assert!(edges[1].depth() < Depth::Notch);
         assert!((0.08..0.2).contains(&edges[0].at(0.5)), "{}", edges[0].at(0.5));
         assert!(edges[1].at(0.02) < 0.5 * round(0.02), "{}", edges[1].at(0.02));
     }
@@ -231,7 +201,7 @@ mod tests {
         let noisy: Vec<(f64, f64)> =
             above(|_| 0.05).into_iter().enumerate().map(|(i, (x, y))| (x, y + wave(i))).collect();
         for closed in [false, true] {
-            let found = Edge::under(&noisy, 0.02, closed).unwrap();
+            let found = BoundaryCurve::under(&noisy, 0.02, closed).unwrap();
             for i in 0..=20 {
                 let y = found.at(f64::from(i) / 20.0);
                 assert!((y - 0.05).abs() < 0.012, "{y}");
@@ -243,8 +213,8 @@ mod tests {
     fn surfaces_go_on_farther_where_edges_are_doubtful() {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
-        let sure = Edge::under(&level, 0.0, false).unwrap();
-        let margin = |edge: &Edge, x: f64| edge.margin(0.5, spacing, 1.0)(x) / spacing;
+        let sure = BoundaryCurve::under(&level, 0.0, false).unwrap();
+        let margin = |edge: &BoundaryCurve, x: f64| edge.margin(0.5, spacing, 1.0)(x) / spacing;
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
         assert_eq!(sure.margin(0.0, spacing, 1.0)(0.5), 0.0);
@@ -252,7 +222,7 @@ mod tests {
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
         assert!((thinned.len() as f64) < 0.7 * count);
-        let thinned = Edge::under(&thinned, 0.0, false).unwrap();
+        let thinned = BoundaryCurve::under(&thinned, 0.0, false).unwrap();
         assert!(margin(&thinned, 0.8) > 1.5 * margin(&thinned, 0.2));
     }
 
@@ -260,10 +230,10 @@ mod tests {
     fn few_places_bound_as_well() {
         for count in 1..6 {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
-            let found = Edge::under(&places, 0.0, false).unwrap();
+            let found = BoundaryCurve::under(&places, 0.0, false).unwrap();
             assert!(
                 (0..=10)
-                    .all(|i| (OUTERMOST..=FIRM.deepest).contains(&found.at(f64::from(i) / 10.0)))
+                    .all(|i| (OUTERMOST..=STIFF.max_depth).contains(&found.at(f64::from(i) / 10.0)))
             );
         }
     }

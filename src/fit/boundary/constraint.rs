@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use super::limits::TANGENTIAL;
-use super::normal_equations::Sample;
-use super::outline::rim_of_square;
-use super::patches::Patches;
+use super::super::normal_equations::Sample;
+use super::super::patches::Patches;
+use super::super::sizes::TANGENTIAL;
+use super::closed::square_boundary;
 use crate::nurbs::NurbsSurface;
 
 /// How much the rim counts beside the points where the fairness does as much as they do.
@@ -14,19 +14,19 @@ const SAY: f64 = 0.05;
 /// Places around a surface that is open in both directions, which its border may slide along, but not leave:
 /// fairness draws the border of few or noisy points to where it bends least, and at the corners of a
 /// square that was a disc this is far from them.
-pub(super) struct Rim(Vec<Sample>);
+pub(in crate::fit) struct BoundaryConstraint(Vec<Sample>);
 
-impl Rim {
+impl BoundaryConstraint {
     /// The border of a surface.
-    pub(super) fn of(surface: &NurbsSurface) -> Self {
+    pub(in crate::fit) fn of(surface: &NurbsSurface) -> Self {
         let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
         let (low, high) = (DVec2::new(u.0, v.0), DVec2::new(u.1, v.1));
-        let places = rim_of_square().map(|place| low + place * (high - low));
+        let places = square_boundary().map(|place| low + place * (high - low));
         Self::through(&Patches::of(surface), places.map(|place| (place, place)))
     }
 
     /// Through places of a surface, each with where on the border of the next it comes to lie.
-    pub(super) fn through(
+    pub(in crate::fit) fn through(
         patches: &Patches<'_>,
         places: impl Iterator<Item = (DVec2, DVec2)>,
     ) -> Self {
@@ -42,7 +42,11 @@ impl Rim {
     }
 
     /// Samples that hold it beside so many points, and as much fairness.
-    pub(super) fn beside(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
+    pub(in crate::fit) fn beside(
+        &self,
+        points: usize,
+        fairness: f64,
+    ) -> impl Iterator<Item = Sample> {
         let weight = SAY * fairness * points as f64 / self.0.len() as f64;
         self.0.iter().map(move |sample| Sample { weight, ..*sample })
     }
@@ -50,13 +54,13 @@ impl Rim {
 
 #[cfg(test)]
 mod tests {
-    use super::super::view::tests::surface;
+    use super::super::polar_projection::tests::surface;
     use super::*;
 
     #[test]
     fn samples_hold_a_flat_border_across_it() {
         let flat = surface(|uv| uv.extend(0.0));
-        let samples: Vec<Sample> = Rim::of(&flat).beside(1000, 0.5).collect();
+        let samples: Vec<Sample> = BoundaryConstraint::of(&flat).beside(1000, 0.5).collect();
         assert!((samples.iter().map(|sample| sample.weight).sum::<f64>() - 25.0).abs() < 1e-9);
         for Sample { point, uv, normal, .. } in samples {
             assert!(point.truncate().distance(uv) < 1e-12);

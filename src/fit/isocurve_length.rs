@@ -9,7 +9,7 @@ use crate::nurbs::{KnotVector, NurbsSurface};
 const LENGTH_SAMPLES: usize = 24;
 
 /// Mean lengths of the isocurves along u and along v, in the unit of the net.
-pub(crate) fn lengths(surface: &NurbsSurface) -> (f64, f64) {
+pub(crate) fn isocurve_lengths(surface: &NurbsSurface) -> (f64, f64) {
     let count = LENGTH_SAMPLES;
     let place = |knots: &KnotVector, i: usize| {
         let (start, end) = knots.domain();

@@ -1,0 +1,19 @@
+//! Where the points end on the surface: boundary curves in the parameter plane.
+
+mod closed;
+mod constraint;
+mod curve;
+mod four_sided;
+mod likelihood;
+mod polar_projection;
+mod straight;
+mod strips;
+
+pub(super) use self::closed::ClosedBoundary;
+pub(super) use self::constraint::BoundaryConstraint;
+pub(super) use self::curve::Depth;
+pub(super) use self::four_sided::conformed;
+#[cfg(test)]
+pub(super) use self::likelihood::tests::even;
+pub use self::straight::bounded;
+pub(super) use self::strips::extremes;

@@ -1,0 +1,36 @@
+//! Strips of points (x, y) by x: the lowest in each, and the empty area below it.
+
+/// Strips.
+pub(super) const STRIPS: usize = 24;
+
+/// Mean height between a curve and the lowest place in each strip but so many at either end, beyond
+/// what so many places leave by chance.
+pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
+    let count = places.len();
+    let places = lowest(places.iter().copied(), STRIPS);
+    let inner = places[ends..STRIPS - ends].iter().flatten();
+    let above = inner.clone().map(|&(x, y)| (y - curve(x)).max(0.0));
+    above.sum::<f64>() / inner.count().max(1) as f64 - STRIPS as f64 / count as f64
+}
+
+/// The lowest of places (x, y) in each of the strips that x is cut into; the last has its end.
+pub(super) fn lowest(
+    places: impl Iterator<Item = (f64, f64)> + Clone,
+    strips: usize,
+) -> Vec<Option<(f64, f64)>> {
+    let (start, end) = extremes(places.clone().map(|place| place.0));
+    let scale = strips as f64 / (end - start).max(f64::MIN_POSITIVE);
+    let mut found: Vec<Option<(f64, f64)>> = vec![None; strips + 1];
+    for place in places {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+        let strip = &mut found[(((place.0 - start) * scale) as usize).min(strips)];
+        if strip.is_none_or(|lowest| place.1 < lowest.1) {
+            *strip = Some(place);
+        }
+    }
+    found
+}
+
+pub(in crate::fit) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
