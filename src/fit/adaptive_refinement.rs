@@ -1,5 +1,6 @@
 //! Nets that grow until a tolerance holds, or until more control points would follow noise.
 
+use super::settings::{ProjectionSettings, RefinementSettings};
 use glam::{DVec2, DVec3};
 
 use super::alternating_fit::AlternatingFit;
@@ -13,25 +14,12 @@ use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
-/// Share of the squared error that the spans hold which are divided; where the net may not become so large,
-/// those are which hold this share of it, and so on down to the least, and growth ends there.
-const DIVIDED: f64 = 0.85;
-const LEAST_DIVIDED: f64 = 0.01;
-
-/// Share of its error that cross-validation must expect after growing at most, for the growth to
-/// go on.
-pub(super) const LEAST_GAIN: f64 = 0.95;
-
-/// Least number of points for each control point of a net that grows: with fewer, points left out are
-/// further off, since cross-validation does not know of the freedom that their parameters have.
-const POINTS_PER_CONTROL_POINT: usize = 3;
-
-/// Of so many points, one is enough: otherwise few points would not get a net that can follow their bends.
-pub(super) const FEW: usize = 256;
+const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
+const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
 /// Root mean square error, as a share of the points' diameter, below which nobody sees what more control
 /// points would do.
-pub(crate) const EXACT_ERROR: f64 = 1e-5;
+pub(crate) const EXACT_ERROR: f64 = SETTINGS.exact_error;
 
 /// Whether a finer surface, on which points have these parameters, may take the place of the one
 /// before.
@@ -73,13 +61,14 @@ impl AlternatingFit<'_> {
         accepted: &mut Option<Approximation>,
     ) -> Result<(NurbsSurface, EndedBy)> {
         let used = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
-        let max_held = (used / POINTS_PER_CONTROL_POINT).max(used.min(FEW));
+        let max_held =
+            (used / SETTINGS.points_per_control_point).max(used.min(SETTINGS.few_points));
         let exact = EXACT_ERROR * diameter(self.points);
         // A finer net begins no rougher than the one before.
         self.fairness_decay = 1.0;
         self.limit = self.limit.div_ceil(2) - 1;
         loop {
-            let projections = self.correct_parameters(&surface, 2);
+            let projections = self.correct_parameters(&surface, PROJECTION.steps);
             let exceeds = |projection: &Projection| {
                 growth.tolerance.is_none_or(|most| projection.offset.length() > most)
             };
@@ -105,13 +94,14 @@ impl AlternatingFit<'_> {
             let lengths = isocurve_lengths(&surface);
             let refined =
                 |share| knot_insertion::refined(&space, &projections, error, lengths, share);
-            let (mut finer, mut share, mut ended_by) = (refined(DIVIDED)?, DIVIDED, EndedBy::Noise);
+            let (mut finer, mut share, mut ended_by) =
+                (refined(SETTINGS.divided_error)?, SETTINGS.divided_error, EndedBy::Noise);
             let limit = growth.most.min(max_held);
             while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
                 let points_limit = max_held < growth.most;
                 ended_by = if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints };
-                share *= DIVIDED;
-                finer = if share < LEAST_DIVIDED { None } else { refined(share)? };
+                share *= SETTINGS.divided_error;
+                finer = if share < SETTINGS.min_divided_error { None } else { refined(share)? };
             }
             let Some(finer) = finer else {
                 let smallest = ended_by == EndedBy::Noise;
@@ -121,7 +111,8 @@ impl AlternatingFit<'_> {
             let next = self.minimize(&finer, surface.clone())?;
             if growth.tolerance.is_none()
                 && let (Some(old), Some(new)) = (before.0, self.score)
-                && (new.error > LEAST_GAIN * old.error || new.error_of_blocks > old.error_of_blocks)
+                && (new.error > SETTINGS.max_error_ratio * old.error
+                    || new.error_of_blocks > old.error_of_blocks)
             {
                 (self.score, self.uv) = before;
                 return Ok((surface, ended_by));
@@ -136,7 +127,7 @@ impl AlternatingFit<'_> {
                 (self.score, self.uv) = after;
             }
             surface = next;
-            if share < DIVIDED {
+            if share < SETTINGS.divided_error {
                 return Ok((surface, ended_by));
             }
         }

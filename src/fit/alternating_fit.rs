@@ -1,5 +1,8 @@
 //! A fit in progress: solutions for the net in turns with corrections of the parameters.
 
+use super::settings::{
+    AlternatingFitSettings, FairnessSettings, LeastSquaresSettings, ProjectionSettings,
+};
 use std::borrow::Cow;
 
 use glam::{DVec2, DVec3};
@@ -17,32 +20,17 @@ use super::isocurve_length::isocurve_lengths;
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::ApproximateOptions;
 use super::patches::Patches;
-use super::projection::{Projection, STEPS, projections};
-use super::sizes::{ENOUGH_POINTS, POINTS_PER_TASK, TANGENTIAL};
+use super::projection::{Projection, projections};
+use super::sizes::POINTS_PER_TASK;
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Weight of the fairness at the first solution. Without it the first iterations, whose parameters
-/// are rough, run away.
-const FIRST_FAIRNESS: f64 = 1.0;
-
-/// Least weight of the fairness: enough to hold control points that no point holds.
-const LEAST_FAIRNESS: f64 = 1e-4;
-
-/// Points per control point that are looked at while a surface takes shape: more would not change the
-/// shape, but the noise in it.
-const ENOUGH: usize = 16;
-
-/// Fairness of points that are noisy: a surface without the noise says more of how smooth it is.
-const NOISY: f64 = 0.1;
-
-/// Iterations end when the error falls by less than this share.
-const CONVERGED: f64 = 0.06;
-
-/// A share of the mean diagonal entry that is added to all: what rounding could make negative.
-const ROUNDING: f64 = 1e-14;
+const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
+const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
+const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
 
 /// A fit in progress.
 pub(super) struct AlternatingFit<'a> {
@@ -89,8 +77,8 @@ impl<'a> AlternatingFit<'a> {
             stride: 1,
             fixed: options.fairness,
             score: None,
-            fairness_weight: FIRST_FAIRNESS,
-            fairness_decay: 0.5,
+            fairness_weight: FAIRNESS.first_weight,
+            fairness_decay: FAIRNESS.decay,
             iterations: 0,
             limit: options.iterations,
             total: 2 * options.iterations,
@@ -103,7 +91,8 @@ impl<'a> AlternatingFit<'a> {
 
     /// Looks at no more points than a net of this size needs, at equal steps in their order.
     pub(super) fn subsample_for(&mut self, space: &SplineSpace) {
-        let enough = (ENOUGH * space.unknowns()).max(ENOUGH_POINTS);
+        let enough =
+            (SETTINGS.points_per_control_point * space.unknowns()).max(LEAST_SQUARES.enough_points);
         self.stride = (self.points.len() / enough).max(1);
     }
 
@@ -112,7 +101,7 @@ impl<'a> AlternatingFit<'a> {
         let changed = self.stride > 1;
         self.stride = 1;
         if changed {
-            self.correct_parameters(surface, 2 * STEPS);
+            self.correct_parameters(surface, 2 * PROJECTION.first_steps);
         }
         changed
     }
@@ -125,13 +114,13 @@ impl<'a> AlternatingFit<'a> {
     /// know of the freedom that parameters have.
     pub(super) fn target_fairness(&self) -> f64 {
         let count = self.points.len() as f64;
-        let least = LEAST_FAIRNESS.max(1.0 / (count * count));
+        let least = FAIRNESS.min_weight.max(1.0 / (count * count));
         self.fixed.unwrap_or(self.score.map_or(least, |score| score.fairness.max(least)))
     }
 
     /// The weight of distances across the normal: few points do not hold a net where they are not.
     fn tangential(&self) -> f64 {
-        TANGENTIAL.max(1.0 / self.points.len() as f64)
+        LEAST_SQUARES.tangential_weight.max(1.0 / self.points.len() as f64)
     }
 
     /// The energy that is kept small, with the anisotropy that was found last.
@@ -202,13 +191,17 @@ impl<'a> AlternatingFit<'a> {
         let (mut energy, mut energy_xyz) = self.energy_matrices(space, lengths);
         let (mut surface, mut error) = (from, f64::INFINITY);
         // Where a surface passes through all points, iterations converge ever faster and go on.
-        for iteration in 0..4 * limit {
-            let projections = self.correct_parameters(&surface, 2);
+        for iteration in 0..SETTINGS.extension * limit {
+            let projections = self.correct_parameters(&surface, PROJECTION.steps);
             let found = self.rms(&projections);
             self.error = Some(found);
             let settled =
                 self.fairness_weight <= self.target_fairness() && iteration > 2.min(limit);
-            let max_ratio = if iteration < limit { 1.0 - CONVERGED } else { 0.5 };
+            let max_ratio = if iteration < limit {
+                1.0 - SETTINGS.min_decrease
+            } else {
+                SETTINGS.min_extended_decrease
+            };
             if (settled || iteration >= limit) && found > max_ratio * error {
                 break;
             }
@@ -218,7 +211,8 @@ impl<'a> AlternatingFit<'a> {
             with_boundary.extend(self.boundary(points));
             let samples = &with_boundary[..points];
             // When the net has taken shape, and when the parameters have followed.
-            let again = iteration == 2 && self.target_fairness() > NOISY || iteration == limit / 2;
+            let again = iteration == 2 && self.target_fairness() > FAIRNESS.noisy_weight
+                || iteration == limit / 2;
             let select_fairness = self.fixed.is_none() && (iteration == 1 || again);
             let (known, current) = (self.score, self.energy(space, lengths));
             let blank = self.blank(space);
@@ -257,7 +251,7 @@ impl<'a> AlternatingFit<'a> {
         let space = SplineSpace::new(knots, self.closed)?;
         let (length_u, length_v) = isocurve_lengths(&surface);
         let spacing = (length_u * length_v / self.points.len() as f64).sqrt();
-        let projections = self.correct_parameters(&surface, 2);
+        let projections = self.correct_parameters(&surface, PROJECTION.steps);
         let size = DVec2::new(length_u, length_v);
         let noise = self.rms(&projections);
         let closed_boundary = if self.closed == [false, false] {
@@ -281,7 +275,7 @@ impl<'a> AlternatingFit<'a> {
 
     /// The approximation by a surface.
     pub(super) fn finish(&mut self, surface: NurbsSurface, ended_by: EndedBy) -> Approximation {
-        let projections = self.correct_parameters(&surface, 2);
+        let projections = self.correct_parameters(&surface, PROJECTION.steps);
         Approximation {
             surface,
             distances: projections.iter().map(|projection| projection.offset.length()).collect(),
@@ -329,7 +323,7 @@ impl<'a> AlternatingFit<'a> {
         let NormalEquations { mut matrix, mut right } =
             NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
         matrix.add_scaled(fairness * matrix.trace() / energy.trace(), energy);
-        matrix.add_ridge(ROUNDING);
+        matrix.add_ridge(LEAST_SQUARES.rounding_ridge);
         self.factor(&mut matrix, space)?;
         matrix.solve(&mut right);
         let net: Vec<DVec3> = right.into_iter().map(DVec3::from_array).collect();
@@ -347,7 +341,7 @@ impl<'a> AlternatingFit<'a> {
         let fairness = self.fairness_weight.max(self.target_fairness());
         let point_trace = matrix.trace() / (1.0 + 2.0 * self.tangential());
         matrix.add_entries(fairness * point_trace / energy.trace(), energy_xyz);
-        matrix.add_ridge(ROUNDING);
+        matrix.add_ridge(LEAST_SQUARES.rounding_ridge);
         self.factor(&mut matrix, space)?;
         let net = matrix.solved_together(&right);
         self.spare = Some(matrix);

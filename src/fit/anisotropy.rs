@@ -12,28 +12,19 @@
 //! mixed ones stay in the middle. The common factor is left to cross-validation, which errs less where
 //! a surface is not as its prior has it.
 
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
 use super::normal_equations::{NormalEquations, Sample};
-use super::sizes::{ENOUGH_SAMPLES, NEGLIGIBLE};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::BasisDerivatives;
 
-/// The most that one direction counts more or less than both on average. Beyond, derivatives count so
-/// little that they hold nothing where no points are.
-const MOST: f64 = 10.0;
-
-/// Share of the unknowns whose freedom the energy must take away for the points to tell: those
-/// without noise would speak of the net, and move what lies beyond the border.
-const LEAST_TAKEN: f64 = 0.1;
-
-/// A share of the mean diagonal that stands in for what the energy leaves free. It cancels, as
-/// energies know nothing of that; rounding, which does not, grows as it falls.
-const RIDGE: f64 = 1e-6;
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
 /// 1, which is none, if they cannot tell or digits do not suffice.
@@ -55,10 +46,10 @@ pub(super) fn more_likely(
     posterior.add_scaled(times, &matrix);
     let Some(posterior) = factor(posterior)? else { return Ok(1.0) };
     let inverse = posterior.inverse();
-    if times * inverse.inner_product(&matrix) < LEAST_TAKEN * size as f64 {
+    if times * inverse.inner_product(&matrix) < SETTINGS.min_freedom_removed * size as f64 {
         return Ok(1.0);
     }
-    let ridge = RIDGE * matrix.trace() / size as f64;
+    let ridge = SETTINGS.anisotropy_ridge * matrix.trace() / size as f64;
     let mut prior = matrix;
     (0..size).for_each(|i| prior.add(i, i, ridge));
     let Some(prior) = factor(prior)? else { return Ok(1.0) };
@@ -77,8 +68,13 @@ pub(super) fn more_likely(
     // the likeliest: twice as far is where three lead.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
     // Rounded, since the ridge magnifies rounding.
-    let anisotropy = ((anisotropy.ln() / NEGLIGIBLE).round() * NEGLIGIBLE).exp();
-    Ok(if anisotropy.is_finite() { anisotropy.clamp(1.0 / MOST, MOST) } else { 1.0 })
+    let anisotropy =
+        ((anisotropy.ln() / SETTINGS.anisotropy_step).round() * SETTINGS.anisotropy_step).exp();
+    Ok(if anisotropy.is_finite() {
+        anisotropy.clamp(1.0 / SETTINGS.max_anisotropy, SETTINGS.max_anisotropy)
+    } else {
+        1.0
+    })
 }
 
 /// The energies of the derivatives along u alone and along v alone, without anisotropy, of the surface
@@ -108,7 +104,7 @@ fn bending(
         }
         [along_u, along_v].map(|along| sample.weight * along.dot(sample.normal).powi(2))
     };
-    let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+    let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
     let squares: Vec<[f64; 2]> =
         (0..samples.len()).into_par_iter().step_by(step).map(|i| square(&samples[i])).collect();
     let sum = |d: usize| squares.iter().map(|squares| squares[d]).sum::<f64>();
@@ -178,7 +174,7 @@ mod tests {
         let waves = samples(waves, 0.02);
         let (once, often) = (found(&waves, [false; 2], 1.0, 1), found(&waves, [false; 2], 1.0, 6));
         assert!(once < 0.7, "{once}");
-        assert!(often <= once && often >= 1.0 / MOST, "{often}");
+        assert!(often <= once && often >= 1.0 / SETTINGS.max_anisotropy, "{often}");
     }
 
     #[test]

@@ -6,6 +6,7 @@
 //! plane at its foot, and hardly where in the plane it is: the net may slide along the surface
 //! towards the parameters that suit it, which plain distances hinder.
 
+use super::settings::{AlternatingFitSettings, FairnessSettings};
 use glam::{DVec2, DVec3};
 
 use super::adaptive_refinement::{Accept, RefinementResult};
@@ -19,11 +20,8 @@ use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
-/// Turns in which the domain follows an outline that leans, at most.
-const MAX_BOUNDARY_ROUNDS: usize = 3;
-
-/// Control points of the coarsest net at most, but there is always one.
-const COARSEST: usize = 300;
+const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
+const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 
 /// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
 /// 1). Each squared distance counts with its weight (1 without weights).
@@ -68,13 +66,13 @@ pub fn approximate(
     for space in &spaces {
         fitting.subsample_for(space);
         if space == whole {
-            (fitting.limit, fitting.fairness_decay) = (options.iterations, 0.25);
+            (fitting.limit, fitting.fairness_decay) = (options.iterations, FAIRNESS.final_decay);
         }
         surface = fitting.minimize(space, surface)?;
     }
     fitting.limit = options.iterations.div_ceil(2);
     if fitting.use_all_points(&surface) || options.closed != (true, true) {
-        for round in 1..=MAX_BOUNDARY_ROUNDS {
+        for round in 1..=SETTINGS.max_boundary_rounds {
             let (bent, depth) = fitting.conform(surface, options.border)?;
             surface = fitting.minimize(whole, bent)?;
             // A notch that is followed twice is followed.
@@ -135,7 +133,7 @@ fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     let mut nets = vec![options.net];
     while let Some(&(rows, cols)) = nets.last() {
         let coarser = (half(rows, p, closed_u), half(cols, q, closed_v));
-        let coarse_enough = nets.len() > 1 && rows * cols <= COARSEST;
+        let coarse_enough = nets.len() > 1 && rows * cols <= SETTINGS.max_coarse_control_points;
         if coarser == (rows, cols) || coarse_enough {
             break;
         }

@@ -1,14 +1,11 @@
 //! What of a plane heights are a surface over.
 
+use super::settings::HeightSettings;
 use glam::{DVec2, DVec3};
 
 use crate::error::{Error, Result};
 
-/// How far from a side points may lie that are on it, as a share of the rectangle.
-const ON: f64 = 1e-9;
-
-/// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
-const MOST: f64 = 0.02;
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 
 /// What a surface of heights stands on: a part of a plane.
 #[derive(Clone, Debug)]
@@ -77,13 +74,15 @@ impl BaseDomain {
         for (_, place) in places().enumerate().filter(|(i, _)| counts(*i)) {
             counted += 1.0;
             for axis in 0..2 {
-                on_low[axis] += usize::from(place[axis] - low[axis] <= ON * size[axis]);
-                on_high[axis] += usize::from(high[axis] - place[axis] <= ON * size[axis]);
+                on_low[axis] +=
+                    usize::from(place[axis] - low[axis] <= SETTINGS.side_tolerance * size[axis]);
+                on_high[axis] +=
+                    usize::from(high[axis] - place[axis] <= SETTINGS.side_tolerance * size[axis]);
             }
         }
         // The outermost of n points is 1 / n of a side from its end on average, exponentially distributed:
         // six of seven gaps are shorter than twice that. Rows of a grid end where they are.
-        let further = (2.0 / f64::max(counted, 1.0)).min(MOST);
+        let further = (2.0 / f64::max(counted, 1.0)).min(SETTINGS.max_extension);
         let beyond =
             |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { further } else { 0.0 })) * size;
         let (low, high) = (low - beyond(on_low), high + beyond(on_high));
@@ -149,7 +148,11 @@ mod tests {
             let (low, high) = ends(&points);
             let (first, last) = (points[0].truncate(), points[1].truncate());
             assert!(low.cmplt(first.min(last)).all() && high.cmpgt(first.max(last)).all());
-            assert!((high - low).cmple((1.0 + 2.0 * MOST) * DVec2::new(3.0, 2.0)).all());
+            assert!(
+                (high - low)
+                    .cmple((1.0 + 2.0 * SETTINGS.max_extension) * DVec2::new(3.0, 2.0))
+                    .all()
+            );
         }
     }
 

@@ -1,9 +1,8 @@
 //! Weights that let outliers go.
 
-/// What is farther than this many standard deviations has no weight. Less eats the shape while the
-/// surface is still coarse.
-const CUTOFF: f64 = 4.7;
+use super::settings::RobustSettings;
 
+const SETTINGS: RobustSettings = RobustSettings::STANDARD;
 /// Standard deviations of normal noise for each median absolute deviation.
 pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;
 
@@ -39,7 +38,7 @@ pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
 
 /// The distance from which on there is no weight.
 pub(crate) fn cutoff_distance(median: f64) -> f64 {
-    CUTOFF * MAD_TO_DEVIATION * median
+    SETTINGS.cutoff * MAD_TO_DEVIATION * median
 }
 
 #[cfg(test)]

@@ -1,64 +1,23 @@
 //! A coarse fit of a small net to a few thousand points, by which hypotheses are compared.
 
+use super::settings::{CoarseSettings, FairnessSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::biweight::{MAD_TO_DEVIATION, biweight};
-use super::cross_validation::FREEDOM;
 use super::fairness::Energy;
-use super::folds::{FOLDS, Folds};
+use super::folds::Folds;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
 use super::projection::projections;
-use super::sizes::RIDGE;
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::numeric::{median, rms, whole};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
-/// How coarse fits are made. Sources: the study that the scoreboard repeats.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoarseSettings {
-    /// Points for each control point.
-    pub points_per_control_point: usize,
-    /// Control points at least and at most.
-    pub control_points: (usize, usize),
-    /// Control points at most while hopeless hypotheses are dropped.
-    pub quick_control_points: usize,
-    /// Control points along a side at most.
-    pub side: usize,
-    /// How many times longer than wide a surface may count.
-    pub aspect: f64,
-    /// Solutions, each but the last followed by a step of all parameters towards their feet.
-    pub rounds: usize,
-    /// Weight of the fairness against the points, at least in the first round.
-    pub first_fairness: f64,
-}
-
-impl Default for CoarseSettings {
-    fn default() -> Self {
-        Self {
-            points_per_control_point: 5,
-            control_points: (20, 144),
-            quick_control_points: 80,
-            side: 36,
-            aspect: 12.0,
-            rounds: 5,
-            first_fairness: 0.02,
-        }
-    }
-}
-
-/// Decimal logarithms of the weights of the fairness among which generalized cross-validation
-/// chooses.
-const TRIED: std::ops::RangeInclusive<i32> = -6..=3;
-
-/// The first of them.
-const FIRST: i32 = -2;
-
-/// Steps of left-out points towards their feet.
-const HELD_OUT_STEPS: usize = 2;
+const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Points with rough parameters, to be fitted coarsely.
 #[derive(Clone, Copy, Debug)]
@@ -141,7 +100,7 @@ struct FoldEquations {
 /// A coarse fit in progress.
 struct CoarseSolver<'a> {
     problem: &'a CoarseProblem<'a>,
-    rounds: usize,
+    settings: &'a CoarseSettings,
     space: SplineSpace,
     energy: BandMatrix,
     uv: Vec<DVec2>,
@@ -149,7 +108,11 @@ struct CoarseSolver<'a> {
 }
 
 impl<'a> CoarseSolver<'a> {
-    fn new(problem: &'a CoarseProblem<'a>, settings: &CoarseSettings, most: usize) -> Result<Self> {
+    fn new(
+        problem: &'a CoarseProblem<'a>,
+        settings: &'a CoarseSettings,
+        most: usize,
+    ) -> Result<Self> {
         let [rows, cols] = net(problem, settings, most);
         let knots = |count, closed| {
             if closed {
@@ -164,7 +127,7 @@ impl<'a> CoarseSolver<'a> {
         let [along_u, along_v] = problem.lengths;
         let energy = Energy::new((along_u, along_v), 2).matrix(&space);
         let (uv, weights) = (problem.uv.to_vec(), vec![1.0; problem.points.len()]);
-        Ok(Self { problem, rounds: settings.rounds, space, energy, uv, weights })
+        Ok(Self { problem, settings, space, energy, uv, weights })
     }
 
     fn samples(&self, included: impl Fn(usize) -> bool) -> Vec<Sample> {
@@ -190,7 +153,7 @@ impl<'a> CoarseSolver<'a> {
     ) -> Result<(NurbsSurface, BandMatrix)> {
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(fairness * all.matrix.trace() / self.energy.trace(), &self.energy);
-        matrix.add_ridge(RIDGE);
+        matrix.add_ridge(LEAST_SQUARES.ridge);
         if !matrix.factor::<Error>(&mut || Ok(()))? {
             let got = format!("{} points", self.uv.len());
             return Err(Error::parameter("points", "enough for a surface", got));
@@ -209,16 +172,18 @@ impl<'a> CoarseSolver<'a> {
         let expected = |exponent: i32| -> Result<f64> {
             let fairness = 10.0_f64.powi(exponent);
             let (surface, factor) = self.solved(&equations, &equations, fairness)?;
-            let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
+            let freedom =
+                FAIRNESS.freedom_factor * factor.inverse().inner_product(&equations.matrix);
             let squares = self.distances(&surface).into_iter().zip(&self.weights);
             let error: f64 = squares.map(|(distance, weight)| weight * distance * distance).sum();
-            let left = (1.0 - freedom / count).max(FREEDOM - 1.0);
+            let left = (1.0 - freedom / count).max(FAIRNESS.freedom_factor - 1.0);
             Ok(error / (left * left))
         };
         // The error has one minimum: the search leaves it on neither side.
-        let mut best = (expected(FIRST)?, FIRST);
+        let (min, max) = self.settings.fairness_exponents;
+        let mut best = (expected(self.settings.first_exponent)?, self.settings.first_exponent);
         for direction in [1, -1] {
-            while TRIED.contains(&(best.1 + direction)) {
+            while (min..=max).contains(&(best.1 + direction)) {
                 let next = best.1 + direction;
                 let found = expected(next)?;
                 if found >= best.0 {
@@ -243,7 +208,7 @@ impl<'a> CoarseSolver<'a> {
         };
         let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
         let mut best = (fairness, errors(fairness)?);
-        let limit = 10.0_f64.powi(*TRIED.end());
+        let limit = 10.0_f64.powi(self.settings.fairness_exponents.1);
         while best.0 < limit {
             let more = 10.0 * best.0;
             let found = errors(more)?;
@@ -264,7 +229,7 @@ impl<'a> CoarseSolver<'a> {
             rest.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
             Ok(FoldEquations { out, rest })
         };
-        (0..FOLDS).into_par_iter().map(part).collect()
+        (0..FAIRNESS.folds).into_par_iter().map(part).collect()
     }
 
     /// Distances of the points from surfaces that do not know them.
@@ -278,8 +243,13 @@ impl<'a> CoarseSolver<'a> {
             let (surface, _) = self.solved(rest, all, fairness)?;
             let points: Vec<DVec3> = out.iter().map(|&at| self.problem.points[at]).collect();
             let uv: Vec<DVec2> = out.iter().map(|&at| self.uv[at]).collect();
-            let projections =
-                projections(&surface, self.problem.closed, &points, &uv, HELD_OUT_STEPS);
+            let projections = projections(
+                &surface,
+                self.problem.closed,
+                &points,
+                &uv,
+                self.settings.held_out_steps,
+            );
             Ok(projections.iter().map(|projection| projection.offset.length()).collect())
         };
         let found = parts.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
@@ -304,8 +274,9 @@ impl<'a> CoarseSolver<'a> {
         let distances = self.distances(surface);
         let median_distance =
             median(distances.iter().copied()).max(self.problem.noise / MAD_TO_DEVIATION);
-        let scale = median_distance * (self.rounds - round) as f64;
-        self.weights = distances.iter().map(|d| biweight(*d, scale).max(RIDGE)).collect();
+        let scale = median_distance * (self.settings.rounds - round) as f64;
+        self.weights =
+            distances.iter().map(|d| biweight(*d, scale).max(LEAST_SQUARES.ridge)).collect();
     }
 
     /// Each point's distance from the surface at its parameters.
@@ -322,7 +293,8 @@ fn net(problem: &CoarseProblem<'_>, settings: &CoarseSettings, most: usize) -> [
     let total = count.clamp(settings.control_points.0, most) as f64;
     let [along_u, along_v] = problem.lengths;
     let aspect = (along_u / along_v).clamp(1.0 / settings.aspect, settings.aspect);
-    let least = problem.closed.map(|closed| if closed { 6 } else { 4 });
+    let (open_side, closed_side) = settings.min_side;
+    let least = problem.closed.map(|closed| if closed { closed_side } else { open_side });
     let rows = whole((total * aspect).sqrt().round()).clamp(least[0], settings.side);
     let cols = whole((total / rows as f64).round()).clamp(least[1], settings.side);
     [rows, cols]

@@ -2,6 +2,7 @@
 //! cross-validation (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and B. Marx, *Flexible smoothing
 //! with B-splines and penalties*, 1996), and before that, from the second time on, its anisotropy.
 
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -12,25 +13,13 @@ use super::folds::{blocks, in_clumps};
 use super::k_fold::KFold;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Evaluation, Quad, add, evaluate_all};
-use super::sizes::{CUBIC_ORDER, ENOUGH_SAMPLES, POINTS_PER_TASK};
+use super::sizes::{CUBIC_ORDER, POINTS_PER_TASK};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::values_at;
 
-/// Decimal logarithms of the weights that are tried: 1 gives the energy as large a say as the
-/// points. Below the least of them it would no longer hold what points leave open; with the
-/// largest, little more than a quadratic is left.
-const TRIED: (f64, f64) = (-4.0, 3.0);
-
-/// How close the search comes, in decades.
-const FINEST: f64 = 0.2;
-
-/// Degrees of freedom with those that parameters add, which follow the surface, in those of the net.
-pub(super) const FREEDOM: f64 = 1.2;
-
-/// The surface may not have more than this share of as many degrees of freedom as there are
-/// points: it would pass through them and know nothing of their noise.
-const MOST_FREEDOM: f64 = 0.9;
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// What cross-validation says of a weight.
 #[derive(Clone, Copy, Debug)]
@@ -111,17 +100,18 @@ impl Search<'_> {
             (a, b) => a.or(b),
         };
         let mut found = match known {
-            Some(known) => self.score(known.clamp(TRIED.0, TRIED.1))?,
+            Some(known) => self.score(known.clamp(SETTINGS.exponents.0, SETTINGS.exponents.1))?,
             None => None,
         };
         if found.is_none() {
-            found = self.scores(&decades(TRIED.0))?.into_iter().fold(None, better);
+            found = self.scores(&decades(SETTINGS.exponents.0))?.into_iter().fold(None, better);
         }
         // Goes on in the direction that improves, then looks closer.
-        let mut step = 0.5;
-        while step > FINEST {
+        let mut step = SETTINGS.first_exponent_step;
+        while step > SETTINGS.min_exponent_step {
             let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
-            let tried = |exponent: &f64| (TRIED.0..=TRIED.1).contains(exponent);
+            let tried =
+                |exponent: &f64| (SETTINGS.exponents.0..=SETTINGS.exponents.1).contains(exponent);
             let beside: Vec<f64> =
                 [middle - step, middle + step].into_iter().filter(tried).collect();
             for (mut next, mut exponent) in self.scores(&beside)?.into_iter().zip(beside) {
@@ -166,7 +156,7 @@ impl Search<'_> {
 /// Exponents from this one up, by one.
 fn decades(from: f64) -> Vec<f64> {
     let exponents = std::iter::successors(Some(from), |exponent| Some(exponent + 1.0));
-    exponents.take_while(|exponent| *exponent <= TRIED.1).collect()
+    exponents.take_while(|exponent| *exponent <= SETTINGS.exponents.1).collect()
 }
 
 /// The heights of samples over surfaces of one space.
@@ -195,7 +185,7 @@ struct ResidualSample {
 
 impl<'a> Residuals<'a> {
     fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let some: Vec<&Sample> = samples.iter().step_by(step).collect();
         let [rows, cols] = Self::orders(space);
         let width = space.knots[1].control_points();
@@ -233,8 +223,8 @@ impl<'a> Residuals<'a> {
         if !factor.factor::<Error>(&mut || Ok(()))? {
             return Ok(None);
         }
-        let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
-        if freedom > MOST_FREEDOM * self.count {
+        let freedom = SETTINGS.freedom_factor * factor.inverse().inner_product(&equations.matrix);
+        if freedom > SETTINGS.max_freedom * self.count {
             return Ok(None);
         }
         // A fourth number fills a register.

@@ -2,11 +2,13 @@
 
 use super::band_matrix::BandMatrix;
 use super::normal_equations::{Cells, Sample};
-use super::sizes::ENOUGH_SAMPLES;
+use super::settings::LeastSquaresSettings;
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
 use crate::progress::Listen;
+
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Order of the derivatives whose energy is kept small, and the highest one: third derivatives leave
 /// quadratics free, which bend as most surfaces do.
@@ -163,7 +165,7 @@ impl LengthSums {
         samples: &[Sample],
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
         let cells = Cells::of(space, &samples, listen)?;
         let mut sums = Self::default();

@@ -3,17 +3,10 @@
 //! Where samples lie in tracks or clumps, those left out in turn have near neighbours that predict them, and
 //! nothing is learned about the gaps. Blocks leave gaps of their own.
 
+use super::settings::FairnessSettings;
 use glam::{DVec2, DVec3};
 
-/// Parts that are left out in turn.
-pub(super) const FOLDS: usize = 5;
-
-/// Blocks in a fold at most, and samples in a block on average where they are few.
-const BLOCKS_PER_FOLD: usize = 12;
-
-/// Share of as many cells of the domain as samples that these fill at least, if they do not lie in clumps:
-/// scattered by chance they fill 1 - 1/e of a rectangle, and 0.50 of one around a disc.
-const FILLED: f64 = 0.45;
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 
 /// The fold of each point. A fold of blocks leaves gaps as wide as those between tracks, sweeps and
 /// clumps of points; one of points taken in turn does not.
@@ -36,7 +29,8 @@ impl Folds {
 /// The fold of each sample, by blocks: 15 to 60 seeds, each the farthest from those before, gather the
 /// samples nearest to them and go to the folds in turn. O(samples · seeds).
 pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
-    let seeds = (points.len() / BLOCKS_PER_FOLD).clamp(3 * FOLDS, BLOCKS_PER_FOLD * FOLDS);
+    let seeds = (points.len() / SETTINGS.blocks_per_fold)
+        .clamp(3 * SETTINGS.folds, SETTINGS.blocks_per_fold * SETTINGS.folds);
     let center = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
     let mut squares: Vec<f64> = points.iter().map(|point| point.distance_squared(center)).collect();
     let mut folds = vec![0; points.len()];
@@ -49,7 +43,7 @@ pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
         for ((point, square), fold) in points.iter().zip(&mut squares).zip(&mut folds) {
             let apart = point.distance_squared(place);
             if apart < *square {
-                (*square, *fold) = (apart, seed % FOLDS);
+                (*square, *fold) = (apart, seed % SETTINGS.folds);
             }
         }
     }
@@ -58,7 +52,7 @@ pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
 
 /// The fold of each of so many samples, taken in turn by a stride that is prime to rows of grids.
 pub(super) fn in_turn(count: usize) -> Vec<usize> {
-    (0..count).map(|i| (i * 7 + i / FOLDS) % FOLDS).collect()
+    (0..count).map(|i| (i * 7 + i / SETTINGS.folds) % SETTINGS.folds).collect()
 }
 
 /// Whether samples at parameters in the unit square lie in clumps, rows or tracks with empty ground between.
@@ -70,7 +64,7 @@ pub(super) fn in_clumps(uv: impl ExactSizeIterator<Item = DVec2>) -> bool {
     let mut cells: Vec<[i64; 2]> = uv.map(cell).collect();
     cells.sort_unstable();
     cells.dedup();
-    (cells.len() as f64) < FILLED * count
+    (cells.len() as f64) < SETTINGS.min_occupied * count
 }
 
 #[cfg(test)]
@@ -89,7 +83,7 @@ mod tests {
     fn blocks_hold_neighbours_and_every_fold_has_some() {
         let points: Vec<DVec3> = scattered(2000).map(|uv| uv.extend(0.0)).collect();
         let folds = blocks(&points);
-        for fold in 0..FOLDS {
+        for fold in 0..SETTINGS.folds {
             let count = folds.iter().filter(|found| **found == fold).count();
             assert!((200..700).contains(&count), "{fold} {count}");
         }

@@ -1,5 +1,6 @@
 //! The fairness with which heights best predict points that are left out.
 
+use super::settings::{HeightSettings, LeastSquaresSettings};
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -9,20 +10,12 @@ use super::height_field::HeightField;
 use super::k_fold::KFold;
 use super::least_squares::Equations;
 use super::normal_equations::Sample;
-use super::sizes::ENOUGH_POINTS;
 use super::warm_start::WarmStart;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Decimal logarithms of the least and the largest fairness that is tried.
-const TRIED: (i32, i32) = (-12, 2);
-
-/// A larger fairness is preferred while its error is at most so many times the least: it makes the
-/// smoother surface.
-const HARDLY_WORSE: f64 = 1.01;
-
-/// Anisotropies among which blocks choose where points lie in clumps.
-const ANISOTROPIES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// A fairness, and the mean square errors that are expected with it.
 pub(super) struct Choice {
@@ -53,7 +46,9 @@ impl HeightField<'_> {
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.beside(self.local.len()));
         let space = equations.space().clone();
-        let turn = KFold::of(&space, &samples, ENOUGH_POINTS, |samples| in_turn(samples.len()))?;
+        let turn = KFold::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
+            in_turn(samples.len())
+        })?;
         let mut choose = |held_out: &KFold<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
@@ -70,7 +65,7 @@ impl HeightField<'_> {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let (mut found, mut least) = (None, f64::INFINITY);
-        for anisotropy in ANISOTROPIES {
+        for anisotropy in SETTINGS.anisotropies {
             let equations = equations.with_anisotropy(anisotropy);
             let (fairness, error) = choose(&block, &equations)?;
             if error < least || found.is_none() {
@@ -97,7 +92,7 @@ fn best(
     listen: &mut Listen<'_>,
 ) -> Result<f64> {
     let fairness = |k: i32| 10.0_f64.powf(0.5 * f64::from(k));
-    let all = 2 * TRIED.0..=2 * TRIED.1;
+    let all = 2 * SETTINGS.exponents.0..=2 * SETTINGS.exponents.1;
     let mut errors = BTreeMap::new();
     let mut walk = |errors: &mut BTreeMap<i32, f64>, from: i32, step: i32, worse: f64| {
         let mut k = from;
@@ -118,8 +113,8 @@ fn best(
     if let Some(known) = known {
         #[expect(clippy::cast_possible_truncation, reason = "a logarithm")]
         let nearest = ((2.0 * known.log10()).round() as i32).clamp(*all.start(), *all.end());
-        walk(&mut errors, nearest, 1, HARDLY_WORSE)?;
-        walk(&mut errors, nearest, -1, HARDLY_WORSE)?;
+        walk(&mut errors, nearest, 1, SETTINGS.max_error_ratio)?;
+        walk(&mut errors, nearest, -1, SETTINGS.max_error_ratio)?;
     } else {
         walk(&mut errors, *all.start(), 2, 2.0)?;
         if let Some(found) = smoothest(&errors) {
@@ -136,6 +131,8 @@ fn least(errors: &BTreeMap<i32, f64>) -> f64 {
 /// The largest exponent whose error is hardly worse than the least.
 fn smoothest(errors: &BTreeMap<i32, f64>) -> Option<i32> {
     let least = least(errors);
-    let good = |(_, error): &(&i32, &f64)| **error <= HARDLY_WORSE * least && least.is_finite();
+    let good = |(_, error): &(&i32, &f64)| {
+        **error <= SETTINGS.max_error_ratio * least && least.is_finite()
+    };
     errors.iter().rev().find(good).map(|(k, _)| *k)
 }

@@ -1,5 +1,6 @@
 //! Heights over a plane as a least-squares problem: places in the unit square, heights over a trend.
 
+use super::settings::{HeightSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -11,20 +12,12 @@ use super::least_squares::{Equations, PartialSums, check};
 use super::options::{FitOptions, HeightOptions};
 use super::patches::Patches;
 use super::plane_trend::PlaneTrend;
-use super::sizes::ENOUGH_SAMPLES;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Listen;
 
-/// Fewer points than that leave a quadratic, which has six coefficients, far off in the corners.
-const FEW: usize = 30;
-
-/// Share of a square of places that is no quadratic of them under which all lie on one conic, on which a quadratic
-/// vanishes that nothing else holds then: a circle, or two lines.
-const CONIC: f64 = 1e-4;
-
-/// Shortest gap over which slopes end, as a share of the ground's side.
-const SHORTEST_REACH: f64 = 1.0 / 64.0;
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Points by their places in the unit square of a plane and their heights over it.
 pub(super) struct HeightField<'a> {
@@ -62,7 +55,7 @@ impl<'a> HeightField<'a> {
         check(&local, &uv, weights, &fitting)?;
         let trend = PlaneTrend::of(&local, weights);
         local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
-        let few = points.len() < FEW || on_conic(&uv);
+        let few = points.len() < SETTINGS.min_points_for_third_order || on_conic(&uv);
         let order = if few { ORDER - 1 } else { ORDER };
         let order = order.min(options.degree.0.max(options.degree.1));
         let axes = [*along, *across, *up];
@@ -113,14 +106,14 @@ impl<'a> HeightField<'a> {
             equations.tighten(reach);
         }
         let (low, high) = range(self.local.iter().map(|point| point.z));
-        let beyond = 0.5 * (high - low);
+        let beyond = SETTINGS.max_overshoot * (high - low);
         let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
-        while fairness > 0.0 && reach.is_none_or(|reach| reach > SHORTEST_REACH) {
+        while fairness > 0.0 && reach.is_none_or(|reach| reach > SETTINGS.min_reach) {
             let (lowest, highest) = range(self::heights(&heights));
             if low - beyond <= lowest && highest <= high + beyond {
                 break;
             }
-            let shorter = 0.25 * reach.unwrap_or(1.0);
+            let shorter = SETTINGS.reach_factor * reach.unwrap_or(1.0);
             equations.tighten(shorter);
             (heights, reach) = (equations.solve(fairness, listen)?, Some(shorter));
         }
@@ -140,7 +133,7 @@ fn on_conic(uv: &[DVec2]) -> bool {
     };
     let count = terms(DVec2::ZERO).len();
     let mut moments = DenseMatrix::new(count);
-    for place in uv.iter().step_by(uv.len().div_ceil(ENOUGH_SAMPLES).max(1)) {
+    for place in uv.iter().step_by(uv.len().div_ceil(LEAST_SQUARES.max_samples).max(1)) {
         let terms = terms(*place);
         for (i, a) in terms.iter().enumerate() {
             terms.iter().enumerate().for_each(|(j, b)| moments.values[i * count + j] += a * b);
@@ -149,7 +142,7 @@ fn on_conic(uv: &[DVec2]) -> bool {
     let Some(lower) = moments.cholesky() else { return true };
     (0..count * count)
         .step_by(count + 1)
-        .any(|at| lower.values[at].powi(2) < CONIC * moments.values[at])
+        .any(|at| lower.values[at].powi(2) < SETTINGS.conic * moments.values[at])
 }
 
 pub(super) fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -4,9 +4,10 @@
 //! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
 //! surface's heights are the tensor-product spline function of x and y.
 
+use super::settings::RefinementSettings;
 use glam::DVec3;
 
-use super::adaptive_refinement::{EXACT_ERROR, FEW, LEAST_GAIN, diameter};
+use super::adaptive_refinement::{EXACT_ERROR, diameter};
 use super::base_domain::BasePlane;
 use super::fit_result::{EndedBy, HeightFit};
 use super::height_cv::Choice;
@@ -15,6 +16,8 @@ use super::options::{Growth, HeightOptions};
 use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
+
+const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
 
 /// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
 /// another direction of length 1. Each squared height counts with its weight (1 without weights).
@@ -94,7 +97,7 @@ pub(crate) fn grow_heights(
     let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
     let used = (0..points.len()).filter(|&i| used_point(i)).count();
     // Few points get more control points than they are: cross-validation says when to stop.
-    let max_held = (2 * used).min(used.max(2 * FEW));
+    let max_held = (2 * used).min(used.max(2 * REFINEMENT.few_points));
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
     loop {
@@ -125,7 +128,8 @@ pub(crate) fn grow_heights(
             // Between lines that lie far apart no point holds a control point.
             Err(_) => return Ok((fit, EndedBy::Points)),
         };
-        let gains = finer.expected <= LEAST_GAIN * LEAST_GAIN * fit.expected;
+        let gains = finer.expected
+            <= REFINEMENT.max_error_ratio * REFINEMENT.max_error_ratio * fit.expected;
         let noise = !gains || finer.expected_of_blocks > fit.expected_of_blocks;
         if noise && growth.tolerance.is_none() {
             return Ok((fit, EndedBy::Noise));

@@ -1,16 +1,18 @@
 //! Errors at samples that were left out, with fixed parameters: the equations of all samples less those of a
 //! fold give the surface of the others.
 
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
-use super::folds::FOLDS;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::sizes::ENOUGH_SAMPLES;
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
+
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Folds of samples that are left out, with the normal equations of each and of all samples.
 pub(super) struct KFold<'a> {
@@ -29,9 +31,9 @@ impl<'a> KFold<'a> {
         enough: usize,
         rule: impl FnOnce(&[Sample]) -> Vec<usize>,
     ) -> Result<Self> {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let mut folds = vec![Vec::new(); FOLDS];
+        let mut folds = vec![Vec::new(); SETTINGS.folds];
         for (sample, fold) in samples.iter().zip(rule(&samples)) {
             folds[fold].push(*sample);
         }

@@ -1,12 +1,12 @@
 //! More knots where the points ask for them.
 
 use super::projection::Projection;
+use super::settings::RefinementSettings;
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::KnotVector;
 
-/// How much shorter in space than those of the other direction spans may become by division.
-const MOST_ASPECT: f64 = 4.0;
+const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
 /// The space with the spans divided in which this share of the error lies; `None` if no span can be.
 ///
@@ -23,7 +23,7 @@ pub(super) fn refined(
     let mean = [0, 1].map(|d| lengths[d] / space.knots[d].spans() as f64);
     let mut knots = space.knots.clone();
     for d in 0..2 {
-        if mean[d] * MOST_ASPECT < mean[1 - d] {
+        if mean[d] * SETTINGS.max_aspect < mean[1 - d] {
             continue;
         }
         let breaks = knots[d].breaks();

@@ -1,5 +1,6 @@
 //! Least squares with known parameters, and the sums over points that it consists of.
 
+use super::settings::LeastSquaresSettings;
 use glam::{DVec2, DVec3};
 
 use super::band_matrix::BandMatrix;
@@ -12,9 +13,7 @@ use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Listen, Observer, Stage};
 
-/// Control points farther from the origin than this many extents of the points are held by rounding
-/// alone.
-const RUNAWAY: f64 = 1e6;
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Order of the derivatives in the thin plate's energy.
 const THIN_PLATE: usize = 2;
@@ -209,7 +208,9 @@ impl Equations {
         let held = matrix.factor(listen)? && {
             listen()?;
             matrix.solve(&mut net);
-            net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * extent)
+            net.iter().all(|p| {
+                DVec3::from_array(*p).length() <= SETTINGS.max_control_point_distance * extent
+            })
         };
         if !held {
             let [rows, cols] = space.shape();

@@ -1,13 +1,16 @@
 //! A polynomial surface laid out for many evaluations with tangents.
 
+use super::settings::LeastSquaresSettings;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::sizes::{BATCH, CUBIC, DEGENERATE, POINTS_PER_TASK};
+use super::sizes::{BATCH, CUBIC, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
+
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// A point and its tangents on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +25,7 @@ impl Tangents {
     #[inline]
     pub(super) fn normal(&self) -> DVec3 {
         let cross = self.u.cross(self.v);
-        let least = DEGENERATE * self.u.length() * self.v.length();
+        let least = SETTINGS.degenerate * self.u.length() * self.v.length();
         if cross.length() > least { cross.normalize_or_zero() } else { DVec3::ZERO }
     }
 }

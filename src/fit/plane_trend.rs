@@ -1,8 +1,9 @@
 //! The plane that heights rise and fall about.
 
+use super::settings::LeastSquaresSettings;
 use glam::{DMat2, DVec2, DVec3};
 
-use super::sizes::DEGENERATE;
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// The plane from which the heights of points differ least.
 pub(super) struct PlaneTrend {
@@ -27,8 +28,8 @@ impl PlaneTrend {
             right += weight * away.z * place;
         }
         // Places on one line know no slope across it.
-        let extended =
-            moments.determinant() > DEGENERATE * (moments.x_axis.x + moments.y_axis.y).powi(2);
+        let extended = moments.determinant()
+            > SETTINGS.degenerate * (moments.x_axis.x + moments.y_axis.y).powi(2);
         Self { center, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
     }
 

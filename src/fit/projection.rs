@@ -1,23 +1,14 @@
 //! Parameter correction: the parameters of points follow the surface that was fitted to them (J.
 //! Hoschek, *Intrinsic parametrization for approximation*, 1988).
 
+use super::settings::{LeastSquaresSettings, ProjectionSettings};
 use glam::{DVec2, DVec3};
 
 use super::patches::{Evaluation, Patches, Tangents, evaluate_all};
-use super::sizes::DEGENERATE;
 use crate::nurbs::NurbsSurface;
 
-/// Longest step of a parameter, as a share of the domain: beyond it the tangent plane says nothing.
-const LONGEST_STEP: f64 = 0.2;
-
-/// A step shorter than this share of the domain changes nothing that could be seen.
-const SETTLED: f64 = 1e-9;
-
-/// Squares of distances that are larger than others by no more are so by rounding.
-const AS_NEAR: f64 = 1.0 + 1e-12;
-
-/// Times that a step which leads away is halved.
-const HALVINGS: usize = 4;
+const SETTINGS: ProjectionSettings = ProjectionSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// The foot of a point on a surface: a stationary point of the distance near where it was.
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,9 +69,6 @@ impl Evaluation for ProjectionTask<'_> {
     }
 }
 
-/// Steps from parameters that may be far from those of the feet.
-pub(super) const STEPS: usize = 4;
-
 /// Parameters of the points' feet on a polynomial surface, near those given, and how far away they
 /// are: parameter correction by four steps of Gauss and Newton that never lead away.
 ///
@@ -100,7 +88,7 @@ pub fn project(
     points: &[DVec3],
     uv: &[DVec2],
 ) -> (Vec<DVec2>, Vec<f64>) {
-    let projections = projections(surface, closed.into(), points, uv, STEPS);
+    let projections = projections(surface, closed.into(), points, uv, SETTINGS.first_steps);
     projections.iter().map(|projection| (projection.uv, projection.offset.length())).unzip()
 }
 
@@ -160,17 +148,19 @@ impl Domain {
             if longest.is_nan() {
                 break;
             }
-            if longest <= SETTLED {
+            if longest <= SETTINGS.converged_step {
                 // Taken without a look, not left out: by how little it is shorter must not tell.
                 at = self.inside(at + step);
                 break;
             }
-            let mut share = (LONGEST_STEP / longest).min(1.0);
+            let mut share = (SETTINGS.max_step / longest).min(1.0);
             let mut moved = false;
-            for _ in 0..=HALVINGS {
+            for _ in 0..=SETTINGS.max_halvings {
                 let next = self.inside(at + share * step);
                 let there = patches.at(next);
-                if there.point.distance_squared(point) <= AS_NEAR * rest.length_squared() {
+                if there.point.distance_squared(point)
+                    <= SETTINGS.max_increase * rest.length_squared()
+                {
                     (at, here, moved) = (next, there, true);
                     break;
                 }
@@ -207,7 +197,7 @@ fn step(here: &Tangents, rest: DVec3, held: [bool; 2]) -> DVec2 {
         [false, true] => DVec2::new(alone(ru, uu), 0.0),
         [false, false] => {
             let det = uu * vv - uv * uv;
-            if det > DEGENERATE * uu * vv {
+            if det > LEAST_SQUARES.degenerate * uu * vv {
                 DVec2::new(vv * ru - uv * rv, uu * rv - uv * ru) / det
             } else {
                 DVec2::new(alone(ru, uu), alone(rv, vv))

@@ -5,30 +5,17 @@
 //! for the distances from the points to the tangent planes at their feet, with new feet after each
 //! (as W. Wang, H. Pottmann, Y. Liu 2006 have it for control points alone).
 
+use super::settings::{LeastSquaresSettings, RationalSettings};
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::dense_matrix::DenseMatrix;
-use super::sizes::{NEGLIGIBLE, RIDGE, TANGENTIAL};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
 
-/// Nets with more different control points are left as they are: the equations are dense.
-const MOST_UNKNOWNS: usize = 256;
-
-/// Weights are kept between these, so that no part of the surface hangs on one control point.
-const WEIGHTS: (f64, f64) = (0.1, 10.0);
-
-/// Steps at most; each finds new feet.
-const MOST_STEPS: usize = 30;
-
-/// Times that a step which leads away is halved.
-const HALVINGS: i32 = 5;
-
-/// A rational surface must be better than the polynomial one by this share of the mean squared
-/// distance to be worth its weights.
-const WORTH: f64 = 0.05;
+const SETTINGS: RationalSettings = RationalSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Frees the weights of a surface near points: the same knots and as many control points, moved and
 /// weighted so that the mean of the squared distances (each with its weight, 1 without) falls.
@@ -64,18 +51,21 @@ pub fn rational(
         return Err(Error::parameter("weights", must, weights.len()));
     }
     let unknowns = Unknowns::of(surface);
-    if surface.weights().is_some() || unknowns.count() > MOST_UNKNOWNS || points.is_empty() {
+    if surface.weights().is_some()
+        || unknowns.count() > SETTINGS.max_control_points
+        || points.is_empty()
+    {
         return Ok(surface.clone());
     }
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
     let (mut uv, first) = projections(surface, points, &weight)?;
     let (mut best, mut error) = (surface.clone(), first);
     let center = points.iter().sum::<DVec3>() / points.len() as f64;
-    for step in 0..MOST_STEPS {
-        let (step, total) = (step as u64, MOST_STEPS as u64);
+    for step in 0..SETTINGS.max_steps {
+        let (step, total) = (step as u64, SETTINGS.max_steps as u64);
         report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
         let Some(change) = unknowns.step(&best, points, &uv, &weight, center) else { break };
-        let tried = (0..=HALVINGS).find_map(|halvings| {
+        let tried = (0..=SETTINGS.max_halvings).find_map(|halvings| {
             let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), center)?;
             let (uv, squared) = projections(&surface, points, &weight).ok()?;
             (squared < error).then_some((surface, uv, squared))
@@ -83,11 +73,11 @@ pub fn rational(
         let Some((surface, projections, squared)) = tried else { break };
         let gained = 1.0 - squared / error;
         (best, uv, error) = (surface, projections, squared);
-        if gained < NEGLIGIBLE {
+        if gained < SETTINGS.min_step_decrease {
             break;
         }
     }
-    Ok(if error < (1.0 - WORTH) * first { best } else { surface.clone() })
+    Ok(if error < (1.0 - SETTINGS.min_decrease) * first { best } else { surface.clone() })
 }
 
 /// The points' feet, and the sum of the squared distances to them.
@@ -174,7 +164,8 @@ impl Unknowns {
             let denominator: f64 = functions.iter().map(|&(k, value)| value * own[k]).sum();
             let projection = surface.point(at.x, at.y);
             let normal = surface.normal(at.x, at.y);
-            let across = if is_on_border(surface, at) { 1.0 } else { TANGENTIAL };
+            let across =
+                if is_on_border(surface, at) { 1.0 } else { LEAST_SQUARES.tangential_weight };
             let seen = |v: DVec3| across * v + (1.0 - across) * normal.dot(v) * normal;
             // What the foot does when x, y, z or the weight of a control point grows.
             let moves =
@@ -194,7 +185,7 @@ impl Unknowns {
             }
         }
         // A common factor of all weights changes nothing.
-        matrix.add_ridge(RIDGE);
+        matrix.add_ridge(LEAST_SQUARES.ridge);
         let change = matrix.cholesky()?.solve(&right);
         let change: Vec<DVec4> = change.chunks(4).map(DVec4::from_slice).collect();
         change.iter().all(|change| change.is_finite()).then_some(change)
@@ -222,7 +213,7 @@ impl Unknowns {
         let own = self.homogeneous(surface, center);
         let net: Vec<DVec4> = own.iter().zip(change).map(|(h, d)| *h + share * *d).collect();
         let mean = net.iter().map(|h| h.w).sum::<f64>() / net.len() as f64;
-        let (least, most) = WEIGHTS;
+        let (least, most) = SETTINGS.weights;
         if !net.iter().all(|h| (least * mean..=most * mean).contains(&h.w)) {
             return None;
         }

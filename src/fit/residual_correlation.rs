@@ -1,16 +1,16 @@
 //! Whether distances from a surface are noise or what the surface cannot follow.
 
+use super::settings::RefinementSettings;
 use glam::DVec2;
 
 use super::boundary::extremes;
 
-/// Standard deviations of the correlation of noise between which and 0 residuals are noise.
-const SURE: f64 = 2.0;
+const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
 /// Whether signed distances are noise: neighbours have nothing in common then, while those of a
 /// surface that cannot follow its points are alike.
 pub(super) fn are_noise(uv: &[DVec2], distances: &[f64]) -> bool {
-    correlation(uv, distances) < SURE / (uv.len() as f64).sqrt()
+    correlation(uv, distances) < SETTINGS.noise_deviations / (uv.len() as f64).sqrt()
 }
 
 /// The correlation of distances, each with its sign, between neighbours in the parameters: none for

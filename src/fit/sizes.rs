@@ -15,22 +15,3 @@ pub(super) const CUBIC_ORDER: usize = CUBIC + 1;
 
 /// Points in one SIMD batch.
 pub(super) const BATCH: usize = 32;
-
-/// Samples that are enough for a statistic of all.
-pub(super) const ENOUGH_SAMPLES: usize = 20_000;
-
-/// Points that are enough, where they are spread over a surface, for its shape and for its error.
-pub(super) const ENOUGH_POINTS: usize = 2000;
-
-/// Weight of distances across the normal. Less lets the net slide away, more is plain distance,
-/// which converges slowly.
-pub(super) const TANGENTIAL: f64 = 0.01;
-
-/// Share of the mean squared error, or of the error itself, below which two values count as equal.
-pub(super) const NEGLIGIBLE: f64 = 0.01;
-
-/// Relative size below which a determinant or a cross product is rounding.
-pub(super) const DEGENERATE: f64 = 1e-12;
-
-/// Share of the mean diagonal entry that holds unknowns which no sample touches.
-pub(super) const RIDGE: f64 = 1e-10;

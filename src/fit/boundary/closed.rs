@@ -1,63 +1,23 @@
 //! The closed smooth line at which the points of a sheet without corners end.
 
+use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::PI;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::patches::Patches;
-use super::curve::NOTCHED;
 use super::likelihood::{DEGREE, Likelihood, height, sums};
-use super::polar_projection::{
-    CENTER, PolarProjection, STEPS, direction, outermost_points, turn_of,
-};
+use super::polar_projection::{CENTER, PolarProjection, direction, outermost_points, turn_of};
 use super::strips::empty_ground;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
-/// Width and height of the square's corners, and where points are few at most.
-const CORNER: f64 = 0.2;
-const LARGEST_CORNER: f64 = 0.3;
-
-/// Control points of a line, and what its bending may cost: the likeliest counts (see
-/// [`Likelihood::stiffness`]). The search begins with one in the middle.
-const CONTROL_POINTS: usize = 16;
-const STIFFNESSES: [f64; 5] = [30.0, 3.0, 0.3, 0.03, 0.003];
-
-/// A line stays between these heights: its distance from the middle, squared, is 1 less the height
-/// times the mean.
-const BOUNDS: (f64, f64) = (-2.0, 0.9);
-
-/// Depth of the ground behind a line whose places say how dense they are there, beside one for each
-/// control point that is taken to be as dense as on average.
-const GROUND: f64 = 0.3;
-
-/// Mean height of empty ground that places may leave inside of an outline, for each of them.
-const BY_CHANCE: f64 = 10.0;
-
-/// How far a surface goes on beyond an outline for each spacing of border that is asked for: so many
-/// standard deviations of where it lies.
-const BEYOND: f64 = 3.0;
-
-/// Spacings of the points, and sizes of the noise in them, that a place may lie outside of a smooth
-/// outline.
-const OUTSIDE: (f64, f64) = (0.6, 4.0);
-
-/// Share of the domain that rounding takes a place away from an end of it, at most.
-const ROUNDING: f64 = 1e-9;
-
-/// Control points of an outline in the square.
-const DIRECTIONS: usize = 64;
-
-/// Radius near the middle that stands for the unit disc's, at most, as a multiple of the outline's
-/// least: half of the speed along a ray is left there at the rim.
-const NEAR_MIDDLE: f64 = 1.2;
-
-/// By how much farther from the middle a parameter may lie than an outline in the square.
-const MOST_OUTSIDE: f64 = 0.05;
+const SETTINGS: ClosedBoundarySettings = ClosedBoundarySettings::STANDARD;
+const BOUNDARY: BoundarySettings = BoundarySettings::STANDARD;
 
 /// A smooth line in the unit square around its middle.
-pub(in crate::fit) struct ClosedBoundary {
+pub(crate) struct ClosedBoundary {
     /// Distances from the middle, by the share of the way round.
     knots: KnotVector,
     radii: Vec<f64>,
@@ -68,7 +28,7 @@ pub(in crate::fit) struct ClosedBoundary {
 impl ClosedBoundary {
     /// The likeliest outline of parameters, if it has no corners and no notch, moved out by this
     /// border. They lie on the surface, whose isocurves are so long; the points are blurred by noise.
-    pub(in crate::fit) fn around(
+    pub(crate) fn around(
         uv: &[DVec2],
         surface: &NurbsSurface,
         size: DVec2,
@@ -101,14 +61,15 @@ impl ClosedBoundary {
 
     /// Through places at these distances from the middle, evenly over the way round.
     fn through(values: &[f64]) -> Result<Self> {
-        let knots = KnotVector::periodic_uniform(DEGREE, DIRECTIONS)?;
+        let knots = KnotVector::periodic_uniform(DEGREE, SETTINGS.directions)?;
         // A quasi-interpolant, as near as cubics are.
-        let value = |i: usize| values[i % DIRECTIONS];
-        let radius = |i: usize| (8.0 * value(i) - value(i + DIRECTIONS - 1) - value(i + 1)) / 6.0;
-        let radii = (0..DIRECTIONS).map(|i| radius(i + DIRECTIONS - 1)).collect();
-        let mean = values.iter().sum::<f64>() / DIRECTIONS as f64;
+        let value = |i: usize| values[i % SETTINGS.directions];
+        let radius =
+            |i: usize| (8.0 * value(i) - value(i + SETTINGS.directions - 1) - value(i + 1)) / 6.0;
+        let radii = (0..SETTINGS.directions).map(|i| radius(i + SETTINGS.directions - 1)).collect();
+        let mean = values.iter().sum::<f64>() / SETTINGS.directions as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        Ok(Self { knots, radii, near_middle: mean.min(NEAR_MIDDLE * least) })
+        Ok(Self { knots, radii, near_middle: mean.min(SETTINGS.max_center_radius * least) })
     }
 
     /// Its distance from the middle in a direction.
@@ -117,23 +78,23 @@ impl ClosedBoundary {
     }
 
     /// Places on it, and where in the square that it bounds they come to lie.
-    pub(in crate::fit) fn boundary_pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+    pub(crate) fn boundary_pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
         let places = directions().map(|from| CENTER + self.radius(from) * from);
         places.zip(square_boundary())
     }
 
     fn is_around(&self, uv: DVec2) -> bool {
         let from = uv - CENTER;
-        from.length() <= (1.0 + MOST_OUTSIDE) * self.radius(from)
+        from.length() <= (1.0 + SETTINGS.max_excess) * self.radius(from)
     }
 
     /// Parameters in the square that the outline bounds: first in the unit disc, on the same ray from
     /// the middle, where circles become the outline's shape little by little, then where that is in the
     /// square. Neither folds, whatever the outline. Places beyond it are taken to it.
-    pub(in crate::fit) fn mapped_to_square(&self, uv: &[DVec2]) -> Vec<DVec2> {
+    pub(crate) fn mapped_to_square(&self, uv: &[DVec2]) -> Vec<DVec2> {
         // What was taken to the outline lies there exactly: beside it by rounding, feet would be free that
         // are held, or not, as the points happen to lie in space.
-        let exact = |at: f64| if at.min(1.0 - at) < ROUNDING { at.round() } else { at };
+        let exact = |at: f64| if at.min(1.0 - at) < SETTINGS.rounding { at.round() } else { at };
         let mapped_to_square = |uv: &DVec2| {
             let at = CENTER + 0.5 * disc_to_square(self.in_disc(*uv - CENTER));
             DVec2::new(exact(at.x), exact(at.y))
@@ -151,7 +112,7 @@ impl ClosedBoundary {
         let (near, far) = (self.near_middle, radius - self.near_middle);
         let mut share = (distance / radius).min(1.0);
         let goal = share * radius;
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.ray_steps {
             let short = goal - share * (near + far * share * share);
             share = (share + short / (near + 3.0 * far * share * share)).clamp(0.0, 1.0);
         }
@@ -161,7 +122,7 @@ impl ClosedBoundary {
 
 /// Directions evenly around.
 fn directions() -> impl Iterator<Item = DVec2> {
-    (0..DIRECTIONS).map(|i| direction(i as f64 / DIRECTIONS as f64))
+    (0..SETTINGS.directions).map(|i| direction(i as f64 / SETTINGS.directions as f64))
 }
 
 /// The places on the border of the unit square that directions evenly around become.
@@ -185,16 +146,16 @@ fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
 fn has_empty_corners(uv: &[DVec2]) -> bool {
     let count = uv.len() as f64;
     // Of four places, or more, two standard deviations less are none.
-    let size = (8.0 / count).sqrt().max(CORNER);
+    let size = (8.0 / count).sqrt().max(SETTINGS.corner);
     let expected = count * 0.5 * size * size;
     let is_empty = |corner: &DVec2| {
         let inside = |uv: &&DVec2| (**uv - *corner).abs().element_sum() < size;
         let found = uv.iter().filter(inside).count() as f64;
-        found < 0.5 * expected && found <= expected - 2.0 * expected.sqrt() + ROUNDING
+        found < 0.5 * expected && found <= expected - 2.0 * expected.sqrt() + SETTINGS.rounding
     };
     let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
     let empty = corners.iter().filter(|corner| is_empty(corner)).count();
-    size <= LARGEST_CORNER && empty > 2
+    size <= SETTINGS.max_corner && empty > 2
 }
 
 /// A closed line around the middle of the square, by distances that mean what they will.
@@ -221,30 +182,33 @@ impl PolarCurve {
         let places: Vec<(f64, f64)> =
             polar.into_iter().map(|(turn, square)| (turn, 1.0 - square / mean)).collect();
 
-        let first = STIFFNESSES[STIFFNESSES.len() / 2];
-        let knots = KnotVector::periodic_uniform(DEGREE, CONTROL_POINTS)?;
+        let first = SETTINGS.stiffnesses[SETTINGS.stiffnesses.len() / 2];
+        let knots = KnotVector::periodic_uniform(DEGREE, SETTINGS.control_points)?;
         let all = places.iter().copied();
-        let mut likelihood = Likelihood::new(all, places.len(), knots, first, BOUNDS);
+        let mut likelihood = Likelihood::new(all, places.len(), knots, first, SETTINGS.heights);
         let even = likelihood.slopes.clone();
         let update_density = |likelihood: &mut Likelihood, heights: &[f64]| {
             let behind = likelihood.places.iter();
-            let behind = behind.filter(|place| place.y < height(heights, &place.basis) + GROUND);
-            let found = sums(behind.map(|place| &place.basis), CONTROL_POINTS);
+            let behind = behind
+                .filter(|place| place.y < height(heights, &place.basis) + SETTINGS.density_height);
+            let found = sums(behind.map(|place| &place.basis), SETTINGS.control_points);
             let dense = found.iter().zip(&even);
-            likelihood.slopes =
-                dense.map(|(sum, even)| (sum + 1.0) / (GROUND + 1.0 / even)).collect();
+            likelihood.slopes = dense
+                .map(|(sum, even)| (sum + 1.0) / (SETTINGS.density_height + 1.0 / even))
+                .collect();
             likelihood.blur_as_sparse();
         };
-        let mut heights = vec![0.0; CONTROL_POINTS];
+        let mut heights = vec![0.0; SETTINGS.control_points];
         let noise = 2.0 * noise / mean.sqrt();
         let scale = likelihood.find(&mut heights, noise, update_density);
-        let here = likelihood.choose_stiffness(&mut heights, scale, &STIFFNESSES);
+        let here = likelihood.choose_stiffness(&mut heights, scale, &SETTINGS.stiffnesses);
         let deviations = likelihood.deviations(&here);
         let curve = |turn: f64| height(&heights, &Basis::at(&likelihood.knots, turn));
         let outside = places.iter().map(|&(turn, y)| curve(turn) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();
-        let follows = outside <= OUTSIDE.0 * spacing + OUTSIDE.1 * noise
-            && empty_ground(&places, curve, 0) < NOTCHED + BY_CHANCE / places.len() as f64;
+        let follows = outside <= SETTINGS.max_outside.0 * spacing + SETTINGS.max_outside.1 * noise
+            && empty_ground(&places, curve, 0)
+                < BOUNDARY.min_notch + SETTINGS.chance_height / places.len() as f64;
         Ok(Self { knots: likelihood.knots, heights, deviations, mean, follows })
     }
 
@@ -261,13 +225,13 @@ impl PolarCurve {
                 projected.length() - self.distance(turn_of(projected), deviations)
             };
             let radius = |i: usize| {
-                projection.radius_at_zero(direction(i as f64 / DIRECTIONS as f64), beyond)
+                projection.radius_at_zero(direction(i as f64 / SETTINGS.directions as f64), beyond)
             };
-            (0..DIRECTIONS).into_par_iter().map(radius).collect::<Option<Vec<f64>>>()
+            (0..SETTINGS.directions).into_par_iter().map(radius).collect::<Option<Vec<f64>>>()
         };
         let (curve, wider) = (moved_out(0.0).filter(|_| self.follows)?, moved_out(1.0)?);
         let larger: f64 = wider.iter().zip(&curve).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
-        Some((larger / DIRECTIONS as f64, moved_out(BEYOND * border)?))
+        Some((larger / SETTINGS.directions as f64, moved_out(SETTINGS.margin_deviations * border)?))
     }
 
     /// The distance of the line from the middle, moved out by so many standard deviations.
@@ -328,8 +292,9 @@ mod tests {
         for depth in [0.0, 0.15, 0.3] {
             for lobes in 2..6 {
                 let wave = |turn: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * turn).cos());
-                let radii: Vec<f64> =
-                    (0..DIRECTIONS).map(|i| wave(i as f64 / DIRECTIONS as f64)).collect();
+                let radii: Vec<f64> = (0..SETTINGS.directions)
+                    .map(|i| wave(i as f64 / SETTINGS.directions as f64))
+                    .collect();
                 let outline = ClosedBoundary::through(&radii).unwrap();
                 let at = |i: i32, j: i32| {
                     let from = wave(f64::from(j) / 360.0) * direction(f64::from(j) / 360.0);

@@ -1,24 +1,25 @@
 //! Where the border of a surface is held.
 
+use super::super::settings::LeastSquaresSettings;
+use super::settings::BoundarySettings;
 use glam::DVec2;
 
 use super::super::normal_equations::Sample;
 use super::super::patches::Patches;
-use super::super::sizes::TANGENTIAL;
 use super::closed::square_boundary;
 use crate::nurbs::NurbsSurface;
 
-/// How much the rim counts beside the points where the fairness does as much as they do.
-const SAY: f64 = 0.05;
+const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Places around a surface that is open in both directions, which its border may slide along, but not leave:
 /// fairness draws the border of few or noisy points to where it bends least, and at the corners of a
 /// square that was a disc this is far from them.
-pub(in crate::fit) struct BoundaryConstraint(Vec<Sample>);
+pub(crate) struct BoundaryConstraint(Vec<Sample>);
 
 impl BoundaryConstraint {
     /// The border of a surface.
-    pub(in crate::fit) fn of(surface: &NurbsSurface) -> Self {
+    pub(crate) fn of(surface: &NurbsSurface) -> Self {
         let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
         let (low, high) = (DVec2::new(u.0, v.0), DVec2::new(u.1, v.1));
         let places = square_boundary().map(|place| low + place * (high - low));
@@ -26,7 +27,7 @@ impl BoundaryConstraint {
     }
 
     /// Through places of a surface, each with where on the border of the next it comes to lie.
-    pub(in crate::fit) fn through(
+    pub(crate) fn through(
         patches: &Patches<'_>,
         places: impl Iterator<Item = (DVec2, DVec2)>,
     ) -> Self {
@@ -36,18 +37,20 @@ impl BoundaryConstraint {
             let (at, uv) = places[i];
             let along = places[(i + 1) % count].0.point - places[(i + count - 1) % count].0.point;
             let normal = at.normal().cross(along).normalize_or_zero();
-            Sample { point: at.point, uv, weight: 1.0, normal, tangential: TANGENTIAL }
+            Sample {
+                point: at.point,
+                uv,
+                weight: 1.0,
+                normal,
+                tangential: LEAST_SQUARES.tangential_weight,
+            }
         };
         Self((0..count).map(sample).collect())
     }
 
     /// Samples that hold it beside so many points, and as much fairness.
-    pub(in crate::fit) fn beside(
-        &self,
-        points: usize,
-        fairness: f64,
-    ) -> impl Iterator<Item = Sample> {
-        let weight = SAY * fairness * points as f64 / self.0.len() as f64;
+    pub(crate) fn beside(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
+        let weight = SETTINGS.constraint_weight * fairness * points as f64 / self.0.len() as f64;
         self.0.iter().map(move |sample| Sample { weight, ..*sample })
     }
 }

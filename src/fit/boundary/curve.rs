@@ -2,9 +2,12 @@
 
 use super::super::options::uniform;
 use super::likelihood::{DEGREE, Likelihood, Place, height, sums};
+use super::settings::BoundarySettings;
 use super::strips::empty_ground;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector};
+
+const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
 /// How far an edge follows the places.
 struct Flexibility {
@@ -20,48 +23,27 @@ struct Flexibility {
     density_depth: Option<f64>,
 }
 
-/// Rounded corners are covered by the surface's corners rather than followed into them.
+/// Covers rounded corners instead of following them.
 const STIFF: Flexibility = Flexibility {
-    control_points: 8,
-    stiffnesses: &[1000.0, 100.0, 10.0],
-    max_depth: 0.1,
-    near: 0.4,
-    density_depth: Some(0.15),
+    control_points: SETTINGS.stiff_control_points,
+    stiffnesses: SETTINGS.stiff_stiffnesses,
+    max_depth: SETTINGS.stiff_max_height,
+    near: SETTINGS.stiff_max_influence,
+    density_depth: Some(SETTINGS.stiff_density_height),
 };
 
-/// Notches are followed, if not into their corners, whose parameters would crowd.
+/// Follows notches, but not into their corners, where parameters would crowd.
 const FLEXIBLE: Flexibility = Flexibility {
-    control_points: 10,
-    stiffnesses: &[1.0],
-    max_depth: 0.3,
-    near: 0.7,
+    control_points: SETTINGS.flexible_control_points,
+    stiffnesses: SETTINGS.flexible_stiffnesses,
+    max_depth: SETTINGS.flexible_max_height,
+    near: SETTINGS.flexible_max_influence,
     density_depth: None,
 };
 
-/// Least density of places on the ground, as a share of the mean: it keeps an edge in bounds. That of
-/// two control points at either end is higher: drawn in hardly at all, an edge would leave much of
-/// a rounded corner to the surface; drawn in fully, it would bend and cut off places beside the corner.
-const SPARSEST: f64 = 0.02;
-const SPARSEST_AT_CORNERS: f64 = 0.85;
-
-/// How far a surface goes beyond an edge, beside half a spacing of the points: so many standard
-/// deviations of where the edge lies, for each spacing of border that is asked for. With half a spacing
-/// of border the surface seldom ends before the points' ground does, and goes about half a spacing
-/// beyond on average, unless there are few points.
-const BEYOND: f64 = 5.0;
-
-/// Share of the mean density below which places are those of a rounded corner.
-const SPARSE: f64 = 0.3;
-
-/// An edge does not go farther out than this.
-const OUTERMOST: f64 = -0.5;
-
-const ENDS: usize = 4;
-pub(super) const NOTCHED: f64 = 0.03;
-
 /// How far an edge is drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::fit) enum Depth {
+pub(crate) enum Depth {
     /// As far as the points want it.
     Free,
     /// As deep as it may.
@@ -82,14 +64,14 @@ pub(super) struct BoundaryCurve {
 impl BoundaryCurve {
     /// The height, which rounding does not take beyond the bounds either.
     pub(super) fn at(&self, x: f64) -> f64 {
-        height(&self.heights, &Basis::at(&self.knots, x)).clamp(OUTERMOST, self.max_depth)
+        height(&self.heights, &Basis::at(&self.knots, x)).clamp(SETTINGS.min_height, self.max_depth)
     }
 
     /// How far beyond the edge a surface should go on at each x, for a border of this many spacings: as
     /// far as it is in doubt, but not farther than `most` for each spacing of border.
     pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
         let beyond = |&(deviation, spread): &(f64, f64)| {
-            let uncertain = 0.5 * spacing + BEYOND * deviation;
+            let uncertain = 0.5 * spacing + SETTINGS.margin_deviations * deviation;
             border * spread * uncertain.min(most)
         };
         let margins: Vec<f64> = self.uncertainties.iter().map(beyond).collect();
@@ -100,7 +82,7 @@ impl BoundaryCurve {
     /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x.
     pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
         let stiff = Self::likeliest(places, noise, closed, &STIFF)?;
-        if empty_ground(places, |x| stiff.at(x), ENDS) < NOTCHED {
+        if empty_ground(places, |x| stiff.at(x), SETTINGS.end_strips) < SETTINGS.min_notch {
             return Ok(stiff);
         }
         Self::likeliest(places, noise, closed, &FLEXIBLE)
@@ -127,7 +109,7 @@ impl BoundaryCurve {
             flexibility;
         let touching = places.iter().copied().filter(|place| place.1 < near);
         let knots = uniform(DEGREE, control_points, closed)?;
-        let bounds = (OUTERMOST, max_depth);
+        let bounds = (SETTINGS.min_height, max_depth);
         let least = stiffnesses[stiffnesses.len() - 1];
         let mut likelihood = Likelihood::new(touching, places.len(), knots, least, bounds);
         let even = likelihood.slopes.clone();
@@ -139,14 +121,14 @@ impl BoundaryCurve {
             let density_depth = depth - (2.0 * mean - depth).clamp(0.0, max_depth);
             let least = |i: usize| {
                 let corner = !closed && (i < 2 || i + 2 >= control_points);
-                even[i] * if corner { SPARSEST_AT_CORNERS } else { SPARSEST }
+                even[i] * if corner { SETTINGS.min_corner_density } else { SETTINGS.min_density }
             };
             let found = sums(low.iter().map(|place| &place.basis), control_points);
             let found = found.into_iter().enumerate();
             likelihood.slopes = found.map(|(i, sum)| (sum / density_depth).max(least(i))).collect();
         }
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
-        let mut heights = vec![lowest.clamp(OUTERMOST, max_depth); control_points];
+        let mut heights = vec![lowest.clamp(SETTINGS.min_height, max_depth); control_points];
         let scale = likelihood.find(&mut heights, noise, |_, _| {});
         let here = likelihood.choose_stiffness(&mut heights, scale, stiffnesses);
         let spreads = likelihood.slopes.iter().zip(&even).map(|(here, even)| spread(here / even));
@@ -162,8 +144,8 @@ impl BoundaryCurve {
 /// By how much farther than usual a surface goes on where the density of places is this share of the
 /// mean: as far as their spacing is larger, but not where there is hardly any, at a rounded corner.
 fn spread(density: f64) -> f64 {
-    let sparse = density.min(SPARSE) / SPARSE;
-    sparse / density.clamp(SPARSE, 1.0).sqrt()
+    let sparse = density.min(SETTINGS.sparse_density) / SETTINGS.sparse_density;
+    sparse / density.clamp(SETTINGS.sparse_density, 1.0).sqrt()
 }
 
 #[cfg(test)]
@@ -231,10 +213,9 @@ mod tests {
         for count in 1..6 {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
             let found = BoundaryCurve::under(&places, 0.0, false).unwrap();
-            assert!(
-                (0..=10)
-                    .all(|i| (OUTERMOST..=STIFF.max_depth).contains(&found.at(f64::from(i) / 10.0)))
-            );
+            assert!((0..=10).all(|i| {
+                (SETTINGS.min_height..=STIFF.max_depth).contains(&found.at(f64::from(i) / 10.0))
+            }));
         }
     }
 }

@@ -6,13 +6,16 @@ use rayon::prelude::*;
 use super::super::sizes::POINTS_PER_TASK;
 use super::super::spline_space::SplineSpace;
 use super::curve::{BoundaryCurve, Depth};
+use super::settings::BoundarySettings;
 use super::straight::each;
 use crate::error::Result;
+
+const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
 /// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
 /// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the square goes on by about `border` spacings, which have this size
 /// along u and v. Says as well how far the sides are drawn in.
-pub(in crate::fit) fn conformed(
+pub(crate) fn conformed(
     uv: &[DVec2],
     space: &SplineSpace,
     noise: DVec2,
@@ -39,7 +42,7 @@ pub(in crate::fit) fn conformed(
     let margins = [0, 1].map(|d: usize| {
         let (low, high) = sides[d].as_ref()?;
         // A surface that goes on for more than half of the way between control points soon goes astray.
-        let most = 0.5 / (space.shape()[d] - 1) as f64;
+        let most = SETTINGS.max_margin / (space.shape()[d] - 1) as f64;
         Some([low, high].map(|edge: &BoundaryCurve| edge.margin(border, spacing[d], most)))
     });
     each(&mut uv, |uv| {

@@ -1,5 +1,6 @@
 //! How likely it is that places end at a smooth curve.
 
+use super::settings::LikelihoodSettings;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
@@ -8,24 +9,9 @@ use super::super::dense_matrix::DenseMatrix;
 use super::super::sizes::POINTS_PER_TASK;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
+const SETTINGS: LikelihoodSettings = LikelihoodSettings::STANDARD;
+
 pub(super) const DEGREE: usize = 3;
-
-/// Places that a blurred curve is looked for with at most: it only leads towards the last one.
-const BLURRED: usize = 500;
-
-/// Scales behind a curve at which a place no longer touches it.
-const UNTOUCHED: f64 = 30.0;
-
-/// Scale of the blur that a search begins with.
-const FIRST_SCALE: f64 = 0.2;
-
-/// Newton's steps for each scale at most, times that a step which leads down is halved at most, and the
-/// share of a scale that the last step moves.
-const STEPS: usize = 12;
-const SETTLED: f64 = 0.1;
-
-/// Share of the mean diagonal that holds control points which no place touches.
-const RIDGE: f64 = 1e-6;
 
 /// A place by the basis functions at its x, and its y.
 pub(super) struct Place {
@@ -103,9 +89,9 @@ impl Likelihood {
         let apart = self.slopes.len() as f64 / self.count;
         // A logistic distribution with a standard deviation of 1 has a scale of √3 / π.
         let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * apart);
-        let mut scale = FIRST_SCALE.max(last);
+        let mut scale = SETTINGS.first_scale.max(last);
         loop {
-            let most = if scale > last { BLURRED } else { self.places.len() };
+            let most = if scale > last { SETTINGS.max_blurred_points } else { self.places.len() };
             self.stride = (self.places.len() / most.max(1)).max(1);
             self.climb(heights, scale);
             if scale <= last {
@@ -135,18 +121,18 @@ impl Likelihood {
     fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
         let scale = scale.max(self.coarsest);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let behind = |place: &Place| place.y <= highest + UNTOUCHED * scale;
+        let behind = |place: &Place| place.y <= highest + SETTINGS.max_influence * scale;
         self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
     }
 
     /// Newton's steps to the likeliest curve with a blur of this scale, and what is known there.
     pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> LocalExpansion {
         let mut here = self.local(heights, scale);
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.max_steps {
             let Some(step) = here.step() else { return here };
             let mut share = 1.0;
             let mut moved = 0.0;
-            for _ in 0..STEPS {
+            for _ in 0..SETTINGS.max_steps {
                 let steps = heights.iter().zip(&step);
                 let next: Vec<f64> = steps
                     .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
@@ -160,7 +146,7 @@ impl Likelihood {
                 }
                 share *= 0.5;
             }
-            if moved < SETTLED * scale {
+            if moved < SETTINGS.converged_step * scale {
                 break;
             }
         }
@@ -227,7 +213,7 @@ impl Likelihood {
         let mut unlikely = 1.0_f64;
         for place in self.touching(heights, scale) {
             let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
-            if z > UNTOUCHED {
+            if z > SETTINGS.max_influence {
                 continue;
             }
             let small = (-z.abs()).exp();
@@ -261,7 +247,7 @@ impl Likelihood {
                 }
             }
         }
-        matrix.add_ridge(RIDGE);
+        matrix.add_ridge(SETTINGS.ridge);
         let value = area + self.stride as f64 * likely - 0.5 * stiff * bending;
         LocalExpansion { value, matrix, slopes }
     }
@@ -336,11 +322,11 @@ fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
 }
 
 #[cfg(test)]
-pub(in crate::fit) mod tests {
+pub(crate) mod tests {
     use super::*;
 
     /// Places evenly over the unit square.
-    pub(in crate::fit) fn even() -> impl Iterator<Item = (f64, f64)> {
+    pub(crate) fn even() -> impl Iterator<Item = (f64, f64)> {
         let spread = |i: usize| {
             let at = |share: f64| (0.5 + share * i as f64).fract();
             (at(0.754_877_666_246_693), at(0.569_840_290_998_053))

@@ -6,6 +6,7 @@ mod curve;
 mod four_sided;
 mod likelihood;
 mod polar_projection;
+mod settings;
 mod straight;
 mod strips;
 

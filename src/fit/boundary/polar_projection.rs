@@ -1,20 +1,16 @@
 //! How places of a surface are seen from its middle.
 
+use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec2, DVec3};
 
 use super::super::patches::Patches;
-use super::strips::{STRIPS, lowest};
+use super::strips::lowest;
 use crate::nurbs::gauss;
 
-/// Places along a ray at which its length is measured, and steps towards its end or a place on it.
-pub(super) const STEPS: usize = 8;
-
-/// Last share of a ray in the square along which it is seen how it goes on, and the share of it beyond
-/// the square that is far.
-const NEAR_SIDE: f64 = 0.1;
-const FAR: f64 = 0.25;
+const SETTINGS: ClosedBoundarySettings = ClosedBoundarySettings::STANDARD;
+const BOUNDARY: BoundarySettings = BoundarySettings::STANDARD;
 
 pub(super) const CENTER: DVec2 = DVec2::splat(0.5);
 
@@ -30,7 +26,7 @@ pub(super) enum PolarProjection<'a> {
 
 impl<'a> PolarProjection<'a> {
     pub(super) fn arc_length(patches: &'a Patches<'a>) -> Self {
-        Self::ArcLength(patches, gauss::rule(STEPS))
+        Self::ArcLength(patches, gauss::rule(SETTINGS.ray_steps))
     }
 
     pub(super) fn planar(patches: &'a Patches<'a>, uv: &[DVec2]) -> Self {
@@ -79,13 +75,13 @@ impl<'a> PolarProjection<'a> {
             return None;
         }
         if end <= 0.0 {
-            let rise = (end - beyond((1.0 - NEAR_SIDE) * side)).max(0.0);
-            let farther = -NEAR_SIDE * end / rise;
-            return (farther < FAR).then_some((1.0 + farther) * side);
+            let rise = (end - beyond((1.0 - SETTINGS.extrapolation_base) * side)).max(0.0);
+            let farther = -SETTINGS.extrapolation_base * end / rise;
+            return (farther < SETTINGS.max_extrapolation).then_some((1.0 + farther) * side);
         }
         let (mut low, mut high) = ((0.0, start), (side, end));
         let (mut radius, mut last) = (side, 0.0);
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.ray_steps {
             radius = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
             let there = beyond(radius);
             let again = there * last > 0.0;
@@ -116,7 +112,7 @@ pub(super) fn direction(turn: f64) -> DVec2 {
 /// The outermost of places around the middle, each by the share of the way round and the square of its
 /// distance, in sectors.
 pub(super) fn outermost_points(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
-    let outer = lowest(polar.map(|(turn, square)| (turn, -square)), STRIPS);
+    let outer = lowest(polar.map(|(turn, square)| (turn, -square)), BOUNDARY.strips);
     outer.into_iter().flatten().map(|(turn, square)| (turn, -square)).collect()
 }
 

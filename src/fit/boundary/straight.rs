@@ -1,18 +1,13 @@
 //! Where the points end: the sides of a square around their parameters.
 
+use super::settings::BoundarySettings;
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::sizes::POINTS_PER_TASK;
 use super::strips::{extremes, lowest};
 
-/// Least width of the domain between two sides, as a share of its mean: sides that lean more
-/// towards each other are those of no quadrilateral.
-const LEAST_WIDTH: f64 = 0.6;
-
-/// Strips that a side's points are sorted into. Within one a straight line leaves out nothing that
-/// could be seen.
-const STRIPS: usize = 1 << 12;
+const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
 /// Parameters brought into the unit square: on either side of an open direction the straight line
 /// that has all of them behind it, and leaves least between, becomes a side of the square. Closed
@@ -51,7 +46,7 @@ fn bound(uv: &mut [DVec2], d: usize) {
     let (start, end) = extremes(uv.iter().map(across));
     let width = |at: f64| high.at(at) - low.at(at);
     let mean = width(0.5 * (start + end));
-    let (low, high) = if width(start).min(width(end)) >= LEAST_WIDTH * mean {
+    let (low, high) = if width(start).min(width(end)) >= SETTINGS.min_width * mean {
         (low, high)
     } else {
         let (least, most) = extremes(uv.iter().map(|uv| uv[d]));
@@ -87,7 +82,8 @@ impl StraightLine {
     /// The line under all places (x, y) that leaves least area between: it carries the edge of
     /// their convex hull that lies under the middle.
     fn under(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
-        let mut places: Vec<_> = lowest(places, STRIPS).into_iter().flatten().collect();
+        let mut places: Vec<_> =
+            lowest(places, SETTINGS.hull_strips).into_iter().flatten().collect();
         places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let middle = 0.5 * (places[0].0 + places[places.len() - 1].0);
         let mut chain: Vec<(f64, f64)> = Vec::new();

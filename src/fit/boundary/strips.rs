@@ -1,16 +1,16 @@
 //! Strips of points (x, y) by x: the lowest in each, and the empty area below it.
 
-/// Strips.
-pub(super) const STRIPS: usize = 24;
+use super::settings::BoundarySettings;
 
+const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 /// Mean height between a curve and the lowest place in each strip but so many at either end, beyond
 /// what so many places leave by chance.
 pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
     let count = places.len();
-    let places = lowest(places.iter().copied(), STRIPS);
-    let inner = places[ends..STRIPS - ends].iter().flatten();
+    let places = lowest(places.iter().copied(), SETTINGS.strips);
+    let inner = places[ends..SETTINGS.strips - ends].iter().flatten();
     let above = inner.clone().map(|&(x, y)| (y - curve(x)).max(0.0));
-    above.sum::<f64>() / inner.count().max(1) as f64 - STRIPS as f64 / count as f64
+    above.sum::<f64>() / inner.count().max(1) as f64 - SETTINGS.strips as f64 / count as f64
 }
 
 /// The lowest of places (x, y) in each of the strips that x is cut into; the last has its end.
@@ -31,6 +31,6 @@ pub(super) fn lowest(
     found
 }
 
-pub(in crate::fit) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
+pub(crate) fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
 }

@@ -2,24 +2,19 @@
 //! (M. Transtrum, J. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares
 //! minimization*, 2012).
 
+use super::super::settings::ProjectionSettings;
+use super::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 
 use super::super::band_matrix::BandMatrix;
 use super::super::normal_equations::NormalEquations;
-use super::super::projection::{Projection, STEPS};
+use super::super::projection::Projection;
 use super::varpro::Problem;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 
-/// What is added to the diagonal at first, as a share of its mean, and at least.
-const DAMPING: f64 = 1e-3;
-const LEAST_DAMPING: f64 = 1e-16;
-
-/// Damping falls by this factor after a step that helps, and rises by it after one that does not.
-const FACTOR: f64 = 4.0;
-
-/// Share of a step at which its bend is measured.
-const AHEAD: f64 = 0.1;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
+const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
 
 /// A surface on its way to the points.
 pub(super) struct Trial {
@@ -36,8 +31,14 @@ pub(super) struct Trial {
 impl Trial {
     /// A surface, with feet near these parameters.
     pub(super) fn on(problem: &Problem<'_>, surface: NurbsSurface, uv: &[DVec2]) -> Self {
-        let projections = problem.projections(&surface, uv, 2 * STEPS);
-        Self { error: rms(&projections), surface, projections, damping: DAMPING, equations: None }
+        let projections = problem.projections(&surface, uv, 2 * PROJECTION.first_steps);
+        Self {
+            error: rms(&projections),
+            surface,
+            projections,
+            damping: SETTINGS.damping,
+            equations: None,
+        }
     }
 
     /// The surface nearest in plain distances at these parameters.
@@ -72,7 +73,7 @@ impl Trial {
         if let Some(next) = next.filter(helps) {
             *self = next;
         } else {
-            self.damping *= FACTOR;
+            self.damping *= SETTINGS.damping_factor;
             self.equations = Some(equations);
         }
         Ok(())
@@ -86,15 +87,15 @@ impl Trial {
         mut change: Vec<DVec3>,
         problem: &Problem<'_>,
     ) -> Result<Vec<DVec3>> {
-        let ahead: Vec<DVec3> = change.iter().map(|change| AHEAD * *change).collect();
+        let ahead: Vec<DVec3> = change.iter().map(|change| SETTINGS.probe * *change).collect();
         let net = added(problem.space.unknown_points(&self.surface), &ahead);
         let uv = self.uv();
-        let there = problem.projections(&problem.space.surface(&net)?, &uv, 2);
+        let there = problem.projections(&problem.space.surface(&net)?, &uv, PROJECTION.steps);
         let moved = problem.at(&ahead, &uv)?;
         let bend = |((here, there), moved): ((&Projection, &Projection), &DVec3)| {
             let distance = there.offset.dot(there.normal) * there.normal.dot(here.normal).signum();
             let straight = (here.offset - *moved).dot(here.normal);
-            let bend = (distance - straight) / (AHEAD * AHEAD);
+            let bend = (distance - straight) / (SETTINGS.probe * SETTINGS.probe);
             Projection { offset: bend * here.normal, ..*here }
         };
         let bends: Vec<Projection> =
@@ -103,7 +104,7 @@ impl Trial {
         let right = NormalEquations::of_distances(problem.space, &right, &mut || Ok(()))?.right;
         let bend = matrix.solved_together(&right);
         // Not longer than half the step.
-        let share = (0.5 * length(&change) / length(&bend)).min(1.0);
+        let share = (SETTINGS.max_correction * length(&change) / length(&bend)).min(1.0);
         change.iter_mut().zip(&bend).for_each(|(change, bend)| *change += share * *bend);
         Ok(change)
     }
@@ -111,12 +112,13 @@ impl Trial {
     /// After a change of the control points, and the plain solution at the parameters that follow.
     fn after(&self, change: &[DVec3], problem: &Problem<'_>) -> Result<Option<Self>> {
         let net = added(problem.space.unknown_points(&self.surface), change);
-        let projections = problem.projections(&problem.space.surface(&net)?, &self.uv(), 2);
+        let projections =
+            problem.projections(&problem.space.surface(&net)?, &self.uv(), PROJECTION.steps);
         let Some(change) = problem.plain(&projections)? else { return Ok(None) };
         let surface = problem.space.surface(&added(net, &change))?;
         let uv: Vec<DVec2> = projections.iter().map(|projection| projection.uv).collect();
-        let projections = problem.projections(&surface, &uv, 2);
-        let damping = (self.damping / FACTOR).max(LEAST_DAMPING);
+        let projections = problem.projections(&surface, &uv, PROJECTION.steps);
+        let damping = (self.damping / SETTINGS.damping_factor).max(SETTINGS.min_damping);
         Ok(Some(Self { error: rms(&projections), surface, projections, damping, equations: None }))
     }
 }

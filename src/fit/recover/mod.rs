@@ -6,8 +6,10 @@
 
 mod lm_iterate;
 mod multistart;
+mod settings;
 mod varpro;
 
+use self::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -22,15 +24,7 @@ use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Points per control point that the search looks at, at most.
-const POINTS_PER_CONTROL_POINT: usize = 32;
-
-/// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
-/// would hold the net.
-const BEYOND: f64 = 0.15;
-
-/// Steps that draw a surface to where points end, at most.
-const LAST_STEPS: usize = 24;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
 /// The surface with a net of this shape through points of such a surface, from their rough parameters in
 /// [0, 1]². Closed directions have the period 1, and the shape counts their different control points.
@@ -66,9 +60,9 @@ pub fn recover_net(
         return Ok(None);
     }
     let size = diameter(points);
-    let step = (points.len() / (POINTS_PER_CONTROL_POINT * space.unknowns())).max(1);
+    let step = (points.len() / (SETTINGS.points_per_control_point * space.unknowns())).max(1);
     let few: Vec<DVec3> = points.iter().step_by(step).copied().collect();
-    let few = Problem { points: &few, space: &space, beyond: BEYOND, size };
+    let few = Problem { points: &few, space: &space, beyond: SETTINGS.extension, size };
     let uv: Vec<DVec2> = near.uv.iter().step_by(step).copied().collect();
     let starts = StartParameters { space: &space, uv: &uv };
     let mut found = search(&few, &starts.even(), observer)?;
@@ -87,11 +81,11 @@ pub fn recover_net(
     let uv: Vec<DVec2> = nearest.collect();
     let trial = Trial::on(&open, found.surface.clone(), &uv);
     let mut trial = Trial::at(&all, &open.within(&trial.projections))?.unwrap_or(trial);
-    for step in 0..LAST_STEPS {
+    for step in 0..SETTINGS.final_steps {
         if all.is_through(trial.error) {
             break;
         }
-        let (step, total) = (step as u64, LAST_STEPS as u64);
+        let (step, total) = (step as u64, SETTINGS.final_steps as u64);
         progress::report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
         trial.advance(&all)?;
     }

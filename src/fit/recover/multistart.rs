@@ -3,6 +3,7 @@
 //! The one that is known is about in proportion to lengths. That of the net may be faster or slower at the ends
 //! of the domain than in the middle, and at one end than at the other.
 
+use super::settings::RecoverySettings;
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -13,17 +14,7 @@ use crate::error::Result;
 use crate::nurbs::{KnotVector, padded};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Steps of the first round; each round ends after twice as many as the one before.
-const FIRST_ROUND: usize = 3;
-
-/// Steps at most.
-const MOST_STEPS: usize = 384;
-
-/// Trials that go on after the first round at most; each further round leaves half of them.
-const MOST_TRIALS: usize = 32;
-
-/// A search ends if a round leaves more than this share of the error.
-const STALLED: f64 = 0.9;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
 /// The surface of least error from these parametrizations; `None` if no point holds some control point.
 pub(super) fn search(
@@ -33,12 +24,12 @@ pub(super) fn search(
 ) -> Result<Option<Trial>> {
     let trials = starts.par_iter().map(|uv| Trial::at(problem, uv)).collect::<Result<Vec<_>>>()?;
     let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
-    let (mut end, mut before) = (FIRST_ROUND, f64::INFINITY);
-    for step in 0..MOST_STEPS {
+    let (mut end, mut before) = (SETTINGS.first_round_steps, f64::INFINITY);
+    for step in 0..SETTINGS.max_steps {
         let progress = Progress::of_stage(
             Stage::Fitting,
             step as u64,
-            MOST_STEPS as u64,
+            SETTINGS.max_steps as u64,
             problem.points.len(),
         );
         progress::report(observer, &progress)?;
@@ -49,10 +40,10 @@ pub(super) fn search(
         if step + 1 == end {
             end *= 2;
             trials.sort_by(|a, b| a.error.total_cmp(&b.error));
-            trials.truncate((trials.len() / 2).clamp(1, MOST_TRIALS));
+            trials.truncate((trials.len() / 2).clamp(1, SETTINGS.max_trials));
             let Some(best) = trials.first() else { return Ok(None) };
             // While trials fall away, the best may rest.
-            if trials.len() == 1 && best.error > STALLED * before {
+            if trials.len() == 1 && best.error > SETTINGS.stalled_ratio * before {
                 break;
             }
             before = best.error;

@@ -5,18 +5,19 @@
 //! to fitting parametric surfaces to point clouds*, 2012). A net that slides along its surface hardly
 //! changes it, so after each step the control points are solved for once more at fixed parameters.
 
+use super::super::settings::LeastSquaresSettings;
+use super::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 
 use super::super::boundary::extremes;
 use super::super::normal_equations::{NormalEquations, Sample};
 use super::super::projection::{Projection, extended_projections};
-use super::super::sizes::RIDGE;
 use super::super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 
-/// Root mean square distance, as a share of the points' diameter, at which steps end.
-const ENOUGH: f64 = 1e-9;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Points that shall all lie on a surface of one space.
 #[derive(Clone, Copy)]
@@ -31,7 +32,7 @@ pub(super) struct Problem<'a> {
 
 impl Problem<'_> {
     pub(super) fn is_through(&self, error: f64) -> bool {
-        error <= ENOUGH * self.size
+        error <= SETTINGS.exact_error * self.size
     }
 
     /// The vectors of a net, in the order of solution, at parameters.
@@ -49,7 +50,7 @@ impl Problem<'_> {
         let samples = self.samples(projections, 1.0);
         let NormalEquations { mut matrix, mut right } =
             NormalEquations::of_distances(self.space, &samples, &mut || Ok(()))?;
-        matrix.add_ridge(RIDGE);
+        matrix.add_ridge(LEAST_SQUARES.ridge);
         if !matrix.factor::<Error>(&mut || Ok(()))? {
             return Ok(None);
         }
