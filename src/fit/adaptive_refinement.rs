@@ -1,4 +1,5 @@
-//! Nets that grow until a tolerance holds, or until more control points would follow noise.
+//! Adaptive refinement: a net grows until a tolerance holds, or until more control points would
+//! follow noise.
 
 use super::settings::{ProjectionSettings, RefinementSettings};
 use glam::{DVec2, DVec3};
@@ -17,24 +18,23 @@ use crate::nurbs::NurbsSurface;
 const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
-/// Root mean square error, as a share of the points' diameter, below which nobody sees what more control
-/// points would do.
+/// Rms error below which a fit is exact, in diameters of the points.
 pub(crate) const EXACT_ERROR: f64 = SETTINGS.exact_error;
 
-/// Whether a finer surface, on which points have these parameters, may take the place of the one
+/// Decides whether a finer surface, with these parameters of the points, may replace the one
 /// before.
 pub(crate) type Accept<'a> = &'a dyn Fn(&NurbsSurface, &[DVec2]) -> Result<bool>;
 
-/// What a net grows to.
+/// The results of a refinement.
 pub(crate) struct RefinementResult {
-    /// The finest.
+    /// The surface with the most control points.
     pub(crate) finest: Approximation,
-    /// The last one before the first that was not accepted, if there is one.
+    /// The surface before the first that was not accepted; `None` if all were accepted.
     pub(crate) accepted: Option<Approximation>,
 }
 
 impl AlternatingFit<'_> {
-    /// The approximation by this surface, or by what it grows to.
+    /// The approximation by this surface, or by its refinement if growth is allowed.
     pub(super) fn refined_fit(
         mut self,
         surface: NurbsSurface,
@@ -50,9 +50,10 @@ impl AlternatingFit<'_> {
         Ok(RefinementResult { finest, accepted })
     }
 
-    /// Divides spans and solves again until the tolerance holds or something forbids more. With a
-    /// tolerance, it ends at the first net that is not accepted; without, this only keeps the one
-    /// before.
+    /// Divides spans and solves again until the tolerance holds or a limit is reached.
+    ///
+    /// With a tolerance, the growth ends at the first surface that is not accepted. Without one, it
+    /// continues and keeps the surface before.
     fn refine(
         &mut self,
         mut surface: NurbsSurface,
@@ -64,7 +65,7 @@ impl AlternatingFit<'_> {
         let max_held =
             (used / SETTINGS.points_per_control_point).max(used.min(SETTINGS.few_points));
         let exact = EXACT_ERROR * diameter(self.points);
-        // A finer net begins no rougher than the one before.
+        // The fairness weight of a finer net starts at the last one.
         self.fairness_decay = 1.0;
         self.limit = self.limit.div_ceil(2) - 1;
         loop {
@@ -135,7 +136,7 @@ impl AlternatingFit<'_> {
 }
 
 impl AlternatingFit<'_> {
-    /// Whether the distances of the points that count are noise, which a finer net would follow.
+    /// Whether the distances of the used points are noise, which a finer net would follow.
     fn are_noise(&self, projections: &[Projection]) -> bool {
         let used = projections.iter().enumerate().filter(|(i, _)| self.weight(*i) > 0.0);
         let (uv, distances): (Vec<DVec2>, Vec<f64>) = used
@@ -145,8 +146,8 @@ impl AlternatingFit<'_> {
     }
 }
 
-/// Twice the distance of the farthest point from the mean of all: unlike the diagonal of their box, it does not
-/// hang on how they are turned.
+/// Twice the distance of the farthest point from the centroid. Unlike the diagonal of a bounding
+/// box, it does not change under rotation.
 pub(crate) fn diameter(points: &[DVec3]) -> f64 {
     let mean = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
     2.0 * points.iter().map(|point| point.distance(mean)).fold(0.0, f64::max)

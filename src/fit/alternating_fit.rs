@@ -1,4 +1,7 @@
-//! A fit in progress: solutions for the net in turns with corrections of the parameters.
+//! Alternating fit: solutions for the net in turn with parameter correction.
+//!
+//! Input are points with rough parameters and a spline space; output is a surface with the points'
+//! projections (W. Wang, H. Pottmann, Y. Liu, 2006).
 
 use super::settings::{
     AlternatingFitSettings, FairnessSettings, LeastSquaresSettings, ProjectionSettings,
@@ -32,32 +35,32 @@ const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
 
-/// A fit in progress.
+/// The state of an alternating fit.
 pub(super) struct AlternatingFit<'a> {
     pub(super) points: &'a [DVec3],
     weights: Option<&'a [f64]>,
     pub(super) uv: Vec<DVec2>,
     pub(super) closed: [bool; 2],
-    /// Only each so manieth point is looked at.
+    /// Every `stride`-th point is used.
     stride: usize,
     fixed: Option<f64>,
-    /// What cross-validation has found last.
+    /// The last result of cross-validation.
     pub(super) score: Option<cross_validation::Score>,
-    /// The weight that falls from solution to solution.
+    /// Weight of the fairness, which falls from solution to solution.
     pub(super) fairness_weight: f64,
-    /// The share of it that is left after each solution: with much of it, folded sheets are drawn flat;
-    /// with little of it too early, noise is taken for shape.
+    /// Share of the weight that remains after each solution. More flattens folded sheets; less, too
+    /// early, follows noise.
     pub(super) fairness_decay: f64,
     pub(super) iterations: usize,
-    /// Solutions with each net, while the error falls slowly.
+    /// Solutions with each net while the error decreases slowly.
     pub(super) limit: usize,
-    /// Solutions that are expected.
+    /// Expected number of solutions.
     total: usize,
-    /// Root of the mean square of the distances, when they were found last.
+    /// Rms distance when it was last computed.
     error: Option<f64>,
     pub(super) observer: &'a mut dyn Observer,
     pub(super) boundary: Option<BoundaryConstraint>,
-    /// The matrix of an earlier solution, whose memory is used again.
+    /// The matrix of an earlier solution, whose memory is reused.
     spare: Option<BandMatrix>,
 }
 
@@ -89,14 +92,14 @@ impl<'a> AlternatingFit<'a> {
         }
     }
 
-    /// Looks at no more points than a net of this size needs, at equal steps in their order.
+    /// Uses as many points as a net of this size needs, at equal steps in their order.
     pub(super) fn subsample_for(&mut self, space: &SplineSpace) {
         let enough =
             (SETTINGS.points_per_control_point * space.unknowns()).max(LEAST_SQUARES.enough_points);
         self.stride = (self.points.len() / enough).max(1);
     }
 
-    /// Looks at all points from now on; says whether it did not before.
+    /// Uses all points from now on. Returns whether it did not before.
     pub(super) fn use_all_points(&mut self, surface: &NurbsSurface) -> bool {
         let changed = self.stride > 1;
         self.stride = 1;
@@ -110,31 +113,32 @@ impl<'a> AlternatingFit<'a> {
         self.weights.map_or(1.0, |weights| weights[index])
     }
 
-    /// The weight of the fairness that is aimed at: few points get more, since cross-validation does not
-    /// know of the freedom that parameters have.
+    /// The fairness that the weight falls to. Few points get more, since cross-validation ignores
+    /// the freedom of the parameters.
     pub(super) fn target_fairness(&self) -> f64 {
         let count = self.points.len() as f64;
         let least = FAIRNESS.min_weight.max(1.0 / (count * count));
         self.fixed.unwrap_or(self.score.map_or(least, |score| score.fairness.max(least)))
     }
 
-    /// The weight of distances across the normal: few points do not hold a net where they are not.
+    /// The weight of distances in the tangent plane. Few points need more to determine the net
+    /// there.
     fn tangential(&self) -> f64 {
         LEAST_SQUARES.tangential_weight.max(1.0 / self.points.len() as f64)
     }
 
-    /// The energy that is kept small, with the anisotropy that was found last.
+    /// The fairness energy, with the anisotropy that was found last.
     fn energy(&self, space: &SplineSpace, lengths: (f64, f64)) -> Energy {
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
-        // A quadratic through few points would be far from their surface.
+        // With few points, a quadratic deviates far from their surface.
         let few = self.points.len() < 2 * space.unknowns();
         let order = if few { ORDER - 1 } else { ORDER };
-        // Derivatives beyond the degree vanish.
+        // Derivatives of an order beyond the degree vanish.
         let energy = Energy::new(lengths, order.min(p.max(q)));
         self.score.map_or(energy, |score| energy.with_anisotropy(score.anisotropy))
     }
 
-    /// Its matrix, and the entries of that for x, y and z.
+    /// The energy's matrix, and its entries for x, y and z.
     fn energy_matrices(
         &self,
         space: &SplineSpace,
@@ -145,14 +149,15 @@ impl<'a> AlternatingFit<'a> {
         (energy, energy_xyz)
     }
 
-    /// The surface by plain distances at the parameters as they are.
+    /// The surface that minimizes plain distances at the current parameters.
     pub(super) fn first(&mut self, space: &SplineSpace) -> Result<NurbsSurface> {
         let samples = self.samples(None);
         let energy = self.energy(space, (1.0, 1.0)).matrix(space);
         self.solve_distances(space, &samples, &energy, self.fairness_weight)
     }
 
-    /// The points looked at, at their feet or, without, for plain distances at their parameters.
+    /// Samples of the points used: tangent distances at their projections, or plain distances
+    /// without projections.
     fn samples(&self, projections: Option<&[Projection]>) -> Vec<Sample> {
         let across = self.tangential();
         let &Self { points, weights, ref uv, stride, .. } = self;
@@ -170,18 +175,19 @@ impl<'a> AlternatingFit<'a> {
         places.with_min_len(POINTS_PER_TASK).map(sample).collect()
     }
 
-    /// A matrix of zeros for coupled coordinates.
+    /// A zero matrix for coupled coordinates.
     fn blank(&mut self, space: &SplineSpace) -> BandMatrix {
         space.matrix_instead(3, self.spare.take())
     }
 
-    /// Samples of the rim, beside those of so many points.
+    /// Samples of the boundary constraint, weighted for this number of points.
     fn boundary(&self, points: usize) -> impl Iterator<Item = Sample> {
         let fairness = self.fairness_weight.max(self.target_fairness());
         self.boundary.iter().flat_map(move |boundary| boundary.beside(points, fairness))
     }
 
-    /// Solves with a net of its own, in turns with the feet, until the error stops falling.
+    /// Minimizes the distances in a spline space, in turn with projection, until the error stops
+    /// decreasing.
     pub(super) fn minimize(
         &mut self,
         space: &SplineSpace,
@@ -190,7 +196,8 @@ impl<'a> AlternatingFit<'a> {
         let (lengths, limit) = (isocurve_lengths(&from), self.limit);
         let (mut energy, mut energy_xyz) = self.energy_matrices(space, lengths);
         let (mut surface, mut error) = (from, f64::INFINITY);
-        // Where a surface passes through all points, iterations converge ever faster and go on.
+        // A surface through all points converges ever faster; the iteration continues as long as it
+        // does.
         for iteration in 0..SETTINGS.extension * limit {
             let projections = self.correct_parameters(&surface, PROJECTION.steps);
             let found = self.rms(&projections);
@@ -210,7 +217,8 @@ impl<'a> AlternatingFit<'a> {
             let points = with_boundary.len();
             with_boundary.extend(self.boundary(points));
             let samples = &with_boundary[..points];
-            // When the net has taken shape, and when the parameters have followed.
+            // Cross-validation again, once the net has its shape, and once the parameters have
+            // followed.
             let again = iteration == 2 && self.target_fairness() > FAIRNESS.noisy_weight
                 || iteration == limit / 2;
             let select_fairness = self.fixed.is_none() && (iteration == 1 || again);
@@ -237,8 +245,8 @@ impl<'a> AlternatingFit<'a> {
         Ok(surface)
     }
 
-    /// Bends the domain so that it ends where the points end, and goes on by this many of their mean
-    /// spacings, at open borders; says how far its sides are drawn in.
+    /// Bends the domain at open sides to the boundary of the points, plus `border` of their mean
+    /// spacings. Returns the surface on it, and how deep the boundary curves lie.
     pub(super) fn conform(
         &mut self,
         surface: NurbsSurface,
@@ -287,7 +295,7 @@ impl<'a> AlternatingFit<'a> {
         }
     }
 
-    /// Moves the parameters of the points looked at to their feet.
+    /// Projects the points used, and takes over the parameters of their projections.
     pub(super) fn correct_parameters(
         &mut self,
         surface: &NurbsSurface,
@@ -301,7 +309,7 @@ impl<'a> AlternatingFit<'a> {
         projections
     }
 
-    /// Root of the mean square of the distances.
+    /// Rms distance of the points used.
     pub(super) fn rms(&self, projections: &[Projection]) -> f64 {
         let seen = (0..self.points.len()).step_by(self.stride).zip(projections);
         let (mut squares, mut weights) = (0.0, 0.0);
@@ -363,7 +371,7 @@ impl<'a> AlternatingFit<'a> {
     }
 }
 
-/// Each so manieth of some items.
+/// Every `stride`-th item.
 fn every<T: Copy>(items: &[T], stride: usize) -> Cow<'_, [T]> {
     if stride == 1 { items.into() } else { items.iter().step_by(stride).copied().collect() }
 }

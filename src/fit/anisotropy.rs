@@ -1,16 +1,17 @@
-//! How much more a surface may bend along one direction of its parameters than along the other: by
-//! the marginal likelihood of its points.
+//! Anisotropy of the fairness: how much more derivatives along one direction count, by the marginal
+//! likelihood of the points.
 //!
-//! The surface is the likeliest one if its energy, `lambda_j` times that of each part j, is minus the
-//! logarithm of a prior probability. The points' likelihood under all surfaces together then tells
-//! the `lambda_j`, and the generalized Fellner-Schall update (S. Wood, M. Fasiolo, *A generalized
-//! Fellner-Schall method for smoothing parameter optimization with application to Tweedie location,
-//! scale and shape models*, 2017) is a step that raises it: `lambda_j` becomes larger by
-//! `(tr(P⁻ E_j) - tr((A + P)⁻¹ E_j)) / c·E_j c` up to a common factor, with the matrices `E_j` of the
-//! parts, their sum `P` with weights, the equations' `A` and the solution c. Only the anisotropy is
-//! taken from it: how the part of the derivatives along u alone stands to that along v alone, while
-//! mixed ones stay in the middle. The common factor is left to cross-validation, which errs less where
-//! a surface is not as its prior has it.
+//! The fairness energy, the sum of `lambda_j` times the energy of each part j, is minus the
+//! logarithm of a prior probability. The likelihood of the points under this prior, integrated over
+//! all surfaces, depends on the `lambda_j`. The generalized Fellner-Schall update increases it (S.
+//! Wood, M. Fasiolo, *A generalized Fellner-Schall method for smoothing parameter optimization with
+//! application to Tweedie location, scale and shape models*, 2017): up to a common factor it
+//! multiplies `lambda_j` by `(tr(P⁻ E_j) - tr((A + P)⁻¹ E_j)) / c·E_j c`. `E_j` are the matrices of
+//! the parts, `P` is their weighted sum, `A` is the matrix of the points, and c is the solution.
+//!
+//! Only the anisotropy is taken from it: the ratio of the parts of derivatives along u alone and
+//! along v alone. Mixed derivatives keep their weight. Cross-validation chooses the common factor,
+//! since it depends less on whether the prior is right.
 
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
@@ -26,11 +27,12 @@ use crate::nurbs::BasisDerivatives;
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
-/// 1, which is none, if they cannot tell or digits do not suffice.
+/// An anisotropy that makes the points more likely than that of `energy`, whose matrix is
+/// multiplied by `times`. It is 1, isotropic, if the points do not determine it or rounding
+/// prevents it.
 ///
-/// Two factorizations and inverses within the band at most: as much as two weights cost
-/// cross-validation.
+/// It takes at most two factorizations and inverses within the band, as much as cross-validation of
+/// two weights.
 pub(super) fn more_likely(
     space: &SplineSpace,
     samples: &[Sample],
@@ -56,18 +58,18 @@ pub(super) fn more_likely(
     let [before, after] = energy.traces(space, [&prior.inverse(), &inverse]);
     let taken = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
     if !taken.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
-        // An energy cannot take away more freedom than there is: rounding has, where control points lie ever so
-        // densely along one direction as compared with the other.
+        // The energy cannot remove more freedom than there is. Rounding causes this, where control
+        // points are much denser along one direction than along the other.
         return Ok(1.0);
     }
     let mut solution = equations.right.clone();
     posterior.solve(&mut solution);
     let bending = bending(space, samples, energy, &solution);
     let [along_u, along_v] = [0, 1].map(|d| ((before[d] - times * after[d]) / bending[d]).ln());
-    // One part counts as much beside the other as the anisotropy squared. An update falls short of
-    // the likeliest: twice as far is where three lead.
+    // The ratio of both parts is the anisotropy squared. One update falls short of the optimum:
+    // twice the step reaches as far as three updates.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
-    // Rounded, since the ridge magnifies rounding.
+    // Rounded, since the ridge amplifies rounding errors.
     let anisotropy =
         ((anisotropy.ln() / SETTINGS.anisotropy_step).round() * SETTINGS.anisotropy_step).exp();
     Ok(if anisotropy.is_finite() {
@@ -77,11 +79,11 @@ pub(super) fn more_likely(
     })
 }
 
-/// The energies of the derivatives along u alone and along v alone, without anisotropy, of the surface
-/// with these control points in the order of solution; up to a common factor.
+/// The energies of derivatives along u alone and along v alone, without anisotropy, up to a common
+/// factor. The surface has these control points, in the order of solution.
 ///
-/// Only what they have along the samples' normals counts: an arc's third derivatives are tangents,
-/// and say nothing of noise.
+/// Only the components along the samples' normals count: third derivatives of an arc are tangential
+/// and unrelated to noise.
 fn bending(
     space: &SplineSpace,
     samples: &[Sample],
@@ -118,7 +120,7 @@ mod tests {
     use super::*;
     use crate::nurbs::KnotVector;
 
-    /// Noise of deviation 1: the sum of twelve numbers that `SplitMix64` draws (G. Steele, D. Lea,
+    /// Noise of standard deviation 1: the sum of twelve numbers by `SplitMix64` (G. Steele, D. Lea,
     /// C. Flood, 2014).
     fn noise(i: u64) -> f64 {
         let draw = |k: u64| {
@@ -130,7 +132,7 @@ mod tests {
         (0..12).map(draw).sum::<f64>() - 6.0
     }
 
-    /// Points scattered over a square and moved along its normal.
+    /// Points scattered over a square, displaced along its normal.
     fn samples(height: impl Fn(DVec2) -> f64, deviation: f64) -> Vec<Sample> {
         let sample = |i: u32| {
             let at = f64::from(i);
@@ -144,7 +146,7 @@ mod tests {
         (0..1500).map(sample).collect()
     }
 
-    /// The anisotropy after steps from none, with a weight of the fairness.
+    /// The anisotropy after some updates from 1, with a weight of the fairness.
     fn found(samples: &[Sample], closed: [bool; 2], fairness: f64, steps: usize) -> f64 {
         let knots = closed.map(|closed| {
             if closed {
@@ -164,7 +166,7 @@ mod tests {
         energy.anisotropy
     }
 
-    /// Bends along u, and hardly along v.
+    /// Waves along u, almost straight along v.
     fn waves(uv: DVec2) -> f64 {
         0.1 * (9.0 * uv.x).sin() * (1.0 + 0.2 * uv.y)
     }
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn what_bends_in_the_surface_alone_does_not_count() {
-        // Parameters that run unevenly along v: third derivatives within the plane.
+        // Uneven parameters along v give third derivatives within the plane.
         let mut uneven = samples(waves, 0.02);
         let even = found(&uneven, [false; 2], 1.0, 1);
         for sample in &mut uneven {

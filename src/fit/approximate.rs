@@ -1,10 +1,10 @@
-//! The surface near points whose parameters are known roughly: least squares, coarse to fine, with
-//! fairness and parameter correction by tangent distance.
+//! Approximation: a surface near points with rough parameters, by least squares from coarse to
+//! fine.
 //!
-//! Tangent distance (W. Wang, H. Pottmann, Y. Liu, *Fitting B-spline curves to point clouds by
-//! curvature-based squared distance minimization*, 2006) counts how far a point is from the tangent
-//! plane at its foot, and hardly where in the plane it is: the net may slide along the surface
-//! towards the parameters that suit it, which plain distances hinder.
+//! The distances are tangent distances (W. Wang, H. Pottmann, Y. Liu, *Fitting B-spline curves to
+//! point clouds by curvature-based squared distance minimization*, 2006): those to the tangent
+//! plane at a point's projection count in full, those within the plane little. So the net can slide
+//! along the surface to better parameters, which plain distances prevent.
 
 use super::settings::{AlternatingFitSettings, FairnessSettings};
 use glam::{DVec2, DVec3};
@@ -23,12 +23,13 @@ use crate::progress::Observer;
 const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
 const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 
-/// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
-/// 1). Each squared distance counts with its weight (1 without weights).
+/// The surface near `points`, from rough parameters in [0, 1]². Closed directions have the period
+/// 1. Each squared distance is multiplied by its weight, 1 without weights.
 ///
-/// Half the net is fitted first, then the whole, both to as many points as they need, taken at equal
-/// steps; at last the whole net to all points. O(points · degree⁴) and one band solution of three
-/// times the unknowns for each iteration. The number of threads does not change a bit.
+/// A net with half the rows and columns is fitted first, then the whole net, both to as many points
+/// as they need, at equal steps. Finally the whole net is fitted to all points. Each iteration
+/// takes O(points · degree⁴) and one band solution of three times the unknowns. The result is the
+/// same to the last bit with any number of threads.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, fit::{ApproximateOptions, approximate}, progress::Silent};
@@ -47,8 +48,9 @@ const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`](crate::Error::Parameter) if the net is too small for the degree, or nothing holds it;
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+/// [`Error::Parameter`](crate::Error::Parameter) if the net is too small for the degree, or the
+/// points do not determine it; [`Error::Interrupted`](crate::Error::Interrupted) if the observer
+/// stops it.
 pub fn approximate(
     points: &[DVec3],
     uv: &[DVec2],
@@ -75,7 +77,7 @@ pub fn approximate(
         for round in 1..=SETTINGS.max_boundary_rounds {
             let (bent, depth) = fitting.conform(surface, options.border)?;
             surface = fitting.minimize(whole, bent)?;
-            // A notch that is followed twice is followed.
+            // A curve that follows a notch needs no more than two rounds.
             if depth == Depth::Free || depth == Depth::Notch && round == 2 {
                 break;
             }
@@ -85,19 +87,19 @@ pub fn approximate(
     Ok(fitting.refined_fit(surface, options.growth, &|_, _| Ok(true))?.finest)
 }
 
-/// A surface that a fit goes on from.
+/// A surface from which a fit continues.
 #[derive(Clone, Copy)]
 pub(crate) struct FittedSurface<'a> {
     pub(crate) surface: &'a NurbsSurface,
     /// The parameters of each point's projection.
     pub(crate) uv: &'a [DVec2],
     pub(crate) closed: (bool, bool),
-    /// The weight of the fairness that the fit begins with.
+    /// The weight of the fairness at the start of the fit.
     pub(crate) fairness: f64,
 }
 
-/// The surface that a fit becomes with other weights, which change little, on the domain that it has;
-/// it grows on, if it may. `fairness` is as in [`ApproximateOptions`].
+/// The surface fitted again with slightly different weights, on the same domain. It grows if it
+/// may. `fairness` is as in [`ApproximateOptions`].
 ///
 /// # Errors
 ///
@@ -122,7 +124,7 @@ pub(crate) fn continued(
     fitting.refined_fit(surface, growth, accept)
 }
 
-/// Nets from coarse to whole: each has half the rows and columns of the next, as far as the degree
+/// Nets from coarse to whole. Each has half the rows and columns of the next, as far as the degree
 /// allows.
 fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     let half = |count: usize, degree: usize, closed| {

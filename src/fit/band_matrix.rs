@@ -1,5 +1,5 @@
-//! Symmetric positive definite matrices with entries near the diagonal alone, in square tiles:
-//! factorization, solution, and the part of the inverse that lies in the band.
+//! Symmetric positive definite band matrices in square tiles: Cholesky factorization, and the
+//! inverse within the band.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
@@ -10,33 +10,34 @@ use rayon::prelude::*;
 use super::sizes::POINTS_PER_TASK;
 use crate::nurbs::window;
 
-/// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
-/// processor busy.
+/// Sides of tiles for narrow and for wide bands. Small tiles store fewer zeros, large ones use the
+/// processor better.
 const TILES: [usize; 2] = [32, 64];
 
-/// Half bandwidth from which on tiles are large and the updates of a column are shared by threads.
+/// Half bandwidth from which on tiles are large, and threads share the updates of a column.
 const WIDE: usize = 256;
 
-/// Rows that stay in registers: to read and write them for each column takes several times as long.
+/// Rows that stay in registers. Reading and writing them for each column takes several times as
+/// long.
 pub(super) const ROWS: usize = 8;
 
 /// The lower half of a symmetric band matrix, or its Cholesky factor.
 #[derive(Clone, Debug)]
 pub(super) struct BandMatrix {
     size: usize,
-    /// How far from the diagonal entries are at most.
+    /// Half bandwidth: the largest distance of an entry from the diagonal.
     width: usize,
     /// Side of a tile, a power of two.
     side: usize,
     /// Tiles in a column: the diagonal one and those below it.
     reach: usize,
-    /// Tile by tile down each column, tiles column-major.
+    /// Tiles down each column; tiles are column-major.
     values: Vec<f64>,
 }
 
 impl BandMatrix {
-    /// A matrix of zeros whose entries (i, j) will have `|i - j| <= width`, in the memory of another that nobody
-    /// needs any more, if there is one: to get as much anew takes the kernel a quarter as long as the factor.
+    /// A zero matrix whose entries (i, j) will have `|i - j| <= width`. It reuses the memory of
+    /// `spare`, since allocation takes a quarter of the time of the factorization.
     pub(super) fn new(size: usize, width: usize, spare: Option<Self>) -> Self {
         let side = TILES[usize::from(width >= WIDE)];
         let columns = size.div_ceil(side);
@@ -53,7 +54,7 @@ impl BandMatrix {
         band
     }
 
-    /// Ones on the diagonal beyond the matrix, so that the last tile can be treated as the others.
+    /// Sets the diagonal beyond the matrix to 1, so that the last tile needs no special case.
     fn complete(&mut self) {
         for i in self.size..self.columns() * self.side {
             let at = self.index(i, i);
@@ -84,15 +85,15 @@ impl BandMatrix {
         self.side * self.side
     }
 
-    /// The rows of a tile so many below a diagonal one that lie in the band: of the last one hardly any may.
+    /// The rows within the band, of the tile `below` tiles under the diagonal one.
     pub(super) fn rows_inside(&self, below: usize) -> usize {
         (self.width + self.side).saturating_sub(below * self.side).min(self.side)
     }
 
-    /// Where an entry on or below the diagonal stands.
+    /// The index of an entry on or below the diagonal.
     #[inline]
     fn index(&self, row: usize, col: usize) -> usize {
-        // Shifts instead of divisions: half the time of filling a matrix.
+        // Shifts instead of divisions halve the time of filling a matrix.
         let (shift, mask) = (self.side.trailing_zeros(), self.side - 1);
         let (tile_row, tile_col) = (row >> shift, col >> shift);
         let tile = tile_col * self.reach + tile_row - tile_col;
@@ -112,8 +113,8 @@ impl BandMatrix {
         self.values[self.index(i.max(j), i.min(j))]
     }
 
-    /// Adds a symmetric block of three rows from 3 i on and three columns from 3 j on, and the same
-    /// the other way round; values are those of the pairs 00, 01, 02, 11, 12 and 22.
+    /// Adds a symmetric block to the rows from 3 i and the columns from 3 j on, and its transpose.
+    /// Values are those of the pairs 00, 01, 02, 11, 12 and 22.
     #[inline]
     pub(super) fn add_block(&mut self, i: usize, j: usize, [a, b, c, d, e, f]: [f64; 6]) {
         let (row, col) = (3 * i.max(j), 3 * i.min(j));
@@ -130,7 +131,7 @@ impl BandMatrix {
             return;
         }
         for (col, column) in (col..).zip(columns) {
-            // On the diagonal the lower half alone stands.
+            // On the diagonal, only the lower half is stored.
             let first = row.max(col);
             let (at, left) = (self.index(first, col), self.side - (first & (self.side - 1)));
             for (k, value) in column.iter().skip(first - row).enumerate() {
@@ -151,8 +152,8 @@ impl BandMatrix {
         self.complete();
     }
 
-    /// The entries that are not 0, and where they stand in a matrix like `other` of three
-    /// coordinates for each row, once for each of them.
+    /// The entries that are not 0, with their indices in a matrix like `other` of three coordinates
+    /// for each row, once for each coordinate.
     pub(super) fn for_each_axis(&self, other: &Self) -> Vec<(usize, f64)> {
         let mut entries = Vec::new();
         for col in 0..self.size {
@@ -167,14 +168,14 @@ impl BandMatrix {
         entries
     }
 
-    /// Adds `factor` times entries by their places.
+    /// Adds `factor` times entries at their indices.
     pub(super) fn add_entries(&mut self, factor: f64, entries: &[(usize, f64)]) {
         for (at, value) in entries {
             self.values[*at] += factor * value;
         }
     }
 
-    /// The row behind the last that a column's tiles have.
+    /// The row after the last one in the tiles of a column.
     fn end_of_band(&self, col: usize) -> usize {
         ((col / self.side + self.reach) * self.side).min(self.size)
     }
@@ -189,8 +190,8 @@ impl BandMatrix {
         (0..self.size).for_each(|i| self.add(i, i, ridge));
     }
 
-    /// The sum of the products of all entries with those of another matrix, whose diagonal tiles have a lower half
-    /// alone, as sums have: the trace of the product of both.
+    /// The sum of the products of all entries with those of another matrix: the trace of the
+    /// product. The diagonal tiles of `other` contain only the lower half.
     pub(super) fn inner_product(&self, other: &Self) -> f64 {
         let (tile, side) = (self.tile_len(), self.side);
         let tiles = self.values.chunks(tile).zip(other.values.chunks(tile)).enumerate();
@@ -204,9 +205,9 @@ impl BandMatrix {
         products.sum()
     }
 
-    /// Cholesky's factor in place of the matrix, tile by tile (right-looking). `check` is asked
-    /// before each column of tiles whether to go on. `Ok(false)` if the matrix is not positive
-    /// definite. One owner computes each tile, so that any number of threads gives the same bits.
+    /// Replaces the matrix by its Cholesky factor, tile by tile (right-looking). `check` is called
+    /// before each column of tiles and may stop it. `Ok(false)` if the matrix is not positive
+    /// definite. Each tile is computed by one task, so the number of threads does not change a bit.
     pub(super) fn factor<E>(
         &mut self,
         check: &mut dyn FnMut() -> Result<(), E>,
@@ -231,7 +232,7 @@ impl BandMatrix {
             };
             let panel_ref: &[f64];
             let update = |(number, target): (usize, &mut [f64]), panel: &[f64]| {
-                // Tile (row, col) of the columns behind, both counted from them.
+                // Tile (row, col), relative to the next column.
                 let (col, row) = (number / reach, number / reach + number % reach);
                 if row < below {
                     let at = |k: usize| {
@@ -258,9 +259,9 @@ impl BandMatrix {
         Ok(true)
     }
 
-    /// The entries of the inverse that lie in the band, from this factor (K. Takahashi, J. Fagan,
-    /// M. Chin, *Formation of a sparse bus impedance matrix*, 1973; M. Hutchinson and F. de Hoog,
-    /// *Smoothing noisy data with spline functions*, 1985, for exactly this use).
+    /// The entries of the inverse within the band, from this factor (K. Takahashi, J. Fagan, M.
+    /// Chin, *Formation of a sparse bus impedance matrix*, 1973; for smoothing splines M.
+    /// Hutchinson and F. de Hoog, *Smoothing noisy data with spline functions*, 1985).
     pub(super) fn inverse(&self) -> Self {
         let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
         let mut inverse = Self { values: vec![0.0; self.values.len()], ..*self };
@@ -317,7 +318,7 @@ impl BandMatrix {
     }
 }
 
-/// The sum of the products of numbers with others.
+/// The scalar product.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; ROWS];
     for (a, b) in a.as_chunks::<ROWS>().0.iter().zip(b.as_chunks::<ROWS>().0) {
@@ -326,7 +327,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
-/// Cholesky's factor of one tile in place, its upper half zero; false if there is none.
+/// Replaces one tile by its Cholesky factor, with zeros above the diagonal. False if it is not
+/// positive definite.
 struct TileFactor<'a> {
     values: &'a mut [f64],
     side: usize,
@@ -342,7 +344,7 @@ impl WithSimd for TileFactor<'_> {
         for j in 0..side {
             let (before, rest) = values.split_at_mut(j * side);
             let column = &mut rest[..side];
-            // Some rows at a time, which stay in registers; those above the diagonal come to nothing.
+            // Several rows at a time stay in registers. Those above the diagonal become zero.
             let above = j - j % ROWS;
             for (number, rows) in column[above..].as_chunks_mut::<ROWS>().0.iter_mut().enumerate() {
                 let mut left = *rows;
@@ -370,7 +372,7 @@ impl WithSimd for TileFactor<'_> {
 mod tests {
     use super::*;
 
-    /// A band matrix that is positive definite because its diagonal dominates.
+    /// A diagonally dominant, thus positive definite, band matrix.
     fn matrix(size: usize, width: usize) -> BandMatrix {
         let mut band = BandMatrix::new(size, width, None);
         for i in 0..size {

@@ -1,4 +1,4 @@
-//! What of a plane heights are a surface over.
+//! Base of a height field: the plane across the heights, and the rectangle that the surface covers.
 
 use super::settings::HeightSettings;
 use glam::{DVec2, DVec3};
@@ -7,24 +7,24 @@ use crate::error::{Error, Result};
 
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 
-/// What a surface of heights stands on: a part of a plane.
+/// The plane across the heights.
 #[derive(Clone, Debug)]
 pub(crate) struct BasePlane {
-    /// The axes of the plane, of length 1.
+    /// Unit vectors of the plane's axes.
     pub(crate) axes: [DVec3; 2],
-    /// The direction of the heights, of length 1.
+    /// Unit vector of the heights.
     pub(crate) up: DVec3,
 }
 
 impl BasePlane {
-    /// The rectangle around points along [`height_axes`].
+    /// The plane across `up`, with the axes of [`height_axes`].
     pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
         Self { axes: height_axes(points, up), up }
     }
 }
 
-/// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
-/// the points' places scatter most and least.
+/// The plane's axes for a direction of heights: x and y for z, otherwise the principal axes of the
+/// points' places in the plane, the one of largest variance first.
 #[must_use]
 pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     if up == DVec3::Z {
@@ -43,7 +43,7 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     [u, up.cross(u)]
 }
 
-/// A rectangle of the plane across the heights, along its axes.
+/// A rectangle in the base plane, along its axes.
 #[derive(Clone, Debug)]
 pub(super) struct BaseDomain {
     low: DVec2,
@@ -51,8 +51,8 @@ pub(super) struct BaseDomain {
 }
 
 impl BaseDomain {
-    /// The rectangle around the places of points, their first two coordinates; at sides where those
-    /// that count are scattered it ends where most likely their ground does.
+    /// The rectangle around the first two coordinates of points. At sides where the used points are
+    /// scattered, it extends to where they most likely end.
     ///
     /// # Errors
     ///
@@ -80,8 +80,9 @@ impl BaseDomain {
                     usize::from(high[axis] - place[axis] <= SETTINGS.side_tolerance * size[axis]);
             }
         }
-        // The outermost of n points is 1 / n of a side from its end on average, exponentially distributed:
-        // six of seven gaps are shorter than twice that. Rows of a grid end where they are.
+        // The outermost of n points lies on average 1 / n of a side from its end, exponentially
+        // distributed. Six of seven gaps are shorter than twice that. Rows of a grid end on the
+        // side.
         let further = (2.0 / f64::max(counted, 1.0)).min(SETTINGS.max_extension);
         let beyond =
             |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { further } else { 0.0 })) * size;
@@ -94,7 +95,7 @@ impl BaseDomain {
         ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
-    /// The place at parameters.
+    /// The place at these parameters.
     pub(super) fn place(&self, uv: DVec2) -> DVec2 {
         self.low + uv * self.size
     }
@@ -128,7 +129,7 @@ mod tests {
         let (low, high) = ends(&points);
         assert!(low.distance(box_low - further) < 1e-14);
         assert!(high.distance(box_high + further) < 1e-14);
-        // Those that do not count do not make the others denser.
+        // Unused points do not increase the density.
         let ground = BaseDomain::around(&points, |i| i < 200).unwrap();
         assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * further) < 1e-14);
     }

@@ -1,4 +1,4 @@
-//! Weights that let outliers go.
+//! Robust weights: Tukey's biweight, which removes outliers.
 
 use super::settings::RobustSettings;
 
@@ -6,11 +6,11 @@ const SETTINGS: RobustSettings = RobustSettings::STANDARD;
 /// Standard deviations of normal noise for each median absolute deviation.
 pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;
 
-/// Tukey's biweight for distances from a surface, without or with sign: near 1 for small ones,
-/// falling to 0 at 4.7 standard deviations, which are estimated by the median of the absolute
-/// distances (J. Tukey 1974; P. Huber, *Robust Statistics*, 1981).
+/// Tukey's biweight for distances from a surface, signed or not. It is near 1 for small distances
+/// and falls to 0 at 4.7 standard deviations. The median of the absolute distances estimates the
+/// standard deviation (J. Tukey 1974; P. Huber, *Robust Statistics*, 1981).
 ///
-/// Of distances that are mostly 0 all weights are 1.
+/// All weights are 1 if most distances are 0.
 ///
 /// ```
 /// use neurbs::fit::biweights;
@@ -29,14 +29,14 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
     distances.iter().map(|distance| biweight(*distance, median)).collect()
 }
 
-/// The weight of one distance where the median of their sizes is this.
+/// The weight of one distance, for a median of absolute distances.
 pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
     let cutoff_distance = cutoff_distance(median);
     let share = if cutoff_distance > 0.0 { distance / cutoff_distance } else { 0.0 };
     if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
 }
 
-/// The distance from which on there is no weight.
+/// The distance from which on the weight is 0, for a median of absolute distances.
 pub(crate) fn cutoff_distance(median: f64) -> f64 {
     SETTINGS.cutoff * MAD_TO_DEVIATION * median
 }

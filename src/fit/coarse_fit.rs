@@ -1,4 +1,4 @@
-//! A coarse fit of a small net to a few thousand points, by which hypotheses are compared.
+//! Coarse fit: a small net fitted to a few thousand points, to compare hypotheses.
 
 use super::settings::{CoarseSettings, FairnessSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
@@ -19,7 +19,7 @@ use crate::nurbs::{KnotVector, NurbsSurface};
 const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Points with rough parameters, to be fitted coarsely.
+/// Points with rough parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct CoarseProblem<'a> {
     /// The points.
@@ -30,35 +30,35 @@ pub struct CoarseProblem<'a> {
     pub lengths: [f64; 2],
     /// Directions that close.
     pub closed: [bool; 2],
-    /// Whether parameters stay as they are, as those of heights do.
+    /// Whether parameters stay as they are, as those of height fields do.
     pub fixed: bool,
-    /// The noise of the points, under which no distance makes an outlier.
+    /// The noise of the points, in their unit. Smaller distances never make an outlier.
     pub noise: f64,
 }
 
-/// What a coarse fit has found.
+/// The result of a coarse fit.
 #[derive(Clone, Debug)]
 pub struct CoarseFit {
     /// The surface over [0, 1]².
     pub surface: NurbsSurface,
-    /// The points' parameters on it.
+    /// The parameters of the points' projections.
     pub uv: Vec<DVec2>,
-    /// Their distances from it.
+    /// The points' distances from the surface.
     pub distances: Vec<f64>,
-    /// Weight of the fairness.
+    /// The weight of the fairness.
     pub fairness: f64,
-    /// Root mean square distance of points left out at random and by blocks in space.
+    /// Rms distance of points that were left out, in turn and by blocks in space.
     pub held_out: [f64; 2],
     /// The distance of each point when it was left out in turn.
     pub left_out: Vec<f64>,
 }
 
-/// Root mean square distance of the points from a surface of few control points, after one solution
-/// and one step of their parameters.
+/// Rms distance of the points from a surface with few control points, after one solution and one
+/// projection step.
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if the points cannot hold the net.
+/// [`Error::Parameter`] if the points do not determine the net.
 pub fn quick_error(problem: &CoarseProblem<'_>, settings: &CoarseSettings) -> Result<f64> {
     let mut solver = CoarseSolver::new(problem, settings, settings.quick_control_points)?;
     let surface = solver.solve(settings.first_fairness)?;
@@ -66,12 +66,12 @@ pub fn quick_error(problem: &CoarseProblem<'_>, settings: &CoarseSettings) -> Re
     Ok(rms(solver.distances(&surface)))
 }
 
-/// The coarse fit: parameters follow the surface, outliers lose their weight, and the fairness is
-/// the one that predicts left-out points best.
+/// The coarse fit: parameters are corrected, outliers lose their weight, and cross-validation
+/// chooses the fairness.
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if the points cannot hold the net.
+/// [`Error::Parameter`] if the points do not determine the net.
 pub fn coarse(
     problem: &CoarseProblem<'_>,
     folds: &Folds,
@@ -91,13 +91,13 @@ pub fn coarse(
     Ok(CoarseFit { surface, uv: solver.uv, distances, fairness, held_out, left_out })
 }
 
-/// Points that are left out, and the equations of the others.
+/// The points of a fold, and the equations of all others.
 struct FoldEquations {
     out: Vec<usize>,
     rest: NormalEquations,
 }
 
-/// A coarse fit in progress.
+/// The state of a coarse fit.
 struct CoarseSolver<'a> {
     problem: &'a CoarseProblem<'a>,
     settings: &'a CoarseSettings,
@@ -144,7 +144,8 @@ impl<'a> CoarseSolver<'a> {
         Ok(self.solved(&equations, &equations, fairness)?.0)
     }
 
-    /// The surface, and the factor of the matrix; the fairness counts against all points.
+    /// The surface, and the factor of the matrix. The fairness is relative to the equations of all
+    /// points.
     fn solved(
         &self,
         equations: &NormalEquations,
@@ -179,7 +180,7 @@ impl<'a> CoarseSolver<'a> {
             let left = (1.0 - freedom / count).max(FAIRNESS.freedom_factor - 1.0);
             Ok(error / (left * left))
         };
-        // The error has one minimum: the search leaves it on neither side.
+        // The error has one minimum, so the search follows it in both directions.
         let (min, max) = self.settings.fairness_exponents;
         let mut best = (expected(self.settings.first_exponent)?, self.settings.first_exponent);
         for direction in [1, -1] {
@@ -195,8 +196,9 @@ impl<'a> CoarseSolver<'a> {
         Ok(10.0_f64.powi(best.1))
     }
 
-    /// More fairness than generalized cross-validation wants, as long as points that are left out,
-    /// in blocks too, are predicted better; and how well they are.
+    /// Raises the fairness above that of generalized cross-validation while the product of both
+    /// errors at left-out points falls. Returns it, the errors in turn and by blocks, and the
+    /// distances in turn.
     fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
         let all = self.equations(|_| true)?;
         let in_turn = self.parts(&all, &folds.in_turn)?;
@@ -221,7 +223,7 @@ impl<'a> CoarseSolver<'a> {
         Ok((fairness, held_out, left_out))
     }
 
-    /// For each fold its points, and the equations of all others.
+    /// For each fold its points, and the equations of all other points.
     fn parts(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<FoldEquations>> {
         let part = |fold: usize| -> Result<FoldEquations> {
             let out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
@@ -232,7 +234,7 @@ impl<'a> CoarseSolver<'a> {
         (0..FAIRNESS.folds).into_par_iter().map(part).collect()
     }
 
-    /// Distances of the points from surfaces that do not know them.
+    /// Distances of the points of each fold from the surface fitted to the others.
     fn held_out(
         &self,
         all: &NormalEquations,
@@ -260,7 +262,7 @@ impl<'a> CoarseSolver<'a> {
         Ok(left_out)
     }
 
-    /// Moves the parameters one step towards the points' feet, but for those of heights.
+    /// Moves the parameters by one projection step, except those of height fields.
     fn project_parameters(&mut self, surface: &NurbsSurface) {
         if !self.problem.fixed {
             let projections =
@@ -269,7 +271,7 @@ impl<'a> CoarseSolver<'a> {
         }
     }
 
-    /// Weights by Tukey's biweight, whose reach narrows from round to round.
+    /// Weights by Tukey's biweight, whose cutoff shrinks from round to round.
     fn reweight(&mut self, surface: &NurbsSurface, round: usize) {
         let distances = self.distances(surface);
         let median_distance =
@@ -287,7 +289,7 @@ impl<'a> CoarseSolver<'a> {
     }
 }
 
-/// Rows and columns of control points, the different ones where a direction closes.
+/// Rows and columns of control points, without repeated ones in closed directions.
 fn net(problem: &CoarseProblem<'_>, settings: &CoarseSettings, most: usize) -> [usize; 2] {
     let count = problem.points.len() / settings.points_per_control_point;
     let total = count.clamp(settings.control_points.0, most) as f64;

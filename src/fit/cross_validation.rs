@@ -1,6 +1,8 @@
-//! How smooth the points want their surface: the weight of the fairness by generalized
-//! cross-validation (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and B. Marx, *Flexible smoothing
-//! with B-splines and penalties*, 1996), and before that, from the second time on, its anisotropy.
+//! Generalized cross-validation of the fairness (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and
+//! B. Marx, *Flexible smoothing with B-splines and penalties*, 1996).
+//!
+//! Input are samples with normals; output is the weight of the fairness. From the second call on,
+//! its anisotropy is chosen first.
 
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
@@ -21,28 +23,28 @@ use crate::nurbs::values_at;
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// What cross-validation says of a weight.
+/// The result of cross-validation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Score {
     /// Weight of the fairness.
     pub(super) fairness: f64,
-    /// The weight for each unit of the energy's trace: with it the energy has as large a say on
-    /// another net.
+    /// The weight for each unit of the energy's trace. It has the same effect on another net.
     level: f64,
-    /// Of the energy.
+    /// Anisotropy of the energy.
     pub(super) anisotropy: f64,
-    /// Mean square of the error to be expected at a point that was left out.
+    /// Expected mean squared error at a point that was left out.
     pub(super) error: f64,
-    /// Mean square of the errors at blocks of points that were left out; zero if points do not lie in clumps.
+    /// Mean squared error at blocks of points that were left out. Zero if points do not lie in
+    /// clumps.
     pub(super) error_of_blocks: f64,
 }
 
-/// The weight that cross-validation finds best, from the heights of the points over the surface along
-/// their normals, near the `known` one, which may be of another net; `None` if the points cannot tell.
-/// What is known already makes the anisotropy more likely first.
+/// The weight with the least expected error of the points' distances along their normals. The
+/// search starts near the `known` one, which may belong to another net. With a known one, the
+/// anisotropy is improved first. `None` if the points do not determine the weight.
 ///
-/// Where points lie in clumps it is the larger one of those that generalized cross-validation and blocks of
-/// points that are left out find.
+/// Where points lie in clumps, it is the larger of the weights by generalized cross-validation and
+/// by blocks.
 pub(super) fn best(
     space: &SplineSpace,
     samples: &[Sample],
@@ -65,7 +67,7 @@ pub(super) fn best(
     found.map(|found| search.with_blocks(space, samples, found)).transpose()
 }
 
-/// The weights of an energy beside the equations of samples.
+/// The equations of samples and an energy, for any weight.
 struct Search<'a> {
     residuals: Residuals<'a>,
     equations: NormalEquations,
@@ -93,7 +95,7 @@ impl Search<'_> {
         exponents.par_iter().map(|&exponent| self.score(exponent)).collect()
     }
 
-    /// By generalized cross-validation, near an exponent that was best before.
+    /// The weight by generalized cross-validation, searched near a known exponent.
     fn best(&self, known: Option<f64>) -> Result<Option<Score>> {
         let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
             (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
@@ -106,7 +108,7 @@ impl Search<'_> {
         if found.is_none() {
             found = self.scores(&decades(SETTINGS.exponents.0))?.into_iter().fold(None, better);
         }
-        // Goes on in the direction that improves, then looks closer.
+        // Continues in the direction that improves, then halves the step.
         let mut step = SETTINGS.first_exponent_step;
         while step > SETTINGS.min_exponent_step {
             let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
@@ -129,8 +131,8 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// With the error of blocks that are left out if samples lie in clumps, and with a larger weight if this
-    /// predicts blocks better.
+    /// Adds the error of blocks if samples lie in clumps. Takes a larger weight if it predicts
+    /// blocks better.
     fn with_blocks(&self, space: &SplineSpace, samples: &[Sample], found: Score) -> Result<Score> {
         if !in_clumps(samples.iter().map(|sample| sample.uv)) {
             return Ok(found);
@@ -153,33 +155,33 @@ impl Search<'_> {
     }
 }
 
-/// Exponents from this one up, by one.
+/// Exponents from this one up, in steps of 1.
 fn decades(from: f64) -> Vec<f64> {
     let exponents = std::iter::successors(Some(from), |exponent| Some(exponent + 1.0));
     exponents.take_while(|exponent| *exponent <= SETTINGS.exponents.1).collect()
 }
 
-/// The heights of samples over surfaces of one space.
+/// Distances of samples along their normals from surfaces of one space.
 struct Residuals<'a> {
     space: &'a SplineSpace,
-    /// Of the net's control points in the order of solution.
+    /// Places of the net's control points in the order of solution.
     places: Vec<usize>,
     residual_samples: Vec<ResidualSample>,
-    /// Their basis functions that differ from zero: those in u, then those in v.
+    /// Basis functions that differ from zero for each sample, in u, then in v.
     functions: Vec<f64>,
-    /// What they count together.
+    /// Sum of the weights.
     weight: f64,
-    /// How many samples count.
+    /// Number of samples with a positive weight.
     count: f64,
 }
 
-/// A sample whose height is asked for: no more of it than that takes, as all of them are read for each weight.
+/// A sample without what its distance does not need: all are read for each weight.
 #[derive(Clone, Copy)]
 struct ResidualSample {
     point: DVec3,
     normal: DVec3,
     weight: f64,
-    /// The first control point of the net that it touches.
+    /// The first control point that the sample touches.
     first: usize,
 }
 
@@ -205,13 +207,13 @@ impl<'a> Residuals<'a> {
         Self { space, places: space.places(), residual_samples, functions, weight, count }
     }
 
-    /// How many basis functions differ from zero in u and in v.
+    /// Number of basis functions that differ from zero, in u and in v.
     fn orders(space: &SplineSpace) -> [usize; 2] {
         [0, 1].map(|d| space.knots[d].degree() + 1)
     }
 
-    /// The mean square of the error to be expected with so many times this energy; `None` if the
-    /// points cannot tell.
+    /// The expected mean squared error with the energy multiplied by `times`. `None` if the points
+    /// do not determine it.
     fn expected_error(
         &self,
         equations: &NormalEquations,
@@ -233,7 +235,7 @@ impl<'a> Residuals<'a> {
         Ok(Some(self.mean_square(&net) / (1.0 - freedom / self.count).powi(2)))
     }
 
-    /// The mean square of the heights over the surface with these control points, in the order of
+    /// The mean squared distance from the surface with these control points, in the order of
     /// solution.
     fn mean_square(&self, solution: &[Quad]) -> f64 {
         let net = self.places.iter().map(|&at| solution[at]).collect();
@@ -242,7 +244,7 @@ impl<'a> Residuals<'a> {
     }
 }
 
-/// The weighted squares of the heights over a surface.
+/// The weighted squared distances from a surface.
 struct Squares<'a> {
     residuals: &'a Residuals<'a>,
     net: Vec<Quad>,
@@ -254,7 +256,7 @@ impl Evaluation for Squares<'_> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn evaluate(&self, index: usize) -> f64 {
-        // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
+        // Loops over constant sizes are unrolled; most surfaces are bicubic.
         match Residuals::orders(self.residuals.space) {
             [CUBIC_ORDER, CUBIC_ORDER] => self.square(index, [CUBIC_ORDER; 2]),
             orders => self.square(index, orders),

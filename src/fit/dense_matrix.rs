@@ -1,4 +1,4 @@
-//! Small dense symmetric systems: Cholesky's factorization.
+//! Small dense symmetric matrices: Cholesky factorization and solution.
 
 /// A square matrix, row by row.
 pub(super) struct DenseMatrix {
@@ -25,8 +25,8 @@ impl DenseMatrix {
         (0..self.size).for_each(|i| self.values[i * self.size + i] += ridge);
     }
 
-    /// The lower triangular L with L Lᵀ = self; `None` if there is none, because the matrix is not
-    /// positive definite. O(size³ / 3) (Golub and Van Loan, Matrix Computations, section 4.2).
+    /// The lower triangular L with L Lᵀ = self. `None` if the matrix is not positive definite.
+    /// O(size³ / 3) (Golub and Van Loan, *Matrix Computations*, section 4.2).
     pub(super) fn cholesky(&self) -> Option<Self> {
         let mut lower = Self::new(self.size);
         for i in 0..self.size {
@@ -47,12 +47,12 @@ impl DenseMatrix {
         Some(lower)
     }
 
-    /// Of a factor L: the logarithm of the determinant of L Lᵀ.
+    /// For a factor L: the logarithm of the determinant of L Lᵀ.
     pub(super) fn ln_determinant(&self) -> f64 {
         (0..self.size).map(|i| 2.0 * self.values[i * self.size + i].ln()).sum()
     }
 
-    /// Of a factor L: solves L Lᵀ x = right.
+    /// For a factor L: the solution x of L Lᵀ x = right.
     pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut x = right.to_vec();
         for i in 0..self.size {

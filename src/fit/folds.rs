@@ -1,33 +1,33 @@
 //! Folds of samples for cross-validation: blocks in space, and samples taken in turn.
 //!
-//! Where samples lie in tracks or clumps, those left out in turn have near neighbours that predict them, and
-//! nothing is learned about the gaps. Blocks leave gaps of their own.
+//! In tracks and clumps, samples left out in turn have near neighbors that predict them, so their
+//! errors do not measure gaps. Blocks leave gaps.
 
 use super::settings::FairnessSettings;
 use glam::{DVec2, DVec3};
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 
-/// The fold of each point. A fold of blocks leaves gaps as wide as those between tracks, sweeps and
-/// clumps of points; one of points taken in turn does not.
+/// The fold of each point, by two rules. Folds of blocks leave gaps as wide as those between
+/// tracks, sweeps and clumps of points; folds in turn do not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folds {
-    /// Points taken in turn.
+    /// Folds of points taken in turn.
     pub in_turn: Vec<usize>,
-    /// Blocks in space.
+    /// Folds of blocks in space.
     pub blocks: Vec<usize>,
 }
 
 impl Folds {
-    /// Of points whose order is that of no direction.
+    /// The folds of points in an order that follows no direction.
     #[must_use]
     pub fn of(points: &[DVec3]) -> Self {
         Self { in_turn: in_turn(points.len()), blocks: blocks(points) }
     }
 }
 
-/// The fold of each sample, by blocks: 15 to 60 seeds, each the farthest from those before, gather the
-/// samples nearest to them and go to the folds in turn. O(samples · seeds).
+/// The fold of each sample, by blocks. Farthest-point sampling selects seeds; the samples nearest
+/// to each seed are a block, and blocks are assigned to the folds in turn. O(samples · seeds).
 pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
     let seeds = (points.len() / SETTINGS.blocks_per_fold)
         .clamp(3 * SETTINGS.folds, SETTINGS.blocks_per_fold * SETTINGS.folds);
@@ -50,12 +50,14 @@ pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
     folds
 }
 
-/// The fold of each of so many samples, taken in turn by a stride that is prime to rows of grids.
+/// The fold of each of `count` samples in turn, by a stride that is coprime to usual row lengths of
+/// grids.
 pub(super) fn in_turn(count: usize) -> Vec<usize> {
     (0..count).map(|i| (i * 7 + i / SETTINGS.folds) % SETTINGS.folds).collect()
 }
 
-/// Whether samples at parameters in the unit square lie in clumps, rows or tracks with empty ground between.
+/// Whether samples with parameters in the unit square lie in clumps, rows or tracks with empty
+/// areas between.
 pub(super) fn in_clumps(uv: impl ExactSizeIterator<Item = DVec2>) -> bool {
     let count = uv.len() as f64;
     let side = count.sqrt();

@@ -1,4 +1,5 @@
-//! The fairness with which heights best predict points that are left out.
+//! K-fold cross-validation of a height field: the fairness that best predicts points that were left
+//! out.
 
 use super::settings::{HeightSettings, LeastSquaresSettings};
 use std::collections::BTreeMap;
@@ -17,21 +18,22 @@ use crate::progress::Listen;
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// A fairness, and the mean square errors that are expected with it.
+/// A fairness, and the mean squared errors that are expected with it.
 pub(super) struct Choice {
     /// The equations with their energy.
     pub(super) equations: Equations,
     pub(super) fairness: f64,
-    /// At points left out in turn.
+    /// Error at points left out in turn.
     pub(super) expected: f64,
-    /// At blocks of points; zero if points do not lie in clumps.
+    /// Error at blocks of points; zero if points do not lie in clumps.
     pub(super) expected_of_blocks: f64,
 }
 
 impl HeightField<'_> {
-    /// Cross-validation: the given fairness, or the one that predicts best, looked for near one that is
-    /// known. Where points lie in clumps, blocks choose the anisotropy, and the fairness is the larger one of
-    /// those that predict points left out in turn and in blocks.
+    /// The given fairness, or the one that predicts best, searched near a known one.
+    ///
+    /// Where points lie in clumps, blocks choose the anisotropy. The fairness is then the larger of
+    /// those that best predict points in turn and in blocks.
     pub(super) fn choose(
         &self,
         equations: Equations,
@@ -84,8 +86,8 @@ fn error(held_out: &KFold<'_>, equations: &Equations, fairness: f64) -> Result<f
     held_out.error(&equations.energy, equations.times(fairness))
 }
 
-/// The fairness with the least error, on a scale of half decades: near one that is known errors have one
-/// minimum.
+/// The fairness with the least error, in steps of half a decade. Near a known one, the error has a
+/// single minimum.
 fn best(
     known: Option<f64>,
     error: impl Fn(f64) -> Result<f64>,
@@ -128,7 +130,7 @@ fn least(errors: &BTreeMap<i32, f64>) -> f64 {
     errors.values().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The largest exponent whose error is hardly worse than the least.
+/// The largest exponent whose error is close to the least.
 fn smoothest(errors: &BTreeMap<i32, f64>) -> Option<i32> {
     let least = least(errors);
     let good = |(_, error): &(&i32, &f64)| {

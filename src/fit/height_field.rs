@@ -1,4 +1,5 @@
-//! Heights over a plane as a least-squares problem: places in the unit square, heights over a trend.
+//! The least-squares problem of a height field: places in the unit square, heights over a
+//! regression plane.
 
 use super::settings::{HeightSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
@@ -19,17 +20,17 @@ use crate::progress::Listen;
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Points by their places in the unit square of a plane and their heights over it.
+/// Points as parameters in the base rectangle and heights over a regression plane.
 pub(super) struct HeightField<'a> {
     axes: [DVec3; 3],
     ground: BaseDomain,
-    /// Their heights are those over the trend.
+    /// The points in the plane's axes; their heights are over the regression plane.
     pub(super) local: Vec<DVec3>,
     trend: PlaneTrend,
     pub(super) uv: Vec<DVec2>,
     weights: Option<&'a [f64]>,
     options: FitOptions,
-    /// Of the derivatives whose energy is kept small.
+    /// Order of the derivatives in the fairness energy.
     order: usize,
 }
 
@@ -62,15 +63,15 @@ impl<'a> HeightField<'a> {
         Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
     }
 
-    /// The equations of the heights, with slopes that end over a gap of this reach.
+    /// The normal equations of the heights, with the fairness energy.
     pub(super) fn equations(&self, listen: &mut Listen<'_>) -> Result<Equations> {
         let Self { local, uv, weights, options, order, .. } = self;
         let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, listen)?;
         Ok(Equations::of(sums, *order, 1.0))
     }
 
-    /// The surface with this fairness; slopes count where they are known to, or as far as it takes to hold
-    /// the heights where there are no points.
+    /// The surface with this fairness. Slopes are penalized from a known reach on, or as far as
+    /// needed to prevent overshoot.
     pub(super) fn fitted(
         self,
         equations: Equations,
@@ -93,8 +94,8 @@ impl<'a> HeightField<'a> {
         Ok(HeightFit { surface, uv, residuals, fairness, reach, expected, expected_of_blocks })
     }
 
-    /// The surface over the trend, held where there are no points, and the reach that this takes, at most
-    /// the one that is known.
+    /// The surface over the regression plane, tightened until it does not overshoot, and the reach
+    /// for it, which never exceeds the known one.
     fn held(
         &self,
         mut equations: Equations,
@@ -125,7 +126,8 @@ impl<'a> HeightField<'a> {
     }
 }
 
-/// Whether a quadratic vanishes on all places: one of its terms is a sum of those before it there.
+/// Whether a quadratic vanishes on all places. Then one of its terms is a linear combination of
+/// those before it.
 fn on_conic(uv: &[DVec2]) -> bool {
     let terms = |place: DVec2| {
         let DVec2 { x, y } = 2.0 * place - 1.0;

@@ -1,8 +1,8 @@
-//! Heights over a plane: z = f(x, y) as a surface.
+//! Height field: z = f(x, y) as a surface.
 //!
-//! The parameters are the places in the plane, so one least squares is the whole fit. With control
-//! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
-//! surface's heights are the tensor-product spline function of x and y.
+//! The parameters are the places in the plane, so a single least-squares solution suffices. Control
+//! points lie at the Greville abscissae, so the plane's coordinates are linear in the parameters.
+//! The surface's heights are a tensor-product spline of x and y.
 
 use super::settings::RefinementSettings;
 use glam::DVec3;
@@ -19,19 +19,21 @@ use crate::progress::{self, Observer, Stage};
 
 const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
 
-/// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
-/// another direction of length 1. Each squared height counts with its weight (1 without weights).
+/// The least-squares surface z = f(x, y), or the same along another direction of length 1. Each
+/// squared residual is multiplied by its weight, 1 without weights.
 ///
-/// The surface ends at the rectangle around the points' places in the plane where more than two of
-/// them lie on a side, as those of grids do. Where one or two do, the points are scattered and their
-/// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 /
-/// n of the rectangle, 0.02 of it at most).
+/// The surface covers the rectangle around the points' places in the plane. A side with more than
+/// two points on it is kept, as in grids. Otherwise the points are scattered, and the surface
+/// extends beyond the side by two mean gaps between n points: 2 / n of the rectangle, at most 0.02
+/// of it.
 ///
-/// Where there are no points the fairness decides: the surface spans holes like a thin plate. Heights over the
-/// plane nearest to all points are held within their range there, and half of it beyond on either side: where a
-/// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
-/// side.
-/// O(points · degree⁴), a few times that where fairness is to be found (by 20,000 points at most).
+/// Where there are no points, the fairness decides: the surface spans holes like a thin plate.
+/// There, heights over the regression plane stay within their range and half of it beyond on either
+/// side. Where a plate would exceed this, slopes are penalized as well, over ever shorter lengths
+/// down to a 64th of the side.
+///
+/// O(points · degree⁴), a few times as much where the fairness is chosen by cross-validation (by
+/// 20,000 points at most).
 ///
 /// ```
 /// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}, progress::Silent};
@@ -48,7 +50,7 @@ const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if the direction has not the length 1 or the points have no extent across
+/// [`Error::Parameter`] if the direction does not have length 1 or the points have no extent across
 /// it, and those of [`fit`](super::fit).
 pub fn fit_heights(
     points: &[DVec3],
@@ -60,8 +62,8 @@ pub fn fit_heights(
     fit_heights_over(points, weights, &BasePlane::over(points, up), options, None, observer)
 }
 
-/// As [`fit_heights`], but over a base. The fairness is looked for near one that was best with another net,
-/// and slopes count as they did there.
+/// Like [`fit_heights`], over a given plane. The search for the fairness starts near that of
+/// another net, and slopes are penalized as there.
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
@@ -80,8 +82,8 @@ pub(crate) fn fit_heights_over(
     Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 
-/// As [`fit_heights_over`], with a net whose sides grow until the growth's tolerance holds, cross-validation
-/// expects no less error at points left out in turn, or more error at those left out in blocks.
+/// Like [`fit_heights_over`], with a net that grows. It stops when the tolerance holds, or without
+/// one when cross-validation expects no smaller error in turn or a larger one by blocks.
 ///
 /// # Errors
 ///
@@ -96,7 +98,7 @@ pub(crate) fn grow_heights(
 ) -> Result<(HeightFit, EndedBy)> {
     let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
     let used = (0..points.len()).filter(|&i| used_point(i)).count();
-    // Few points get more control points than they are: cross-validation says when to stop.
+    // Few points get more control points than points, since cross-validation ends the growth.
     let max_held = (2 * used).min(used.max(2 * REFINEMENT.few_points));
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
@@ -125,7 +127,7 @@ pub(crate) fn grow_heights(
         let finer = match fit_heights_over(points, weights, base, &options, near, observer) {
             Ok(finer) => finer,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            // Between lines that lie far apart no point holds a control point.
+            // Between distant lines no point determines a control point.
             Err(_) => return Ok((fit, EndedBy::Points)),
         };
         let gains = finer.expected
@@ -152,7 +154,7 @@ mod tests {
         ((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
     }
 
-    /// Noise of deviation 1, from eight numbers that look random.
+    /// Noise of standard deviation 1, from eight numbers that look random.
     fn noise(i: u32) -> f64 {
         let uniform = (1..9).map(|k| (f64::from(i) * 0.618_033 * f64::from(k * k)).fract() - 0.5);
         uniform.sum::<f64>() * (12.0_f64 / 8.0).sqrt()
@@ -202,7 +204,7 @@ mod tests {
         let rms = |points: &[DVec3]| {
             (points.iter().map(|p| error(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
         };
-        // A net of 144 through 200 noisy points would err by more than the noise.
+        // A net of 144 through 200 noisy points would have a larger error than the noise.
         assert!(rms(&exact) < 0.015, "{}", rms(&exact));
     }
 
@@ -219,7 +221,7 @@ mod tests {
 
     #[test]
     fn corners_without_points_stay_within_half_the_range_beyond() {
-        // A trench that deepens ever faster towards where the points end.
+        // A trench that becomes ever steeper towards the boundary of the points.
         let points: Vec<DVec3> = (0..3000)
             .map(unit)
             .filter(|(x, y)| x + y < 0.7 || *x > 0.98 && *y > 0.98)

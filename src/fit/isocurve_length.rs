@@ -1,4 +1,4 @@
-//! How long a surface is along its parameters.
+//! Mean lengths of a surface's isocurves.
 
 use super::settings::AlternatingFitSettings;
 use glam::{DVec2, DVec3};

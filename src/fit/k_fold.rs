@@ -1,5 +1,6 @@
-//! Errors at samples that were left out, with fixed parameters: the equations of all samples less those of a
-//! fold give the surface of the others.
+//! K-fold cross-validation at fixed parameters: errors at the samples of each fold.
+//!
+//! The equations of all samples minus those of a fold give the surface of the other folds.
 
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Folds of samples that are left out, with the normal equations of each and of all samples.
+/// Folds of samples, with the normal equations of each and of all samples.
 pub(super) struct KFold<'a> {
     space: &'a SplineSpace,
     folds: Vec<Vec<Sample>>,
@@ -23,8 +24,8 @@ pub(super) struct KFold<'a> {
 }
 
 impl<'a> KFold<'a> {
-    /// Of samples with normals, at most 20,000 of them, by the folds that a rule finds for these. As
-    /// many folds are left out as have `enough` samples together.
+    /// The folds that `rule` makes of samples with normals, at most 20,000 of them. Only as many
+    /// folds are left out as contain `enough` samples together.
     pub(super) fn of(
         space: &'a SplineSpace,
         samples: &[Sample],
@@ -59,8 +60,9 @@ impl<'a> KFold<'a> {
         self.all.matrix.trace()
     }
 
-    /// The mean square of the distances along normals from the surface of the other folds, with so many
-    /// times this energy; infinite if these do not hold it.
+    /// The mean squared distance along normals from the surfaces of the other folds, with the
+    /// energy multiplied by `times`. Infinite if a fold's complement does not determine the
+    /// surface.
     pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
         let of_fold = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
@@ -102,7 +104,7 @@ mod tests {
 
     #[test]
     fn blocks_tell_of_gaps_that_samples_in_turn_do_not() {
-        // Five tracks, each of many samples, over waves across them.
+        // Five tracks with many samples each, over waves along them.
         let sample = |i: u32| {
             let at = f64::from(i);
             let jitter = 0.01 * (at * 0.754_877_666_246).fract();

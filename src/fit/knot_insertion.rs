@@ -1,4 +1,4 @@
-//! More knots where the points ask for them.
+//! Knot insertion: the spans with the largest error are divided.
 
 use super::projection::Projection;
 use super::settings::RefinementSettings;
@@ -8,10 +8,12 @@ use crate::nurbs::KnotVector;
 
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
-/// The space with the spans divided in which this share of the error lies; `None` if no span can be.
+/// The space with those spans divided that together have this share of the error. `None` if no span
+/// can be divided.
 ///
-/// `error` is the squared error of a foot that counts; `lengths` are those of the surface along u
-/// and v. Directions whose spans are much shorter than those of the other are left as they are.
+/// `error` is the squared error at a projection, 0 if it does not matter. `lengths` are those of
+/// the surface along u and v. Directions whose spans are much shorter than those of the other
+/// direction stay as they are.
 pub(super) fn refined(
     space: &SplineSpace,
     projections: &[Projection],
@@ -37,7 +39,7 @@ pub(super) fn refined(
     if knots == space.knots { Ok(None) } else { SplineSpace::new(knots, space.closed).map(Some) }
 }
 
-/// The breaks with the middles of the spans that hold this share of the error.
+/// The breaks, and the midpoints of the worst spans that together have this share of the error.
 fn divided(breaks: &[f64], errors: &[f64], share: f64) -> Vec<f64> {
     let total: f64 = errors.iter().sum();
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();

@@ -1,9 +1,10 @@
-//! Least squares: the surface closest to points whose parameters are known.
+//! Least squares: NURBS surfaces fitted to points.
 //!
-//! Minimized is the weighted sum of squared distances from each point to the surface at its
-//! parameters, plus fairness times the thin-plate energy (G. Greiner, *Surface construction based
-//! on variational principles*, 1994). The normal equations (`normal_equations`) are sparse and
-//! positive definite; no matrix has a side as long as there are points.
+//! Input are points with parameters, known or rough; output is a surface. The fit minimizes the
+//! weighted sum of squared distances from the points to the surface, plus the fairness energy (G.
+//! Greiner, *Surface construction based on variational principles*, 1994). The normal equations
+//! (`normal_equations`) are sparse and positive definite. Their size depends on the control points,
+//! not on the points.
 
 mod adaptive_refinement;
 mod alternating_fit;

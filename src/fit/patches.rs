@@ -1,4 +1,4 @@
-//! A polynomial surface laid out for many evaluations with tangents.
+//! A polynomial surface in a form that evaluates points and tangents fast, by SIMD and threads.
 
 use super::settings::LeastSquaresSettings;
 use std::ops::Range;
@@ -30,33 +30,33 @@ impl Tangents {
     }
 }
 
-/// A control point and a zero: as many numbers as a vector register holds.
+/// A control point and a zero, which fill a vector register.
 pub(super) type Quad = [f64; 4];
 
-/// A polynomial surface; beyond its domain the outermost patches go on.
+/// A polynomial surface. Beyond the domain the outermost patches are extrapolated.
 pub(super) struct Patches<'a> {
     knots: [&'a KnotVector; 2],
     net: Vec<Quad>,
     width: usize,
-    /// Of a bicubic surface the coefficients of each patch's polynomial, by powers of u, then of v,
-    /// counted from the patch's corner in shares of its sides: they take a third of the time.
+    /// For a bicubic surface, the coefficients of each patch by powers of u, then of v, relative to
+    /// the patch's corner and sides. They take a third of the time.
     cubics: Vec<[[Quad; 4]; 4]>,
 }
 
-/// What is asked of many places of a surface.
+/// A computation at many points of a surface.
 pub(super) trait Evaluation: Sync {
     type Output: Copy + Default + Send;
 
-    /// The answer at a place, by its number; to be inlined always, so that it becomes part of what
+    /// The result for the point of this index. It must always be inlined, to become part of what
     /// SIMD dispatch compiles.
     fn evaluate(&self, index: usize) -> Self::Output;
 }
 
-/// The answers to so many questions, in their order.
+/// The results for all indices, in order.
 pub(super) fn evaluate_all<Q: Evaluation>(question: &Q, count: usize) -> Vec<Q::Output> {
     let arch = Arch::new();
-    // Written where they stay, by the threads that find them: of a million places it takes as long to get the memory
-    // as to find a foot.
+    // Each thread writes results where they stay: for a million points, allocation takes as long as
+    // a projection.
     let tasks = (0..count.div_ceil(BATCH)).into_par_iter().with_min_len(BATCH);
     let outputs = tasks.map(|task| {
         let from = task * BATCH;
@@ -86,7 +86,7 @@ impl<Q: Evaluation> WithSimd for Task<'_, Q> {
     }
 }
 
-/// What is asked of the surface at one parameter for each question.
+/// A computation from the tangents at one parameter for each index.
 struct Each<'a, P, F> {
     patches: &'a Patches<'a>,
     uv: P,
@@ -126,7 +126,7 @@ impl<'a> Patches<'a> {
         patches
     }
 
-    /// The coefficients of a patch whose basis functions have these.
+    /// The coefficients of a patch, from those of its basis functions.
     fn cubic(&self, (row, col): (usize, usize), by_u: &Powers, by_v: &Powers) -> [[Quad; 4]; 4] {
         let mut cubic = [[[0.0; 4]; 4]; 4];
         for (i, by_u) in by_u.iter().enumerate() {
@@ -142,7 +142,7 @@ impl<'a> Patches<'a> {
         cubic
     }
 
-    /// What `answer` makes of the tangents at so many parameters, each by its number.
+    /// The results of `output` for the index and the tangents at each of `count` parameters.
     pub(super) fn each<A: Copy + Default + Send>(
         &self,
         count: usize,
@@ -230,10 +230,10 @@ fn horner(sum: &mut Quad, at: f64, next: &Quad) {
     }
 }
 
-/// For each cubic basis function of a span the coefficients of its powers.
+/// The coefficients of each cubic basis function of a span.
 type Powers = [[f64; 4]; 4];
 
-/// The powers of all spans, counted from their beginnings in shares of their lengths.
+/// The coefficients of all spans, in the parameter from 0 to 1 of each span.
 fn powers(knots: &KnotVector) -> Vec<Powers> {
     let ends = knots.as_slice()[3..=knots.control_points()].windows(2);
     let powers = |ends: &[f64]| {
@@ -242,7 +242,7 @@ fn powers(knots: &KnotVector) -> Vec<Powers> {
             return Powers::default();
         }
         let basis = BasisDerivatives::<4>::at(knots, ends[0]);
-        // Taylor's series: the derivatives by powers of the length and factorials.
+        // Taylor series: derivatives times powers of the length, divided by factorials.
         let factors = [1.0, length, length * length / 2.0, length.powi(3) / 6.0];
         std::array::from_fn(|i| std::array::from_fn(|k| factors[k] * basis.rows[k][i]))
     };

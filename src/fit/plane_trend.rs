@@ -1,11 +1,11 @@
-//! The plane that heights rise and fall about.
+//! The plane that fits heights best, by weighted least squares.
 
 use super::settings::LeastSquaresSettings;
 use glam::{DMat2, DVec2, DVec3};
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// The plane from which the heights of points differ least.
+/// The least-squares plane of heights.
 pub(super) struct PlaneTrend {
     center: DVec3,
     slope: DVec2,
@@ -27,7 +27,7 @@ impl PlaneTrend {
             moments += weight * DMat2::from_cols(place.x * place, place.y * place);
             right += weight * away.z * place;
         }
-        // Places on one line know no slope across it.
+        // Collinear places do not determine the slope across their line.
         let extended = moments.determinant()
             > SETTINGS.degenerate * (moments.x_axis.x + moments.y_axis.y).powi(2);
         Self { center, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }

@@ -1,5 +1,5 @@
-//! Parameter correction: the parameters of points follow the surface that was fitted to them (J.
-//! Hoschek, *Intrinsic parametrization for approximation*, 1988).
+//! Projection of points onto a surface, and parameter correction (J. Hoschek, *Intrinsic
+//! parametrization for approximation*, 1988).
 
 use super::settings::{LeastSquaresSettings, ProjectionSettings};
 use glam::{DVec2, DVec3};
@@ -10,20 +10,20 @@ use crate::nurbs::NurbsSurface;
 const SETTINGS: ProjectionSettings = ProjectionSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// The foot of a point on a surface: a stationary point of the distance near where it was.
+/// The projection of a point: the foot point on the surface, at a local minimum of the distance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Projection {
     pub(super) uv: DVec2,
     /// The unit normal there.
     pub(super) normal: DVec3,
-    /// From the surface to the point.
+    /// The vector from the surface to the point.
     pub(super) offset: DVec3,
-    /// Whether it lies on the border of the surface, where the point may be beyond it.
+    /// Whether the foot point lies on the border, so that the point may be beyond the surface.
     pub(super) border: bool,
 }
 
-/// The feet of points, from where their parameters are, by `steps` steps of Gauss and Newton that
-/// never lead away. Parameters in closed directions come round, others stay in the domain.
+/// Projections of points by `steps` Gauss-Newton steps from parameters `uv`. No step increases the
+/// distance. Parameters in closed directions are periodic, others stay in the domain.
 pub(super) fn projections(
     surface: &NurbsSurface,
     closed: [bool; 2],
@@ -35,7 +35,8 @@ pub(super) fn projections(
     evaluate_all(&ProjectionTask { domain, patches, points, uv, steps }, points.len())
 }
 
-/// As [`feet`], but on the surface as it goes on beyond its open borders, by this share of the domain.
+/// Like [`projections`], but the surface is extended beyond its open borders, by this share of the
+/// domain.
 pub(super) fn extended_projections(
     surface: &NurbsSurface,
     closed: [bool; 2],
@@ -69,8 +70,9 @@ impl Evaluation for ProjectionTask<'_> {
     }
 }
 
-/// Parameters of the points' feet on a polynomial surface, near those given, and how far away they
-/// are: parameter correction by four steps of Gauss and Newton that never lead away.
+/// Parameters and distances of the points' projections onto a polynomial surface, from parameters
+/// near them: parameter correction by four Gauss-Newton steps, none of which increases the
+/// distance.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, NurbsSurface, fit::project};
@@ -92,7 +94,7 @@ pub fn project(
     projections.iter().map(|projection| (projection.uv, projection.offset.length())).unzip()
 }
 
-/// Where parameters may be.
+/// The parameters that are allowed.
 struct Domain {
     low: DVec2,
     high: DVec2,
@@ -105,7 +107,7 @@ impl Domain {
         Self { low: DVec2::new(u.0, v.0), high: DVec2::new(u.1, v.1), closed }
     }
 
-    /// With so great a share of it added on either side in open directions.
+    /// The domain extended at both ends of open directions, by this share of its size.
     fn widened(self, share: f64) -> Self {
         let open = self.closed.map(|closed| if closed { 0.0 } else { share });
         let more = DVec2::from_array(open) * (self.high - self.low);
@@ -121,7 +123,7 @@ impl Domain {
             if (low..=high).contains(&at[d]) {
                 return at[d];
             }
-            // The end of the domain is its beginning; rounding must not lead beyond it.
+            // The end of the domain is its beginning. Rounding must not lead beyond it.
             (low + (at[d] - low).rem_euclid(high - low)).min(high)
         };
         DVec2::new(place(0), place(1))
@@ -149,7 +151,7 @@ impl Domain {
                 break;
             }
             if longest <= SETTINGS.converged_step {
-                // Taken without a look, not left out: by how little it is shorter must not tell.
+                // Taken without a comparison of distances, which rounding would decide.
                 at = self.inside(at + step);
                 break;
             }
@@ -175,7 +177,7 @@ impl Domain {
         Projection { uv: at, normal: here.normal(), offset: point - here.point, border }
     }
 
-    /// Whether a parameter is at the end of its range and pulled beyond it.
+    /// Whether a parameter is at the end of its range, and the step would lead beyond.
     fn at_wall(&self, at: DVec2, pull: DVec2, d: usize) -> bool {
         let beyond =
             (at[d] <= self.low[d] && pull[d] < 0.0) || (at[d] >= self.high[d] && pull[d] > 0.0);
@@ -183,8 +185,8 @@ impl Domain {
     }
 }
 
-/// The step of Gauss and Newton by which the rest between a point and its foot vanishes, in
-/// parameters.
+/// The Gauss-Newton step in parameters that removes the tangential residual. Directions that are
+/// `held` do not move.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn step(here: &Tangents, rest: DVec3, held: [bool; 2]) -> DVec2 {

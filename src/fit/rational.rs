@@ -1,9 +1,9 @@
-//! Weights of the control points as well: rational surfaces, for what is round.
+//! Rational fit: weights of the control points, for round surfaces.
 //!
-//! Spheres and cylinders are rational surfaces and no polynomial ones, so fewer control points do
-//! when their weights are free. Control points and weights are found together, by Gauss-Newton steps
-//! for the distances from the points to the tangent planes at their feet, with new feet after each
-//! (as W. Wang, H. Pottmann, Y. Liu 2006 have it for control points alone).
+//! Spheres and cylinders are rational surfaces, so with free weights a smaller net suffices.
+//! Gauss-Newton steps change control points and weights together. They minimize the distances to
+//! the tangent planes at the points' projections, which are recomputed after each step (W. Wang, H.
+//! Pottmann, Y. Liu, 2006, for control points alone).
 
 use super::settings::{LeastSquaresSettings, RationalSettings};
 use glam::{DVec2, DVec3, DVec4};
@@ -17,11 +17,11 @@ use crate::progress::{Observer, Progress, Stage, report};
 const SETTINGS: RationalSettings = RationalSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Frees the weights of a surface near points: the same knots and as many control points, moved and
-/// weighted so that the mean of the squared distances (each with its weight, 1 without) falls.
+/// Fits the weights of a surface to points. Knots and the number of control points stay; control
+/// points and weights change so that the weighted mean squared distance falls.
 ///
-/// It is never worse: what does not gain a twentieth of that mean comes back as it was, and so do
-/// surfaces that are rational already or have more than 256 control points.
+/// The result is never worse. The surface is returned unchanged if that mean falls by less than a
+/// twentieth, if it is rational already, or if it has more than 256 control points.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, NurbsSurface, fit::{FitOptions, fit, rational}, progress::Silent};
@@ -80,7 +80,7 @@ pub fn rational(
     Ok(if error < (1.0 - SETTINGS.min_decrease) * first { best } else { surface.clone() })
 }
 
-/// The points' feet, and the sum of the squared distances to them.
+/// The parameters of the points' projections, and the weighted sum of the squared distances.
 fn projections(
     surface: &NurbsSurface,
     points: &[DVec3],
@@ -94,7 +94,7 @@ fn projections(
     Ok((found.iter().map(|projection| projection.uv).collect(), sum))
 }
 
-/// The control points that differ: those that a closed direction repeats are folded together.
+/// The different control points: those that a closed direction repeats are one unknown.
 struct Unknowns {
     shape: (usize, usize),
     different: (usize, usize),
@@ -145,9 +145,9 @@ impl Unknowns {
         functions
     }
 
-    /// A step of Gauss and Newton for control points and weights together: by how much the
-    /// homogeneous net, relative to a centre, should change. Counted is the distance from each
-    /// point to the tangent plane at its foot, and a little of that across the normal.
+    /// A Gauss-Newton step for control points and weights together: the change of the homogeneous
+    /// net relative to a center. It minimizes the distances to the tangent planes at the
+    /// projections, plus a little of those within the planes.
     fn step(
         &self,
         surface: &NurbsSurface,
@@ -167,7 +167,7 @@ impl Unknowns {
             let across =
                 if is_on_border(surface, at) { 1.0 } else { LEAST_SQUARES.tangential_weight };
             let seen = |v: DVec3| across * v + (1.0 - across) * normal.dot(v) * normal;
-            // What the foot does when x, y, z or the weight of a control point grows.
+            // The motion of the foot point when x, y, z or the weight of a control point grows.
             let moves =
                 [DVec3::X, DVec3::Y, DVec3::Z, center - projection].map(|v| v / denominator);
             let images = moves.map(|v| weight(i) * seen(v));
@@ -184,14 +184,14 @@ impl Unknowns {
                 }
             }
         }
-        // A common factor of all weights changes nothing.
+        // A common factor of all weights changes nothing, so the matrix needs a ridge.
         matrix.add_ridge(LEAST_SQUARES.ridge);
         let change = matrix.cholesky()?.solve(&right);
         let change: Vec<DVec4> = change.chunks(4).map(DVec4::from_slice).collect();
         change.iter().all(|change| change.is_finite()).then_some(change)
     }
 
-    /// The different control points, relative to a centre, times their weights, and these.
+    /// The different control points relative to a center, in homogeneous coordinates.
     fn homogeneous(&self, surface: &NurbsSurface, center: DVec3) -> Vec<DVec4> {
         let mut net = vec![DVec4::ZERO; self.count()];
         for (at, &point) in surface.control_points().iter().enumerate() {
@@ -202,7 +202,7 @@ impl Unknowns {
         net
     }
 
-    /// The surface after a share of a step; `None` if a weight leaves its bounds.
+    /// The surface after a share of a step. `None` if a weight exceeds its bounds.
     fn moved(
         &self,
         surface: &NurbsSurface,
@@ -226,7 +226,7 @@ impl Unknowns {
     }
 }
 
-/// Whether a foot may be on an open border, where a point lies beyond and not beside the surface.
+/// Whether a foot point lies on an open border, where the point may be beyond the surface.
 fn is_on_border(surface: &NurbsSurface, uv: DVec2) -> bool {
     let ends = |knots: &KnotVector, at: f64| {
         let (start, end) = knots.domain();

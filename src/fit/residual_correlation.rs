@@ -1,4 +1,5 @@
-//! Whether distances from a surface are noise or what the surface cannot follow.
+//! Correlation of neighboring residuals: it separates noise from a surface that cannot follow its
+//! points.
 
 use super::settings::RefinementSettings;
 use glam::DVec2;
@@ -7,15 +8,14 @@ use super::boundary::extremes;
 
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
-/// Whether signed distances are noise: neighbours have nothing in common then, while those of a
-/// surface that cannot follow its points are alike.
+/// Whether signed distances are noise. Then neighbors are uncorrelated; those of a surface that
+/// cannot follow its points are alike.
 pub(super) fn are_noise(uv: &[DVec2], distances: &[f64]) -> bool {
     correlation(uv, distances) < SETTINGS.noise_deviations / (uv.len() as f64).sqrt()
 }
 
-/// The correlation of distances, each with its sign, between neighbours in the parameters: none for
-/// noise, some for what bends. Neighbours follow one another in strips as wide as the points are
-/// apart.
+/// The correlation of signed distances between neighbors in the parameters. Neighbors are
+/// successive points in strips about as wide as their spacing.
 fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
     let strips = (uv.len() as f64).sqrt();
     let (low, high) = extremes(uv.iter().map(|uv| uv.x));

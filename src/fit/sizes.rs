@@ -1,15 +1,16 @@
-//! Sizes and shares that several files of the fit have in common.
+//! Sizes that several files share: memory limits, tasks, batches and the cubic degree.
 
-/// Control points of a net at most: the equations of more would not fit into memory.
+/// Control points of a net, at most, so that the equations fit into memory.
 pub(super) const MAX_CONTROL_POINTS: usize = 1 << 20;
 
-/// Points between two calls of the observer: a few milliseconds.
+/// Points between two calls of the observer, a few milliseconds of work.
 pub(super) const POINTS_PER_CALL: usize = 1 << 16;
 
-/// Points per task of a thread: enough to be worth a block of sums, few enough to share a crowded cell.
+/// Points in a task of a thread. A task needs enough points for a block of sums, and crowded cells
+/// must be split.
 pub(super) const POINTS_PER_TASK: usize = 2048;
 
-/// Degree of the surfaces for which there is code of its own, and their basis functions in a span.
+/// Degree of the surfaces that have specialized code, and their basis functions in a span.
 pub(super) const CUBIC: usize = 3;
 pub(super) const CUBIC_ORDER: usize = CUBIC + 1;
 

@@ -1,4 +1,4 @@
-//! What one fit of heights tells the next.
+//! Warm start: the fairness and reach of one height field, as a start for the next.
 
 use super::fit_result::HeightFit;
 
@@ -6,13 +6,13 @@ use super::fit_result::HeightFit;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WarmStart {
     fairness: f64,
-    /// Of so many points: beside more, as much counts less.
+    /// Number of points of that fit. The same energy has less relative weight beside more points.
     points: usize,
     pub(super) reach: Option<f64>,
 }
 
 impl WarmStart {
-    /// The fairness that counts as much beside so many points.
+    /// The fairness with the same absolute weight beside this number of points.
     pub(crate) fn beside(&self, points: usize) -> f64 {
         if points == self.points {
             return self.fairness;

@@ -1,4 +1,5 @@
-//! The closed smooth line at which the points of a sheet without corners end.
+//! Closed boundary: the likeliest smooth closed curve at which the points of a sheet without
+//! corners end.
 
 use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::PI;
@@ -16,18 +17,19 @@ use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 const SETTINGS: ClosedBoundarySettings = ClosedBoundarySettings::STANDARD;
 const BOUNDARY: BoundarySettings = BoundarySettings::STANDARD;
 
-/// A smooth line in the unit square around its middle.
+/// A smooth closed curve in the unit square around its center.
 pub(crate) struct ClosedBoundary {
-    /// Distances from the middle, by the share of the way round.
+    /// Distances from the center, by the fraction of a full turn.
     knots: KnotVector,
     radii: Vec<f64>,
-    /// The distance that circles around the middle of the unit disc are stretched by near it.
+    /// The radius by which circles near the center of the unit disc are scaled.
     near_middle: f64,
 }
 
 impl ClosedBoundary {
-    /// The likeliest outline of parameters, if it has no corners and no notch, moved out by this
-    /// border. They lie on the surface, whose isocurves are so long; the points are blurred by noise.
+    /// The likeliest boundary of parameters, moved outward by `border`. `None` if it has corners or
+    /// a notch. The parameters belong to a surface with isocurves of these lengths; the points have
+    /// noise.
     pub(crate) fn around(
         uv: &[DVec2],
         surface: &NurbsSurface,
@@ -38,8 +40,8 @@ impl ClosedBoundary {
         if !has_empty_corners(uv) {
             return Ok(None);
         }
-        // Outlines are simpler in the square, along the surface or from above: what counts is where
-        // they are surer.
+        // The curve may be simpler in the parameters, along the surface or in projection. The most
+        // certain one is used.
         let patches = Patches::of(surface);
         let candidates = [
             PolarProjection::Parameters,
@@ -59,10 +61,10 @@ impl ClosedBoundary {
         Ok(most_certain.map(|(_, outline)| outline))
     }
 
-    /// Through places at these distances from the middle, evenly over the way round.
+    /// The curve with these distances from the center, evenly over a full turn.
     fn through(values: &[f64]) -> Result<Self> {
         let knots = KnotVector::periodic_uniform(DEGREE, SETTINGS.directions)?;
-        // A quasi-interpolant, as near as cubics are.
+        // A quasi-interpolant with the approximation order of cubics.
         let value = |i: usize| values[i % SETTINGS.directions];
         let radius =
             |i: usize| (8.0 * value(i) - value(i + SETTINGS.directions - 1) - value(i + 1)) / 6.0;
@@ -72,12 +74,12 @@ impl ClosedBoundary {
         Ok(Self { knots, radii, near_middle: mean.min(SETTINGS.max_center_radius * least) })
     }
 
-    /// Its distance from the middle in a direction.
+    /// The distance from the center in a direction.
     fn radius(&self, from: DVec2) -> f64 {
         height(&self.radii, &Basis::<4>::at(&self.knots, turn_of(from)))
     }
 
-    /// Places on it, and where in the square that it bounds they come to lie.
+    /// Places on the curve, and their images on the border of the unit square.
     pub(crate) fn boundary_pairs(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
         let places = directions().map(|from| CENTER + self.radius(from) * from);
         places.zip(square_boundary())
@@ -88,12 +90,12 @@ impl ClosedBoundary {
         from.length() <= (1.0 + SETTINGS.max_excess) * self.radius(from)
     }
 
-    /// Parameters in the square that the outline bounds: first in the unit disc, on the same ray from
-    /// the middle, where circles become the outline's shape little by little, then where that is in the
-    /// square. Neither folds, whatever the outline. Places beyond it are taken to it.
+    /// Maps the inside of the curve to the unit square: along rays to the unit disc, so that
+    /// circles gradually become the curve, then to the square. Neither map folds, whatever the
+    /// curve. Places outside are moved to the curve.
     pub(crate) fn mapped_to_square(&self, uv: &[DVec2]) -> Vec<DVec2> {
-        // What was taken to the outline lies there exactly: beside it by rounding, feet would be free that
-        // are held, or not, as the points happen to lie in space.
+        // Places moved to the curve must lie exactly on the border. Otherwise rounding would decide
+        // whether their projections are on the border.
         let exact = |at: f64| if at.min(1.0 - at) < SETTINGS.rounding { at.round() } else { at };
         let mapped_to_square = |uv: &DVec2| {
             let at = CENTER + 0.5 * disc_to_square(self.in_disc(*uv - CENTER));
@@ -102,7 +104,8 @@ impl ClosedBoundary {
         uv.par_iter().map(mapped_to_square).collect()
     }
 
-    /// The place in the unit disc at (middle · r + (radius - middle) · r³) from the middle.
+    /// The place in the unit disc whose image is at (center radius · r + (radius - center radius) ·
+    /// r³) from the center.
     fn in_disc(&self, from: DVec2) -> DVec2 {
         let distance = from.length();
         if distance == 0.0 {
@@ -120,18 +123,18 @@ impl ClosedBoundary {
     }
 }
 
-/// Directions evenly around.
+/// Evenly distributed directions.
 fn directions() -> impl Iterator<Item = DVec2> {
     (0..SETTINGS.directions).map(|i| direction(i as f64 / SETTINGS.directions as f64))
 }
 
-/// The places on the border of the unit square that directions evenly around become.
+/// The images on the border of the unit square of evenly distributed directions.
 pub(super) fn square_boundary() -> impl Iterator<Item = DVec2> {
     directions().map(|from| CENTER + 0.5 * disc_to_square(from))
 }
 
-/// The (x, y) of the square with sides of 2 that (u, v) of the unit disc stands for: u² is
-/// x² (1 - y² / 2), and v² is y² (1 - x² / 2), which is smooth but at the corners.
+/// The point (x, y) of the square [-1, 1]² for (u, v) of the unit disc: u² = x² (1 - y² / 2) and v²
+/// = y² (1 - x² / 2). It is smooth except at the corners.
 fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
     let place = |along: f64, across: f64| {
         let (sum, twice) = (2.0 + along * along - across * across, 8.0_f64.sqrt() * along);
@@ -141,11 +144,11 @@ fn disc_to_square(DVec2 { x: u, y: v }: DVec2) -> DVec2 {
     DVec2::new(place(u, v), place(v, u))
 }
 
-/// Whether three corners of the unit square or more are emptier than chance would leave them: so is an
-/// outline round. The fourth may be full where places are dense.
+/// Whether at least three corners of the unit square are emptier than by chance, as for a round
+/// boundary. The fourth may be full if points are dense there.
 fn has_empty_corners(uv: &[DVec2]) -> bool {
     let count = uv.len() as f64;
-    // Of four places, or more, two standard deviations less are none.
+    // With four expected points, two standard deviations fewer are none.
     let size = (8.0 / count).sqrt().max(SETTINGS.corner);
     let expected = count * 0.5 * size * size;
     let is_empty = |corner: &DVec2| {
@@ -158,15 +161,15 @@ fn has_empty_corners(uv: &[DVec2]) -> bool {
     size <= SETTINGS.max_corner && empty > 2
 }
 
-/// A closed line around the middle of the square, by distances that mean what they will.
+/// A closed curve around the center in one polar projection.
 struct PolarCurve {
     knots: KnotVector,
-    /// See [`BOUNDS`], with their standard deviations.
+    /// See [`ClosedBoundarySettings::heights`], with their standard deviations.
     heights: Vec<f64>,
     deviations: Vec<f64>,
-    /// The mean of the squared distances.
+    /// The mean of the squared distances from the center.
     mean: f64,
-    /// Whether no place lies far outside of it, nor is ground empty inside.
+    /// Whether no point lies far outside, and no area inside is empty.
     follows: bool,
 }
 
@@ -212,9 +215,9 @@ impl PolarCurve {
         Ok(Self { knots: likelihood.knots, heights, deviations, mean, follows })
     }
 
-    /// In the square that it is a view of: how much larger a standard deviation makes it, and its distances
-    /// from the middle, moved out by this border. `None` if it follows no places, or its view does not
-    /// reach so far.
+    /// In the parameters, the relative growth of the area by one standard deviation, and the
+    /// distances from the center, moved outward by `border`. `None` if the curve does not follow
+    /// the points, or the projection does not reach it.
     fn parameter_radii(
         &self,
         projection: &PolarProjection<'_>,
@@ -234,7 +237,7 @@ impl PolarCurve {
         Some((larger / SETTINGS.directions as f64, moved_out(SETTINGS.margin_deviations * border)?))
     }
 
-    /// The distance of the line from the middle, moved out by so many standard deviations.
+    /// The distance from the center, moved outward by a number of standard deviations.
     fn distance(&self, turn: f64, out: f64) -> f64 {
         let basis = Basis::at(&self.knots, turn);
         let margin = out * height(&self.deviations, &basis);
@@ -265,7 +268,7 @@ mod tests {
         ClosedBoundary::around(uv, surface, DVec2::ONE, 0.0, 0.5).unwrap()
     }
 
-    /// Places on an outline.
+    /// Places on a boundary.
     fn curve(outline: &ClosedBoundary) -> impl Iterator<Item = DVec2> {
         let directions = (0..40).map(|i| direction(f64::from(i) / 40.0));
         directions.map(|from| CENTER + outline.radius(from) * from)
@@ -318,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_cap_is_round_on_the_surface() {
-        // Its outline is a circle in space, and a rounded square in the parameters.
+        // Its boundary is a circle in space, and a rounded square in the parameters.
         let sphere = |uv: DVec2| {
             let angles = 3.6 * (uv - CENTER);
             let (x, y) = (angles.x.sin(), angles.x.cos() * angles.y.sin());

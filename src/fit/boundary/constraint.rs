@@ -1,4 +1,4 @@
-//! Where the border of a surface is held.
+//! Boundary constraint: samples that keep the border of a surface in place.
 
 use super::super::settings::LeastSquaresSettings;
 use super::settings::BoundarySettings;
@@ -12,13 +12,15 @@ use crate::nurbs::NurbsSurface;
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Places around a surface that is open in both directions, which its border may slide along, but not leave:
-/// fairness draws the border of few or noisy points to where it bends least, and at the corners of a
-/// square that was a disc this is far from them.
+/// Samples around a surface that is open in both directions. Its border may slide along them, but
+/// not leave them.
+///
+/// Fairness pulls the border of few or noisy points to where it bends least. At the corners of a
+/// square that was mapped from a disc this is far from the points.
 pub(crate) struct BoundaryConstraint(Vec<Sample>);
 
 impl BoundaryConstraint {
-    /// The border of a surface.
+    /// The constraint to the border of a surface.
     pub(crate) fn of(surface: &NurbsSurface) -> Self {
         let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
         let (low, high) = (DVec2::new(u.0, v.0), DVec2::new(u.1, v.1));
@@ -26,7 +28,8 @@ impl BoundaryConstraint {
         Self::through(&Patches::of(surface), places.map(|place| (place, place)))
     }
 
-    /// Through places of a surface, each with where on the border of the next it comes to lie.
+    /// The constraint to places of a surface, each with its parameters on the border of the next
+    /// surface.
     pub(crate) fn through(
         patches: &Patches<'_>,
         places: impl Iterator<Item = (DVec2, DVec2)>,
@@ -48,7 +51,7 @@ impl BoundaryConstraint {
         Self((0..count).map(sample).collect())
     }
 
-    /// Samples that hold it beside so many points, and as much fairness.
+    /// Samples weighted for this number of points and this fairness.
     pub(crate) fn beside(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
         let weight = SETTINGS.constraint_weight * fairness * points as f64 / self.0.len() as f64;
         self.0.iter().map(move |sample| Sample { weight, ..*sample })
@@ -69,7 +72,7 @@ mod tests {
             assert!(point.truncate().distance(uv) < 1e-12);
             let away = (uv - 0.5) / 0.5;
             assert!((away.abs().max_element() - 1.0).abs() < 1e-7, "{uv}");
-            // Where two sides meet it lies between them.
+            // In a corner the normal lies between those of both sides.
             assert!(normal.truncate().dot(away).abs() > 0.9, "{uv} {normal}");
             assert!((normal.length() - 1.0).abs() < 1e-12 && normal.z.abs() < 1e-12);
         }

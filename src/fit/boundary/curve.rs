@@ -1,4 +1,4 @@
-//! The smooth curve at which points end, most likely.
+//! Boundary curve: the likeliest smooth curve at which points end on one side of the domain.
 
 use super::super::options::uniform;
 use super::likelihood::{DEGREE, Likelihood, Place, height, sums};
@@ -9,17 +9,17 @@ use crate::nurbs::{Basis, KnotVector};
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
-/// How far an edge follows the places.
+/// How closely a curve follows the points.
 struct Flexibility {
     control_points: usize,
-    /// Those that places choose among, see [`Likelihood::stiffness`]; the search begins with the last.
+    /// Stiffnesses among which the evidence chooses, see [`Likelihood::stiffness`]. The search
+    /// begins with the last.
     stiffnesses: &'static [f64],
-    /// It does not go deeper.
+    /// The largest height of the curve.
     max_depth: f64,
-    /// Places deeper than this cannot touch it.
+    /// Points higher than this do not influence the curve.
     near: f64,
-    /// Depth of the ground whose places say how dense they are there; without, they are as dense
-    /// everywhere.
+    /// Height up to which points determine the density along the curve. `None`: uniform density.
     density_depth: Option<f64>,
 }
 
@@ -41,14 +41,14 @@ const FLEXIBLE: Flexibility = Flexibility {
     density_depth: None,
 };
 
-/// How far an edge is drawn in.
+/// Depth of a boundary curve inside the domain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Depth {
-    /// As far as the points want it.
+    /// The curve lies below its largest height.
     Free,
-    /// As deep as it may.
+    /// The curve touches its largest height.
     AtLimit,
-    /// Into a notch.
+    /// The curve follows a notch.
     Notch,
 }
 
@@ -57,18 +57,18 @@ pub(super) struct BoundaryCurve {
     knots: KnotVector,
     heights: Vec<f64>,
     max_depth: f64,
-    /// Standard deviations of the heights there, and spacings of the places as multiples of the mean.
+    /// Standard deviations of the heights, and spacings of the points relative to the mean.
     uncertainties: Vec<(f64, f64)>,
 }
 
 impl BoundaryCurve {
-    /// The height, which rounding does not take beyond the bounds either.
+    /// The height, clamped to the bounds against rounding.
     pub(super) fn at(&self, x: f64) -> f64 {
         height(&self.heights, &Basis::at(&self.knots, x)).clamp(SETTINGS.min_height, self.max_depth)
     }
 
-    /// How far beyond the edge a surface should go on at each x, for a border of this many spacings: as
-    /// far as it is in doubt, but not farther than `most` for each spacing of border.
+    /// The distance of the surface's border beyond the curve at each x, for a border of this number
+    /// of spacings. It grows with the curve's uncertainty, up to `most` for each spacing of border.
     pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
         let beyond = |&(deviation, spread): &(f64, f64)| {
             let uncertain = 0.5 * spacing + SETTINGS.margin_deviations * deviation;
@@ -78,8 +78,8 @@ impl BoundaryCurve {
         move |x| height(&margins, &Basis::at(&self.knots, x))
     }
 
-    /// The curve that most likely bounds places (x, y) of the unit square from below, if their y
-    /// are blurred by noise of this size (see [`Likelihood`]). A closed edge comes round in x.
+    /// The likeliest lower boundary of points (x, y) in the unit square, if y has noise of this
+    /// size (see [`Likelihood`]). A closed curve is periodic in x.
     pub(super) fn under(places: &[(f64, f64)], noise: f64, closed: bool) -> Result<Self> {
         let stiff = Self::likeliest(places, noise, closed, &STIFF)?;
         if empty_ground(places, |x| stiff.at(x), SETTINGS.end_strips) < SETTINGS.min_notch {
@@ -88,7 +88,7 @@ impl BoundaryCurve {
         Self::likeliest(places, noise, closed, &FLEXIBLE)
     }
 
-    /// How far it is drawn in: in one more turn an outline may be followed that lies deeper.
+    /// How deep the curve lies. If it is at its limit, another round may follow a deeper boundary.
     pub(super) fn depth(&self) -> Depth {
         if self.max_depth > STIFF.max_depth {
             Depth::Notch
@@ -116,7 +116,7 @@ impl BoundaryCurve {
         if let Some(depth) = density_depth {
             let low: Vec<&Place> =
                 likelihood.places.iter().take_while(|place| place.y < depth).collect();
-            // Where places are even, half of the ground lies below their mean.
+            // Uniform points between the curve and this height have their mean halfway between.
             let mean = low.iter().map(|place| place.y).sum::<f64>() / low.len().max(1) as f64;
             let density_depth = depth - (2.0 * mean - depth).clamp(0.0, max_depth);
             let least = |i: usize| {
@@ -141,8 +141,8 @@ impl BoundaryCurve {
     }
 }
 
-/// By how much farther than usual a surface goes on where the density of places is this share of the
-/// mean: as far as their spacing is larger, but not where there is hardly any, at a rounded corner.
+/// The relative size of the margin, where the density is this share of the mean. It is proportional
+/// to the spacing, but falls to zero at a rounded corner, where points are missing.
 fn spread(density: f64) -> f64 {
     let sparse = density.min(SETTINGS.sparse_density) / SETTINGS.sparse_density;
     sparse / density.clamp(SETTINGS.sparse_density, 1.0).sqrt()
@@ -200,7 +200,7 @@ mod tests {
         assert!((0.2..0.5).contains(&margin(&sure, 0.5)), "{}", margin(&sure, 0.5));
         assert!(margin(&sure, 0.0) > 1.2 * margin(&sure, 0.5));
         assert_eq!(sure.margin(0.0, spacing, 1.0)(0.5), 0.0);
-        // One place of four on the right half, so that spacings there are longer.
+        // A quarter of the points on the right half, so that their spacing doubles.
         let thinned = level.into_iter().enumerate().filter(|(i, (x, _))| *x < 0.5 || i % 4 == 0);
         let thinned: Vec<(f64, f64)> = thinned.map(|(_, place)| place).collect();
         assert!((thinned.len() as f64) < 0.7 * count);

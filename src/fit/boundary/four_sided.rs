@@ -1,4 +1,4 @@
-//! The domain between four boundary curves.
+//! Four-sided boundary: the domain between curves, mapped to the unit square.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -12,9 +12,11 @@ use crate::error::Result;
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
-/// Parameters brought into the unit square as by [`bounded`], but its sides bend with the outline of
-/// those parameters, which are blurred by noise of this size along u and v. Beyond the sides the square goes on by about `border` spacings, which have this size
-/// along u and v. Says as well how far the sides are drawn in.
+/// Maps parameters to the unit square like [`bounded`](super::bounded), but with curved sides along
+/// their boundary. The parameters have noise of this size along u and v. The surface extends beyond
+/// the sides by about `border` times `spacing`, the mean spacing along u and v.
+///
+/// Returns the parameters, and how deep the curves lie.
 pub(crate) fn conformed(
     uv: &[DVec2],
     space: &SplineSpace,
@@ -41,7 +43,7 @@ pub(crate) fn conformed(
     }
     let margins = [0, 1].map(|d: usize| {
         let (low, high) = sides[d].as_ref()?;
-        // A surface that goes on for more than half of the way between control points soon goes astray.
+        // Surfaces that extend beyond half a spacing of the control points deviate.
         let most = SETTINGS.max_margin / (space.shape()[d] - 1) as f64;
         Some([low, high].map(|edge: &BoundaryCurve| edge.margin(border, spacing[d], most)))
     });

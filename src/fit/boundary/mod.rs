@@ -1,4 +1,6 @@
-//! Where the points end on the surface: boundary curves in the parameter plane.
+//! Boundary: where the points end on a surface, in its parameters.
+//!
+//! Points are a Poisson process that ends at smooth curves; the likeliest curves bound the domain.
 
 mod closed;
 mod constraint;

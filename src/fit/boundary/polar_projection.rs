@@ -1,4 +1,5 @@
-//! How places of a surface are seen from its middle.
+//! Polar projections: maps of the domain around its center to a plane, in which a closed boundary
+//! may be simple.
 
 use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::{PI, TAU};
@@ -14,13 +15,13 @@ const BOUNDARY: BoundarySettings = BoundarySettings::STANDARD;
 
 pub(super) const CENTER: DVec2 = DVec2::splat(0.5);
 
-/// From where in the unit square, counted from its middle, to where it is seen in a plane.
+/// A map of offsets from the domain's center to a plane.
 pub(super) enum PolarProjection<'a> {
-    /// As it lies in the square.
+    /// The offset itself.
     Parameters,
-    /// In the same direction, but as far as it is along the surface.
+    /// The same direction, with the arc length on the surface as distance.
     ArcLength(&'a Patches<'a>, Vec<(f64, f64)>),
-    /// From above, with what places reach made as long as wide.
+    /// Orthogonal projection to a plane, scaled so that the boundary is about as long as wide.
     Planar(&'a Patches<'a>, WhitenedPlane),
 }
 
@@ -48,7 +49,7 @@ impl<'a> PolarProjection<'a> {
         }
     }
 
-    /// The size of noise as it is seen, by that on a surface whose isocurves are so long.
+    /// The size of noise in the projection, for a surface with isocurves of these lengths.
     pub(super) fn noise(&self, noise: f64, size: DVec2) -> f64 {
         match self {
             Self::Parameters => 0.5 * (noise / size).element_sum(),
@@ -60,9 +61,9 @@ impl<'a> PolarProjection<'a> {
         }
     }
 
-    /// How far one has to go in a direction from the middle to where this rises to zero of what is seen,
-    /// by false position with halved ends (the Illinois method), and beyond the square as it rises there;
-    /// `None` if that is far, or the middle beyond it.
+    /// The radius in a direction at which `beyond` of the projected place rises to zero, by false
+    /// position with halved ends (the Illinois method). Beyond the square it is extrapolated
+    /// linearly. `None` if it is too far, or the center is beyond.
     pub(super) fn radius_at_zero(
         &self,
         direction: DVec2,
@@ -100,7 +101,7 @@ impl<'a> PolarProjection<'a> {
     }
 }
 
-/// The share of the way round in a direction from the middle.
+/// The fraction of a full turn for a direction from the center.
 pub(super) fn turn_of(from: DVec2) -> f64 {
     (from.to_angle() + PI) / TAU
 }
@@ -109,20 +110,21 @@ pub(super) fn direction(turn: f64) -> DVec2 {
     DVec2::from_angle(TAU * turn - PI)
 }
 
-/// The outermost of places around the middle, each by the share of the way round and the square of its
-/// distance, in sectors.
+/// The outermost points in sectors around the center. Points are given by the fraction of a full
+/// turn and the squared distance.
 pub(super) fn outermost_points(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
     let outer = lowest(polar.map(|(turn, square)| (turn, -square)), BOUNDARY.strips);
     outer.into_iter().flatten().map(|(turn, square)| (turn, -square)).collect()
 }
 
-/// A plane across the mean normal of a surface, with an origin and axes by which what places reach has the
-/// second moments of a disc, as it has if their outline is an ellipse, however dense they are where.
+/// A plane across the mean normal of a surface. Origin and axes are chosen so that the area within
+/// the boundary has the second moments of a disc, as an ellipse has. The density of the points does
+/// not matter.
 pub(super) struct WhitenedPlane {
     origin: DVec3,
     axes: [DVec3; 2],
     middle: DVec2,
-    /// Of the moments, by Cholesky's method.
+    /// Cholesky factor of the moments.
     factor: [f64; 3],
 }
 
@@ -164,12 +166,13 @@ impl WhitenedPlane {
     }
 }
 
-/// The middle of the area of a polygon around zero, counter-clockwise, and the second moments around it.
+/// The centroid of the area of a counterclockwise polygon around zero, and the second moments about
+/// it.
 fn moments(polygon: &[DVec2]) -> (DVec2, DMat2) {
     let squared = |p: DVec2| DMat2::from_cols(p * p.x, p * p.y);
     let (mut area, mut first, mut second) = (f64::MIN_POSITIVE, DVec2::ZERO, DMat2::ZERO);
     for (i, &a) in polygon.iter().enumerate() {
-        // Those of a triangle with a corner at zero.
+        // The moments of a triangle with a corner at zero.
         let b = polygon[(i + 1) % polygon.len()];
         let twice = a.perp_dot(b);
         area += 0.5 * twice;
@@ -240,7 +243,7 @@ pub(super) mod tests {
         };
         assert!((radius(0.55).unwrap() - 0.55).abs() < 1e-12);
         assert!(radius(0.9).is_none() && radius(0.0).is_none());
-        // From above a hemisphere's rim is the last of it.
+        // The border of a hemisphere is the outermost curve in projection.
         let ball = surface(|uv| {
             let from = 3.4 * (uv - CENTER);
             let (sine, cosine) = from.length().sin_cos();

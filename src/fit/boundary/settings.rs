@@ -25,8 +25,8 @@ pub(super) struct BoundarySettings {
     /// Control points of a stiff curve, which does not follow rounded corners. Unit: points.
     /// Source: calibrated on the scoreboard.
     pub(super) stiff_control_points: usize,
-    /// Stiffnesses of a stiff curve; the search begins with the last. Unit: costs of bending for
-    /// each point. Source: calibrated on the scoreboard.
+    /// Stiffnesses of a stiff curve; the search begins with the last. Unit: none, see
+    /// `Likelihood::stiffness`. Source: calibrated on the scoreboard.
     pub(super) stiff_stiffnesses: &'static [f64],
     /// Largest height of a stiff curve. Unit: sides of the domain. Source: calibrated on the
     /// scoreboard.
@@ -40,7 +40,7 @@ pub(super) struct BoundarySettings {
     /// Control points of a flexible curve, which follows notches. Unit: points. Source: calibrated
     /// on the scoreboard.
     pub(super) flexible_control_points: usize,
-    /// Stiffnesses of a flexible curve. Unit: costs of bending for each point. Source: calibrated
+    /// Stiffnesses of a flexible curve. Unit: none, see `Likelihood::stiffness`. Source: calibrated
     /// on the scoreboard.
     pub(super) flexible_stiffnesses: &'static [f64],
     /// Largest height of a flexible curve. Unit: sides of the domain. Source: calibrated on the
@@ -109,7 +109,7 @@ pub(super) struct ClosedBoundarySettings {
     /// Control points of the curve. Unit: points. Source: calibrated on the scoreboard.
     pub(super) control_points: usize,
     /// Stiffnesses among which the evidence chooses; the search begins with the middle one. Unit:
-    /// costs of bending for each point. Source: calibrated on the scoreboard.
+    /// none, see `Likelihood::stiffness`. Source: calibrated on the scoreboard.
     pub(super) stiffnesses: [f64; 5],
     /// Least and largest height: the squared distance from the center is 1 less the height. Unit:
     /// mean squared distances. Source: calibrated on the scoreboard.
@@ -133,9 +133,9 @@ pub(super) struct ClosedBoundarySettings {
     /// Directions in which the curve is interpolated. Unit: directions. Source: cost: more change
     /// the curve little.
     pub(super) directions: usize,
-    /// Radius by which the square is scaled at the center, at most; half of the speed along a ray
-    /// then remains at the boundary. Unit: least radii of the curve. Source: calibrated on the
-    /// scoreboard.
+    /// Radius by which circles near the disc's center are scaled, at most. Along the shortest ray,
+    /// half of the speed then remains at the boundary. Unit: least radii of the curve. Source:
+    /// calibrated on the scoreboard.
     pub(super) max_center_radius: f64,
     /// Excess of a parameter's distance from the center over the interpolated curve, at most. Unit:
     /// share. Source: calibrated on the scoreboard.

@@ -1,4 +1,4 @@
-//! Where the points end: the sides of a square around their parameters.
+//! Straight sides: the quadrilateral around parameters, mapped to the unit square.
 
 use super::settings::BoundarySettings;
 use glam::DVec2;
@@ -9,9 +9,9 @@ use super::strips::{extremes, lowest};
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
-/// Parameters brought into the unit square: on either side of an open direction the straight line
-/// that has all of them behind it, and leaves least between, becomes a side of the square. Closed
-/// directions stay as they are.
+/// Maps parameters to the unit square. In each open direction, two straight lines that enclose all
+/// parameters with the least area between become sides of the square. Closed directions stay as
+/// they are.
 ///
 /// ```
 /// use neurbs::{DVec2, fit::bounded};
@@ -22,7 +22,7 @@ const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 #[must_use]
 pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     let mut uv = uv.to_vec();
-    // The sides of one direction lean on those of the other.
+    // The sides of one direction depend on those of the other.
     for _ in 0..2 {
         for (d, closed) in [closed.0, closed.1].into_iter().enumerate() {
             if !closed {
@@ -33,12 +33,12 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     uv
 }
 
-/// Changes each of many parameters.
+/// Applies a change to each parameter.
 pub(super) fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
     uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
 }
 
-/// Bounds direction d.
+/// Maps direction d to [0, 1].
 fn bound(uv: &mut [DVec2], d: usize) {
     let across = |uv: &DVec2| uv[1 - d];
     let low = StraightLine::under(uv.iter().map(|uv| (across(uv), uv[d])));
@@ -79,8 +79,8 @@ impl StraightLine {
         Self { height: -self.height, slope: -self.slope }
     }
 
-    /// The line under all places (x, y) that leaves least area between: it carries the edge of
-    /// their convex hull that lies under the middle.
+    /// The line below all points (x, y) with the least area between: it extends the edge of their
+    /// lower convex hull that lies below the middle.
     fn under(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let mut places: Vec<_> =
             lowest(places, SETTINGS.hull_strips).into_iter().flatten().collect();

@@ -1,10 +1,10 @@
-//! Strips of points (x, y) by x: the lowest in each, and the empty area below it.
+//! Strips of points (x, y) by x: the lowest point in each, and the empty area below.
 
 use super::settings::BoundarySettings;
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
-/// Mean height between a curve and the lowest place in each strip but so many at either end, beyond
-/// what so many places leave by chance.
+/// Mean height of the lowest points over a curve, beyond what chance leaves. `ends` strips at
+/// either end are left out.
 pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
     let count = places.len();
     let places = lowest(places.iter().copied(), SETTINGS.strips);
@@ -13,7 +13,7 @@ pub(super) fn empty_ground(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, en
     above.sum::<f64>() / inner.count().max(1) as f64 - SETTINGS.strips as f64 / count as f64
 }
 
-/// The lowest of places (x, y) in each of the strips that x is cut into; the last has its end.
+/// The lowest point (x, y) in each strip of x; one more strip contains the largest x.
 pub(super) fn lowest(
     places: impl Iterator<Item = (f64, f64)> + Clone,
     strips: usize,

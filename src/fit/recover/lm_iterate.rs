@@ -1,6 +1,6 @@
-//! Steps of Levenberg and Marquardt for a net. They follow the bend of the valley that they lead through
-//! (M. Transtrum, J. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares
-//! minimization*, 2012).
+//! Levenberg-Marquardt steps for a net, with second-order correction (M. Transtrum, J. Sethna,
+//! *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*,
+//! 2012).
 
 use super::super::settings::ProjectionSettings;
 use super::settings::RecoverySettings;
@@ -16,20 +16,20 @@ use crate::nurbs::NurbsSurface;
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 const PROJECTION: ProjectionSettings = ProjectionSettings::STANDARD;
 
-/// A surface on its way to the points.
+/// A surface that approaches the points, from one start.
 pub(super) struct Trial {
     pub(super) surface: NurbsSurface,
-    /// The points' feet on it, or on its continuation.
+    /// The points' projections onto it, or onto its extension.
     pub(super) projections: Vec<Projection>,
-    /// Root of the mean square of the distances from them.
+    /// Rms distance of the points.
     pub(super) error: f64,
     damping: f64,
-    /// The equations of these feet, if a step with more damping is to come.
+    /// The equations of these projections, if the next step only needs more damping.
     equations: Option<NormalEquations>,
 }
 
 impl Trial {
-    /// A surface, with feet near these parameters.
+    /// A surface, with projections from these parameters.
     pub(super) fn on(problem: &Problem<'_>, surface: NurbsSurface, uv: &[DVec2]) -> Self {
         let projections = problem.projections(&surface, uv, 2 * PROJECTION.first_steps);
         Self {
@@ -41,7 +41,8 @@ impl Trial {
         }
     }
 
-    /// The surface nearest in plain distances at these parameters.
+    /// The surface with the least plain distances at these parameters. `None` if the points do not
+    /// determine it.
     pub(super) fn at(problem: &Problem<'_>, uv: &[DVec2]) -> Result<Option<Self>> {
         let place =
             |(&uv, &offset): (&DVec2, &DVec3)| Projection { uv, offset, ..Projection::default() };
@@ -54,7 +55,7 @@ impl Trial {
         self.projections.iter().map(|projection| projection.uv).collect()
     }
 
-    /// Makes a step, if it helps.
+    /// Makes a step if it decreases the error, else raises the damping.
     pub(super) fn advance(&mut self, problem: &Problem<'_>) -> Result<()> {
         let equations = match self.equations.take() {
             Some(equations) => equations,
@@ -68,7 +69,8 @@ impl Trial {
         } else {
             None
         };
-        // Once through all points, the net still comes to rest.
+        // Steps are also accepted once the surface passes through all points, so that the net
+        // converges.
         let helps = |next: &Self| next.error < self.error || problem.is_through(next.error);
         if let Some(next) = next.filter(helps) {
             *self = next;
@@ -79,8 +81,8 @@ impl Trial {
         Ok(())
     }
 
-    /// A change of the control points that follows the bend of the way: by the second derivative of
-    /// the distances along it.
+    /// The change of the control points plus its second-order correction, from the second
+    /// derivative of the distances along it.
     fn bent(
         &self,
         matrix: &BandMatrix,
@@ -103,13 +105,14 @@ impl Trial {
         let right = problem.samples(&bends, 1.0);
         let right = NormalEquations::of_distances(problem.space, &right, &mut || Ok(()))?.right;
         let bend = matrix.solved_together(&right);
-        // Not longer than half the step.
+        // The correction has a limited length.
         let share = (SETTINGS.max_correction * length(&change) / length(&bend)).min(1.0);
         change.iter_mut().zip(&bend).for_each(|(change, bend)| *change += share * *bend);
         Ok(change)
     }
 
-    /// After a change of the control points, and the plain solution at the parameters that follow.
+    /// The surface after a change of the control points, with projected parameters and one plain
+    /// solution.
     fn after(&self, change: &[DVec3], problem: &Problem<'_>) -> Result<Option<Self>> {
         let net = added(problem.space.unknown_points(&self.surface), change);
         let projections =

@@ -1,8 +1,8 @@
-//! Exact recovery: the net of a surface, from points that lie on it.
+//! Exact recovery: the net of a surface, from points on it.
 //!
-//! Control points and parameters are found together. Where the knots lie on a surface is as hard to find as
-//! those of a spline curve: there are many local minima. So the search starts from several
-//! parametrizations.
+//! Control points and parameters are found together. The problem has many local minima, since the
+//! positions of the knots on the surface are unknown, as in free-knot spline fitting. So the search
+//! starts from several parametrizations.
 
 mod lm_iterate;
 mod multistart;
@@ -26,11 +26,13 @@ use crate::progress::{self, Observer, Progress, Stage};
 
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
-/// The surface with a net of this shape through points of such a surface, from their rough parameters in
-/// [0, 1]². Closed directions have the period 1, and the shape counts their different control points.
+/// The surface with a net of this shape through points of a surface like this, from rough
+/// parameters in [0, 1]². Closed directions have the period 1, and the shape excludes repeated
+/// control points.
 ///
-/// `None` if no surface is found whose root mean square distance is at most 1e-5 of the points' diameter: the
-/// points may be noisy or lie on no surface with this net, or the search may have ended in a local minimum.
+/// `None` if no surface is found whose rms distance is at most 1e-5 of the points' diameter. Then
+/// the points may be noisy or lie on no surface with this net, or the search ended in a local
+/// minimum.
 ///
 /// # Errors
 ///
@@ -54,7 +56,7 @@ pub fn recover_net(
     let near = approximate(points, uv, None, &options, observer)?;
     let knots = [near.surface.knots_u().clone(), near.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
-    // Any surface passes through fewer points than there are numbers to find.
+    // With fewer points than unknown numbers, many surfaces pass through all points.
     let numbers = 3 * space.unknowns();
     if points.len() < numbers {
         return Ok(None);
@@ -73,7 +75,8 @@ pub fn recover_net(
     let Some(found) = found.filter(|found| found.error <= EXACT_ERROR * size) else {
         return Ok(None);
     };
-    // The domain ends where all points do; feet that do not leave it draw its ends there.
+    // The domain must end at the outermost points. Projections that stay in the domain move its
+    // ends there.
     let open = Problem { points, ..few };
     let all = Problem { beyond: 0.0, ..open };
     let search = ClosestPointSearch::new(&found.surface)?;
@@ -113,7 +116,7 @@ mod tests {
         DVec3::new(wave(1.0), wave(1.7), wave(2.3))
     }
 
-    /// Whether the surface of a net comes back from points of it.
+    /// Whether the surface of a net is recovered from points on it.
     fn comes_back(
         shape: (usize, usize),
         closed: (bool, bool),

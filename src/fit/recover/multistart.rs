@@ -1,7 +1,7 @@
-//! The search from several parametrizations, all made from one.
+//! Multistart: the search from several parametrizations, all derived from one.
 //!
-//! The one that is known is about in proportion to lengths. That of the net may be faster or slower at the ends
-//! of the domain than in the middle, and at one end than at the other.
+//! The given one is about proportional to lengths. That of the net may be faster or slower at the
+//! ends of the domain than in the middle, and differ between both ends.
 
 use super::settings::RecoverySettings;
 use glam::DVec2;
@@ -16,7 +16,8 @@ use crate::progress::{self, Observer, Progress, Stage};
 
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
-/// The surface of least error from these parametrizations; `None` if no point holds some control point.
+/// The trial with the least error from these parametrizations. `None` if the points determine no
+/// net.
 pub(super) fn search(
     problem: &Problem<'_>,
     starts: &[Vec<DVec2>],
@@ -42,7 +43,7 @@ pub(super) fn search(
             trials.sort_by(|a, b| a.error.total_cmp(&b.error));
             trials.truncate((trials.len() / 2).clamp(1, SETTINGS.max_trials));
             let Some(best) = trials.first() else { return Ok(None) };
-            // While trials fall away, the best may rest.
+            // While there are several trials, the best one may stall for a while.
             if trials.len() == 1 && best.error > SETTINGS.stalled_ratio * before {
                 break;
             }
@@ -52,30 +53,31 @@ pub(super) fn search(
     Ok(trials.into_iter().min_by(|a, b| a.error.total_cmp(&b.error)))
 }
 
-/// How parameters move in a direction.
+/// A change of the parameters in one direction.
 #[derive(Clone, Copy, PartialEq)]
 enum Warp {
-    /// By so many spans, in a closed direction.
+    /// Shift by this number of spans, in a closed direction.
     Turn(f64),
-    /// So far towards those of a net with evenly spaced control points, which begin and end three times as
-    /// fast; then so many times faster at the beginning than in the middle.
+    /// Interpolation towards the parameters of a net with evenly spaced control points, which are
+    /// three times as fast at both ends. Then `skew` is the speed at the start, and its inverse
+    /// that at the end.
     Stretch { evenness: f64, skew: f64 },
 }
 
-/// Parameters of points on a surface of a space, from which others are made.
+/// Parameters of points on a surface of a space, from which starts are derived.
 pub(super) struct StartParameters<'a> {
     pub(super) space: &'a SplineSpace,
     pub(super) uv: &'a [DVec2],
 }
 
 impl StartParameters<'_> {
-    /// As fast at either end.
+    /// Starts with the same speed at both ends.
     pub(super) fn even(&self) -> Vec<Vec<DVec2>> {
         let stretch = |k: i32| Warp::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
         self.warped_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
     }
 
-    /// From one end to the other up to eight times as fast.
+    /// Starts with up to eight times the speed at one end of that at the other.
     pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
         let stretch = |evenness| {
             (-3..=3)
@@ -84,7 +86,7 @@ impl StartParameters<'_> {
         self.warped_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
     }
 
-    /// By pairs of moves; in open directions by stretches, as even along u as along v.
+    /// Starts by all pairs of changes. In open directions the evenness is the same along u and v.
     fn warped_by(&self, stretches: &[Warp]) -> Vec<Vec<DVec2>> {
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
         let turns = [0, 1, 2].map(|third| Warp::Turn(f64::from(third) / 3.0));
@@ -95,7 +97,7 @@ impl StartParameters<'_> {
             _ => true,
         };
         let pairs: Vec<[Warp; 2]> = pairs.filter(alike).collect();
-        // Points do not tell which way the larger side of the net goes.
+        // The points do not show along which direction the larger side of the net lies.
         let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
         let both = [self.uv, &swapped];
         let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
@@ -122,7 +124,8 @@ impl StartParameters<'_> {
         }
     }
 
-    /// The parameters at which nets with evenly spaced control points have these shares of their sides.
+    /// The parameters at which nets with evenly spaced control points reach these shares of their
+    /// sides.
     fn even_at(&self, uv: DVec2) -> DVec2 {
         let parameter = |d: usize| {
             let knots = &self.space.knots[d];
@@ -140,7 +143,7 @@ impl StartParameters<'_> {
     }
 }
 
-/// The place at a parameter, as a share of a line whose control points are evenly spaced.
+/// The position at a parameter, as a share of a line with evenly spaced control points.
 fn even_place(knots: &KnotVector, at: f64) -> f64 {
     let basis = padded(knots, at);
     let numbers = basis.values.iter().zip(basis.first..);

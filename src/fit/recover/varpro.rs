@@ -1,9 +1,10 @@
-//! The problem of points that shall all lie on a surface, with the parameters eliminated.
+//! Variable projection: the problem of points on a surface, with the parameters eliminated.
 //!
-//! Distances from the tangent planes at the feet do not depend on the parameters to first order:
-//! Gauss-Newton steps for the control points alone converge quadratically (P. Bo, R. Ling, W. Wang, *A revisit
-//! to fitting parametric surfaces to point clouds*, 2012). A net that slides along its surface hardly
-//! changes it, so after each step the control points are solved for once more at fixed parameters.
+//! To first order, distances to the tangent planes at the projections do not depend on the
+//! parameters. So Gauss-Newton steps for the control points alone converge quadratically (P. Bo, R.
+//! Ling, W. Wang, *A revisit to fitting parametric surfaces to point clouds*, 2012). A net that
+//! slides within its surface changes these distances little. So after each step the control points
+//! are solved for once more at fixed parameters.
 
 use super::super::settings::LeastSquaresSettings;
 use super::settings::RecoverySettings;
@@ -19,12 +20,12 @@ use crate::nurbs::NurbsSurface;
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Points that shall all lie on a surface of one space.
+/// Points that must lie on a surface of one space.
 #[derive(Clone, Copy)]
 pub(super) struct Problem<'a> {
     pub(super) points: &'a [DVec3],
     pub(super) space: &'a SplineSpace,
-    /// How far beyond the domain's ends feet may lie, as a share of it.
+    /// Distance of projections beyond the domain, at most, as a share of the domain.
     pub(super) beyond: f64,
     /// The points' diameter.
     pub(super) size: f64,
@@ -35,7 +36,7 @@ impl Problem<'_> {
         error <= SETTINGS.exact_error * self.size
     }
 
-    /// The vectors of a net, in the order of solution, at parameters.
+    /// The vectors of a net, in the order of solution, evaluated at parameters.
     pub(super) fn at(&self, net: &[DVec3], uv: &[DVec2]) -> Result<Vec<DVec3>> {
         let surface = self.space.surface(net)?;
         let origin = vec![DVec3::ZERO; uv.len()];
@@ -44,8 +45,8 @@ impl Problem<'_> {
         Ok(projections.iter().map(|projection| -projection.offset).collect())
     }
 
-    /// The changes of the control points by which plain offsets from these feet vanish; `None` if no
-    /// point holds some.
+    /// The changes of the control points that best remove the plain offsets at these projections.
+    /// `None` if the points do not determine them.
     pub(super) fn plain(&self, projections: &[Projection]) -> Result<Option<Vec<DVec3>>> {
         let samples = self.samples(projections, 1.0);
         let NormalEquations { mut matrix, mut right } =
@@ -58,7 +59,8 @@ impl Problem<'_> {
         Ok(Some(right.into_iter().map(DVec3::from_array).collect()))
     }
 
-    /// The offsets of feet, in full along normals, as far as `tangential` across.
+    /// The offsets of projections as samples, with full weight along normals and `tangential`
+    /// across.
     pub(super) fn samples(&self, projections: &[Projection], tangential: f64) -> Vec<Sample> {
         let sample = |&Projection { uv, offset: point, normal, border }: &Projection| {
             let tangential = if border && self.beyond == 0.0 { 1.0 } else { tangential };
@@ -67,7 +69,7 @@ impl Problem<'_> {
         projections.iter().map(sample).collect()
     }
 
-    /// The equations of the offsets of feet along their normals.
+    /// The equations of the offsets along the normals.
     pub(super) fn equations(&self, projections: &[Projection]) -> Result<NormalEquations> {
         let (samples, matrix) = (self.samples(projections, 0.0), self.space.matrix(3));
         NormalEquations::of_tangent_distances(self.space, &samples, matrix, &mut || Ok(()))
@@ -82,7 +84,8 @@ impl Problem<'_> {
         extended_projections(surface, self.space.closed, self.beyond, self.points, uv, steps)
     }
 
-    /// The parameters of feet, drawn together in open directions where some are beyond the domain.
+    /// The parameters of projections, scaled to the domain in open directions where some are beyond
+    /// it.
     pub(super) fn within(&self, projections: &[Projection]) -> Vec<DVec2> {
         let mut uv: Vec<DVec2> = projections.iter().map(|projection| projection.uv).collect();
         for d in (0..2).filter(|&d| !self.space.closed[d]) {
