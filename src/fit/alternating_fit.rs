@@ -367,7 +367,7 @@ impl<'a> AlternatingFit<'a> {
         }
         let [rows, cols] = space.shape();
         let got = format!("{rows} × {cols} for {} points", self.points.len());
-        Err(Error::parameter("grid", "small enough for the points to hold it", got))
+        Err(Error::parameter("grid", "small enough for the points to determine it", got))
     }
 }
 

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn where_points_bend_along_u_derivatives_along_v_count_more() {
+    fn waves_along_u_raise_the_weight_of_derivatives_along_v() {
         let waves = samples(waves, 0.02);
         let (once, often) = (found(&waves, [false; 2], 1.0, 1), found(&waves, [false; 2], 1.0, 6));
         assert!(once < 0.7, "{once}");
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_may_be_swapped() {
+    fn swapped_directions_give_the_inverse_anisotropy() {
         let one = samples(waves, 0.02);
         let mut other = one.clone();
         for sample in &mut other {
@@ -195,20 +195,20 @@ mod tests {
     }
 
     #[test]
-    fn points_that_bend_alike_in_all_directions_stay_near_none() {
+    fn isotropic_points_give_an_anisotropy_near_one() {
         let round = |uv: DVec2| 0.1 * (-12.0 * uv.distance_squared(DVec2::splat(0.5))).exp();
         let got = found(&samples(round, 0.02), [false; 2], 1.0, 1);
         assert!((0.6..1.6).contains(&got), "{got}");
     }
 
     #[test]
-    fn points_without_noise_do_not_tell() {
+    fn points_without_noise_give_no_anisotropy() {
         let got = found(&samples(waves, 0.0), [false; 2], 1e-4, 1);
         assert!(got == 1.0, "{got}");
     }
 
     #[test]
-    fn what_bends_in_the_surface_alone_does_not_count() {
+    fn tangential_derivatives_do_not_matter() {
         // Uneven parameters along v give third derivatives within the plane.
         let mut uneven = samples(waves, 0.02);
         let even = found(&uneven, [false; 2], 1.0, 1);

@@ -408,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn solutions_solve() {
+    fn solutions_satisfy_the_system() {
         for (size, width) in [(5, 4), (100, 17), (300, 120), (700, 300)] {
             let x: Vec<[f64; 2]> = (0..size).map(|i| [(i as f64).cos(), (i % 7) as f64]).collect();
             let mut got = times(&matrix(size, width), &x);
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn the_inverse_in_the_band_is_that_of_unit_vectors() {
+    fn the_inverse_in_the_band_matches_solutions_for_unit_vectors() {
         for (size, width) in [(7, 3), (150, 40)] {
             let factor = factored(size, width);
             let inverse = factor.inverse();
@@ -441,7 +441,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_are_their_entries() {
+    fn blocks_equal_their_entries() {
         let metric = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
         let (mut by_blocks, mut by_entries) =
             (BandMatrix::new(120, 50, None), BandMatrix::new(120, 50, None));
@@ -455,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn indefinite_matrices_are_found_out() {
+    fn indefinite_matrices_are_refused() {
         let mut band = matrix(40, 5);
         band.add(20, 20, -30.0);
         assert!(!band.factor::<()>(&mut || Ok(())).unwrap());

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_scattered_points_the_ground_goes_on_by_two_gaps() {
+    fn the_base_extends_two_gaps_beyond_scattered_points() {
         let points = scattered(400);
         let box_low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p)).truncate();
         let box_high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)).truncate();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_few_points_the_ground_hardly_goes_on() {
+    fn the_base_extends_little_beyond_few_points() {
         for count in [4, 6, 20, 100] {
             let points = scattered(count);
             let (low, high) = ends(&points);

@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_points_are_not_thrown_away() {
+    fn exact_points_have_full_weight() {
         assert_eq!(biweights(&[0.0, 0.0, 0.0]), [1.0; 3]);
         assert!(biweights(&[]).is_empty());
     }

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solutions_solve_and_others_are_refused() {
+    fn positive_definite_systems_are_solved_and_others_are_refused() {
         let matrix = DenseMatrix { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
         let factor = matrix.cholesky().unwrap();
         assert!((factor.ln_determinant() - 11.0_f64.ln()).abs() < 1e-15);

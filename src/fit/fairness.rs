@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn traces_are_what_anisotropy_changes() {
+    fn anisotropy_changes_the_energy_by_its_traces() {
         for closed in [false, true] {
             let u = KnotVector::clamped_uniform(3, 6).unwrap();
             let v =

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_hold_neighbours_and_every_fold_has_some() {
+    fn blocks_contain_neighbors_and_every_fold_has_samples() {
         let points: Vec<DVec3> = scattered(2000).map(|uv| uv.extend(0.0)).collect();
         let folds = blocks(&points);
         for fold in 0..SETTINGS.folds {

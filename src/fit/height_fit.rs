@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_over_a_circle_or_two_lines_are_held_beside_it() {
+    fn heights_over_a_circle_or_two_lines_do_not_overshoot() {
         let circle = |i: u32| DVec2::from_angle(0.01 * f64::from(i));
         let lines = |i: u32| DVec2::new(f64::from(i % 300), f64::from(i % 2));
         for place in [circle, lines] {
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_heights_get_next_to_no_fairness_and_noisy_ones_much() {
+    fn exact_heights_get_little_fairness_and_noisy_heights_get_much() {
         let exact: Vec<DVec3> =
             (0..2000).map(unit).map(|(x, y)| DVec3::new(x, y, wave(x, y))).collect();
         let noisy: Vec<DVec3> =
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_without_points_stay_within_half_the_range_beyond() {
+    fn empty_corners_exceed_the_range_by_at_most_half() {
         // A trench that becomes ever steeper towards the boundary of the points.
         let points: Vec<DVec3> = (0..3000)
             .map(unit)
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn another_direction_gives_the_turned_surface() {
+    fn a_rotated_direction_gives_the_rotated_surface() {
         let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.4, 1.0, -0.3);
         let points: Vec<DVec3> = (0..1500)
             .map(unit)
@@ -257,14 +257,14 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_no_field() {
+    fn collinear_points_are_refused() {
         let line: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i), 2.0, 1.0)).collect();
         let error = fit_heights(&line, None, DVec3::Z, &options(4), &mut Silent).unwrap_err();
         assert!(error.to_string().contains("extended across"));
     }
 
     #[test]
-    fn heights_between_sweeps_do_not_stray() {
+    fn heights_between_sweeps_stay_close() {
         for seed in 0..5 {
             let point = |i: u32| {
                 let (x, y) = unit(i + 1000 * seed);

@@ -103,7 +103,7 @@ mod tests {
     use crate::nurbs::KnotVector;
 
     #[test]
-    fn blocks_tell_of_gaps_that_samples_in_turn_do_not() {
+    fn blocks_measure_gaps_and_samples_in_turn_do_not() {
         // Five tracks with many samples each, over waves along them.
         let sample = |i: u32| {
             let at = f64::from(i);

@@ -218,7 +218,7 @@ impl Equations {
         if !held {
             let [rows, cols] = space.shape();
             let got = format!("{rows} × {cols} for {count} points");
-            let must = "small enough for the points to hold it; or raise fairness";
+            let must = "small enough for the points to determine it; or raise fairness";
             return Err(Error::parameter("net", must, got));
         }
         let place = |p: [f64; 3]| DVec3::from_array(p) + *origin;

@@ -254,7 +254,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_and_tangents_are_those_of_the_surface() {
+    fn points_and_tangents_match_the_surface() {
         for degree in [2, 3] {
             let knots = KnotVector::clamped_uniform(degree, 6).unwrap();
             let point = |i: usize| {

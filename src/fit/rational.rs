@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_s_octant_is_met_by_a_small_net() {
+    fn a_small_rational_net_fits_part_of_a_sphere() {
         let uv: Vec<DVec2> = grid(25).collect();
         let place = |at: &DVec2| {
             let (longitude, latitude) = (1.2 * at.x, 1.2 * at.y - 0.6);
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_round_comes_back_as_it_was() {
+    fn a_surface_that_is_not_round_does_not_get_worse() {
         let uv: Vec<DVec2> = grid(30).collect();
         let points: Vec<DVec3> = uv.iter().map(|at| at.extend(at.x * at.y)).collect();
         let options = FitOptions::new((4, 4), (3, 3), (false, false)).unwrap();

@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn noise_has_none_and_waves_have() {
+    fn noise_is_uncorrelated_and_waves_are_correlated() {
         let uv: Vec<DVec2> = even().map(DVec2::from).collect();
         let noise: Vec<f64> = (0..uv.len()).map(|i| (1.7 * (i * i % 9973) as f64).sin()).collect();
         assert!(correlation(&uv, &noise).abs() < 0.06, "{}", correlation(&uv, &noise));

@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn no_outline_folds() {
+    fn no_closed_boundary_folds() {
         for depth in [0.0, 0.15, 0.3] {
             for lobes in 2..6 {
                 let wave = |turn: f64| 0.4 * (1.0 + depth * (f64::from(lobes) * TAU * turn).cos());
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn corners_and_notches_are_left_to_edges() {
+    fn corners_and_notches_have_no_closed_boundary() {
         assert!(around(&scattered(|_| true), &surface(flat)).is_none());
         let half = scattered(|at| (at - DVec2::new(0.5, 0.0)).length() < 0.5);
         assert!(around(&half, &surface(flat)).is_none());

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_hold_a_flat_border_across_it() {
+    fn samples_constrain_a_flat_border_across_it() {
         let flat = surface(|uv| uv.extend(0.0));
         let samples: Vec<Sample> = BoundaryConstraint::of(&flat).beside(1000, 0.5).collect();
         assert!((samples.iter().map(|sample| sample.weight).sum::<f64>() - 25.0).abs() < 1e-9);

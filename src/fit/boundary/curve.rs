@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn edges_follow_what_bends_gently() {
+    fn curves_follow_gentle_bends() {
         let bent = |x: f64| 0.08 * x * (1.0 - x);
         let found = BoundaryCurve::under(&above(bent), 0.0, false).unwrap();
         for i in 0..=20 {
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_does_not_push_edges_out() {
+    fn noise_does_not_move_curves_outward() {
         let wave = |i: usize| 0.02 * 2.0_f64.sqrt() * (1.7 * (i * i % 9973) as f64).sin();
         let noisy: Vec<(f64, f64)> =
             above(|_| 0.05).into_iter().enumerate().map(|(i, (x, y))| (x, y + wave(i))).collect();
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_go_on_farther_where_edges_are_doubtful() {
+    fn margins_are_wider_where_curves_are_uncertain() {
         let level = above(|_| 0.05);
         let (count, spacing) = (level.len() as f64, (level.len() as f64).powf(-0.5));
         let sure = BoundaryCurve::under(&level, 0.0, false).unwrap();
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn few_places_bound_as_well() {
+    fn few_points_give_curves_within_bounds() {
         for count in 1..6 {
             let places: Vec<(f64, f64)> = (0..count).map(|i| (f64::from(i) / 5.0, 0.3)).collect();
             let found = BoundaryCurve::under(&places, 0.0, false).unwrap();

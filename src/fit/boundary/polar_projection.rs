@@ -197,7 +197,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn lengths_are_reached_on_curved_surfaces() {
+    fn arc_lengths_are_found_on_curved_surfaces() {
         let cone = surface(|uv| (uv - CENTER).extend(2.0 * uv.distance(CENTER)));
         let patches = Patches::of(&cone);
         let projection = PolarProjection::arc_length(&patches);
@@ -215,7 +215,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn ellipses_are_discs_from_above_wherever_their_points_are_dense() {
+    fn ellipses_are_projected_to_discs_for_any_density() {
         let leaning = surface(|uv| DVec3::new(3.0 * uv.x + uv.y, uv.y, 0.4 * uv.x));
         let patches = Patches::of(&leaning);
         let spiral = |i: i32| {
@@ -235,7 +235,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn rays_end_where_nothing_more_is_seen_of_them() {
+    fn rays_are_extrapolated_only_a_little() {
         let towards = DVec2::from_angle(0.3);
         let radius = |wanted: f64| {
             PolarProjection::Parameters

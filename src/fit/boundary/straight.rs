@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_parameter_is_left_outside_and_every_side_is_touched() {
+    fn parameters_fill_the_square_and_touch_every_side() {
         let uv: Vec<DVec2> = (0..400)
             .map(|i| {
                 let (x, y) = (f64::from(i * 7 % 400) / 400.0, f64::from(i) / 400.0);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn round_outlines_get_level_sides() {
+    fn round_boundaries_get_level_sides() {
         let uv: Vec<DVec2> = (0..60)
             .map(|i| DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 60.0))
             .collect();

@@ -117,7 +117,7 @@ mod tests {
     }
 
     /// Whether the surface of a net is recovered from points on it.
-    fn comes_back(
+    fn is_recovered(
         shape: (usize, usize),
         closed: (bool, bool),
         place: impl Fn(DVec2) -> DVec3,
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn nets_of_sheets_come_back() {
+    fn nets_of_sheets_are_recovered() {
         let arch = |at: DVec2| {
             let (sin, cos) = (3.0 * at.x).sin_cos();
             DVec3::new(cos, 1.4 * at.y, sin) + 0.04 * bumps(at)
@@ -162,13 +162,13 @@ mod tests {
             DVec3::new(1.4 * at.x.powf(1.5), at.y.powf(0.8), z)
         };
         for shape in [(4, 4), (6, 6), (8, 7)] {
-            assert!(comes_back(shape, (false, false), arch), "{shape:?}");
-            assert!(comes_back(shape, (false, false), waves), "{shape:?}");
+            assert!(is_recovered(shape, (false, false), arch), "{shape:?}");
+            assert!(is_recovered(shape, (false, false), waves), "{shape:?}");
         }
     }
 
     #[test]
-    fn nets_of_tubes_and_tori_come_back() {
+    fn nets_of_tubes_and_tori_are_recovered() {
         let tube = |at: DVec2| {
             let (sin, cos) = (TAU * at.x).sin_cos();
             DVec3::new(cos, sin, 3.0 * at.y) + 0.08 * bumps(at)
@@ -178,8 +178,8 @@ mod tests {
             let radius = 2.0 + 0.7 * out;
             DVec3::new(radius * cos, radius * sin, 0.7 * up) + 0.05 * bumps(at)
         };
-        assert!(comes_back((8, 5), (true, false), tube));
-        assert!(comes_back((8, 7), (true, true), torus));
+        assert!(is_recovered((8, 5), (true, false), tube));
+        assert!(is_recovered((8, 7), (true, true), torus));
     }
 
     #[test]

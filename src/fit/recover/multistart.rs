@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_starts_differ_keep_the_order_and_end_where_the_domain_does() {
+    fn starts_differ_keep_the_order_and_span_the_domain() {
         let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
         let space = SplineSpace::new(knots, [false; 2]).unwrap();
         let at = |i: i32| f64::from(i) / 20.0;
