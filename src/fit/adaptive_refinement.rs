@@ -1,7 +1,6 @@
 //! Adaptive refinement: a net grows until a tolerance holds, or until more control points would
 //! follow noise.
 
-use super::settings::{ProjectionSettings, RefinementSettings};
 use glam::{DVec2, DVec3};
 
 use super::alternating_fit::AlternatingFit;
@@ -11,6 +10,7 @@ use super::knot_insertion;
 use super::options::Growth;
 use super::projection::Projection;
 use super::residual_correlation::are_noise;
+use super::settings::{ProjectionSettings, RefinementSettings};
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -62,7 +62,7 @@ impl AlternatingFit<'_> {
         accepted: &mut Option<Approximation>,
     ) -> Result<(NurbsSurface, EndedBy)> {
         let used = (0..self.points.len()).filter(|&i| self.weight(i) > 0.0).count();
-        let max_held =
+        let max_supported =
             (used / SETTINGS.points_per_control_point).max(used.min(SETTINGS.few_points));
         let exact = EXACT_ERROR * diameter(self.points);
         // The fairness weight of a finer net starts at the last one.
@@ -97,9 +97,9 @@ impl AlternatingFit<'_> {
                 |share| knot_insertion::refined(&space, &projections, error, lengths, share);
             let (mut finer, mut share, mut ended_by) =
                 (refined(SETTINGS.divided_error)?, SETTINGS.divided_error, EndedBy::Noise);
-            let limit = growth.most.min(max_held);
+            let limit = growth.most.min(max_supported);
             while finer.as_ref().is_some_and(|finer| finer.unknowns() > limit) {
-                let points_limit = max_held < growth.most;
+                let points_limit = max_supported < growth.most;
                 ended_by = if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints };
                 share *= SETTINGS.divided_error;
                 finer = if share < SETTINGS.min_divided_error { None } else { refined(share)? };

@@ -3,19 +3,13 @@
 //! Input are points with rough parameters and a spline space; output is a surface with the points'
 //! projections (W. Wang, H. Pottmann, Y. Liu, 2006).
 
-use super::settings::{
-    AlternatingFitSettings, FairnessSettings, LeastSquaresSettings, ProjectionSettings,
-};
 use std::borrow::Cow;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
-use super::boundary::BoundaryConstraint;
-use super::boundary::ClosedBoundary;
-use super::boundary::Depth;
-use super::boundary::conformed;
+use super::boundary::{BoundaryConstraint, ClosedBoundary, Depth, bounded_by_curves};
 use super::cross_validation;
 use super::fairness::{Energy, ORDER};
 use super::fit_result::{Approximation, EndedBy};
@@ -24,6 +18,9 @@ use super::normal_equations::{NormalEquations, Sample};
 use super::options::ApproximateOptions;
 use super::patches::Patches;
 use super::projection::{Projection, projections};
+use super::settings::{
+    AlternatingFitSettings, FairnessSettings, LeastSquaresSettings, ProjectionSettings,
+};
 use super::sizes::POINTS_PER_TASK;
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
@@ -176,14 +173,14 @@ impl<'a> AlternatingFit<'a> {
     }
 
     /// A zero matrix for coupled coordinates.
-    fn blank(&mut self, space: &SplineSpace) -> BandMatrix {
+    fn zero_matrix(&mut self, space: &SplineSpace) -> BandMatrix {
         space.matrix_instead(3, self.spare.take())
     }
 
     /// Samples of the boundary constraint, weighted for this number of points.
     fn boundary(&self, points: usize) -> impl Iterator<Item = Sample> {
         let fairness = self.fairness_weight.max(self.target_fairness());
-        self.boundary.iter().flat_map(move |boundary| boundary.beside(points, fairness))
+        self.boundary.iter().flat_map(move |boundary| boundary.samples_for(points, fairness))
     }
 
     /// Minimizes the distances in a spline space, in turn with projection, until the error stops
@@ -223,13 +220,16 @@ impl<'a> AlternatingFit<'a> {
                 || iteration == limit / 2;
             let select_fairness = self.fixed.is_none() && (iteration == 1 || again);
             let (known, current) = (self.score, self.energy(space, lengths));
-            let blank = self.blank(space);
+            let zero_matrix = self.zero_matrix(space);
             let (score, equations) = rayon::join(
                 || select_fairness.then(|| cross_validation::best(space, samples, current, known)),
                 || {
-                    NormalEquations::of_tangent_distances(space, &with_boundary, blank, &mut || {
-                        Ok(())
-                    })
+                    NormalEquations::of_tangent_distances(
+                        space,
+                        &with_boundary,
+                        zero_matrix,
+                        &mut || Ok(()),
+                    )
                 },
             );
             if let Some(score) = score {
@@ -247,7 +247,7 @@ impl<'a> AlternatingFit<'a> {
 
     /// Bends the domain at open sides to the boundary of the points, plus `border` of their mean
     /// spacings. Returns the surface on it, and how deep the boundary curves lie.
-    pub(super) fn conform(
+    pub(super) fn fit_boundary(
         &mut self,
         surface: NurbsSurface,
         border: f64,
@@ -273,7 +273,7 @@ impl<'a> AlternatingFit<'a> {
         let depth;
         (self.uv, depth) = match closed_boundary {
             Some(closed_boundary) => (closed_boundary.mapped_to_square(&self.uv), Depth::Free),
-            None => conformed(&self.uv, &space, noise / size, border, spacing / size)?,
+            None => bounded_by_curves(&self.uv, &space, noise / size, border, spacing / size)?,
         };
         let energy = self.energy(&space, (length_u, length_v)).matrix(&space);
         let samples = self.samples(None);
@@ -301,7 +301,7 @@ impl<'a> AlternatingFit<'a> {
         surface: &NurbsSurface,
         steps: usize,
     ) -> Vec<Projection> {
-        let (points, uv) = (every(self.points, self.stride), every(&self.uv, self.stride));
+        let (points, uv) = (every_nth(self.points, self.stride), every_nth(&self.uv, self.stride));
         let projections = projections(surface, self.closed, &points, &uv, steps);
         drop(uv);
         let moved = self.uv.par_iter_mut().step_by(self.stride).zip(&projections);
@@ -311,9 +311,9 @@ impl<'a> AlternatingFit<'a> {
 
     /// Rms distance of the points used.
     pub(super) fn rms(&self, projections: &[Projection]) -> f64 {
-        let seen = (0..self.points.len()).step_by(self.stride).zip(projections);
+        let used = (0..self.points.len()).step_by(self.stride).zip(projections);
         let (mut squares, mut weights) = (0.0, 0.0);
-        for (weight, projection) in seen.map(|(index, projection)| (self.weight(index), projection))
+        for (weight, projection) in used.map(|(index, projection)| (self.weight(index), projection))
         {
             squares += weight * projection.offset.length_squared();
             weights += weight;
@@ -372,6 +372,6 @@ impl<'a> AlternatingFit<'a> {
 }
 
 /// Every `stride`-th item.
-fn every<T: Copy>(items: &[T], stride: usize) -> Cow<'_, [T]> {
+fn every_nth<T: Copy>(items: &[T], stride: usize) -> Cow<'_, [T]> {
     if stride == 1 { items.into() } else { items.iter().step_by(stride).copied().collect() }
 }

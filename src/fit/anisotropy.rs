@@ -13,13 +13,13 @@
 //! along v alone. Mixed derivatives keep their weight. Cross-validation chooses the common factor,
 //! since it depends less on whether the prior is right.
 
-use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
 use super::normal_equations::{NormalEquations, Sample};
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::BasisDerivatives;
@@ -33,7 +33,7 @@ const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 ///
 /// It takes at most two factorizations and inverses within the band, as much as cross-validation of
 /// two weights.
-pub(super) fn more_likely(
+pub(super) fn improved_anisotropy(
     space: &SplineSpace,
     samples: &[Sample],
     equations: &NormalEquations,
@@ -56,8 +56,9 @@ pub(super) fn more_likely(
     (0..size).for_each(|i| prior.add(i, i, ridge));
     let Some(prior) = factor(prior)? else { return Ok(1.0) };
     let [before, after] = energy.traces(space, [&prior.inverse(), &inverse]);
-    let taken = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
-    if !taken.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
+    let freedom_removed = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
+    if !freedom_removed.iter().all(|freedom_removed| (0.0..=size as f64).contains(freedom_removed))
+    {
         // The energy cannot remove more freedom than there is. Rounding causes this, where control
         // points are much denser along one direction than along the other.
         return Ok(1.0);
@@ -160,7 +161,7 @@ mod tests {
         let mut energy = Energy::new((1.0, 1.0), 3);
         for _ in 0..steps {
             let times = fairness * equations.matrix.trace() / energy.matrix(&space).trace();
-            let better = more_likely(&space, samples, &equations, energy, times).unwrap();
+            let better = improved_anisotropy(&space, samples, &equations, energy, times).unwrap();
             energy = energy.with_anisotropy(better);
         }
         energy.anisotropy

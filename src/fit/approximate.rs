@@ -6,15 +6,14 @@
 //! plane at a point's projection count in full, those within the plane little. So the net can slide
 //! along the surface to better parameters, which plain distances prevent.
 
-use super::settings::{AlternatingFitSettings, FairnessSettings};
 use glam::{DVec2, DVec3};
 
 use super::adaptive_refinement::{Accept, RefinementResult};
 use super::alternating_fit::AlternatingFit;
-use super::boundary::BoundaryConstraint;
-use super::boundary::Depth;
+use super::boundary::{BoundaryConstraint, Depth};
 use super::fit_result::Approximation;
 use super::options::{ApproximateOptions, Growth, uniform};
+use super::settings::{AlternatingFitSettings, FairnessSettings};
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -75,8 +74,8 @@ pub fn approximate(
     fitting.limit = options.iterations.div_ceil(2);
     if fitting.use_all_points(&surface) || options.closed != (true, true) {
         for round in 1..=SETTINGS.max_boundary_rounds {
-            let (bent, depth) = fitting.conform(surface, options.border)?;
-            surface = fitting.minimize(whole, bent)?;
+            let (bounded, depth) = fitting.fit_boundary(surface, options.border)?;
+            surface = fitting.minimize(whole, bounded)?;
             // A curve that follows a notch needs no more than two rounds.
             if depth == Depth::Free || depth == Depth::Notch && round == 2 {
                 break;

@@ -30,7 +30,7 @@ pub(super) struct BandMatrix {
     /// Side of a tile, a power of two.
     side: usize,
     /// Tiles in a column: the diagonal one and those below it.
-    reach: usize,
+    column_tiles: usize,
     /// Tiles down each column; tiles are column-major.
     values: Vec<f64>,
 }
@@ -41,21 +41,21 @@ impl BandMatrix {
     pub(super) fn new(size: usize, width: usize, spare: Option<Self>) -> Self {
         let side = TILES[usize::from(width >= WIDE)];
         let columns = size.div_ceil(side);
-        let reach = (1 + width.div_ceil(side)).min(columns);
-        let length = columns * reach * side * side;
+        let column_tiles = (1 + width.div_ceil(side)).min(columns);
+        let length = columns * column_tiles * side * side;
         let mut values = spare.map_or_else(Vec::new, |spare| spare.values);
         if values.capacity() < length {
             values = Vec::with_capacity(length);
         }
         values.clear();
         values.resize(length, 0.0);
-        let mut band = Self { size, width, side, reach, values };
-        band.complete();
+        let mut band = Self { size, width, side, column_tiles, values };
+        band.set_padding();
         band
     }
 
     /// Sets the diagonal beyond the matrix to 1, so that the last tile needs no special case.
-    fn complete(&mut self) {
+    fn set_padding(&mut self) {
         for i in self.size..self.columns() * self.side {
             let at = self.index(i, i);
             self.values[at] = 1.0;
@@ -77,8 +77,9 @@ impl BandMatrix {
 
     /// The tiles of a column, from the diagonal one down.
     pub(super) fn tiles(&self, col: usize) -> impl Iterator<Item = &[f64]> {
-        let tiles = self.values[col * self.reach * self.tile_len()..].chunks(self.tile_len());
-        tiles.take(self.reach.min(self.columns() - col))
+        let tiles =
+            self.values[col * self.column_tiles * self.tile_len()..].chunks(self.tile_len());
+        tiles.take(self.column_tiles.min(self.columns() - col))
     }
 
     fn tile_len(&self) -> usize {
@@ -96,7 +97,7 @@ impl BandMatrix {
         // Shifts instead of divisions halve the time of filling a matrix.
         let (shift, mask) = (self.side.trailing_zeros(), self.side - 1);
         let (tile_row, tile_col) = (row >> shift, col >> shift);
-        let tile = tile_col * self.reach + tile_row - tile_col;
+        let tile = tile_col * self.column_tiles + tile_row - tile_col;
         (((tile << shift) + (col & mask)) << shift) + (row & mask)
     }
 
@@ -149,7 +150,7 @@ impl BandMatrix {
             .with_min_len(POINTS_PER_TASK)
             .zip(&other.values)
             .for_each(|(sum, value)| *sum += factor * value);
-        self.complete();
+        self.set_padding();
     }
 
     /// The entries that are not 0, with their indices in a matrix like `other` of three coordinates
@@ -157,7 +158,7 @@ impl BandMatrix {
     pub(super) fn for_each_axis(&self, other: &Self) -> Vec<(usize, f64)> {
         let mut entries = Vec::new();
         for col in 0..self.size {
-            for row in col..self.end_of_band(col) {
+            for row in col..self.end_of_column(col) {
                 let value = self.values[self.index(row, col)];
                 if value != 0.0 {
                     let at = |axis| other.index(3 * row + axis, 3 * col + axis);
@@ -176,8 +177,8 @@ impl BandMatrix {
     }
 
     /// The row after the last one in the tiles of a column.
-    fn end_of_band(&self, col: usize) -> usize {
-        ((col / self.side + self.reach) * self.side).min(self.size)
+    fn end_of_column(&self, col: usize) -> usize {
+        ((col / self.side + self.column_tiles) * self.side).min(self.size)
     }
 
     pub(super) fn trace(&self) -> f64 {
@@ -196,7 +197,7 @@ impl BandMatrix {
         let (tile, side) = (self.tile_len(), self.side);
         let tiles = self.values.chunks(tile).zip(other.values.chunks(tile)).enumerate();
         let products = tiles.map(|(number, (a, b))| {
-            let (col, below) = (number / self.reach, number % self.reach);
+            let (col, below) = (number / self.column_tiles, number % self.column_tiles);
             let inside = (self.size.saturating_sub(col * side)).min(side);
             let twice = 2.0 * dot(&a[..inside * side], &b[..inside * side]);
             let diagonal = (0..inside).map(|j| j * side + j).filter(|_| below == 0);
@@ -212,16 +213,18 @@ impl BandMatrix {
         &mut self,
         check: &mut dyn FnMut() -> Result<(), E>,
     ) -> Result<bool, E> {
-        let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
-        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
+        let (side, column_tiles, tile, columns) =
+            (self.side, self.column_tiles, self.tile_len(), self.columns());
+        let inside: Vec<usize> = (1..column_tiles).map(|below| self.rows_inside(below)).collect();
         for j in 0..columns {
             check()?;
-            let (own, later) = self.values[j * reach * tile..].split_at_mut(reach * tile);
+            let (own, later) =
+                self.values[j * column_tiles * tile..].split_at_mut(column_tiles * tile);
             let (diagonal, panel) = own.split_at_mut(tile);
             if !Arch::new().dispatch(TileFactor { values: &mut *diagonal, side }) {
                 return Ok(false);
             }
-            let below = (columns - 1 - j).min(reach - 1);
+            let below = (columns - 1 - j).min(column_tiles - 1);
             let panel = &mut panel[..below * tile];
             let lower = MatRef::from_column_major_slice(diagonal, side, side);
             let solve = |(row, panel): (usize, &mut [f64])| {
@@ -233,7 +236,8 @@ impl BandMatrix {
             let panel_ref: &[f64];
             let update = |(number, target): (usize, &mut [f64]), panel: &[f64]| {
                 // Tile (row, col), relative to the next column.
-                let (col, row) = (number / reach, number / reach + number % reach);
+                let (col, row) =
+                    (number / column_tiles, number / column_tiles + number % column_tiles);
                 if row < below {
                     let at = |k: usize| {
                         let panel = &panel[k * tile..][..tile];
@@ -244,7 +248,7 @@ impl BandMatrix {
                     matmul(target, Accum::Add, at(row), at(col).transpose(), -1.0, Par::Seq);
                 }
             };
-            let later = &mut later[..below * reach * tile];
+            let later = &mut later[..below * column_tiles * tile];
             if below * side >= WIDE {
                 panel.par_chunks_mut(tile).enumerate().for_each(solve);
                 panel_ref = panel;
@@ -263,15 +267,17 @@ impl BandMatrix {
     /// Chin, *Formation of a sparse bus impedance matrix*, 1973; for smoothing splines M.
     /// Hutchinson and F. de Hoog, *Smoothing noisy data with spline functions*, 1985).
     pub(super) fn inverse(&self) -> Self {
-        let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
+        let (side, column_tiles, tile, columns) =
+            (self.side, self.column_tiles, self.tile_len(), self.columns());
         let mut inverse = Self { values: vec![0.0; self.values.len()], ..*self };
-        let mut scaled = vec![0.0; reach * tile];
-        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
+        let mut scaled = vec![0.0; column_tiles * tile];
+        let inside: Vec<usize> = (1..column_tiles).map(|below| self.rows_inside(below)).collect();
         for j in (0..columns).rev() {
-            let column = &self.values[j * reach * tile..][..reach * tile];
+            let column = &self.values[j * column_tiles * tile..][..column_tiles * tile];
             let lower = MatRef::from_column_major_slice(&column[..tile], side, side);
-            let below = (columns - 1 - j).min(reach - 1);
-            let (own, later) = inverse.values[j * reach * tile..].split_at_mut(reach * tile);
+            let below = (columns - 1 - j).min(column_tiles - 1);
+            let (own, later) =
+                inverse.values[j * column_tiles * tile..].split_at_mut(column_tiles * tile);
             let (diagonal, panel) = own.split_at_mut(tile);
             // W = L(i, j) L(j, j)⁻¹, by its transpose.
             for i in 0..below {
@@ -289,7 +295,7 @@ impl BandMatrix {
                 let target = &mut panel[i * tile..][..tile];
                 for l in 0..below {
                     let (row, col) = (i.max(l), i.min(l));
-                    let known = &later[(col * reach + row - col) * tile..][..tile];
+                    let known = &later[(col * column_tiles + row - col) * tile..][..tile];
                     let known = MatRef::from_column_major_slice(known, side, side);
                     let known = if i >= l { known } else { known.transpose() };
                     let known = known.submatrix(0, 0, inside[i], inside[l]);
@@ -388,7 +394,7 @@ mod tests {
     fn times<const WIDTH: usize>(band: &BandMatrix, x: &[[f64; WIDTH]]) -> Vec<[f64; WIDTH]> {
         let mut result = vec![[0.0; WIDTH]; band.size];
         for col in 0..band.size {
-            for row in col..band.end_of_band(col) {
+            for row in col..band.end_of_column(col) {
                 let value = band.values[band.index(row, col)];
                 for k in 0..WIDTH {
                     result[row][k] += value * x[col][k];

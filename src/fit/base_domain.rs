@@ -1,8 +1,8 @@
 //! Base of a height field: the plane across the heights, and the rectangle that the surface covers.
 
-use super::settings::HeightSettings;
 use glam::{DVec2, DVec3};
 
+use super::settings::HeightSettings;
 use crate::error::{Error, Result};
 
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
@@ -57,7 +57,7 @@ impl BaseDomain {
     /// # Errors
     ///
     /// [`Error::Parameter`] if it has no area.
-    pub(super) fn around(points: &[DVec3], counts: impl Fn(usize) -> bool) -> Result<Self> {
+    pub(super) fn around(points: &[DVec3], is_used: impl Fn(usize) -> bool) -> Result<Self> {
         let places = || points.iter().map(|point| point.truncate());
         let low = places().fold(DVec2::INFINITY, DVec2::min);
         let high = places().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -70,9 +70,9 @@ impl BaseDomain {
                 got,
             ));
         }
-        let (mut on_low, mut on_high, mut counted) = ([0; 2], [0; 2], 0.0);
-        for (_, place) in places().enumerate().filter(|(i, _)| counts(*i)) {
-            counted += 1.0;
+        let (mut on_low, mut on_high, mut used) = ([0; 2], [0; 2], 0.0);
+        for (_, place) in places().enumerate().filter(|(i, _)| is_used(*i)) {
+            used += 1.0;
             for axis in 0..2 {
                 on_low[axis] +=
                     usize::from(place[axis] - low[axis] <= SETTINGS.side_tolerance * size[axis]);
@@ -83,9 +83,9 @@ impl BaseDomain {
         // The outermost of n points lies on average 1 / n of a side from its end, exponentially
         // distributed. Six of seven gaps are shorter than twice that. Rows of a grid end on the
         // side.
-        let further = (2.0 / f64::max(counted, 1.0)).min(SETTINGS.max_extension);
+        let extension = (2.0 / f64::max(used, 1.0)).min(SETTINGS.max_extension);
         let beyond =
-            |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { further } else { 0.0 })) * size;
+            |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { extension } else { 0.0 })) * size;
         let (low, high) = (low - beyond(on_low), high + beyond(on_high));
         Ok(Self { low, size: high - low })
     }
@@ -125,13 +125,13 @@ mod tests {
         let points = scattered(400);
         let box_low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p)).truncate();
         let box_high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)).truncate();
-        let further = 2.0 / 400.0 * (box_high - box_low);
+        let extension = 2.0 / 400.0 * (box_high - box_low);
         let (low, high) = ends(&points);
-        assert!(low.distance(box_low - further) < 1e-14);
-        assert!(high.distance(box_high + further) < 1e-14);
+        assert!(low.distance(box_low - extension) < 1e-14);
+        assert!(high.distance(box_high + extension) < 1e-14);
         // Unused points do not increase the density.
         let ground = BaseDomain::around(&points, |i| i < 200).unwrap();
-        assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * further) < 1e-14);
+        assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * extension) < 1e-14);
     }
 
     #[test]

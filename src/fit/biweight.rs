@@ -3,6 +3,7 @@
 use super::settings::RobustSettings;
 
 const SETTINGS: RobustSettings = RobustSettings::STANDARD;
+
 /// Standard deviations of normal noise for each median absolute deviation.
 pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;
 

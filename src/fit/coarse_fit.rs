@@ -1,6 +1,5 @@
 //! Coarse fit: a small net fitted to a few thousand points, to compare hypotheses.
 
-use super::settings::{CoarseSettings, FairnessSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -11,6 +10,7 @@ use super::folds::Folds;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
 use super::projection::projections;
+use super::settings::{CoarseSettings, FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::numeric::{median, rms, whole};
@@ -85,7 +85,7 @@ pub fn coarse(
         solver.reweight(&surface, round);
     }
     fairness = solver.cross_validated()?;
-    let (fairness, held_out, left_out) = solver.smoothed(fairness, folds)?;
+    let (fairness, held_out, left_out) = solver.raise_fairness(fairness, folds)?;
     let surface = solver.solve(fairness)?;
     let distances = solver.distances(&surface);
     Ok(CoarseFit { surface, uv: solver.uv, distances, fairness, held_out, left_out })
@@ -93,8 +93,8 @@ pub fn coarse(
 
 /// The points of a fold, and the equations of all others.
 struct FoldEquations {
-    out: Vec<usize>,
-    rest: NormalEquations,
+    points_out: Vec<usize>,
+    others: NormalEquations,
 }
 
 /// The state of a coarse fit.
@@ -111,9 +111,9 @@ impl<'a> CoarseSolver<'a> {
     fn new(
         problem: &'a CoarseProblem<'a>,
         settings: &'a CoarseSettings,
-        most: usize,
+        max_control_points: usize,
     ) -> Result<Self> {
-        let [rows, cols] = net(problem, settings, most);
+        let [rows, cols] = net(problem, settings, max_control_points);
         let knots = |count, closed| {
             if closed {
                 KnotVector::periodic_uniform(3, count)
@@ -199,13 +199,13 @@ impl<'a> CoarseSolver<'a> {
     /// Raises the fairness above that of generalized cross-validation while the product of both
     /// errors at left-out points falls. Returns it, the errors in turn and by blocks, and the
     /// distances in turn.
-    fn smoothed(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
+    fn raise_fairness(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
         let all = self.equations(|_| true)?;
-        let in_turn = self.parts(&all, &folds.in_turn)?;
-        let blocks = self.parts(&all, &folds.blocks)?;
+        let in_turn = self.fold_equations(&all, &folds.in_turn)?;
+        let blocks = self.fold_equations(&all, &folds.blocks)?;
         let errors = |fairness: f64| -> Result<([f64; 2], Vec<f64>)> {
-            let in_turn = self.held_out(&all, &in_turn, fairness)?;
-            let blocks = self.held_out(&all, &blocks, fairness)?;
+            let in_turn = self.fold_distances(&all, &in_turn, fairness)?;
+            let blocks = self.fold_distances(&all, &blocks, fairness)?;
             Ok(([rms(in_turn.iter().copied()), rms(blocks)], in_turn))
         };
         let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
@@ -224,27 +224,27 @@ impl<'a> CoarseSolver<'a> {
     }
 
     /// For each fold its points, and the equations of all other points.
-    fn parts(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<FoldEquations>> {
-        let part = |fold: usize| -> Result<FoldEquations> {
-            let out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
-            let mut rest = all.clone();
-            rest.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
-            Ok(FoldEquations { out, rest })
+    fn fold_equations(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<FoldEquations>> {
+        let fold_of = |fold: usize| -> Result<FoldEquations> {
+            let points_out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
+            let mut others = all.clone();
+            others.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
+            Ok(FoldEquations { points_out, others })
         };
-        (0..FAIRNESS.folds).into_par_iter().map(part).collect()
+        (0..FAIRNESS.folds).into_par_iter().map(fold_of).collect()
     }
 
     /// Distances of the points of each fold from the surface fitted to the others.
-    fn held_out(
+    fn fold_distances(
         &self,
         all: &NormalEquations,
-        parts: &[FoldEquations],
+        fold_equations: &[FoldEquations],
         fairness: f64,
     ) -> Result<Vec<f64>> {
-        let distances = |FoldEquations { out, rest }: &FoldEquations| -> Result<Vec<f64>> {
-            let (surface, _) = self.solved(rest, all, fairness)?;
-            let points: Vec<DVec3> = out.iter().map(|&at| self.problem.points[at]).collect();
-            let uv: Vec<DVec2> = out.iter().map(|&at| self.uv[at]).collect();
+        let distances = |FoldEquations { points_out, others }: &FoldEquations| -> Result<Vec<f64>> {
+            let (surface, _) = self.solved(others, all, fairness)?;
+            let points: Vec<DVec3> = points_out.iter().map(|&at| self.problem.points[at]).collect();
+            let uv: Vec<DVec2> = points_out.iter().map(|&at| self.uv[at]).collect();
             let projections = projections(
                 &surface,
                 self.problem.closed,
@@ -254,10 +254,10 @@ impl<'a> CoarseSolver<'a> {
             );
             Ok(projections.iter().map(|projection| projection.offset.length()).collect())
         };
-        let found = parts.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
+        let found = fold_equations.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
         let mut left_out = vec![0.0; self.uv.len()];
-        for (FoldEquations { out, .. }, distances) in parts.iter().zip(found) {
-            out.iter().zip(distances).for_each(|(&at, distance)| left_out[at] = distance);
+        for (FoldEquations { points_out, .. }, distances) in fold_equations.iter().zip(found) {
+            points_out.iter().zip(distances).for_each(|(&at, distance)| left_out[at] = distance);
         }
         Ok(left_out)
     }
@@ -284,15 +284,19 @@ impl<'a> CoarseSolver<'a> {
     /// Each point's distance from the surface at its parameters.
     fn distances(&self, surface: &NurbsSurface) -> Vec<f64> {
         let points = self.problem.points;
-        let apart = |i: usize, place: super::patches::Tangents| points[i].distance(place.point);
-        Patches::of(surface).each(points.len(), |i| self.uv[i], apart)
+        let distance = |i: usize, place: super::patches::Tangents| points[i].distance(place.point);
+        Patches::of(surface).each(points.len(), |i| self.uv[i], distance)
     }
 }
 
 /// Rows and columns of control points, without repeated ones in closed directions.
-fn net(problem: &CoarseProblem<'_>, settings: &CoarseSettings, most: usize) -> [usize; 2] {
+fn net(
+    problem: &CoarseProblem<'_>,
+    settings: &CoarseSettings,
+    max_control_points: usize,
+) -> [usize; 2] {
     let count = problem.points.len() / settings.points_per_control_point;
-    let total = count.clamp(settings.control_points.0, most) as f64;
+    let total = count.clamp(settings.control_points.0, max_control_points) as f64;
     let [along_u, along_v] = problem.lengths;
     let aspect = (along_u / along_v).clamp(1.0 / settings.aspect, settings.aspect);
     let (open_side, closed_side) = settings.min_side;

@@ -4,7 +4,6 @@
 //! Input are samples with normals; output is the weight of the fairness. From the second call on,
 //! its anisotropy is chosen first.
 
-use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -15,6 +14,7 @@ use super::folds::{blocks, in_clumps};
 use super::k_fold::KFold;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Evaluation, Quad, add, evaluate_all};
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::sizes::{CUBIC_ORDER, POINTS_PER_TASK};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
@@ -54,9 +54,13 @@ pub(super) fn best(
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
     let point_trace = equations.matrix.trace();
     let anisotropy = match known {
-        Some(Score { level, .. }) => {
-            anisotropy::more_likely(space, samples, &equations, energy, level * point_trace)?
-        }
+        Some(Score { level, .. }) => anisotropy::improved_anisotropy(
+            space,
+            samples,
+            &equations,
+            energy,
+            level * point_trace,
+        )?,
         None => energy.anisotropy,
     };
     let energy = energy.with_anisotropy(anisotropy).matrix(space);

@@ -3,8 +3,9 @@
 //! In tracks and clumps, samples left out in turn have near neighbors that predict them, so their
 //! errors do not measure gaps. Blocks leave gaps.
 
-use super::settings::FairnessSettings;
 use glam::{DVec2, DVec3};
+
+use super::settings::FairnessSettings;
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 

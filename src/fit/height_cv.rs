@@ -1,7 +1,6 @@
 //! K-fold cross-validation of a height field: the fairness that best predicts points that were left
 //! out.
 
-use super::settings::{HeightSettings, LeastSquaresSettings};
 use std::collections::BTreeMap;
 
 use glam::DVec3;
@@ -11,6 +10,7 @@ use super::height_field::HeightField;
 use super::k_fold::KFold;
 use super::least_squares::Equations;
 use super::normal_equations::Sample;
+use super::settings::{HeightSettings, LeastSquaresSettings};
 use super::warm_start::WarmStart;
 use crate::error::Result;
 use crate::progress::Listen;
@@ -46,7 +46,7 @@ impl HeightField<'_> {
             Sample { normal: DVec3::Z, ..plain }
         };
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
-        let known = near.map(|near| near.beside(self.local.len()));
+        let known = near.map(|near| near.fairness_for(self.local.len()));
         let space = equations.space().clone();
         let turn = KFold::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
             in_turn(samples.len())

@@ -1,11 +1,11 @@
 //! The least-squares problem of a height field: places in the unit square, heights over a
 //! regression plane.
 
-use super::settings::{HeightSettings, LeastSquaresSettings};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::base_domain::{BaseDomain, BasePlane};
+use super::boundary::min_max;
 use super::dense_matrix::DenseMatrix;
 use super::fairness::ORDER;
 use super::fit_result::HeightFit;
@@ -13,6 +13,7 @@ use super::least_squares::{Equations, PartialSums, check};
 use super::options::{FitOptions, HeightOptions};
 use super::patches::Patches;
 use super::plane_trend::PlaneTrend;
+use super::settings::{HeightSettings, LeastSquaresSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Listen;
@@ -47,8 +48,8 @@ impl<'a> HeightField<'a> {
         let BasePlane { axes: [along, across], up } = base;
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
-        let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
-        let ground = BaseDomain::around(&local, counts)?;
+        let is_used = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
+        let ground = BaseDomain::around(&local, is_used)?;
         let uv: Vec<DVec2> =
             local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
         let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
@@ -79,7 +80,7 @@ impl<'a> HeightField<'a> {
         reach: Option<f64>,
         listen: &mut Listen<'_>,
     ) -> Result<HeightFit> {
-        let (heights, reach) = self.held(equations, fairness, reach, listen)?;
+        let (heights, reach) = self.tightened(equations, fairness, reach, listen)?;
         let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
         listen()?;
         let residuals = residuals(&heights, &local, &uv);
@@ -96,7 +97,7 @@ impl<'a> HeightField<'a> {
 
     /// The surface over the regression plane, tightened until it does not overshoot, and the reach
     /// for it, which never exceeds the known one.
-    fn held(
+    fn tightened(
         &self,
         mut equations: Equations,
         fairness: f64,
@@ -106,11 +107,11 @@ impl<'a> HeightField<'a> {
         if let Some(reach) = known {
             equations.tighten(reach);
         }
-        let (low, high) = range(self.local.iter().map(|point| point.z));
+        let (low, high) = min_max(self.local.iter().map(|point| point.z));
         let beyond = SETTINGS.max_overshoot * (high - low);
         let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
         while fairness > 0.0 && reach.is_none_or(|reach| reach > SETTINGS.min_reach) {
-            let (lowest, highest) = range(self::heights(&heights));
+            let (lowest, highest) = min_max(self::heights(&heights));
             if low - beyond <= lowest && highest <= high + beyond {
                 break;
             }
@@ -145,10 +146,6 @@ fn on_conic(uv: &[DVec2]) -> bool {
     (0..count * count)
         .step_by(count + 1)
         .any(|at| lower.values[at].powi(2) < SETTINGS.conic * moments.values[at])
-}
-
-pub(super) fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
-    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
 }
 
 /// Heights of a surface, evenly over its domain.

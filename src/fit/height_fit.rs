@@ -4,7 +4,6 @@
 //! points lie at the Greville abscissae, so the plane's coordinates are linear in the parameters.
 //! The surface's heights are a tensor-product spline of x and y.
 
-use super::settings::RefinementSettings;
 use glam::DVec3;
 
 use super::adaptive_refinement::{EXACT_ERROR, diameter};
@@ -13,6 +12,7 @@ use super::fit_result::{EndedBy, HeightFit};
 use super::height_cv::Choice;
 use super::height_field::HeightField;
 use super::options::{Growth, HeightOptions};
+use super::settings::RefinementSettings;
 use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
@@ -99,7 +99,7 @@ pub(crate) fn grow_heights(
     let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
     let used = (0..points.len()).filter(|&i| used_point(i)).count();
     // Few points get more control points than points, since cross-validation ends the growth.
-    let max_held = (2 * used).min(used.max(2 * REFINEMENT.few_points));
+    let max_supported = (2 * used).min(used.max(2 * REFINEMENT.few_points));
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
     loop {
@@ -116,8 +116,8 @@ pub(crate) fn grow_heights(
         }
         let longer = |side: usize| (3 * side).div_ceil(2);
         options.net = (longer(options.net.0), longer(options.net.1));
-        if options.net.0 * options.net.1 > growth.most.min(max_held) {
-            let points_limit = max_held < growth.most;
+        if options.net.0 * options.net.1 > growth.most.min(max_supported) {
+            let points_limit = max_supported < growth.most;
             return Ok((
                 fit,
                 if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints },
@@ -144,7 +144,8 @@ pub(crate) fn grow_heights(
 mod tests {
     use glam::DVec2;
 
-    use super::super::height_field::{heights, range};
+    use super::super::boundary::min_max;
+    use super::super::height_field::heights;
     use super::super::plane_trend::PlaneTrend;
     use super::*;
     use crate::progress::Silent;
@@ -176,8 +177,8 @@ mod tests {
             let points: Vec<DVec3> =
                 (0..600).map(place).map(|p| p.extend(0.3 * p.x + wave(p.x, 0.0))).collect();
             let fit = fit_heights(&points, None, DVec3::Z, &options(8), &mut Silent).unwrap();
-            let (low, high) = range(heights(&fit.surface));
-            let (least, most) = range(points.iter().map(|point| point.z));
+            let (low, high) = min_max(heights(&fit.surface));
+            let (least, most) = min_max(points.iter().map(|point| point.z));
             let beyond = 0.6 * (most - least);
             assert!(low > least - beyond && high < most + beyond, "{low} {high} {least} {most}");
         }
@@ -235,9 +236,9 @@ mod tests {
         assert!(found.reach.is_some());
         let trend = PlaneTrend::of(&points, None);
         let over = |point: DVec3| point.z - trend.height(point.truncate());
-        let (low, high) = range(points.iter().map(|&point| over(point)));
+        let (low, high) = min_max(points.iter().map(|&point| over(point)));
         let places = (0..2500).map(|i| (f64::from(i % 50) / 49.0, f64::from(i / 50) / 49.0));
-        let (lowest, highest) = range(places.map(|(u, v)| over(found.surface.point(u, v))));
+        let (lowest, highest) = min_max(places.map(|(u, v)| over(found.surface.point(u, v))));
         let beyond = 0.55 * (high - low);
         assert!(low - beyond < lowest && highest < high + beyond, "{lowest} {highest}");
     }

@@ -1,9 +1,9 @@
 //! Mean lengths of a surface's isocurves.
 
-use super::settings::AlternatingFitSettings;
 use glam::{DVec2, DVec3};
 
 use super::patches::Patches;
+use super::settings::AlternatingFitSettings;
 use crate::nurbs::{KnotVector, NurbsSurface};
 
 const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;

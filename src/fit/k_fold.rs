@@ -2,13 +2,13 @@
 //!
 //! The equations of all samples minus those of a fold give the surface of the other folds.
 
-use super::settings::{FairnessSettings, LeastSquaresSettings};
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
+use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 

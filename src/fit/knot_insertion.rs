@@ -44,13 +44,13 @@ fn divided(breaks: &[f64], errors: &[f64], share: f64) -> Vec<f64> {
     let total: f64 = errors.iter().sum();
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();
     order.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
-    let mut held = 0.0;
+    let mut covered = 0.0;
     let mut breaks = breaks.to_vec();
     for i in order {
-        if held >= share * total {
+        if covered >= share * total {
             break;
         }
-        held += errors[i];
+        covered += errors[i];
         breaks.push(0.5 * (breaks[i] + breaks[i + 1]));
     }
     breaks.sort_by(f64::total_cmp);

@@ -1,12 +1,12 @@
 //! Least squares at known parameters, and the sums over points that it needs.
 
-use super::settings::LeastSquaresSettings;
 use glam::{DVec2, DVec3};
 
 use super::band_matrix::BandMatrix;
 use super::fairness::{Energy, LengthSums};
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::FitOptions;
+use super::settings::LeastSquaresSettings;
 use super::sizes::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
@@ -208,14 +208,14 @@ impl Equations {
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(self.times(fairness), &self.energy);
         let mut net = equations.right.clone();
-        let held = matrix.factor(listen)? && {
+        let determined = matrix.factor(listen)? && {
             listen()?;
             matrix.solve(&mut net);
             net.iter().all(|p| {
                 DVec3::from_array(*p).length() <= SETTINGS.max_control_point_distance * extent
             })
         };
-        if !held {
+        if !determined {
             let [rows, cols] = space.shape();
             let got = format!("{rows} × {cols} for {count} points");
             let must = "small enough for the points to determine it; or raise fairness";

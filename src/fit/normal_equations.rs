@@ -116,8 +116,8 @@ impl NormalEquations {
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let few = samples.len() * sums < BLOCK_NUMBERS;
         let portions = if few { 1 } else { 2 * rayon::current_num_threads() };
-        let held = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
-        let least = if few { held } else { 1 };
+        let batch = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
+        let least = if few { batch } else { 1 };
         let scratch = || vec![0.0; BATCH * (layout.height + layout.width)];
         let fill = |tasks: &[Task], blocks: &mut [f64]| {
             let blocks = blocks.par_chunks_mut(length).zip(tasks).with_min_len(least);
@@ -150,9 +150,9 @@ impl NormalEquations {
             }
         };
         // While some blocks are computed, others are added to the matrix.
-        let (mut filled, mut next) = (vec![0.0; held * length], vec![0.0; held * length]);
+        let (mut filled, mut next) = (vec![0.0; batch * length], vec![0.0; batch * length]);
         let mut ready: &[Task] = &[];
-        for tasks in tasks.chunks(held).chain([&[][..]]) {
+        for tasks in tasks.chunks(batch).chain([&[][..]]) {
             listen()?;
             rayon::join(|| fill(tasks, &mut next), || add(ready, &filled));
             std::mem::swap(&mut filled, &mut next);
@@ -306,19 +306,19 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
 fn add_product([of_rows, of_cols]: [&[f64]; 2], [height, width]: [usize; 2], sums: &mut [f64]) {
     for line in (0..height).step_by(LINES) {
         for lane in (0..width).step_by(LANES) {
-            let mut held = [[0.0; LANES]; LINES];
+            let mut tile = [[0.0; LANES]; LINES];
             for k in 0..of_rows.len() / height {
                 let a: &[f64; LINES] = window(of_rows, k * height + line);
                 let b: &[f64; LANES] = window(of_cols, k * width + lane);
                 for i in 0..LINES {
                     for j in 0..LANES {
-                        held[i][j] += a[i] * b[j];
+                        tile[i][j] += a[i] * b[j];
                     }
                 }
             }
             for i in 0..LINES {
                 for j in 0..LANES {
-                    sums[(line + i) * width + lane + j] += held[i][j];
+                    sums[(line + i) * width + lane + j] += tile[i][j];
                 }
             }
         }

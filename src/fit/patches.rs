@@ -1,12 +1,12 @@
 //! A polynomial surface in a form that evaluates points and tangents fast, by SIMD and threads.
 
-use super::settings::LeastSquaresSettings;
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::settings::LeastSquaresSettings;
 use super::sizes::{BATCH, CUBIC, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
 

@@ -1,7 +1,8 @@
 //! The plane that fits heights best, by weighted least squares.
 
-use super::settings::LeastSquaresSettings;
 use glam::{DMat2, DVec2, DVec3};
+
+use super::settings::LeastSquaresSettings;
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 

@@ -1,10 +1,10 @@
 //! Projection of points onto a surface, and parameter correction (J. Hoschek, *Intrinsic
 //! parametrization for approximation*, 1988).
 
-use super::settings::{LeastSquaresSettings, ProjectionSettings};
 use glam::{DVec2, DVec3};
 
 use super::patches::{Evaluation, Patches, Tangents, evaluate_all};
+use super::settings::{LeastSquaresSettings, ProjectionSettings};
 use crate::nurbs::NurbsSurface;
 
 const SETTINGS: ProjectionSettings = ProjectionSettings::STANDARD;
@@ -45,7 +45,7 @@ pub(super) fn extended_projections(
     uv: &[DVec2],
     steps: usize,
 ) -> Vec<Projection> {
-    let domain = Domain::of(surface, closed).widened(beyond);
+    let domain = Domain::of(surface, closed).extended(beyond);
     evaluate_all(
         &ProjectionTask { domain, patches: Patches::of(surface), points, uv, steps },
         points.len(),
@@ -108,13 +108,13 @@ impl Domain {
     }
 
     /// The domain extended at both ends of open directions, by this share of its size.
-    fn widened(self, share: f64) -> Self {
+    fn extended(self, share: f64) -> Self {
         let open = self.closed.map(|closed| if closed { 0.0 } else { share });
         let more = DVec2::from_array(open) * (self.high - self.low);
         Self { low: self.low - more, high: self.high + more, ..self }
     }
 
-    fn inside(&self, at: DVec2) -> DVec2 {
+    fn restricted(&self, at: DVec2) -> DVec2 {
         let place = |d: usize| {
             let (low, high) = (self.low[d], self.high[d]);
             if !self.closed[d] {
@@ -139,29 +139,29 @@ impl Domain {
         steps: usize,
     ) -> Projection {
         let size = self.high - self.low;
-        let mut at = self.inside(from);
+        let mut at = self.restricted(from);
         let mut here = patches.at(at);
         for _ in 0..steps {
-            let rest = point - here.point;
-            let pull = DVec2::new(rest.dot(here.u), rest.dot(here.v));
-            let held = [0, 1].map(|d| self.at_wall(at, pull, d));
-            let step = step(&here, rest, held);
+            let offset = point - here.point;
+            let gradient = DVec2::new(offset.dot(here.u), offset.dot(here.v));
+            let blocked = [0, 1].map(|d| self.is_blocked(at, gradient, d));
+            let step = step(&here, offset, blocked);
             let longest = (step.abs() / size).max_element();
             if longest.is_nan() {
                 break;
             }
             if longest <= SETTINGS.converged_step {
                 // Taken without a comparison of distances, which rounding would decide.
-                at = self.inside(at + step);
+                at = self.restricted(at + step);
                 break;
             }
             let mut share = (SETTINGS.max_step / longest).min(1.0);
             let mut moved = false;
             for _ in 0..=SETTINGS.max_halvings {
-                let next = self.inside(at + share * step);
+                let next = self.restricted(at + share * step);
                 let there = patches.at(next);
                 if there.point.distance_squared(point)
-                    <= SETTINGS.max_increase * rest.length_squared()
+                    <= SETTINGS.max_increase * offset.length_squared()
                 {
                     (at, here, moved) = (next, there, true);
                     break;
@@ -178,9 +178,9 @@ impl Domain {
     }
 
     /// Whether a parameter is at the end of its range, and the step would lead beyond.
-    fn at_wall(&self, at: DVec2, pull: DVec2, d: usize) -> bool {
-        let beyond =
-            (at[d] <= self.low[d] && pull[d] < 0.0) || (at[d] >= self.high[d] && pull[d] > 0.0);
+    fn is_blocked(&self, at: DVec2, gradient: DVec2, d: usize) -> bool {
+        let beyond = (at[d] <= self.low[d] && gradient[d] < 0.0)
+            || (at[d] >= self.high[d] && gradient[d] > 0.0);
         !self.closed[d] && beyond
     }
 }
@@ -189,11 +189,11 @@ impl Domain {
 /// `held` do not move.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
-fn step(here: &Tangents, rest: DVec3, held: [bool; 2]) -> DVec2 {
+fn step(here: &Tangents, offset: DVec3, blocked: [bool; 2]) -> DVec2 {
     let (uu, uv, vv) = (here.u.length_squared(), here.u.dot(here.v), here.v.length_squared());
-    let (ru, rv) = (rest.dot(here.u), rest.dot(here.v));
+    let (ru, rv) = (offset.dot(here.u), offset.dot(here.v));
     let alone = |r: f64, square: f64| if square > 0.0 { r / square } else { 0.0 };
-    match held {
+    match blocked {
         [true, true] => DVec2::ZERO,
         [true, false] => DVec2::new(0.0, alone(rv, vv)),
         [false, true] => DVec2::new(alone(ru, uu), 0.0),

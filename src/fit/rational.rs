@@ -5,11 +5,11 @@
 //! the tangent planes at the points' projections, which are recomputed after each step (W. Wang, H.
 //! Pottmann, Y. Liu, 2006, for control points alone).
 
-use super::settings::{LeastSquaresSettings, RationalSettings};
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
 use super::dense_matrix::DenseMatrix;
+use super::settings::{LeastSquaresSettings, RationalSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};

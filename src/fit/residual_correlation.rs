@@ -1,10 +1,10 @@
 //! Correlation of neighboring residuals: it separates noise from a surface that cannot follow its
 //! points.
 
-use super::settings::RefinementSettings;
 use glam::DVec2;
 
-use super::boundary::extremes;
+use super::boundary::min_max;
+use super::settings::RefinementSettings;
 
 const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
@@ -18,7 +18,7 @@ pub(super) fn are_noise(uv: &[DVec2], distances: &[f64]) -> bool {
 /// successive points in strips about as wide as their spacing.
 fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
     let strips = (uv.len() as f64).sqrt();
-    let (low, high) = extremes(uv.iter().map(|uv| uv.x));
+    let (low, high) = min_max(uv.iter().map(|uv| uv.x));
     let width = (high - low).max(f64::MIN_POSITIVE);
     let strip = |uv: DVec2| (strips * (uv.x - low) / width).floor();
     let mut order: Vec<usize> = (0..uv.len()).collect();
@@ -27,13 +27,13 @@ fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
         strip(a).total_cmp(&strip(b)).then(a.y.total_cmp(&b.y))
     });
     let mean = distances.iter().sum::<f64>() / distances.len() as f64;
-    let (mut together, mut alone) = (0.0, 0.0);
+    let (mut covariance, mut variance) = (0.0, 0.0);
     for pair in order.windows(2).filter(|pair| strip(uv[pair[0]]) == strip(uv[pair[1]])) {
         let [a, b] = [pair[0], pair[1]].map(|i| distances[i] - mean);
-        together += a * b;
-        alone += 0.5 * (a * a + b * b);
+        covariance += a * b;
+        variance += 0.5 * (a * a + b * b);
     }
-    if alone > 0.0 { together / alone } else { 0.0 }
+    if variance > 0.0 { covariance / variance } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ pub(crate) struct WarmStart {
 
 impl WarmStart {
     /// The fairness with the same absolute weight beside this number of points.
-    pub(crate) fn beside(&self, points: usize) -> f64 {
+    pub(crate) fn fairness_for(&self, points: usize) -> f64 {
         if points == self.points {
             return self.fairness;
         }

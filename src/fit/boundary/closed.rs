@@ -1,7 +1,6 @@
 //! Closed boundary: the likeliest smooth closed curve at which the points of a sheet without
 //! corners end.
 
-use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::PI;
 
 use glam::DVec2;
@@ -10,7 +9,8 @@ use rayon::prelude::*;
 use super::super::patches::Patches;
 use super::likelihood::{DEGREE, Likelihood, height, sums};
 use super::polar_projection::{CENTER, PolarProjection, direction, outermost_points, turn_of};
-use super::strips::empty_ground;
+use super::settings::{BoundarySettings, ClosedBoundarySettings};
+use super::strips::empty_area;
 use crate::error::Result;
 use crate::nurbs::{Basis, KnotVector, NurbsSurface};
 
@@ -23,7 +23,7 @@ pub(crate) struct ClosedBoundary {
     knots: KnotVector,
     radii: Vec<f64>,
     /// The radius by which circles near the center of the unit disc are scaled.
-    near_middle: f64,
+    center_radius: f64,
 }
 
 impl ClosedBoundary {
@@ -53,12 +53,12 @@ impl ClosedBoundary {
             let Some((uncertainty, radii)) = curve.parameter_radii(projection, border) else {
                 return Ok(None);
             };
-            let outline = Self::through(&radii)?;
-            Ok(uv.iter().all(|uv| outline.is_around(*uv)).then_some((uncertainty, outline)))
+            let boundary = Self::through(&radii)?;
+            Ok(uv.iter().all(|uv| boundary.is_around(*uv)).then_some((uncertainty, boundary)))
         };
         let found = candidates.par_iter().map(projected).collect::<Result<Vec<_>>>()?;
         let most_certain = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(most_certain.map(|(_, outline)| outline))
+        Ok(most_certain.map(|(_, boundary)| boundary))
     }
 
     /// The curve with these distances from the center, evenly over a full turn.
@@ -71,7 +71,7 @@ impl ClosedBoundary {
         let radii = (0..SETTINGS.directions).map(|i| radius(i + SETTINGS.directions - 1)).collect();
         let mean = values.iter().sum::<f64>() / SETTINGS.directions as f64;
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        Ok(Self { knots, radii, near_middle: mean.min(SETTINGS.max_center_radius * least) })
+        Ok(Self { knots, radii, center_radius: mean.min(SETTINGS.max_center_radius * least) })
     }
 
     /// The distance from the center in a direction.
@@ -112,7 +112,7 @@ impl ClosedBoundary {
             return DVec2::ZERO;
         }
         let radius = self.radius(from);
-        let (near, far) = (self.near_middle, radius - self.near_middle);
+        let (near, far) = (self.center_radius, radius - self.center_radius);
         let mut share = (distance / radius).min(1.0);
         let goal = share * radius;
         for _ in 0..SETTINGS.ray_steps {
@@ -199,18 +199,18 @@ impl PolarCurve {
             likelihood.slopes = dense
                 .map(|(sum, even)| (sum + 1.0) / (SETTINGS.density_height + 1.0 / even))
                 .collect();
-            likelihood.blur_as_sparse();
+            likelihood.blur_by_density();
         };
         let mut heights = vec![0.0; SETTINGS.control_points];
         let noise = 2.0 * noise / mean.sqrt();
         let scale = likelihood.find(&mut heights, noise, update_density);
         let here = likelihood.choose_stiffness(&mut heights, scale, &SETTINGS.stiffnesses);
-        let deviations = likelihood.deviations(&here);
+        let deviations = likelihood.standard_deviations(&here);
         let curve = |turn: f64| height(&heights, &Basis::at(&likelihood.knots, turn));
         let outside = places.iter().map(|&(turn, y)| curve(turn) - y).fold(0.0, f64::max);
         let spacing = 2.0 * (PI / places.len() as f64).sqrt();
         let follows = outside <= SETTINGS.max_outside.0 * spacing + SETTINGS.max_outside.1 * noise
-            && empty_ground(&places, curve, 0)
+            && empty_area(&places, curve, 0)
                 < BOUNDARY.min_notch + SETTINGS.chance_height / places.len() as f64;
         Ok(Self { knots: likelihood.knots, heights, deviations, mean, follows })
     }
@@ -223,7 +223,7 @@ impl PolarCurve {
         projection: &PolarProjection<'_>,
         border: f64,
     ) -> Option<(f64, Vec<f64>)> {
-        let moved_out = |deviations: f64| {
+        let moved_outward = |deviations: f64| {
             let beyond = |projected: DVec2| {
                 projected.length() - self.distance(turn_of(projected), deviations)
             };
@@ -232,9 +232,12 @@ impl PolarCurve {
             };
             (0..SETTINGS.directions).into_par_iter().map(radius).collect::<Option<Vec<f64>>>()
         };
-        let (curve, wider) = (moved_out(0.0).filter(|_| self.follows)?, moved_out(1.0)?);
-        let larger: f64 = wider.iter().zip(&curve).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
-        Some((larger / SETTINGS.directions as f64, moved_out(SETTINGS.margin_deviations * border)?))
+        let (curve, wider) = (moved_outward(0.0).filter(|_| self.follows)?, moved_outward(1.0)?);
+        let area_growth: f64 = wider.iter().zip(&curve).map(|(a, b)| (a / b).powi(2) - 1.0).sum();
+        Some((
+            area_growth / SETTINGS.directions as f64,
+            moved_outward(SETTINGS.margin_deviations * border)?,
+        ))
     }
 
     /// The distance from the center, moved outward by a number of standard deviations.
@@ -269,21 +272,21 @@ mod tests {
     }
 
     /// Places on a boundary.
-    fn curve(outline: &ClosedBoundary) -> impl Iterator<Item = DVec2> {
+    fn curve(boundary: &ClosedBoundary) -> impl Iterator<Item = DVec2> {
         let directions = (0..40).map(|i| direction(f64::from(i) / 40.0));
-        directions.map(|from| CENTER + outline.radius(from) * from)
+        directions.map(|from| CENTER + boundary.radius(from) * from)
     }
 
     #[test]
     fn an_ellipse_becomes_a_square_with_its_corners() {
         let inside = |at: DVec2| ((at - CENTER) / DVec2::new(0.45, 0.35)).length();
         let uv = scattered(|at| inside(at) < 1.0);
-        let outline = around(&uv, &surface(flat)).unwrap();
+        let boundary = around(&uv, &surface(flat)).unwrap();
         // The spacing of the points is 0.018.
-        for at in curve(&outline) {
+        for at in curve(&boundary) {
             assert!((inside(at) - 1.0).abs() < 0.04, "{at} {}", inside(at));
         }
-        let mapped_to_square = outline.mapped_to_square(&uv);
+        let mapped_to_square = boundary.mapped_to_square(&uv);
         for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
             let nearest = mapped_to_square.iter().map(|st| st.distance(corner)).fold(1.0, f64::min);
             assert!(nearest < 0.15, "{corner} {nearest}");
@@ -298,20 +301,20 @@ mod tests {
                 let radii: Vec<f64> = (0..SETTINGS.directions)
                     .map(|i| wave(i as f64 / SETTINGS.directions as f64))
                     .collect();
-                let outline = ClosedBoundary::through(&radii).unwrap();
+                let boundary = ClosedBoundary::through(&radii).unwrap();
                 let at = |i: i32, j: i32| {
                     let from = wave(f64::from(j) / 360.0) * direction(f64::from(j) / 360.0);
                     CENTER + f64::from(i) / 20.0 * from
                 };
                 for (i, j) in (0..20).flat_map(|i| (0..360).map(move |j| (i, j))) {
                     let corners = [at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)];
-                    let [a, b, c, d] = outline.mapped_to_square(&corners).try_into().unwrap();
+                    let [a, b, c, d] = boundary.mapped_to_square(&corners).try_into().unwrap();
                     let (first, second) = ((b - a).perp_dot(d - a), (d - a).perp_dot(c - a));
                     assert!(first > 0.0 || i == 19, "{depth} {lobes} {i} {j} {first}");
                     assert!(second > 0.0 || i == 0, "{depth} {lobes} {i} {j} {second}");
                 }
-                let boundary_pairs: Vec<DVec2> = curve(&outline).collect();
-                for st in outline.mapped_to_square(&boundary_pairs) {
+                let boundary_pairs: Vec<DVec2> = curve(&boundary).collect();
+                for st in boundary.mapped_to_square(&boundary_pairs) {
                     let depth = st.min(DVec2::ONE - st).min_element();
                     assert!(depth < 1e-7, "{st} {depth}");
                 }
@@ -329,8 +332,8 @@ mod tests {
         };
         let cap = surface(sphere);
         let uv = scattered(|at| cap.point(at.x, at.y).z > 0.2);
-        let outline = around(&uv, &cap).unwrap();
-        for at in curve(&outline) {
+        let boundary = around(&uv, &cap).unwrap();
+        for at in curve(&boundary) {
             let height = cap.point(at.x, at.y).z;
             assert!((height - 0.2).abs() < 0.03, "{at} {height}");
         }

@@ -1,12 +1,12 @@
 //! Boundary constraint: samples that keep the border of a surface in place.
 
-use super::super::settings::LeastSquaresSettings;
-use super::settings::BoundarySettings;
 use glam::DVec2;
 
 use super::super::normal_equations::Sample;
 use super::super::patches::Patches;
+use super::super::settings::LeastSquaresSettings;
 use super::closed::square_boundary;
+use super::settings::BoundarySettings;
 use crate::nurbs::NurbsSurface;
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
@@ -52,7 +52,7 @@ impl BoundaryConstraint {
     }
 
     /// Samples weighted for this number of points and this fairness.
-    pub(crate) fn beside(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
+    pub(crate) fn samples_for(&self, points: usize, fairness: f64) -> impl Iterator<Item = Sample> {
         let weight = SETTINGS.constraint_weight * fairness * points as f64 / self.0.len() as f64;
         self.0.iter().map(move |sample| Sample { weight, ..*sample })
     }
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn samples_constrain_a_flat_border_across_it() {
         let flat = surface(|uv| uv.extend(0.0));
-        let samples: Vec<Sample> = BoundaryConstraint::of(&flat).beside(1000, 0.5).collect();
+        let samples: Vec<Sample> = BoundaryConstraint::of(&flat).samples_for(1000, 0.5).collect();
         assert!((samples.iter().map(|sample| sample.weight).sum::<f64>() - 25.0).abs() < 1e-9);
         for Sample { point, uv, normal, .. } in samples {
             assert!(point.truncate().distance(uv) < 1e-12);

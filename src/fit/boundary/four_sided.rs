@@ -7,7 +7,7 @@ use super::super::sizes::POINTS_PER_TASK;
 use super::super::spline_space::SplineSpace;
 use super::curve::{BoundaryCurve, Depth};
 use super::settings::BoundarySettings;
-use super::straight::each;
+use super::straight::change_each;
 use crate::error::Result;
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
@@ -17,7 +17,7 @@ const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 /// the sides by about `border` times `spacing`, the mean spacing along u and v.
 ///
 /// Returns the parameters, and how deep the curves lie.
-pub(crate) fn conformed(
+pub(crate) fn bounded_by_curves(
     uv: &[DVec2],
     space: &SplineSpace,
     noise: DVec2,
@@ -30,12 +30,12 @@ pub(crate) fn conformed(
         let side = |distance: fn(f64) -> f64| {
             let places = uv.par_iter().with_min_len(POINTS_PER_TASK);
             let places: Vec<_> = places.map(|uv| (uv[1 - d], distance(uv[d]))).collect();
-            BoundaryCurve::under(&places, noise[d], closed[1 - d])
+            BoundaryCurve::below(&places, noise[d], closed[1 - d])
         };
         let (low, high) = rayon::join(|| side(|at| at), || side(|at| 1.0 - at));
         let (low, high) = (low?, high?);
         depth = depth.max(low.depth()).max(high.depth());
-        each(&mut uv, |uv| {
+        change_each(&mut uv, |uv| {
             let (start, end) = (low.at(uv[1 - d]), 1.0 - high.at(uv[1 - d]));
             uv[d] = ((uv[d] - start) / (end - start)).clamp(0.0, 1.0);
         });
@@ -47,7 +47,7 @@ pub(crate) fn conformed(
         let most = SETTINGS.max_margin / (space.shape()[d] - 1) as f64;
         Some([low, high].map(|edge: &BoundaryCurve| edge.margin(border, spacing[d], most)))
     });
-    each(&mut uv, |uv| {
+    change_each(&mut uv, |uv| {
         let inside = *uv;
         for (d, margins) in margins.iter().enumerate() {
             let Some(margins) = margins else { continue };

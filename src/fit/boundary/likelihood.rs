@@ -1,12 +1,12 @@
 //! Likelihood of a boundary: how likely points end at a smooth curve.
 
-use super::settings::LikelihoodSettings;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
 use super::super::dense_matrix::DenseMatrix;
 use super::super::sizes::POINTS_PER_TASK;
+use super::settings::LikelihoodSettings;
 use crate::nurbs::{Basis, KnotVector, gauss};
 
 const SETTINGS: LikelihoodSettings = LikelihoodSettings::STANDARD;
@@ -14,16 +14,16 @@ const SETTINGS: LikelihoodSettings = LikelihoodSettings::STANDARD;
 pub(super) const DEGREE: usize = 3;
 
 /// The basis functions at a point's x, and its y.
-pub(super) struct Place {
+pub(super) struct BoundaryPoint {
     pub(super) basis: Basis<4>,
     pub(super) y: f64,
     /// Least scale of its blur.
     pub(super) least: f64,
 }
 
-impl Place {
+impl BoundaryPoint {
     /// The height over a curve, in scales of the blur, and this scale.
-    fn behind(&self, heights: &[f64], scale: f64) -> (f64, f64) {
+    fn height_above(&self, heights: &[f64], scale: f64) -> (f64, f64) {
         let scale = scale.max(self.least);
         ((self.y - height(heights, &self.basis)) / scale, scale)
     }
@@ -38,7 +38,7 @@ impl Place {
 pub(super) struct Likelihood {
     pub(super) knots: KnotVector,
     /// Points that may influence a curve, lowest first.
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<BoundaryPoint>,
     /// The largest of the points' least scales.
     coarsest: f64,
     /// Every `stride`-th point is used, with `stride` as its weight.
@@ -69,7 +69,7 @@ impl Likelihood {
         let control_points = knots.control_points() - if closed { DEGREE } else { 0 };
         let mut places: Vec<(f64, f64)> = places.collect();
         places.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let place = |(x, y)| Place { basis: Basis::at(&knots, x), y, least: 0.0 };
+        let place = |(x, y)| BoundaryPoint { basis: Basis::at(&knots, x), y, least: 0.0 };
         let places = places.into_par_iter().with_min_len(POINTS_PER_TASK).map(place).collect();
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
@@ -85,14 +85,14 @@ impl Likelihood {
         mut update_density: impl FnMut(&mut Self, &[f64]),
     ) -> f64 {
         // The mean distance at which points touch a curve with this number of degrees of freedom.
-        let apart = self.slopes.len() as f64 / self.count;
+        let mean_distance = self.slopes.len() as f64 / self.count;
         // A logistic distribution with a standard deviation of 1 has a scale of √3 / π.
-        let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * apart);
+        let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * mean_distance);
         let mut scale = SETTINGS.first_scale.max(last);
         loop {
             let most = if scale > last { SETTINGS.max_blurred_points } else { self.places.len() };
             self.stride = (self.places.len() / most.max(1)).max(1);
-            self.climb(heights, scale);
+            self.maximize(heights, scale);
             if scale <= last {
                 return scale;
             }
@@ -103,7 +103,7 @@ impl Likelihood {
 
     /// Raises the least blur of each point to the distance at which points of the local density
     /// touch a curve.
-    pub(super) fn blur_as_sparse(&mut self) {
+    pub(super) fn blur_by_density(&mut self) {
         for place in &mut self.places {
             place.least = 0.5 / height(&self.slopes, &place.basis);
         }
@@ -111,22 +111,23 @@ impl Likelihood {
     }
 
     /// Triples of control points whose second differences measure bending.
-    fn bends(&self) -> impl Iterator<Item = [usize; 3]> {
+    fn bend_triples(&self) -> impl Iterator<Item = [usize; 3]> {
         let (count, closed) = (self.slopes.len(), self.closed);
         let middles = if closed { 0..count } else { 1..count - 1 };
         middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
     }
 
     /// Points that may influence a curve, which lies below its highest control point.
-    fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
+    fn influential(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &BoundaryPoint> {
         let scale = scale.max(self.coarsest);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let behind = |place: &Place| place.y <= highest + SETTINGS.max_influence * scale;
-        self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
+        let height_above =
+            |place: &BoundaryPoint| place.y <= highest + SETTINGS.max_influence * scale;
+        self.places[..self.places.partition_point(height_above)].iter().step_by(self.stride)
     }
 
     /// Newton steps to the likeliest curve at this scale. Returns the expansion there.
-    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> LocalExpansion {
+    pub(super) fn maximize(&self, heights: &mut Vec<f64>, scale: f64) -> LocalExpansion {
         let mut here = self.local(heights, scale);
         for _ in 0..SETTINGS.max_steps {
             let Some(step) = here.step() else { return here };
@@ -155,7 +156,7 @@ impl Likelihood {
 
     /// Standard deviations of the height at the Greville abscissa of each control point, by
     /// Laplace's approximation: the expansion's matrix is the inverse of the covariance.
-    pub(super) fn deviations(&self, here: &LocalExpansion) -> Vec<f64> {
+    pub(super) fn standard_deviations(&self, here: &LocalExpansion) -> Vec<f64> {
         let size = self.slopes.len();
         let Some(factor) = here.matrix.cholesky() else {
             return vec![0.0; size];
@@ -173,7 +174,7 @@ impl Likelihood {
     /// likeliest curve, up to a constant.
     pub(super) fn evidence(&self, LocalExpansion { value, matrix, .. }: &LocalExpansion) -> f64 {
         let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
-        let bends = self.bends().count() as f64;
+        let bends = self.bend_triples().count() as f64;
         value + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
     }
 
@@ -185,15 +186,15 @@ impl Likelihood {
         scale: f64,
         stiffnesses: &[f64],
     ) -> LocalExpansion {
-        let mut climber = heights.clone();
+        let mut trial = heights.clone();
         let (mut most, mut best) = (f64::NEG_INFINITY, (self.stiffness, None));
         for &stiffness in stiffnesses {
             self.stiffness = stiffness;
-            let here = self.climb(&mut climber, scale);
+            let here = self.maximize(&mut trial, scale);
             let evidence = self.evidence(&here);
             if evidence > most {
                 (most, best) = (evidence, (stiffness, Some(here)));
-                heights.clone_from(&climber);
+                heights.clone_from(&trial);
             }
         }
         self.stiffness = best.0;
@@ -208,18 +209,18 @@ impl Likelihood {
         let area: f64 = slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let (mut likely, mut bending) = (0.0, 0.0);
         // A product of factors up to 2, so that one logarithm serves many points.
-        let mut unlikely = 1.0_f64;
-        for place in self.touching(heights, scale) {
-            let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
+        let mut factors = 1.0_f64;
+        for place in self.influential(heights, scale) {
+            let (basis, (z, scale)) = (&place.basis, place.height_above(heights, scale));
             if z > SETTINGS.max_influence {
                 continue;
             }
             let small = (-z.abs()).exp();
             likely += z.min(0.0);
-            unlikely *= 1.0 + small;
-            if unlikely > f64::MAX.sqrt() {
-                likely -= unlikely.ln();
-                unlikely = 1.0;
+            factors *= 1.0 + small;
+            if factors > f64::MAX.sqrt() {
+                likely -= factors.ln();
+                factors = 1.0;
             }
             let share = if z > 0.0 { small } else { 1.0 } / (1.0 + small);
             let falls = self.stride as f64 * share;
@@ -233,9 +234,9 @@ impl Likelihood {
                 }
             }
         }
-        likely -= unlikely.ln();
+        likely -= factors.ln();
         let stiff = self.stiffness * self.count;
-        for three in self.bends() {
+        for three in self.bend_triples() {
             let bent = bend(heights, three);
             bending += bent * bent;
             for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {

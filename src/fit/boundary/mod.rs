@@ -15,8 +15,8 @@ mod strips;
 pub(super) use self::closed::ClosedBoundary;
 pub(super) use self::constraint::BoundaryConstraint;
 pub(super) use self::curve::Depth;
-pub(super) use self::four_sided::conformed;
+pub(super) use self::four_sided::bounded_by_curves;
 #[cfg(test)]
 pub(super) use self::likelihood::tests::even;
 pub use self::straight::bounded;
-pub(super) use self::strips::extremes;
+pub(super) use self::strips::min_max;

@@ -1,13 +1,13 @@
 //! Polar projections: maps of the domain around its center to a plane, in which a closed boundary
 //! may be simple.
 
-use super::settings::{BoundarySettings, ClosedBoundarySettings};
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat2, DVec2, DVec3};
 
 use super::super::patches::Patches;
-use super::strips::lowest;
+use super::settings::{BoundarySettings, ClosedBoundarySettings};
+use super::strips::lowest_in_strips;
 use crate::nurbs::gauss;
 
 const SETTINGS: ClosedBoundarySettings = ClosedBoundarySettings::STANDARD;
@@ -113,7 +113,7 @@ pub(super) fn direction(turn: f64) -> DVec2 {
 /// The outermost points in sectors around the center. Points are given by the fraction of a full
 /// turn and the squared distance.
 pub(super) fn outermost_points(polar: impl Iterator<Item = (f64, f64)> + Clone) -> Vec<(f64, f64)> {
-    let outer = lowest(polar.map(|(turn, square)| (turn, -square)), BOUNDARY.strips);
+    let outer = lowest_in_strips(polar.map(|(turn, square)| (turn, -square)), BOUNDARY.strips);
     outer.into_iter().flatten().map(|(turn, square)| (turn, -square)).collect()
 }
 

@@ -1,11 +1,11 @@
 //! Straight sides: the quadrilateral around parameters, mapped to the unit square.
 
-use super::settings::BoundarySettings;
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::sizes::POINTS_PER_TASK;
-use super::strips::{extremes, lowest};
+use super::settings::BoundarySettings;
+use super::strips::{lowest_in_strips, min_max};
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
@@ -26,7 +26,7 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
     for _ in 0..2 {
         for (d, closed) in [closed.0, closed.1].into_iter().enumerate() {
             if !closed {
-                bound(&mut uv, d);
+                bound_direction(&mut uv, d);
             }
         }
     }
@@ -34,25 +34,25 @@ pub fn bounded(uv: &[DVec2], closed: (bool, bool)) -> Vec<DVec2> {
 }
 
 /// Applies a change to each parameter.
-pub(super) fn each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
+pub(super) fn change_each(uv: &mut [DVec2], change: impl Fn(&mut DVec2) + Sync + Send) {
     uv.par_iter_mut().with_min_len(POINTS_PER_TASK).for_each(change);
 }
 
 /// Maps direction d to [0, 1].
-fn bound(uv: &mut [DVec2], d: usize) {
+fn bound_direction(uv: &mut [DVec2], d: usize) {
     let across = |uv: &DVec2| uv[1 - d];
-    let low = StraightLine::under(uv.iter().map(|uv| (across(uv), uv[d])));
-    let high = StraightLine::under(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
-    let (start, end) = extremes(uv.iter().map(across));
+    let low = StraightLine::below(uv.iter().map(|uv| (across(uv), uv[d])));
+    let high = StraightLine::below(uv.iter().map(|uv| (across(uv), -uv[d]))).negated();
+    let (start, end) = min_max(uv.iter().map(across));
     let width = |at: f64| high.at(at) - low.at(at);
     let mean = width(0.5 * (start + end));
     let (low, high) = if width(start).min(width(end)) >= SETTINGS.min_width * mean {
         (low, high)
     } else {
-        let (least, most) = extremes(uv.iter().map(|uv| uv[d]));
+        let (least, most) = min_max(uv.iter().map(|uv| uv[d]));
         (StraightLine::level(least), StraightLine::level(most))
     };
-    each(uv, |uv| {
+    change_each(uv, |uv| {
         let at = uv[1 - d];
         let size = high.at(at) - low.at(at);
         uv[d] = if size > 0.0 { ((uv[d] - low.at(at)) / size).clamp(0.0, 1.0) } else { 0.5 };
@@ -81,9 +81,9 @@ impl StraightLine {
 
     /// The line below all points (x, y) with the least area between: it extends the edge of their
     /// lower convex hull that lies below the middle.
-    fn under(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
+    fn below(places: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let mut places: Vec<_> =
-            lowest(places, SETTINGS.hull_strips).into_iter().flatten().collect();
+            lowest_in_strips(places, SETTINGS.hull_strips).into_iter().flatten().collect();
         places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let middle = 0.5 * (places[0].0 + places[places.len() - 1].0);
         let mut chain: Vec<(f64, f64)> = Vec::new();
@@ -121,7 +121,7 @@ mod tests {
             .collect();
         let found = bounded(&uv, (false, false));
         for d in 0..2 {
-            let (low, high) = extremes(found.iter().map(|uv| uv[d]));
+            let (low, high) = min_max(found.iter().map(|uv| uv[d]));
             assert!((low, high) == (0.0, 1.0), "{low} {high}");
             let touching = |end: f64| found.iter().filter(|uv| (uv[d] - end).abs() < 1e-9).count();
             assert!(touching(0.0) >= 2 && touching(1.0) >= 2);

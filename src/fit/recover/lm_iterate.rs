@@ -2,13 +2,13 @@
 //! *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*,
 //! 2012).
 
-use super::super::settings::ProjectionSettings;
-use super::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 
 use super::super::band_matrix::BandMatrix;
 use super::super::normal_equations::NormalEquations;
 use super::super::projection::Projection;
+use super::super::settings::ProjectionSettings;
+use super::settings::RecoverySettings;
 use super::varpro::Problem;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
@@ -30,7 +30,7 @@ pub(super) struct Trial {
 
 impl Trial {
     /// A surface, with projections from these parameters.
-    pub(super) fn on(problem: &Problem<'_>, surface: NurbsSurface, uv: &[DVec2]) -> Self {
+    pub(super) fn from_surface(problem: &Problem<'_>, surface: NurbsSurface, uv: &[DVec2]) -> Self {
         let projections = problem.projections(&surface, uv, 2 * PROJECTION.first_steps);
         Self {
             error: rms(&projections),
@@ -43,12 +43,12 @@ impl Trial {
 
     /// The surface with the least plain distances at these parameters. `None` if the points do not
     /// determine it.
-    pub(super) fn at(problem: &Problem<'_>, uv: &[DVec2]) -> Result<Option<Self>> {
+    pub(super) fn from_parameters(problem: &Problem<'_>, uv: &[DVec2]) -> Result<Option<Self>> {
         let place =
             |(&uv, &offset): (&DVec2, &DVec3)| Projection { uv, offset, ..Projection::default() };
         let places: Vec<Projection> = uv.iter().zip(problem.points).map(place).collect();
         let Some(net) = problem.plain(&places)? else { return Ok(None) };
-        Ok(Some(Self::on(problem, problem.space.surface(&net)?, uv)))
+        Ok(Some(Self::from_surface(problem, problem.space.surface(&net)?, uv)))
     }
 
     fn uv(&self) -> Vec<DVec2> {
@@ -65,13 +65,13 @@ impl Trial {
         matrix.add_ridge(self.damping);
         let next = if matrix.factor::<Error>(&mut || Ok(()))? {
             let change = matrix.solved_together(&equations.right);
-            self.after(&self.bent(&matrix, change, problem)?, problem)?
+            self.stepped(&self.second_order_step(&matrix, change, problem)?, problem)?
         } else {
             None
         };
         // Steps are also accepted once the surface passes through all points, so that the net
         // converges.
-        let helps = |next: &Self| next.error < self.error || problem.is_through(next.error);
+        let helps = |next: &Self| next.error < self.error || problem.is_converged(next.error);
         if let Some(next) = next.filter(helps) {
             *self = next;
         } else {
@@ -83,7 +83,7 @@ impl Trial {
 
     /// The change of the control points plus its second-order correction, from the second
     /// derivative of the distances along it.
-    fn bent(
+    fn second_order_step(
         &self,
         matrix: &BandMatrix,
         mut change: Vec<DVec3>,
@@ -113,7 +113,7 @@ impl Trial {
 
     /// The surface after a change of the control points, with projected parameters and one plain
     /// solution.
-    fn after(&self, change: &[DVec3], problem: &Problem<'_>) -> Result<Option<Self>> {
+    fn stepped(&self, change: &[DVec3], problem: &Problem<'_>) -> Result<Option<Self>> {
         let net = added(problem.space.unknown_points(&self.surface), change);
         let projections =
             problem.projections(&problem.space.surface(&net)?, &self.uv(), PROJECTION.steps);

@@ -9,12 +9,12 @@ mod multistart;
 mod settings;
 mod varpro;
 
-use self::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::lm_iterate::Trial;
 use self::multistart::{StartParameters, search};
+use self::settings::RecoverySettings;
 use self::varpro::Problem;
 use super::adaptive_refinement::{EXACT_ERROR, diameter};
 use super::approximate::approximate;
@@ -57,19 +57,19 @@ pub fn recover_net(
     let knots = [near.surface.knots_u().clone(), near.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
     // With fewer points than unknown numbers, many surfaces pass through all points.
-    let numbers = 3 * space.unknowns();
-    if points.len() < numbers {
+    let unknown_numbers = 3 * space.unknowns();
+    if points.len() < unknown_numbers {
         return Ok(None);
     }
     let size = diameter(points);
     let step = (points.len() / (SETTINGS.points_per_control_point * space.unknowns())).max(1);
-    let few: Vec<DVec3> = points.iter().step_by(step).copied().collect();
-    let few = Problem { points: &few, space: &space, beyond: SETTINGS.extension, size };
+    let subset: Vec<DVec3> = points.iter().step_by(step).copied().collect();
+    let subset = Problem { points: &subset, space: &space, beyond: SETTINGS.extension, size };
     let uv: Vec<DVec2> = near.uv.iter().step_by(step).copied().collect();
     let starts = StartParameters { space: &space, uv: &uv };
-    let mut found = search(&few, &starts.even(), observer)?;
+    let mut found = search(&subset, &starts.even(), observer)?;
     if found.as_ref().is_none_or(|found| found.error > EXACT_ERROR * size) {
-        let other = search(&few, &starts.graded(), observer)?;
+        let other = search(&subset, &starts.graded(), observer)?;
         found = other.into_iter().chain(found).min_by(|a, b| a.error.total_cmp(&b.error));
     }
     let Some(found) = found.filter(|found| found.error <= EXACT_ERROR * size) else {
@@ -77,15 +77,16 @@ pub fn recover_net(
     };
     // The domain must end at the outermost points. Projections that stay in the domain move its
     // ends there.
-    let open = Problem { points, ..few };
+    let open = Problem { points, ..subset };
     let all = Problem { beyond: 0.0, ..open };
     let search = ClosestPointSearch::new(&found.surface)?;
     let nearest = points.par_iter().map(|point| search.closest_point(*point).uv);
     let uv: Vec<DVec2> = nearest.collect();
-    let trial = Trial::on(&open, found.surface.clone(), &uv);
-    let mut trial = Trial::at(&all, &open.within(&trial.projections))?.unwrap_or(trial);
+    let trial = Trial::from_surface(&open, found.surface.clone(), &uv);
+    let mut trial =
+        Trial::from_parameters(&all, &open.scaled_to_domain(&trial.projections))?.unwrap_or(trial);
     for step in 0..SETTINGS.final_steps {
-        if all.is_through(trial.error) {
+        if all.is_converged(trial.error) {
             break;
         }
         let (step, total) = (step as u64, SETTINGS.final_steps as u64);

@@ -3,12 +3,12 @@
 //! The given one is about proportional to lengths. That of the net may be faster or slower at the
 //! ends of the domain than in the middle, and differ between both ends.
 
-use super::settings::RecoverySettings;
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::super::spline_space::SplineSpace;
 use super::lm_iterate::Trial;
+use super::settings::RecoverySettings;
 use super::varpro::Problem;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, padded};
@@ -23,7 +23,10 @@ pub(super) fn search(
     starts: &[Vec<DVec2>],
     observer: &mut dyn Observer,
 ) -> Result<Option<Trial>> {
-    let trials = starts.par_iter().map(|uv| Trial::at(problem, uv)).collect::<Result<Vec<_>>>()?;
+    let trials = starts
+        .par_iter()
+        .map(|uv| Trial::from_parameters(problem, uv))
+        .collect::<Result<Vec<_>>>()?;
     let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
     let (mut end, mut before) = (SETTINGS.first_round_steps, f64::INFINITY);
     for step in 0..SETTINGS.max_steps {
@@ -34,7 +37,7 @@ pub(super) fn search(
             problem.points.len(),
         );
         progress::report(observer, &progress)?;
-        if trials.iter().any(|trial| problem.is_through(trial.error)) {
+        if trials.iter().any(|trial| problem.is_converged(trial.error)) {
             break;
         }
         trials.par_iter_mut().try_for_each(|trial| trial.advance(problem))?;

@@ -6,14 +6,14 @@
 //! slides within its surface changes these distances little. So after each step the control points
 //! are solved for once more at fixed parameters.
 
-use super::super::settings::LeastSquaresSettings;
-use super::settings::RecoverySettings;
 use glam::{DVec2, DVec3};
 
-use super::super::boundary::extremes;
+use super::super::boundary::min_max;
 use super::super::normal_equations::{NormalEquations, Sample};
 use super::super::projection::{Projection, extended_projections};
+use super::super::settings::LeastSquaresSettings;
 use super::super::spline_space::SplineSpace;
+use super::settings::RecoverySettings;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 
@@ -32,7 +32,7 @@ pub(super) struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    pub(super) fn is_through(&self, error: f64) -> bool {
+    pub(super) fn is_converged(&self, error: f64) -> bool {
         error <= SETTINGS.exact_error * self.size
     }
 
@@ -86,11 +86,11 @@ impl Problem<'_> {
 
     /// The parameters of projections, scaled to the domain in open directions where some are beyond
     /// it.
-    pub(super) fn within(&self, projections: &[Projection]) -> Vec<DVec2> {
+    pub(super) fn scaled_to_domain(&self, projections: &[Projection]) -> Vec<DVec2> {
         let mut uv: Vec<DVec2> = projections.iter().map(|projection| projection.uv).collect();
         for d in (0..2).filter(|&d| !self.space.closed[d]) {
             let (start, end) = self.space.knots[d].domain();
-            let (low, high) = extremes(uv.iter().map(|uv| uv[d]));
+            let (low, high) = min_max(uv.iter().map(|uv| uv[d]));
             let (low, high) = (low.min(start), high.max(end));
             for uv in &mut uv {
                 uv[d] = start + (end - start) * (uv[d] - low) / (high - low);
