@@ -204,7 +204,7 @@ impl<'a> AlternatingFit<'a> {
             let max_ratio = if iteration < limit {
                 1.0 - SETTINGS.min_decrease
             } else {
-                SETTINGS.min_extended_decrease
+                1.0 - SETTINGS.min_extended_decrease
             };
             if (settled || iteration >= limit) && found > max_ratio * error {
                 break;

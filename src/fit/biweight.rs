@@ -32,8 +32,8 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
 
 /// The weight of one distance, for a median of absolute distances.
 pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
-    let cutoff_distance = cutoff_distance(median);
-    let share = if cutoff_distance > 0.0 { distance / cutoff_distance } else { 0.0 };
+    let cutoff = cutoff_distance(median);
+    let share = if cutoff > 0.0 { distance / cutoff } else { 0.0 };
     if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
 }
 

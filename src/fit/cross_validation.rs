@@ -179,7 +179,7 @@ struct Residuals<'a> {
     count: f64,
 }
 
-/// A sample without what its distance does not need: all are read for each weight.
+/// The part of a sample that its distance needs, small since all are read for each weight.
 #[derive(Clone, Copy)]
 struct ResidualSample {
     point: DVec3,

@@ -186,7 +186,7 @@ impl Domain {
 }
 
 /// The Gauss-Newton step in parameters that removes the tangential residual. Directions that are
-/// `held` do not move.
+/// `blocked` do not move.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn step(here: &Tangents, offset: DVec3, blocked: [bool; 2]) -> DVec2 {

@@ -97,11 +97,11 @@ impl ClosedBoundary {
         // Places moved to the curve must lie exactly on the border. Otherwise rounding would decide
         // whether their projections are on the border.
         let exact = |at: f64| if at.min(1.0 - at) < SETTINGS.rounding { at.round() } else { at };
-        let mapped_to_square = |uv: &DVec2| {
+        let mapped = |uv: &DVec2| {
             let at = CENTER + 0.5 * disc_to_square(self.in_disc(*uv - CENTER));
             DVec2::new(exact(at.x), exact(at.y))
         };
-        uv.par_iter().map(mapped_to_square).collect()
+        uv.par_iter().map(mapped).collect()
     }
 
     /// The place in the unit disc whose image is at (center radius · r + (radius - center radius) ·

@@ -72,8 +72,8 @@ impl BoundaryCurve {
     /// of spacings. It grows with the curve's uncertainty, up to `most` for each spacing of border.
     pub(super) fn margin(&self, border: f64, spacing: f64, most: f64) -> impl Fn(f64) -> f64 {
         let beyond = |&(deviation, relative_margin): &(f64, f64)| {
-            let uncertain = 0.5 * spacing + SETTINGS.margin_deviations * deviation;
-            border * relative_margin * uncertain.min(most)
+            let margin = 0.5 * spacing + SETTINGS.margin_deviations * deviation;
+            border * relative_margin * margin.min(most)
         };
         let margins: Vec<f64> = self.uncertainties.iter().map(beyond).collect();
         move |x| height(&margins, &Basis::at(&self.knots, x))
@@ -108,11 +108,11 @@ impl BoundaryCurve {
     ) -> Result<Self> {
         let &Flexibility { control_points, stiffnesses, max_height, max_influence, density_height } =
             flexibility;
-        let touching = places.iter().copied().filter(|place| place.1 < max_influence);
+        let near = places.iter().copied().filter(|place| place.1 < max_influence);
         let knots = uniform(DEGREE, control_points, closed)?;
         let bounds = (SETTINGS.min_height, max_height);
         let least = stiffnesses[stiffnesses.len() - 1];
-        let mut likelihood = Likelihood::new(touching, places.len(), knots, least, bounds);
+        let mut likelihood = Likelihood::new(near, places.len(), knots, least, bounds);
         let even = likelihood.slopes.clone();
         if let Some(depth) = density_height {
             let low: Vec<&BoundaryPoint> =
@@ -133,10 +133,10 @@ impl BoundaryCurve {
         let mut heights = vec![lowest.clamp(SETTINGS.min_height, max_height); control_points];
         let scale = likelihood.find(&mut heights, noise, |_, _| {});
         let here = likelihood.choose_stiffness(&mut heights, scale, stiffnesses);
-        let spreads =
+        let relative_margins =
             likelihood.slopes.iter().zip(&even).map(|(here, even)| relative_margin(here / even));
         let mut uncertainties: Vec<(f64, f64)> =
-            likelihood.standard_deviations(&here).into_iter().zip(spreads).collect();
+            likelihood.standard_deviations(&here).into_iter().zip(relative_margins).collect();
         let repeated = likelihood.knots.control_points() - control_points;
         heights.extend_from_within(..repeated);
         uncertainties.extend_from_within(..repeated);

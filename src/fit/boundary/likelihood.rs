@@ -121,9 +121,8 @@ impl Likelihood {
     fn influential(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &BoundaryPoint> {
         let scale = scale.max(self.coarsest);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let height_above =
-            |place: &BoundaryPoint| place.y <= highest + SETTINGS.max_influence * scale;
-        self.places[..self.places.partition_point(height_above)].iter().step_by(self.stride)
+        let is_near = |place: &BoundaryPoint| place.y <= highest + SETTINGS.max_influence * scale;
+        self.places[..self.places.partition_point(is_near)].iter().step_by(self.stride)
     }
 
     /// Newton steps to the likeliest curve at this scale. Returns the expansion there.
