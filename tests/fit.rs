@@ -1,4 +1,4 @@
-//! What must hold of fitted surfaces, whatever the points.
+//! Properties of fitted surfaces: accuracy, invariance, growth and interruption.
 
 use glam::{DMat3, DQuat, DVec2};
 use neurbs::chart::Kind;
@@ -35,7 +35,7 @@ fn waves(count: usize) -> Vec<DVec3> {
     scattered(count).map(|at| at.extend(0.5 * height(at))).collect()
 }
 
-/// Noise of about this size, the same each time.
+/// The points with deterministic noise of this standard deviation.
 fn noisy(points: &[DVec3], size: f64) -> Vec<DVec3> {
     let wave = |i: usize, k: f64| (k * (i * i % 9973) as f64).sin() * 2.0_f64.sqrt() * size;
     let noise = |i: usize| DVec3::new(wave(i, 1.7), wave(i, 2.9), wave(i, 0.83));
@@ -58,7 +58,7 @@ fn farthest(points: &[DVec3], surface: &NurbsSurface) -> f64 {
 }
 
 #[test]
-fn a_rolled_sheet_is_fitted_and_its_distances_are_true() {
+fn a_rolled_sheet_is_fitted_and_its_deviations_are_distances() {
     let points = rolled(1500);
     let result = with_grid(&points, 12, Kind::Sheet);
     let size = Bounds::of(&points).diagonal();
@@ -98,7 +98,7 @@ fn tubes_and_tori_close_smoothly() {
 }
 
 #[test]
-fn rigid_motion_and_scale_carry_over() {
+fn rigid_motion_and_scale_apply_to_the_fit() {
     let points = rolled(800);
     let expected = with_grid(&points, 9, Kind::Sheet);
     let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 0.7));
@@ -112,7 +112,7 @@ fn rigid_motion_and_scale_carry_over() {
         .iter()
         .map(|p| turn.transpose() * (*p - offset) / scale)
         .collect();
-    // The directions of u and v may be others; the surface may not.
+    // The directions of u and v may differ, but the surface must be the same.
     let surface =
         NurbsSurface::new(back, None, got.surface.knots_u().clone(), got.surface.knots_v().clone())
             .unwrap();
@@ -189,7 +189,7 @@ fn noise_is_not_fitted() {
     let squares: f64 = clean.iter().map(|&p| search.closest_point(p).distance.powi(2)).sum();
     let rms = (squares / clean.len() as f64).sqrt();
     assert!(rms < 0.004, "{rms}");
-    // A tolerance below the noise cannot be held: the report says so.
+    // A tolerance below the noise is missed, and the report says so.
     let options = ReconstructOptions { tolerance: Some(0.004), ..ReconstructOptions::default() };
     let strict = reconstruct(&points, &options, &mut Silent).unwrap();
     assert!(matches!(strict.report.ended_by, EndedBy::Noise | EndedBy::Points));
@@ -214,7 +214,7 @@ fn few_points_get_small_nets() {
 
 #[test]
 fn many_points_get_no_more_control_points_than_a_third() {
-    // Noise that neighbours share would be followed further and further.
+    // Without the limit the net would grow on, since neighbors share their noise.
     let bent = |i: u32| {
         let (x, y) = (f64::from(i / 60) / 20.0, f64::from(i % 60) / 20.0);
         let wave = |f: f64| (f * x + 1.7 * f * f).sin() * (1.3 * f * y + f).cos() / f;
@@ -254,7 +254,7 @@ fn all_degrees_are_fitted() {
 #[test]
 fn the_observer_can_stop_every_stage() {
     let points = rolled(500);
-    // How often a stage reports depends on the time that it takes; that it does, does not.
+    // Each stage reports at least once, however little time it takes.
     let mut stages = vec![];
     let mut note = |progress: &Progress| {
         if !stages.contains(&progress.stage) {

@@ -1,46 +1,39 @@
-//! How much more a surface may bend along one direction of its parameters than along the other: by
-//! the marginal likelihood of its points.
+//! Anisotropy of the fairness: how much more derivatives along one direction count, by the marginal
+//! likelihood of the points.
 //!
-//! The surface is the likeliest one if its energy, `lambda_j` times that of each part j, is minus the
-//! logarithm of a prior probability. The points' likelihood under all surfaces together then tells
-//! the `lambda_j`, and the generalized Fellner-Schall update (S. Wood, M. Fasiolo, *A generalized
-//! Fellner-Schall method for smoothing parameter optimization with application to Tweedie location,
-//! scale and shape models*, 2017) is a step that raises it: `lambda_j` becomes larger by
-//! `(tr(P⁻ E_j) - tr((A + P)⁻¹ E_j)) / c·E_j c` up to a common factor, with the matrices `E_j` of the
-//! parts, their sum `P` with weights, the equations' `A` and the solution c. Only the anisotropy is
-//! taken from it: how the part of the derivatives along u alone stands to that along v alone, while
-//! mixed ones stay in the middle. The common factor is left to cross-validation, which errs less where
-//! a surface is not as its prior has it.
+//! The fairness energy, the sum of `lambda_j` times the energy of each part j, is minus the
+//! logarithm of a prior probability. The likelihood of the points under this prior, integrated over
+//! all surfaces, depends on the `lambda_j`. The generalized Fellner-Schall update increases it (S.
+//! Wood, M. Fasiolo, *A generalized Fellner-Schall method for smoothing parameter optimization with
+//! application to Tweedie location, scale and shape models*, 2017): up to a common factor it
+//! multiplies `lambda_j` by `(tr(P⁻ E_j) - tr((A + P)⁻¹ E_j)) / c·E_j c`. `E_j` are the matrices of
+//! the parts, `P` is their weighted sum, `A` is the matrix of the points, and c is the solution.
+//!
+//! Only the anisotropy is taken from it: the ratio of the parts of derivatives along u alone and
+//! along v alone. Mixed derivatives keep their weight. Cross-validation chooses the common factor,
+//! since it depends less on whether the prior is right.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
-use super::limits::{ENOUGH_SAMPLES, NEGLIGIBLE};
 use super::normal_equations::{NormalEquations, Sample};
-use super::space::SplineSpace;
+use super::settings::{FairnessSettings, LeastSquaresSettings};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::BasisDerivatives;
 
-/// The most that one direction counts more or less than both on average. Beyond, derivatives count so
-/// little that they hold nothing where no points are.
-const MOST: f64 = 10.0;
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Share of the unknowns whose freedom the energy must take away for the points to tell: those
-/// without noise would speak of the net, and move what lies beyond the border.
-const LEAST_TAKEN: f64 = 0.1;
-
-/// A share of the mean diagonal that stands in for what the energy leaves free. It cancels, as
-/// energies know nothing of that; rounding, which does not, grows as it falls.
-const RIDGE: f64 = 1e-6;
-
-/// The anisotropy with which the points are more likely than with that of `energy`, counted `times`;
-/// 1, which is none, if they cannot tell or digits do not suffice.
+/// An anisotropy that makes the points more likely than that of `energy`, whose matrix is
+/// multiplied by `times`. It is 1, isotropic, if the points do not determine it or rounding
+/// prevents it.
 ///
-/// Two factorizations and inverses within the band at most: as much as two weights cost
-/// cross-validation.
-pub(super) fn more_likely(
+/// It takes at most two factorizations and inverses within the band, as much as cross-validation of
+/// two weights.
+pub(super) fn improved_anisotropy(
     space: &SplineSpace,
     samples: &[Sample],
     equations: &NormalEquations,
@@ -48,44 +41,50 @@ pub(super) fn more_likely(
     times: f64,
 ) -> Result<f64> {
     let (matrix, size) = (energy.matrix(space), space.unknowns());
-    let factor = |mut matrix: Band| -> Result<Option<Band>> {
+    let factor = |mut matrix: BandMatrix| -> Result<Option<BandMatrix>> {
         Ok(matrix.factor::<Error>(&mut || Ok(()))?.then_some(matrix))
     };
     let mut posterior = equations.matrix.clone();
     posterior.add_scaled(times, &matrix);
     let Some(posterior) = factor(posterior)? else { return Ok(1.0) };
     let inverse = posterior.inverse();
-    if times * inverse.inner_product(&matrix) < LEAST_TAKEN * size as f64 {
+    if times * inverse.inner_product(&matrix) < SETTINGS.min_freedom_removed * size as f64 {
         return Ok(1.0);
     }
-    let ridge = RIDGE * matrix.trace() / size as f64;
+    let ridge = SETTINGS.anisotropy_ridge * matrix.trace() / size as f64;
     let mut prior = matrix;
     (0..size).for_each(|i| prior.add(i, i, ridge));
     let Some(prior) = factor(prior)? else { return Ok(1.0) };
     let [before, after] = energy.traces(space, [&prior.inverse(), &inverse]);
-    let taken = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
-    if !taken.iter().all(|taken| (0.0..=size as f64).contains(taken)) {
-        // An energy cannot take away more freedom than there is: rounding has, where control points lie ever so
-        // densely along one direction as compared with the other.
+    let freedom_removed = [energy.anisotropy * before[0], before[1] / energy.anisotropy];
+    if !freedom_removed.iter().all(|freedom_removed| (0.0..=size as f64).contains(freedom_removed))
+    {
+        // The energy cannot remove more freedom than there is. Rounding causes this, where control
+        // points are much denser along one direction than along the other.
         return Ok(1.0);
     }
     let mut solution = equations.right.clone();
     posterior.solve(&mut solution);
     let bending = bending(space, samples, energy, &solution);
     let [along_u, along_v] = [0, 1].map(|d| ((before[d] - times * after[d]) / bending[d]).ln());
-    // One part counts as much beside the other as the anisotropy squared. An update falls short of
-    // the likeliest: twice as far is where three lead.
+    // The ratio of both parts is the anisotropy squared. One update falls short of the optimum:
+    // twice the step reaches as far as three updates.
     let anisotropy = energy.anisotropy * (along_u - along_v).exp();
-    // Rounded, since the ridge magnifies rounding.
-    let anisotropy = ((anisotropy.ln() / NEGLIGIBLE).round() * NEGLIGIBLE).exp();
-    Ok(if anisotropy.is_finite() { anisotropy.clamp(1.0 / MOST, MOST) } else { 1.0 })
+    // Rounded, since the ridge amplifies rounding errors.
+    let anisotropy =
+        ((anisotropy.ln() / SETTINGS.anisotropy_step).round() * SETTINGS.anisotropy_step).exp();
+    Ok(if anisotropy.is_finite() {
+        anisotropy.clamp(1.0 / SETTINGS.max_anisotropy, SETTINGS.max_anisotropy)
+    } else {
+        1.0
+    })
 }
 
-/// The energies of the derivatives along u alone and along v alone, without anisotropy, of the surface
-/// with these control points in the order of solution; up to a common factor.
+/// The energies of derivatives along u alone and along v alone, without anisotropy, up to a common
+/// factor. The surface has these control points, in the order of solution.
 ///
-/// Only what they have along the samples' normals counts: an arc's third derivatives are tangents,
-/// and say nothing of noise.
+/// Only the components along the samples' normals count: third derivatives of an arc are tangential
+/// and unrelated to noise.
 fn bending(
     space: &SplineSpace,
     samples: &[Sample],
@@ -108,7 +107,7 @@ fn bending(
         }
         [along_u, along_v].map(|along| sample.weight * along.dot(sample.normal).powi(2))
     };
-    let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+    let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
     let squares: Vec<[f64; 2]> =
         (0..samples.len()).into_par_iter().step_by(step).map(|i| square(&samples[i])).collect();
     let sum = |d: usize| squares.iter().map(|squares| squares[d]).sum::<f64>();
@@ -122,7 +121,7 @@ mod tests {
     use super::*;
     use crate::nurbs::KnotVector;
 
-    /// Noise of deviation 1: the sum of twelve numbers that `SplitMix64` draws (G. Steele, D. Lea,
+    /// Noise of standard deviation 1: the sum of twelve numbers by `SplitMix64` (G. Steele, D. Lea,
     /// C. Flood, 2014).
     fn noise(i: u64) -> f64 {
         let draw = |k: u64| {
@@ -134,7 +133,7 @@ mod tests {
         (0..12).map(draw).sum::<f64>() - 6.0
     }
 
-    /// Points scattered over a square and moved along its normal.
+    /// Points scattered over a square, displaced along its normal.
     fn samples(height: impl Fn(DVec2) -> f64, deviation: f64) -> Vec<Sample> {
         let sample = |i: u32| {
             let at = f64::from(i);
@@ -148,7 +147,7 @@ mod tests {
         (0..1500).map(sample).collect()
     }
 
-    /// The anisotropy after steps from none, with a weight of the fairness.
+    /// The anisotropy after some updates from 1, with a weight of the fairness.
     fn found(samples: &[Sample], closed: [bool; 2], fairness: f64, steps: usize) -> f64 {
         let knots = closed.map(|closed| {
             if closed {
@@ -162,27 +161,27 @@ mod tests {
         let mut energy = Energy::new((1.0, 1.0), 3);
         for _ in 0..steps {
             let times = fairness * equations.matrix.trace() / energy.matrix(&space).trace();
-            let better = more_likely(&space, samples, &equations, energy, times).unwrap();
+            let better = improved_anisotropy(&space, samples, &equations, energy, times).unwrap();
             energy = energy.with_anisotropy(better);
         }
         energy.anisotropy
     }
 
-    /// Bends along u, and hardly along v.
+    /// Waves along u, almost straight along v.
     fn waves(uv: DVec2) -> f64 {
         0.1 * (9.0 * uv.x).sin() * (1.0 + 0.2 * uv.y)
     }
 
     #[test]
-    fn where_points_bend_along_u_derivatives_along_v_count_more() {
+    fn waves_along_u_raise_the_weight_of_derivatives_along_v() {
         let waves = samples(waves, 0.02);
         let (once, often) = (found(&waves, [false; 2], 1.0, 1), found(&waves, [false; 2], 1.0, 6));
         assert!(once < 0.7, "{once}");
-        assert!(often <= once && often >= 1.0 / MOST, "{often}");
+        assert!(often <= once && often >= 1.0 / SETTINGS.max_anisotropy, "{often}");
     }
 
     #[test]
-    fn directions_may_be_swapped() {
+    fn swapped_directions_give_the_inverse_anisotropy() {
         let one = samples(waves, 0.02);
         let mut other = one.clone();
         for sample in &mut other {
@@ -197,21 +196,21 @@ mod tests {
     }
 
     #[test]
-    fn points_that_bend_alike_in_all_directions_stay_near_none() {
+    fn isotropic_points_give_an_anisotropy_near_one() {
         let round = |uv: DVec2| 0.1 * (-12.0 * uv.distance_squared(DVec2::splat(0.5))).exp();
         let got = found(&samples(round, 0.02), [false; 2], 1.0, 1);
         assert!((0.6..1.6).contains(&got), "{got}");
     }
 
     #[test]
-    fn points_without_noise_do_not_tell() {
+    fn points_without_noise_give_no_anisotropy() {
         let got = found(&samples(waves, 0.0), [false; 2], 1e-4, 1);
         assert!(got == 1.0, "{got}");
     }
 
     #[test]
-    fn what_bends_in_the_surface_alone_does_not_count() {
-        // Parameters that run unevenly along v: third derivatives within the plane.
+    fn tangential_derivatives_do_not_matter() {
+        // Uneven parameters along v give third derivatives within the plane.
         let mut uneven = samples(waves, 0.02);
         let even = found(&uneven, [false; 2], 1.0, 1);
         for sample in &mut uneven {

@@ -1,36 +1,34 @@
-//! The surface near points whose parameters are known roughly: least squares, coarse to fine, with
-//! fairness and parameter correction by tangent distance.
+//! Approximation: a surface near points with rough parameters, by least squares from coarse to
+//! fine.
 //!
-//! Tangent distance (W. Wang, H. Pottmann, Y. Liu, *Fitting B-spline curves to point clouds by
-//! curvature-based squared distance minimization*, 2006) counts how far a point is from the tangent
-//! plane at its foot, and hardly where in the plane it is: the net may slide along the surface
-//! towards the parameters that suit it, which plain distances hinder.
+//! The distances are tangent distances (W. Wang, H. Pottmann, Y. Liu, *Fitting B-spline curves to
+//! point clouds by curvature-based squared distance minimization*, 2006): those to the tangent
+//! plane at a point's projection count in full, those within the plane little. So the net can slide
+//! along the surface to better parameters, which plain distances prevent.
 
 use glam::{DVec2, DVec3};
 
-use super::edge::Reach;
-use super::fitting::Fitting;
-use super::growth::{Accept, Grown};
+use super::adaptive_refinement::{Accept, RefinementResult};
+use super::alternating_fit::AlternatingFit;
+use super::boundary::{BoundaryConstraint, Depth};
+use super::fit_result::Approximation;
 use super::options::{ApproximateOptions, Growth, uniform};
-use super::outcome::Approximation;
-use super::rim::Rim;
-use super::space::SplineSpace;
+use super::settings::{AlternatingFitSettings, FairnessSettings};
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
-/// Turns in which the domain follows an outline that leans, at most.
-const TURNS: usize = 3;
+const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
+const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 
-/// Control points of the coarsest net at most, but there is always one.
-const COARSEST: usize = 300;
-
-/// The surface near `points`, from rough parameters in [0, 1]² (a closed direction has the period
-/// 1). Each squared distance counts with its weight (1 without weights).
+/// The surface near `points`, from rough parameters in [0, 1]². Closed directions have the period
+/// 1. Each squared distance is multiplied by its weight, 1 without weights.
 ///
-/// Half the net is fitted first, then the whole, both to as many points as they need, taken at equal
-/// steps; at last the whole net to all points. O(points · degree⁴) and one band solution of three
-/// times the unknowns for each iteration. The number of threads does not change a bit.
+/// A net with half the rows and columns is fitted first, then the whole net, both to as many points
+/// as they need, at equal steps. Finally the whole net is fitted to all points. Each iteration
+/// takes O(points · degree⁴) and one band solution of three times the unknowns. The result is the
+/// same to the last bit with any number of threads.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, fit::{ApproximateOptions, approximate}, progress::Silent};
@@ -49,8 +47,9 @@ const COARSEST: usize = 300;
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`](crate::Error::Parameter) if the net is too small for the degree, or nothing holds it;
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+/// [`Error::Parameter`](crate::Error::Parameter) if the net is too small for the degree, or the
+/// points do not determine it; [`Error::Interrupted`](crate::Error::Interrupted) if the observer
+/// stops it.
 pub fn approximate(
     points: &[DVec3],
     uv: &[DVec2],
@@ -61,45 +60,45 @@ pub fn approximate(
     let spaces: Vec<SplineSpace> =
         levels(options).into_iter().map(|net| space(net, options)).collect::<Result<_>>()?;
     let (coarsest, whole) = (&spaces[0], &spaces[spaces.len() - 1]);
-    let mut fitting = Fitting::new(points, uv, weights, options, observer);
-    fitting.look_at_enough_for(coarsest);
+    let mut fitting = AlternatingFit::new(points, uv, weights, options, observer);
+    fitting.subsample_for(coarsest);
     let mut surface = fitting.first(coarsest)?;
     fitting.limit = options.iterations.div_ceil(2);
     for space in &spaces {
-        fitting.look_at_enough_for(space);
+        fitting.subsample_for(space);
         if space == whole {
-            (fitting.limit, fitting.left) = (options.iterations, 0.25);
+            (fitting.limit, fitting.fairness_decay) = (options.iterations, FAIRNESS.final_decay);
         }
-        surface = fitting.descend(space, surface)?;
+        surface = fitting.minimize(space, surface)?;
     }
     fitting.limit = options.iterations.div_ceil(2);
-    if fitting.look_at_all(&surface) || options.closed != (true, true) {
-        for turn in 1..=TURNS {
-            let (bent, reach) = fitting.conform(surface, options.border)?;
-            surface = fitting.descend(whole, bent)?;
-            // A notch that is followed twice is followed.
-            if reach == Reach::Free || reach == Reach::Notch && turn == 2 {
+    if fitting.use_all_points(&surface) || options.closed != (true, true) {
+        for round in 1..=SETTINGS.max_boundary_rounds {
+            let (bounded, depth) = fitting.fit_boundary(surface, options.border)?;
+            surface = fitting.minimize(whole, bounded)?;
+            // A curve that follows a notch needs no more than two rounds.
+            if depth == Depth::Free || depth == Depth::Notch && round == 2 {
                 break;
             }
         }
     }
     fitting.limit = options.iterations;
-    Ok(fitting.grown(surface, options.growth, &|_, _| Ok(true))?.finest)
+    Ok(fitting.refined_fit(surface, options.growth, &|_, _| Ok(true))?.finest)
 }
 
-/// A surface that a fit goes on from.
+/// A surface from which a fit continues.
 #[derive(Clone, Copy)]
 pub(crate) struct FittedSurface<'a> {
     pub(crate) surface: &'a NurbsSurface,
     /// The parameters of each point's projection.
     pub(crate) uv: &'a [DVec2],
     pub(crate) closed: (bool, bool),
-    /// The weight of the fairness that the fit begins with.
+    /// The weight of the fairness at the start of the fit.
     pub(crate) fairness: f64,
 }
 
-/// The surface that a fit becomes with other weights, which change little, on the domain that it has;
-/// it grows on, if it may. `fairness` is as in [`ApproximateOptions`].
+/// The surface fitted again with slightly different weights, on the same domain. It grows if it
+/// may. `fairness` is as in [`ApproximateOptions`].
 ///
 /// # Errors
 ///
@@ -112,19 +111,19 @@ pub(crate) fn continued(
     growth: Option<Growth>,
     accept: Accept<'_>,
     observer: &mut dyn Observer,
-) -> Result<Grown> {
+) -> Result<RefinementResult> {
     let &FittedSurface { surface, uv, closed, fairness: first } = from;
     let options = ApproximateOptions { closed, fairness, ..ApproximateOptions::default() };
-    let mut fitting = Fitting::new(points, uv, weights, &options, observer);
-    fitting.falling = first;
-    fitting.rim = (closed == (false, false)).then(|| Rim::of(surface));
+    let mut fitting = AlternatingFit::new(points, uv, weights, &options, observer);
+    fitting.fairness_weight = first;
+    fitting.boundary = (closed == (false, false)).then(|| BoundaryConstraint::of(surface));
     let knots = [surface.knots_u().clone(), surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
-    let surface = fitting.descend(&space, surface.clone())?;
-    fitting.grown(surface, growth, accept)
+    let surface = fitting.minimize(&space, surface.clone())?;
+    fitting.refined_fit(surface, growth, accept)
 }
 
-/// Nets from coarse to whole: each has half the rows and columns of the next, as far as the degree
+/// Nets from coarse to whole. Each has half the rows and columns of the next, as far as the degree
 /// allows.
 fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     let half = |count: usize, degree: usize, closed| {
@@ -135,7 +134,7 @@ fn levels(options: &ApproximateOptions) -> Vec<(usize, usize)> {
     let mut nets = vec![options.net];
     while let Some(&(rows, cols)) = nets.last() {
         let coarser = (half(rows, p, closed_u), half(cols, q, closed_v));
-        let coarse_enough = nets.len() > 1 && rows * cols <= COARSEST;
+        let coarse_enough = nets.len() > 1 && rows * cols <= SETTINGS.max_coarse_control_points;
         if coarser == (rows, cols) || coarse_enough {
             break;
         }

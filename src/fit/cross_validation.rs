@@ -1,59 +1,50 @@
-//! How smooth the points want their surface: the weight of the fairness by generalized
-//! cross-validation (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and B. Marx, *Flexible smoothing
-//! with B-splines and penalties*, 1996), and before that, from the second time on, its anisotropy.
+//! Generalized cross-validation of the fairness (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and
+//! B. Marx, *Flexible smoothing with B-splines and penalties*, 1996).
+//!
+//! Input are samples with normals; output is the weight of the fairness. From the second call on,
+//! its anisotropy is chosen first.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::anisotropy;
-use super::band::Band;
-use super::blocks::{blocks, in_clumps};
+use super::band_matrix::BandMatrix;
 use super::fairness::Energy;
-use super::held_out::HeldOut;
-use super::limits::{CUBIC_ORDER, ENOUGH_SAMPLES, POINTS_PER_TASK};
+use super::folds::{blocks, in_clumps};
+use super::k_fold::KFold;
 use super::normal_equations::{NormalEquations, Sample};
-use super::patches::{Quad, Question, add, answers};
-use super::space::SplineSpace;
+use super::patches::{Evaluation, Quad, add, evaluate_all};
+use super::settings::{FairnessSettings, LeastSquaresSettings};
+use super::sizes::{CUBIC_ORDER, POINTS_PER_TASK};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::values_at;
 
-/// Decimal logarithms of the weights that are tried: 1 gives the energy as large a say as the
-/// points. Below the least of them it would no longer hold what points leave open; with the
-/// largest, little more than a quadratic is left.
-const TRIED: (f64, f64) = (-4.0, 3.0);
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// How close the search comes, in decades.
-const FINEST: f64 = 0.2;
-
-/// Degrees of freedom with those that parameters add, which follow the surface, in those of the net.
-pub(super) const FREEDOM: f64 = 1.2;
-
-/// The surface may not have more than this share of as many degrees of freedom as there are
-/// points: it would pass through them and know nothing of their noise.
-const MOST_FREEDOM: f64 = 0.9;
-
-/// What cross-validation says of a weight.
+/// The result of cross-validation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Score {
     /// Weight of the fairness.
     pub(super) fairness: f64,
-    /// The weight for each unit of the energy's trace: with it the energy has as large a say on
-    /// another net.
+    /// The weight for each unit of the energy's trace. It has the same effect on another net.
     level: f64,
-    /// Of the energy.
+    /// Anisotropy of the energy.
     pub(super) anisotropy: f64,
-    /// Mean square of the error to be expected at a point that was left out.
+    /// Expected mean squared error at a point that was left out.
     pub(super) error: f64,
-    /// Mean square of the errors at blocks of points that were left out; zero if points do not lie in clumps.
+    /// Mean squared error at blocks of points that were left out. Zero if points do not lie in
+    /// clumps.
     pub(super) error_of_blocks: f64,
 }
 
-/// The weight that cross-validation finds best, from the heights of the points over the surface along
-/// their normals, near the `known` one, which may be of another net; `None` if the points cannot tell.
-/// What is known already makes the anisotropy more likely first.
+/// The weight with the least expected error of the points' distances along their normals. The
+/// search starts near the `known` one, which may belong to another net. With a known one, the
+/// anisotropy is improved first. `None` if the points do not determine the weight.
 ///
-/// Where points lie in clumps it is the larger one of those that generalized cross-validation and blocks of
-/// points that are left out find.
+/// Where points lie in clumps, it is the larger of the weights by generalized cross-validation and
+/// by blocks.
 pub(super) fn best(
     space: &SplineSpace,
     samples: &[Sample],
@@ -61,28 +52,32 @@ pub(super) fn best(
     known: Option<Score>,
 ) -> Result<Option<Score>> {
     let equations = NormalEquations::of_distances(space, samples, &mut || Ok(()))?;
-    let said = equations.matrix.trace();
+    let point_trace = equations.matrix.trace();
     let anisotropy = match known {
-        Some(Score { level, .. }) => {
-            anisotropy::more_likely(space, samples, &equations, energy, level * said)?
-        }
+        Some(Score { level, .. }) => anisotropy::improved_anisotropy(
+            space,
+            samples,
+            &equations,
+            energy,
+            level * point_trace,
+        )?,
         None => energy.anisotropy,
     };
     let energy = energy.with_anisotropy(anisotropy).matrix(space);
     let trace = energy.trace();
-    let heights = Heights::of(space, samples);
-    let search = Search { heights, equations, said, energy, trace, anisotropy };
+    let residuals = Residuals::of(space, samples);
+    let search = Search { residuals, equations, point_trace, energy, trace, anisotropy };
     let found = search.best(known.map(|score| (score.level * trace).log10()))?;
     found.map(|found| search.with_blocks(space, samples, found)).transpose()
 }
 
-/// The weights of an energy beside the equations of samples.
+/// The equations of samples and an energy, for any weight.
 struct Search<'a> {
-    heights: Heights<'a>,
+    residuals: Residuals<'a>,
     equations: NormalEquations,
     /// Traces of the equations and of the energy.
-    said: f64,
-    energy: Band,
+    point_trace: f64,
+    energy: BandMatrix,
     trace: f64,
     anisotropy: f64,
 }
@@ -91,8 +86,11 @@ impl Search<'_> {
     fn score(&self, exponent: f64) -> Result<Option<Score>> {
         let fairness = 10.0_f64.powf(exponent);
         let (level, anisotropy) = (fairness / self.trace, self.anisotropy);
-        let error =
-            self.heights.expected_error(&self.equations, &self.energy, level * self.said)?;
+        let error = self.residuals.expected_error(
+            &self.equations,
+            &self.energy,
+            level * self.point_trace,
+        )?;
         let score = |error| Score { fairness, level, anisotropy, error, error_of_blocks: 0.0 };
         Ok(error.map(score))
     }
@@ -101,24 +99,25 @@ impl Search<'_> {
         exponents.par_iter().map(|&exponent| self.score(exponent)).collect()
     }
 
-    /// By generalized cross-validation, near an exponent that was best before.
+    /// The weight by generalized cross-validation, searched near a known exponent.
     fn best(&self, known: Option<f64>) -> Result<Option<Score>> {
         let better = |a: Option<Score>, b: Option<Score>| match (a, b) {
             (Some(a), Some(b)) => Some(if b.error < a.error { b } else { a }),
             (a, b) => a.or(b),
         };
         let mut found = match known {
-            Some(known) => self.score(known.clamp(TRIED.0, TRIED.1))?,
+            Some(known) => self.score(known.clamp(SETTINGS.exponents.0, SETTINGS.exponents.1))?,
             None => None,
         };
         if found.is_none() {
-            found = self.scores(&decades(TRIED.0))?.into_iter().fold(None, better);
+            found = self.scores(&decades(SETTINGS.exponents.0))?.into_iter().fold(None, better);
         }
-        // Goes on in the direction that improves, then looks closer.
-        let mut step = 0.5;
-        while step > FINEST {
+        // Continues in the direction that improves, then halves the step.
+        let mut step = SETTINGS.first_exponent_step;
+        while step > SETTINGS.min_exponent_step {
             let Some(middle) = found.map(|score| score.fairness.log10()) else { return Ok(None) };
-            let tried = |exponent: &f64| (TRIED.0..=TRIED.1).contains(exponent);
+            let tried =
+                |exponent: &f64| (SETTINGS.exponents.0..=SETTINGS.exponents.1).contains(exponent);
             let beside: Vec<f64> =
                 [middle - step, middle + step].into_iter().filter(tried).collect();
             for (mut next, mut exponent) in self.scores(&beside)?.into_iter().zip(beside) {
@@ -136,13 +135,13 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// With the error of blocks that are left out if samples lie in clumps, and with a larger weight if this
-    /// predicts blocks better.
+    /// Adds the error of blocks if samples lie in clumps. Takes a larger weight if it predicts
+    /// blocks better.
     fn with_blocks(&self, space: &SplineSpace, samples: &[Sample], found: Score) -> Result<Score> {
         if !in_clumps(samples.iter().map(|sample| sample.uv)) {
             return Ok(found);
         }
-        let held_out = HeldOut::of(space, samples, usize::MAX, |samples| {
+        let held_out = KFold::of(space, samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let error =
@@ -160,69 +159,69 @@ impl Search<'_> {
     }
 }
 
-/// Exponents from this one up, by one.
+/// Exponents from this one up, in steps of 1.
 fn decades(from: f64) -> Vec<f64> {
     let exponents = std::iter::successors(Some(from), |exponent| Some(exponent + 1.0));
-    exponents.take_while(|exponent| *exponent <= TRIED.1).collect()
+    exponents.take_while(|exponent| *exponent <= SETTINGS.exponents.1).collect()
 }
 
-/// The heights of samples over surfaces of one space.
-struct Heights<'a> {
+/// Distances of samples along their normals from surfaces of one space.
+struct Residuals<'a> {
     space: &'a SplineSpace,
-    /// Of the net's control points in the order of solution.
+    /// Places of the net's control points in the order of solution.
     places: Vec<usize>,
-    judged: Vec<Judged>,
-    /// Their basis functions that differ from zero: those in u, then those in v.
+    residual_samples: Vec<ResidualSample>,
+    /// Basis functions that differ from zero for each sample, in u, then in v.
     functions: Vec<f64>,
-    /// What they count together.
+    /// Sum of the weights.
     weight: f64,
-    /// How many samples count.
+    /// Number of samples with a positive weight.
     count: f64,
 }
 
-/// A sample whose height is asked for: no more of it than that takes, as all of them are read for each weight.
+/// The part of a sample that its distance needs, small since all are read for each weight.
 #[derive(Clone, Copy)]
-struct Judged {
+struct ResidualSample {
     point: DVec3,
     normal: DVec3,
     weight: f64,
-    /// The first control point of the net that it touches.
+    /// The first control point that the sample touches.
     first: usize,
 }
 
-impl<'a> Heights<'a> {
+impl<'a> Residuals<'a> {
     fn of(space: &'a SplineSpace, samples: &'a [Sample]) -> Self {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let some: Vec<&Sample> = samples.iter().step_by(step).collect();
         let [rows, cols] = Self::orders(space);
         let width = space.knots[1].control_points();
         let mut functions = vec![0.0; some.len() * (rows + cols)];
-        let judged = |(sample, functions): (&&Sample, &mut [f64])| {
+        let residual_samples = |(sample, functions): (&&Sample, &mut [f64])| {
             let &&Sample { point, uv, normal, weight, .. } = sample;
             let (of_u, of_v) = functions.split_at_mut(rows);
             let [u, v] = [(0, of_u), (1, of_v)]
                 .map(|(d, functions)| values_at(&space.knots[d], uv[d], functions));
-            Judged { point, normal, weight, first: u * width + v }
+            ResidualSample { point, normal, weight, first: u * width + v }
         };
         let functions_of = functions.par_chunks_mut(rows + cols);
         let some = some.par_iter().with_min_len(POINTS_PER_TASK).zip(functions_of);
-        let judged: Vec<Judged> = some.map(judged).collect();
-        let weight = judged.iter().map(|judged| judged.weight).sum();
+        let residual_samples: Vec<ResidualSample> = some.map(residual_samples).collect();
+        let weight = residual_samples.iter().map(|residual_samples| residual_samples.weight).sum();
         let count = samples.iter().filter(|sample| sample.weight > 0.0).count() as f64;
-        Self { space, places: space.places(), judged, functions, weight, count }
+        Self { space, places: space.places(), residual_samples, functions, weight, count }
     }
 
-    /// How many basis functions differ from zero in u and in v.
+    /// Number of basis functions that differ from zero, in u and in v.
     fn orders(space: &SplineSpace) -> [usize; 2] {
         [0, 1].map(|d| space.knots[d].degree() + 1)
     }
 
-    /// The mean square of the error to be expected with so many times this energy; `None` if the
-    /// points cannot tell.
+    /// The expected mean squared error with the energy multiplied by `times`. `None` if the points
+    /// do not determine it.
     fn expected_error(
         &self,
         equations: &NormalEquations,
-        energy: &Band,
+        energy: &BandMatrix,
         times: f64,
     ) -> Result<Option<f64>> {
         let mut factor = equations.matrix.clone();
@@ -230,8 +229,8 @@ impl<'a> Heights<'a> {
         if !factor.factor::<Error>(&mut || Ok(()))? {
             return Ok(None);
         }
-        let freedom = FREEDOM * factor.inverse().inner_product(&equations.matrix);
-        if freedom > MOST_FREEDOM * self.count {
+        let freedom = SETTINGS.freedom_factor * factor.inverse().inner_product(&equations.matrix);
+        if freedom > SETTINGS.max_freedom * self.count {
             return Ok(None);
         }
         // A fourth number fills a register.
@@ -240,29 +239,29 @@ impl<'a> Heights<'a> {
         Ok(Some(self.mean_square(&net) / (1.0 - freedom / self.count).powi(2)))
     }
 
-    /// The mean square of the heights over the surface with these control points, in the order of
+    /// The mean squared distance from the surface with these control points, in the order of
     /// solution.
     fn mean_square(&self, solution: &[Quad]) -> f64 {
         let net = self.places.iter().map(|&at| solution[at]).collect();
-        let squares = answers(&Squares { heights: self, net }, self.judged.len());
+        let squares = evaluate_all(&Squares { residuals: self, net }, self.residual_samples.len());
         squares.iter().sum::<f64>() / self.weight
     }
 }
 
-/// The weighted squares of the heights over a surface.
+/// The weighted squared distances from a surface.
 struct Squares<'a> {
-    heights: &'a Heights<'a>,
+    residuals: &'a Residuals<'a>,
     net: Vec<Quad>,
 }
 
-impl Question for Squares<'_> {
-    type Answer = f64;
+impl Evaluation for Squares<'_> {
+    type Output = f64;
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn answer(&self, index: usize) -> f64 {
-        // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
-        match Heights::orders(self.heights.space) {
+    fn evaluate(&self, index: usize) -> f64 {
+        // Loops over constant sizes are unrolled; most surfaces are bicubic.
+        match Residuals::orders(self.residuals.space) {
             [CUBIC_ORDER, CUBIC_ORDER] => self.square(index, [CUBIC_ORDER; 2]),
             orders => self.square(index, orders),
         }
@@ -273,10 +272,10 @@ impl Squares<'_> {
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn square(&self, index: usize, [rows, cols]: [usize; 2]) -> f64 {
-        let Heights { space, judged, functions, .. } = self.heights;
+        let Residuals { space, residual_samples, functions, .. } = self.residuals;
         let width = space.knots[1].control_points();
         let (by_row, by_col) = functions[index * (rows + cols)..][..rows + cols].split_at(rows);
-        let Judged { point, normal, weight, first } = judged[index];
+        let ResidualSample { point, normal, weight, first } = residual_samples[index];
         let mut place = [0.0; 4];
         for (i, row) in by_row.iter().enumerate() {
             let mut of_row = [0.0; 4];

@@ -1,34 +1,35 @@
-//! Fairness: the energy of a surface's second or third derivatives.
+//! Fairness: the energy of a surface's second or third derivatives, as a matrix.
 
-use super::band::Band;
-use super::limits::ENOUGH_SAMPLES;
+use super::band_matrix::BandMatrix;
 use super::normal_equations::{Cells, Sample};
-use super::space::SplineSpace;
+use super::settings::LeastSquaresSettings;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
 use crate::progress::Listen;
 
-/// Order of the derivatives whose energy is kept small, and the highest one: third derivatives leave
-/// quadratics free, which bend as most surfaces do.
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
+
+/// Order of the derivatives in the energy, and the highest one. Third derivatives leave quadratics
+/// free, the local shape of most surfaces.
 pub(super) const ORDER: usize = 3;
 
-/// Binomial coefficients: how often a mixed derivative stands in the energy of each order.
+/// Binomial coefficients: the multiplicity of mixed derivatives in the energy of each order.
 const MIXED: [&[f64]; ORDER + 1] = [&[1.0], &[1.0, 1.0], &[1.0, 2.0, 1.0], &[1.0, 3.0, 3.0, 1.0]];
 
-/// The energy of a surface: the integral of all squared derivatives of one order, mixed ones as often
-/// as they occur, over a domain of these lengths in space. Order 2 is the thin plate's.
+/// The energy of a surface: the integral of all squared derivatives of one order, mixed ones with
+/// their multiplicity, over a domain of these lengths in space. Order 2 is the thin plate's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Energy {
-    /// The domain's length along v, in that along u.
+    /// The domain's length along v divided by that along u.
     ratio: f64,
     pub(super) order: usize,
-    /// How many times as much the derivatives along u alone count, and those along v alone as many
-    /// times less.
+    /// Factor of the derivatives along u alone; those along v alone are divided by it.
     pub(super) anisotropy: f64,
 }
 
 impl Energy {
-    /// In which all directions count alike.
+    /// The energy in which all directions have the same weight.
     pub(super) fn new(lengths: (f64, f64), order: usize) -> Self {
         Self { ratio: lengths.1 / lengths.0, order, anisotropy: 1.0 }
     }
@@ -37,8 +38,8 @@ impl Energy {
         Self { anisotropy, ..self }
     }
 
-    /// How much each squared derivative counts, by how often it is along v, without anisotropy; up to
-    /// a factor that all have in common.
+    /// The factor of each squared derivative by its order along v, without anisotropy, up to a
+    /// common factor.
     pub(super) fn factors(&self) -> [f64; ORDER + 1] {
         // With x = length_u u and y = length_v v.
         let mut factors = [0.0; ORDER + 1];
@@ -49,7 +50,7 @@ impl Energy {
     }
 
     /// The energy as a matrix over the unknowns.
-    pub(super) fn matrix(&self, space: &SplineSpace) -> Band {
+    pub(super) fn matrix(&self, space: &SplineSpace) -> BandMatrix {
         let mut matrix = space.matrix(1);
         self.each_entry(space, |[a, b], [along_u, mixed, along_v]| {
             let value = self.anisotropy * along_u + mixed + along_v / self.anisotropy;
@@ -58,12 +59,12 @@ impl Energy {
         matrix
     }
 
-    /// The traces of the products of matrices with the energies of the derivatives along u alone and
-    /// of those along v alone, both without anisotropy.
+    /// The traces of the products of matrices with the energies of derivatives along u alone and
+    /// along v alone, both without anisotropy.
     pub(super) fn traces<const COUNT: usize>(
         &self,
         space: &SplineSpace,
-        matrices: [&Band; COUNT],
+        matrices: [&BandMatrix; COUNT],
     ) -> [[f64; 2]; COUNT] {
         let mut traces = [[0.0; 2]; COUNT];
         self.each_entry(space, |[a, b], [along_u, _, along_v]| {
@@ -77,8 +78,8 @@ impl Energy {
         traces
     }
 
-    /// Calls with the places of the unknowns of each pair, once, and with what the derivatives along
-    /// u alone, the mixed ones and those along v alone make of it.
+    /// Calls `call` once for each pair of unknowns, with their places and with the energies of
+    /// derivatives along u alone, mixed, and along v alone.
     fn each_entry(&self, space: &SplineSpace, mut call: impl FnMut([usize; 2], [f64; 3])) {
         let (order, factors) = (self.order, self.factors());
         let [u, v] = &space.knots;
@@ -104,15 +105,15 @@ impl Energy {
     }
 }
 
-/// Integrals of products of basis functions over the domain, for one order of differentiation: at
-/// `i * (degree + 1) + k` that of the functions i and i + k.
+/// Integrals of products of basis functions over the domain, for one order of differentiation. That
+/// of the functions i and i + k is at `i * (degree + 1) + k`.
 struct Gram {
     width: usize,
     products: Vec<f64>,
 }
 
 impl Gram {
-    /// Those of the functions themselves and of their derivatives: by quadrature with `degree + 1`
+    /// The integrals for the functions and their derivatives, by Gauss quadrature with `degree + 1`
     /// points in each span, which is exact.
     fn of(knots: &KnotVector) -> [Self; ORDER + 1] {
         let (degree, count) = (knots.degree(), knots.control_points());
@@ -143,11 +144,11 @@ impl Gram {
     }
 }
 
-/// Sums over pairs of neighbouring samples, from which follow the lengths of the domain in space: so
-/// that the energy does not depend on how parameters were scaled.
+/// Sums over pairs of neighboring samples, by which the lengths of the domain in space are
+/// estimated. With them the energy does not depend on the scale of the parameters.
 ///
-/// Samples that follow one another in the order of the spans are neighbours; least squares over
-/// such pairs fit `|Δx|² = (a Δu)² + (b Δv)²`.
+/// Successive samples in the order of the spans are neighbors. Least squares over these pairs fit
+/// `|Δx|² = (a Δu)² + (b Δv)²`.
 #[derive(Clone, Default)]
 pub(super) struct LengthSums {
     uu: f64,
@@ -163,7 +164,7 @@ impl LengthSums {
         samples: &[Sample],
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
         let cells = Cells::of(space, &samples, listen)?;
         let mut sums = Self::default();
@@ -188,8 +189,8 @@ impl LengthSums {
         self.rv += other.rv;
     }
 
-    /// The lengths along u and along v, up to a common factor. Where pairs do not tell (all on one line),
-    /// both directions count alike.
+    /// The lengths along u and along v, up to a common factor. They are equal if the pairs do not
+    /// determine them, as on a line.
     pub(super) fn lengths(&self) -> (f64, f64) {
         let &Self { uu, uv, vv, ru, rv } = self;
         let det = uu * vv - uv * uv;
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn traces_are_what_anisotropy_changes() {
+    fn anisotropy_changes_the_energy_by_its_traces() {
         for closed in [false, true] {
             let u = KnotVector::clamped_uniform(3, 6).unwrap();
             let v =

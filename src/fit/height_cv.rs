@@ -1,49 +1,44 @@
-//! The fairness with which heights best predict points that are left out.
+//! K-fold cross-validation of a height field: the fairness that best predicts points that were left
+//! out.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::blocks::{blocks, in_clumps, in_turn};
-use super::height_field::Heights;
-use super::held_out::HeldOut;
+use super::folds::{blocks, in_clumps, in_turn};
+use super::height_field::HeightField;
+use super::k_fold::KFold;
 use super::least_squares::Equations;
-use super::limits::ENOUGH_POINTS;
 use super::normal_equations::Sample;
-use super::warm_start::Near;
+use super::settings::{HeightSettings, LeastSquaresSettings};
+use super::warm_start::WarmStart;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Decimal logarithms of the least and the largest fairness that is tried.
-const TRIED: (i32, i32) = (-12, 2);
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// A larger fairness is preferred while its error is at most so many times the least: it makes the
-/// smoother surface.
-const HARDLY_WORSE: f64 = 1.01;
-
-/// Anisotropies among which blocks choose where points lie in clumps.
-const ANISOTROPIES: [f64; 5] = [1.0, 0.1, 10.0, 0.01, 100.0];
-
-/// A fairness, and the mean square errors that are expected with it.
+/// A fairness, and the mean squared errors that are expected with it.
 pub(super) struct Choice {
     /// The equations with their energy.
     pub(super) equations: Equations,
     pub(super) fairness: f64,
-    /// At points left out in turn.
+    /// Error at points left out in turn.
     pub(super) expected: f64,
-    /// At blocks of points; zero if points do not lie in clumps.
+    /// Error at blocks of points; zero if points do not lie in clumps.
     pub(super) expected_of_blocks: f64,
 }
 
-impl Heights<'_> {
-    /// Cross-validation: the given fairness, or the one that predicts best, looked for near one that is
-    /// known. Where points lie in clumps, blocks choose the anisotropy, and the fairness is the larger one of
-    /// those that predict points left out in turn and in blocks.
+impl HeightField<'_> {
+    /// The given fairness, or the one that predicts best, searched near a known one.
+    ///
+    /// Where points lie in clumps, blocks choose the anisotropy. The fairness is then the larger of
+    /// those that best predict points in turn and in blocks.
     pub(super) fn choose(
         &self,
         equations: Equations,
         given: Option<f64>,
-        near: Option<Near>,
+        near: Option<WarmStart>,
         listen: &mut Listen<'_>,
     ) -> Result<Choice> {
         let sample = |i: usize| {
@@ -51,10 +46,12 @@ impl Heights<'_> {
             Sample { normal: DVec3::Z, ..plain }
         };
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
-        let known = near.map(|near| near.beside(self.local.len()));
+        let known = near.map(|near| near.fairness_for(self.local.len()));
         let space = equations.space().clone();
-        let turn = HeldOut::of(&space, &samples, ENOUGH_POINTS, |samples| in_turn(samples.len()))?;
-        let mut choose = |held_out: &HeldOut<'_>, equations: &Equations| {
+        let turn = KFold::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
+            in_turn(samples.len())
+        })?;
+        let mut choose = |held_out: &KFold<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
                 Some(fairness) => fairness,
@@ -66,11 +63,11 @@ impl Heights<'_> {
             let (fairness, expected) = choose(&turn, &equations)?;
             return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
         }
-        let block = HeldOut::of(&space, &samples, usize::MAX, |samples| {
+        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let (mut found, mut least) = (None, f64::INFINITY);
-        for anisotropy in ANISOTROPIES {
+        for anisotropy in SETTINGS.anisotropies {
             let equations = equations.with_anisotropy(anisotropy);
             let (fairness, error) = choose(&block, &equations)?;
             if error < least || found.is_none() {
@@ -85,19 +82,19 @@ impl Heights<'_> {
     }
 }
 
-fn error(held_out: &HeldOut<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
+fn error(held_out: &KFold<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
     held_out.error(&equations.energy, equations.times(fairness))
 }
 
-/// The fairness with the least error, on a scale of half decades: near one that is known errors have one
-/// minimum.
+/// The fairness with the least error, in steps of half a decade. Near a known one, the error has a
+/// single minimum.
 fn best(
     known: Option<f64>,
     error: impl Fn(f64) -> Result<f64>,
     listen: &mut Listen<'_>,
 ) -> Result<f64> {
     let fairness = |k: i32| 10.0_f64.powf(0.5 * f64::from(k));
-    let all = 2 * TRIED.0..=2 * TRIED.1;
+    let all = 2 * SETTINGS.exponents.0..=2 * SETTINGS.exponents.1;
     let mut errors = BTreeMap::new();
     let mut walk = |errors: &mut BTreeMap<i32, f64>, from: i32, step: i32, worse: f64| {
         let mut k = from;
@@ -118,8 +115,8 @@ fn best(
     if let Some(known) = known {
         #[expect(clippy::cast_possible_truncation, reason = "a logarithm")]
         let nearest = ((2.0 * known.log10()).round() as i32).clamp(*all.start(), *all.end());
-        walk(&mut errors, nearest, 1, HARDLY_WORSE)?;
-        walk(&mut errors, nearest, -1, HARDLY_WORSE)?;
+        walk(&mut errors, nearest, 1, SETTINGS.max_error_ratio)?;
+        walk(&mut errors, nearest, -1, SETTINGS.max_error_ratio)?;
     } else {
         walk(&mut errors, *all.start(), 2, 2.0)?;
         if let Some(found) = smoothest(&errors) {
@@ -133,9 +130,11 @@ fn least(errors: &BTreeMap<i32, f64>) -> f64 {
     errors.values().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// The largest exponent whose error is hardly worse than the least.
+/// The largest exponent whose error is close to the least.
 fn smoothest(errors: &BTreeMap<i32, f64>) -> Option<i32> {
     let least = least(errors);
-    let good = |(_, error): &(&i32, &f64)| **error <= HARDLY_WORSE * least && least.is_finite();
+    let good = |(_, error): &(&i32, &f64)| {
+        **error <= SETTINGS.max_error_ratio * least && least.is_finite()
+    };
     errors.iter().rev().find(good).map(|(k, _)| *k)
 }

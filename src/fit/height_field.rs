@@ -1,83 +1,78 @@
-//! Heights over a plane as a least-squares problem: places in the unit square, heights over a trend.
+//! The least-squares problem of a height field: places in the unit square, heights over a
+//! regression plane.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::dense::Dense;
+use super::base_domain::{BaseDomain, BasePlane};
+use super::boundary::min_max;
+use super::dense_matrix::DenseMatrix;
 use super::fairness::ORDER;
-use super::ground::{Base, Ground};
+use super::fit_result::HeightFit;
 use super::least_squares::{Equations, PartialSums, check};
-use super::limits::ENOUGH_SAMPLES;
 use super::options::{FitOptions, HeightOptions};
-use super::outcome::HeightFit;
 use super::patches::Patches;
-use super::trend::Trend;
+use super::plane_trend::PlaneTrend;
+use super::settings::{HeightSettings, LeastSquaresSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::Listen;
 
-/// Fewer points than that leave a quadratic, which has six coefficients, far off in the corners.
-const FEW: usize = 30;
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Share of a square of places that is no quadratic of them under which all lie on one conic, on which a quadratic
-/// vanishes that nothing else holds then: a circle, or two lines.
-const CONIC: f64 = 1e-4;
-
-/// Shortest gap over which slopes end, as a share of the ground's side.
-const SHORTEST_REACH: f64 = 1.0 / 64.0;
-
-/// Points by their places in the unit square of a plane and their heights over it.
-pub(super) struct Heights<'a> {
+/// Points as parameters in the base rectangle and heights over a regression plane.
+pub(super) struct HeightField<'a> {
     axes: [DVec3; 3],
-    ground: Ground,
-    /// Their heights are those over the trend.
+    ground: BaseDomain,
+    /// The points in the plane's axes; their heights are over the regression plane.
     pub(super) local: Vec<DVec3>,
-    trend: Trend,
+    trend: PlaneTrend,
     pub(super) uv: Vec<DVec2>,
     weights: Option<&'a [f64]>,
     options: FitOptions,
-    /// Of the derivatives whose energy is kept small.
+    /// Order of the derivatives in the fairness energy.
     order: usize,
 }
 
-impl<'a> Heights<'a> {
+impl<'a> HeightField<'a> {
     pub(super) fn of(
         points: &[DVec3],
         weights: Option<&'a [f64]>,
-        base: &Base,
+        base: &BasePlane,
         options: &HeightOptions,
     ) -> Result<Self> {
         if !base.up.is_normalized() {
             return Err(Error::parameter("up", "a vector of length 1", base.up));
         }
-        let Base { axes: [along, across], up } = base;
+        let BasePlane { axes: [along, across], up } = base;
         let turned = |p: &DVec3| DVec3::new(along.dot(*p), across.dot(*p), up.dot(*p));
         let mut local: Vec<DVec3> = points.par_iter().map(turned).collect();
-        let counts = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
-        let ground = Ground::around(&local, counts)?;
+        let is_used = |i: usize| weights.is_none_or(|weights| weights.get(i) != Some(&0.0));
+        let ground = BaseDomain::around(&local, is_used)?;
         let uv: Vec<DVec2> =
             local.par_iter().map(|point| ground.parameters(point.truncate())).collect();
         let mut fitting = FitOptions::new(options.net, options.degree, (false, false))?;
         fitting.fairness = options.fairness.unwrap_or(fitting.fairness);
         check(&local, &uv, weights, &fitting)?;
-        let trend = Trend::of(&local, weights);
+        let trend = PlaneTrend::of(&local, weights);
         local.par_iter_mut().for_each(|point| point.z -= trend.height(point.truncate()));
-        let few = points.len() < FEW || on_conic(&uv);
+        let few = points.len() < SETTINGS.min_points_for_third_order || on_conic(&uv);
         let order = if few { ORDER - 1 } else { ORDER };
         let order = order.min(options.degree.0.max(options.degree.1));
         let axes = [*along, *across, *up];
         Ok(Self { axes, ground, local, trend, uv, weights, options: fitting, order })
     }
 
-    /// The equations of the heights, with slopes that end over a gap of this reach.
+    /// The normal equations of the heights, with the fairness energy.
     pub(super) fn equations(&self, listen: &mut Listen<'_>) -> Result<Equations> {
         let Self { local, uv, weights, options, order, .. } = self;
         let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, listen)?;
         Ok(Equations::of(sums, *order, 1.0))
     }
 
-    /// The surface with this fairness; slopes count where they are known to, or as far as it takes to hold
-    /// the heights where there are no points.
+    /// The surface with this fairness. Slopes are penalized from a known reach on, or as far as
+    /// needed to prevent overshoot.
     pub(super) fn fitted(
         self,
         equations: Equations,
@@ -85,7 +80,7 @@ impl<'a> Heights<'a> {
         reach: Option<f64>,
         listen: &mut Listen<'_>,
     ) -> Result<HeightFit> {
-        let (heights, reach) = self.held(equations, fairness, reach, listen)?;
+        let (heights, reach) = self.tightened(equations, fairness, reach, listen)?;
         let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
         listen()?;
         let residuals = residuals(&heights, &local, &uv);
@@ -100,9 +95,9 @@ impl<'a> Heights<'a> {
         Ok(HeightFit { surface, uv, residuals, fairness, reach, expected, expected_of_blocks })
     }
 
-    /// The surface over the trend, held where there are no points, and the reach that this takes, at most
-    /// the one that is known.
-    fn held(
+    /// The surface over the regression plane, tightened until it does not overshoot, and the reach
+    /// for it, which never exceeds the known one.
+    fn tightened(
         &self,
         mut equations: Equations,
         fairness: f64,
@@ -112,15 +107,15 @@ impl<'a> Heights<'a> {
         if let Some(reach) = known {
             equations.tighten(reach);
         }
-        let (low, high) = range(self.local.iter().map(|point| point.z));
-        let beyond = 0.5 * (high - low);
+        let (low, high) = min_max(self.local.iter().map(|point| point.z));
+        let beyond = SETTINGS.max_overshoot * (high - low);
         let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
-        while fairness > 0.0 && reach.is_none_or(|reach| reach > SHORTEST_REACH) {
-            let (lowest, highest) = range(self::heights(&heights));
+        while fairness > 0.0 && reach.is_none_or(|reach| reach > SETTINGS.min_reach) {
+            let (lowest, highest) = min_max(self::heights(&heights));
             if low - beyond <= lowest && highest <= high + beyond {
                 break;
             }
-            let shorter = 0.25 * reach.unwrap_or(1.0);
+            let shorter = SETTINGS.reach_factor * reach.unwrap_or(1.0);
             equations.tighten(shorter);
             (heights, reach) = (equations.solve(fairness, listen)?, Some(shorter));
         }
@@ -132,15 +127,16 @@ impl<'a> Heights<'a> {
     }
 }
 
-/// Whether a quadratic vanishes on all places: one of its terms is a sum of those before it there.
+/// Whether a quadratic vanishes on all places. Then one of its terms is a linear combination of
+/// those before it.
 fn on_conic(uv: &[DVec2]) -> bool {
     let terms = |place: DVec2| {
         let DVec2 { x, y } = 2.0 * place - 1.0;
         [1.0, x, y, x * x, x * y, y * y]
     };
     let count = terms(DVec2::ZERO).len();
-    let mut moments = Dense::new(count);
-    for place in uv.iter().step_by(uv.len().div_ceil(ENOUGH_SAMPLES).max(1)) {
+    let mut moments = DenseMatrix::new(count);
+    for place in uv.iter().step_by(uv.len().div_ceil(LEAST_SQUARES.max_samples).max(1)) {
         let terms = terms(*place);
         for (i, a) in terms.iter().enumerate() {
             terms.iter().enumerate().for_each(|(j, b)| moments.values[i * count + j] += a * b);
@@ -149,11 +145,7 @@ fn on_conic(uv: &[DVec2]) -> bool {
     let Some(lower) = moments.cholesky() else { return true };
     (0..count * count)
         .step_by(count + 1)
-        .any(|at| lower.values[at].powi(2) < CONIC * moments.values[at])
-}
-
-pub(super) fn range(heights: impl Iterator<Item = f64>) -> (f64, f64) {
-    heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)))
+        .any(|at| lower.values[at].powi(2) < SETTINGS.conic * moments.values[at])
 }
 
 /// Heights of a surface, evenly over its domain.

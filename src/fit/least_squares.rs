@@ -1,29 +1,28 @@
-//! Least squares with known parameters, and the sums over points that it consists of.
+//! Least squares at known parameters, and the sums over points that it needs.
 
 use glam::{DVec2, DVec3};
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use super::fairness::{Energy, LengthSums};
-use super::limits::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::FitOptions;
-use super::space::SplineSpace;
+use super::settings::LeastSquaresSettings;
+use super::sizes::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Listen, Observer, Stage};
 
-/// Control points farther from the origin than this many extents of the points are held by rounding
-/// alone.
-const RUNAWAY: f64 = 1e6;
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// Order of the derivatives in the thin plate's energy.
 const THIN_PLATE: usize = 2;
 
-/// The surface closest to points at these parameters, in the sense of least squares. Each squared
-/// distance counts with its weight (1 without weights; 0 leaves a point out).
+/// The least-squares surface of points at these parameters. Each squared distance is multiplied by
+/// its weight, 1 without weights. A weight of 0 leaves a point out.
 ///
-/// O(points · degree⁴) for the normal equations; solving them takes O(unknowns^1.5) at worst.
-/// The number of threads does not change a bit of the result.
+/// The normal equations take O(points · degree⁴), their solution at worst O(unknowns^1.5). The
+/// result is the same to the last bit with any number of threads.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, fit::{FitOptions, fit}, progress::Silent};
@@ -41,8 +40,8 @@ const THIN_PLATE: usize = 2;
 ///
 /// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
 /// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
-/// periodic where they should be, or the points cannot hold the net; [`Error::NotFinite`] for a
-/// point that is not finite; [`Error::Interrupted`] if the observer stops it.
+/// periodic where they should be, or the points do not determine the net; [`Error::NotFinite`] for
+/// a point that is not finite; [`Error::Interrupted`] if the observer stops it.
 pub fn fit(
     points: &[DVec3],
     uv: &[DVec2],
@@ -52,16 +51,17 @@ pub fn fit(
 ) -> Result<NurbsSurface> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     check(points, uv, weights, options)?;
-    // About the centroid numbers keep their digits wherever the points lie.
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-    let sums = PartialSums::sum(points, uv, weights, centre, options, &mut listen)?;
+    // Relative to the centroid, coordinates keep their digits wherever the points lie.
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
+    let sums = PartialSums::sum(points, uv, weights, center, options, &mut listen)?;
     Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
 }
 
 /// Sums over points at known parameters, from which [`fit`] solves for the surface.
 ///
-/// Sums of chunks merge: points in several files, threads or machines give the surface that they give
-/// together, up to rounding. Chunks of fixed sizes that are merged in a fixed order give the same bits.
+/// Sums of chunks merge: points in several files, threads or machines give the same surface as
+/// together, up to rounding. Chunks of fixed sizes that are merged in a fixed order give the same
+/// bits.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, fit::{FitOptions, PartialSums}};
@@ -87,12 +87,13 @@ pub struct PartialSums {
 }
 
 impl PartialSums {
-    /// Of points at parameters, each with its weight (1 without weights). Numbers keep most digits
-    /// about an `origin` near the points; sums that are merged share it.
+    /// The sums over points at parameters, each with its weight, 1 without weights. Coordinates
+    /// keep most digits relative to an `origin` near the points. Sums that are merged need the same
+    /// origin.
     ///
     /// # Errors
     ///
-    /// Those of [`fit`], but that any number of points will do.
+    /// Those of [`fit`], except that any number of points is allowed.
     pub fn of(
         points: &[DVec3],
         uv: &[DVec2],
@@ -143,23 +144,23 @@ impl PartialSums {
         Ok(())
     }
 
-    /// The surface closest to the points, with this weight of the thin-plate energy.
+    /// The surface with the least squared distances, with this weight of the thin-plate energy.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the points cannot hold the net.
+    /// [`Error::Parameter`] if the points do not determine the net.
     pub fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
         Equations::of(self.clone(), THIN_PLATE, 1.0).solve(fairness, &mut || Ok(()))
     }
 }
 
-/// Sums over points with an energy, to be solved with any fairness.
+/// Sums over points with an energy, to be solved for any fairness.
 pub(super) struct Equations {
     sums: PartialSums,
     /// Order of the derivatives in the energy.
     order: usize,
-    pub(super) energy: Band,
-    /// The trace of the energy without slopes, in which fairness is measured.
+    pub(super) energy: BandMatrix,
+    /// The trace of the energy without slopes, to which the fairness is relative.
     scale: f64,
 }
 
@@ -171,13 +172,14 @@ impl Equations {
         Self { sums, order, energy, scale }
     }
 
-    /// With derivatives along u that count so many times more, and those along v so many times less.
+    /// The same equations, with derivatives along u multiplied by the anisotropy, and those along v
+    /// divided by it.
     pub(super) fn with_anisotropy(&self, anisotropy: f64) -> Self {
         Self::of(self.sums.clone(), self.order, anisotropy)
     }
 
-    /// Lets slopes count as well: over gaps wider than the reach, a share of the domain's mean length, the
-    /// surface becomes a membrane, whose slopes end there; over narrower ones bends decide as before.
+    /// Penalizes slopes as well. Over gaps wider than the reach, a share of the domain's mean
+    /// length, the surface becomes a membrane; over narrower ones the energy is as before.
     pub(super) fn tighten(&mut self, reach: f64) {
         let bends = i32::try_from(2 * (self.order - 1)).unwrap_or(i32::MAX);
         let slopes = Energy::new(self.sums.lengths.lengths(), 1).matrix(&self.sums.space);
@@ -193,9 +195,9 @@ impl Equations {
         self.sums.equations.matrix.trace()
     }
 
-    /// The factor of the energy for a weight of the fairness.
+    /// The factor of the energy's matrix for a weight of the fairness.
     pub(super) fn times(&self, fairness: f64) -> f64 {
-        // Of degree 1 in both directions and in one span nothing bends.
+        // With degree 1 and one span in both directions, the energy is zero.
         let bends = fairness > 0.0 && self.scale > 0.0;
         if bends { fairness * self.trace() / self.scale } else { 0.0 }
     }
@@ -206,15 +208,17 @@ impl Equations {
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(self.times(fairness), &self.energy);
         let mut net = equations.right.clone();
-        let held = matrix.factor(listen)? && {
+        let determined = matrix.factor(listen)? && {
             listen()?;
             matrix.solve(&mut net);
-            net.iter().all(|p| DVec3::from_array(*p).length() <= RUNAWAY * extent)
+            net.iter().all(|p| {
+                DVec3::from_array(*p).length() <= SETTINGS.max_control_point_distance * extent
+            })
         };
-        if !held {
+        if !determined {
             let [rows, cols] = space.shape();
             let got = format!("{rows} × {cols} for {count} points");
-            let must = "small enough for the points to hold it; or raise fairness";
+            let must = "small enough for the points to determine it; or raise fairness";
             return Err(Error::parameter("net", must, got));
         }
         let place = |p: [f64; 3]| DVec3::from_array(p) + *origin;

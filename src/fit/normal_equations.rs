@@ -1,38 +1,38 @@
-//! The normal equations of a fit, as sums over points and spans.
+//! Normal equations of a fit, as sums over samples and cells of the knots.
 //!
-//! A point touches (degree + 1)² control points and adds a block of products of its basis
-//! functions. Points are sorted by the cells of the knots; each cell's block is one sum, made by
-//! one owner in one order, and the blocks are added to the matrix in the order of the cells: any
-//! number of threads gives the same bits.
+//! A sample touches (degree + 1)² control points and adds a block of products of their basis
+//! functions. Samples are sorted by cells. One task computes the block of a cell in a fixed order,
+//! and blocks are added to the matrix in the order of the cells. So any number of threads gives the
+//! same bits.
 
 use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::limits::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
-use super::space::SplineSpace;
+use super::band_matrix::BandMatrix;
+use super::sizes::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
 use crate::progress::Listen;
 
-/// Numbers in the blocks that are added up at a time, 16 MB.
+/// Numbers in the blocks that are summed up at a time, 16 MB.
 const BLOCK_NUMBERS: usize = 1 << 21;
 
-/// A point and how its distance from the surface counts.
+/// A point and the metric of its distance from the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) point: DVec3,
     pub(super) uv: DVec2,
     pub(super) weight: f64,
-    /// The unit normal along which distances count in full.
+    /// The unit normal along which distances have full weight.
     pub(super) normal: DVec3,
-    /// The share with which they count across it.
+    /// The relative weight of distances across it.
     pub(super) tangential: f64,
 }
 
 impl Sample {
-    /// For the plain distance at its parameters.
+    /// A sample for the plain distance at its parameters.
     pub(super) fn plain(point: DVec3, uv: DVec2, weight: f64) -> Self {
         Self { point, uv, weight, normal: DVec3::ZERO, tangential: 1.0 }
     }
@@ -41,15 +41,16 @@ impl Sample {
 /// Matrix and right-hand side of a fit of control points to samples.
 #[derive(Clone)]
 pub(super) struct NormalEquations {
-    pub(super) matrix: Band,
+    pub(super) matrix: BandMatrix,
     pub(super) right: Vec<[f64; 3]>,
 }
 
-/// Pairs of coordinates in the order in which a block holds them.
+/// Pairs of coordinates in the order of a block.
 const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
 impl NormalEquations {
-    /// Of distances that count alike in all directions: one matrix serves x, y and z.
+    /// The equations of distances with the same weight in all directions. One matrix serves x, y
+    /// and z.
     pub(super) fn of_distances(
         space: &SplineSpace,
         samples: &[Sample],
@@ -63,12 +64,12 @@ impl NormalEquations {
         Ok(equations)
     }
 
-    /// Of distances that count in full along normals alone: x, y and z are coupled. They are added to a matrix of
-    /// zeros.
+    /// The equations of distances with full weight along normals alone, which couple x, y and z.
+    /// They are added to a zero matrix.
     pub(super) fn of_tangent_distances(
         space: &SplineSpace,
         samples: &[Sample],
-        matrix: Band,
+        matrix: BandMatrix,
         listen: &mut Listen<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
@@ -87,7 +88,7 @@ impl NormalEquations {
         Ok(equations)
     }
 
-    /// Adds so many times the sums over other samples.
+    /// Adds the equations of other samples, multiplied by `factor`.
     pub(super) fn add_scaled(&mut self, factor: f64, other: &Self) {
         self.matrix.add_scaled(factor, &other.matrix);
         for (sum, value) in self.right.as_flattened_mut().iter_mut().zip(other.right.as_flattened())
@@ -96,18 +97,18 @@ impl NormalEquations {
         }
     }
 
-    fn empty(space: &SplineSpace, matrix: Band) -> Self {
+    fn empty(space: &SplineSpace, matrix: BandMatrix) -> Self {
         Self { matrix, right: vec![[0.0; 3]; space.unknowns()] }
     }
 
-    /// Adds the samples' blocks of `C` numbers for each pair of basis functions.
+    /// Adds the samples' blocks, with `C` numbers for each pair of basis functions.
     fn add<const C: usize>(
         &mut self,
         space: &SplineSpace,
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
         listen: &mut Listen<'_>,
-        scatter: impl Fn(&mut Band, [usize; 2], [f64; C]) + Sync,
+        scatter: impl Fn(&mut BandMatrix, [usize; 2], [f64; C]) + Sync,
     ) -> Result<()> {
         let layout = Layout::of(space, C);
         let cells = Cells::of(space, samples, listen)?;
@@ -115,8 +116,8 @@ impl NormalEquations {
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let few = samples.len() * sums < BLOCK_NUMBERS;
         let portions = if few { 1 } else { 2 * rayon::current_num_threads() };
-        let held = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
-        let least = if few { held } else { 1 };
+        let batch = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
+        let least = if few { batch } else { 1 };
         let scratch = || vec![0.0; BATCH * (layout.height + layout.width)];
         let fill = |tasks: &[Task], blocks: &mut [f64]| {
             let blocks = blocks.par_chunks_mut(length).zip(tasks).with_min_len(least);
@@ -148,10 +149,10 @@ impl NormalEquations {
                 }
             }
         };
-        // While blocks are added up, others are added to the matrix.
-        let (mut filled, mut next) = (vec![0.0; held * length], vec![0.0; held * length]);
+        // While some blocks are computed, others are added to the matrix.
+        let (mut filled, mut next) = (vec![0.0; batch * length], vec![0.0; batch * length]);
         let mut ready: &[Task] = &[];
-        for tasks in tasks.chunks(held).chain([&[][..]]) {
+        for tasks in tasks.chunks(batch).chain([&[][..]]) {
             listen()?;
             rayon::join(|| fill(tasks, &mut next), || add(ready, &filled));
             std::mem::swap(&mut filled, &mut next);
@@ -161,24 +162,24 @@ impl NormalEquations {
     }
 }
 
-/// Where a cell's block has which sum.
+/// The layout of a cell's block.
 ///
-/// The product of two control points' functions is a product of two rows' times one of two columns'
-/// functions. The sums over samples are the product of two matrices: the rows' pairs (times each of
-/// the coefficients) times the columns' pairs. The right-hand sides follow.
+/// The product of two control points' functions is a product of two row functions times a product
+/// of two column functions. So the sums over samples are a matrix product: pairs of rows, times
+/// each coefficient, by pairs of columns. The right-hand sides follow.
 struct Layout {
     /// Basis functions in u and in v.
     rows: usize,
     cols: usize,
     /// Pairs of rows, each once.
     row_pairs: usize,
-    /// Lines of sums: pairs of rows for each coefficient, up to a multiple of `LINES`.
+    /// Lines of sums: pairs of rows for each coefficient, rounded up to a multiple of `LINES`.
     height: usize,
-    /// Sums in a line: pairs of columns, up to a multiple of `LANES`.
+    /// Sums in a line: pairs of columns, rounded up to a multiple of `LANES`.
     width: usize,
 }
 
-/// Sums that are held in registers: those of so many lines and columns.
+/// Lines and columns of sums that stay in registers.
 const LINES: usize = 4;
 const LANES: usize = 8;
 
@@ -196,12 +197,12 @@ impl Layout {
         Self { rows, cols, row_pairs, height, width: (cols * cols).next_multiple_of(LANES) }
     }
 
-    /// The right-hand sides have a fourth number, which fills a register.
+    /// Right-hand sides have a fourth number, which fills a register.
     fn length(&self) -> usize {
         self.height * self.width + 4 * self.rows * self.cols
     }
 
-    /// Calls with each pair of functions once, and with the place of its sum.
+    /// Calls `call` once for each pair of functions, with the index of its sum.
     fn each_pair(&self, mut call: impl FnMut([usize; 2], usize)) {
         let mut line = 0;
         for i in 0..self.rows {
@@ -218,7 +219,7 @@ impl Layout {
     }
 }
 
-/// What some samples of one cell add to its block.
+/// The contribution of some samples of one cell to its block.
 struct Sums<'a, const C: usize, F> {
     space: &'a SplineSpace,
     samples: &'a [Sample],
@@ -226,7 +227,7 @@ struct Sums<'a, const C: usize, F> {
     /// Basis functions in u and in v.
     sizes: (usize, usize),
     coefficients: &'a F,
-    /// Room for the lines of `BATCH` samples.
+    /// Memory for the lines of `BATCH` samples.
     scratch: &'a mut [f64],
     block: &'a mut [f64],
 }
@@ -237,7 +238,7 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> WithSimd for Sums<'_, 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        // Where the compiler knows the sizes it unrolls the loops; most surfaces are bicubic.
+        // Loops over constant sizes are unrolled; most surfaces are bicubic.
         match self.sizes {
             (CUBIC_ORDER, CUBIC_ORDER) => {
                 self.add(&Layout::of_sizes((CUBIC_ORDER, CUBIC_ORDER), C));
@@ -298,36 +299,36 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
     }
 }
 
-/// Adds the product of two matrices to a third: for each sample a line of `height` numbers times
+/// Adds the product of two matrices to a third: for each sample, a line of `height` numbers times
 /// one of `width`.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn add_product([of_rows, of_cols]: [&[f64]; 2], [height, width]: [usize; 2], sums: &mut [f64]) {
     for line in (0..height).step_by(LINES) {
         for lane in (0..width).step_by(LANES) {
-            let mut held = [[0.0; LANES]; LINES];
+            let mut tile = [[0.0; LANES]; LINES];
             for k in 0..of_rows.len() / height {
                 let a: &[f64; LINES] = window(of_rows, k * height + line);
                 let b: &[f64; LANES] = window(of_cols, k * width + lane);
                 for i in 0..LINES {
                     for j in 0..LANES {
-                        held[i][j] += a[i] * b[j];
+                        tile[i][j] += a[i] * b[j];
                     }
                 }
             }
             for i in 0..LINES {
                 for j in 0..LANES {
-                    sums[(line + i) * width + lane + j] += held[i][j];
+                    sums[(line + i) * width + lane + j] += tile[i][j];
                 }
             }
         }
     }
 }
 
-/// Samples by the cell between knots in which they lie, in their own order.
+/// Samples sorted by the cell between knots in which they lie, otherwise in their order.
 pub(super) struct Cells {
     pub(super) order: Vec<u32>,
-    /// Where each cell's samples begin in `order`.
+    /// The first index in `order` of each cell's samples.
     pub(super) starts: Vec<usize>,
     cols: usize,
 }

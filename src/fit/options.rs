@@ -1,31 +1,32 @@
-//! What is fitted, and how far a net grows.
+//! Options of fits: nets, degrees, fairness and growth.
 
-use super::limits::MAX_CONTROL_POINTS;
+use super::sizes::MAX_CONTROL_POINTS;
 use crate::error::{Error, Result};
 use crate::nurbs::KnotVector;
 
 /// Knots and fairness of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Knots in u; the domain must hold all parameters.
+    /// Knots in u. All parameters must lie in the domain.
     pub knots_u: KnotVector,
     /// Knots in v.
     pub knots_v: KnotVector,
-    /// Directions in which the surface closes smoothly: their knots must be periodic.
+    /// Directions in which the surface closes smoothly. Their knots must be periodic.
     pub closed: (bool, bool),
-    /// Weight of the thin-plate energy: 1 gives it as large a say (trace of the matrix) as all
-    /// points together, 0 none at all. Small values, 1e-6 say, only fill what points leave open.
+    /// Weight of the thin-plate energy. With 1 its matrix has the same trace as that of the points;
+    /// with 0 it has no effect. Small values, such as 1e-6, only determine control points that no
+    /// points determine.
     pub fairness: f64,
 }
 
 impl FitOptions {
-    /// Evenly spaced knots on `[0, 1]²` for a net of this shape, and a fairness of 1e-6; in closed
-    /// directions the shape counts the different control points.
+    /// Evenly spaced knots on `[0, 1]²` for a net of this shape, and a fairness of 1e-6. In closed
+    /// directions the shape excludes repeated control points.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side of the net has not more control points than its degree, or
-    /// the net has more than 2^20 of them.
+    /// [`Error::Parameter`] if a side of the net does not have more control points than its degree,
+    /// or the net has more than 2^20 of them.
     pub fn new(net: (usize, usize), degree: (usize, usize), closed: (bool, bool)) -> Result<Self> {
         if net.0.saturating_mul(net.1) > MAX_CONTROL_POINTS {
             let must = format!("of at most {MAX_CONTROL_POINTS} control points");
@@ -46,37 +47,37 @@ pub(super) fn uniform(degree: usize, count: usize, closed: bool) -> Result<KnotV
     }
 }
 
-/// How heights are fitted.
+/// Net, degree and fairness of a height field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightOptions {
-    /// Rows and columns of the control net: along the plane's first and second axis.
+    /// Rows and columns of the control net, along the plane's first and second axis.
     pub net: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
-    /// See [`FitOptions::fairness`]; `None`: the value from 1e-12 to 100 that best predicts
-    /// points which are left out.
+    /// See [`FitOptions::fairness`]. `None`: the value from 1e-12 to 100 that best predicts points
+    /// that were left out.
     pub fairness: Option<f64>,
 }
 
-/// How to approximate.
+/// Net, degree, fairness and growth of an approximation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ApproximateOptions {
-    /// Rows and columns of the control net; in closed directions the different ones.
+    /// Rows and columns of the control net; in closed directions without repeated ones.
     pub net: (usize, usize),
     /// Degrees in u and v.
     pub degree: (usize, usize),
     /// Directions in which the surface closes smoothly.
     pub closed: (bool, bool),
-    /// Weight of the fairness, the energy of third derivatives: 1 gives it as large a say as all
-    /// points together. `None`: by cross-validation; how much more derivatives along one direction
-    /// count is found, too, by marginal likelihood.
+    /// Weight of the fairness, the energy of third derivatives. With 1 its matrix has the same
+    /// trace as that of the points. `None`: cross-validation chooses the weight, and marginal
+    /// likelihood its anisotropy.
     pub fairness: Option<f64>,
-    /// About how far the surface goes on beyond the points at open borders, in mean spacings of the
-    /// points: less where the border is sure, more where it is in doubt.
+    /// Mean distance of the surface's border from the outermost points at open sides, in mean
+    /// spacings of the points. It is less where the boundary is certain and more where it is not.
     pub border: f64,
-    /// Solutions with each net at most.
+    /// Solutions with each net, at most.
     pub iterations: usize,
-    /// Whether and how far the net grows.
+    /// Limits of the net's growth. `None`: the net keeps its size.
     pub growth: Option<Growth>,
 }
 
@@ -94,12 +95,12 @@ impl Default for ApproximateOptions {
     }
 }
 
-/// How far a net grows.
+/// Limits of a net's growth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
-    /// Until all points are within this distance, in their unit; `None`: until cross-validation
-    /// expects nothing from more control points.
+    /// The net grows until all points are within this distance, in their unit. `None`: until
+    /// cross-validation expects no improvement from more control points.
     pub tolerance: Option<f64>,
-    /// Control points at most.
+    /// Control points, at most.
     pub most: usize,
 }

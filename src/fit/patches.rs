@@ -1,4 +1,4 @@
-//! A polynomial surface laid out for many evaluations with tangents.
+//! A polynomial surface in a form that evaluates points and tangents fast, by SIMD and threads.
 
 use std::ops::Range;
 
@@ -6,8 +6,11 @@ use glam::{DVec2, DVec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::limits::{BATCH, CUBIC, DEGENERATE, POINTS_PER_TASK};
+use super::settings::LeastSquaresSettings;
+use super::sizes::{BATCH, CUBIC, POINTS_PER_TASK};
 use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
+
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
 /// A point and its tangents on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -22,86 +25,86 @@ impl Tangents {
     #[inline]
     pub(super) fn normal(&self) -> DVec3 {
         let cross = self.u.cross(self.v);
-        let least = DEGENERATE * self.u.length() * self.v.length();
+        let least = SETTINGS.degenerate * self.u.length() * self.v.length();
         if cross.length() > least { cross.normalize_or_zero() } else { DVec3::ZERO }
     }
 }
 
-/// A control point and a zero: as many numbers as a vector register holds.
+/// A control point and a zero, which fill a vector register.
 pub(super) type Quad = [f64; 4];
 
-/// A polynomial surface; beyond its domain the outermost patches go on.
+/// A polynomial surface. Beyond the domain the outermost patches are extrapolated.
 pub(super) struct Patches<'a> {
     knots: [&'a KnotVector; 2],
     net: Vec<Quad>,
     width: usize,
-    /// Of a bicubic surface the coefficients of each patch's polynomial, by powers of u, then of v,
-    /// counted from the patch's corner in shares of its sides: they take a third of the time.
+    /// For a bicubic surface, the coefficients of each patch by powers of u, then of v, relative to
+    /// the patch's corner and sides. They take a third of the time.
     cubics: Vec<[[Quad; 4]; 4]>,
 }
 
-/// What is asked of many places of a surface.
-pub(super) trait Question: Sync {
-    type Answer: Copy + Default + Send;
+/// A computation at many points of a surface.
+pub(super) trait Evaluation: Sync {
+    type Output: Copy + Default + Send;
 
-    /// The answer at a place, by its number; to be inlined always, so that it becomes part of what
+    /// The result for the point of this index. It must always be inlined, to become part of what
     /// SIMD dispatch compiles.
-    fn answer(&self, index: usize) -> Self::Answer;
+    fn evaluate(&self, index: usize) -> Self::Output;
 }
 
-/// The answers to so many questions, in their order.
-pub(super) fn answers<Q: Question>(question: &Q, count: usize) -> Vec<Q::Answer> {
+/// The results for all indices, in order.
+pub(super) fn evaluate_all<Q: Evaluation>(question: &Q, count: usize) -> Vec<Q::Output> {
     let arch = Arch::new();
-    // Written where they stay, by the threads that find them: of a million places it takes as long to get the memory
-    // as to find a foot.
+    // Each thread writes results where they stay: for a million points, allocation takes as long as
+    // a projection.
     let tasks = (0..count.div_ceil(BATCH)).into_par_iter().with_min_len(BATCH);
-    let answers = tasks.map(|task| {
+    let outputs = tasks.map(|task| {
         let from = task * BATCH;
         arch.dispatch(Task { question, range: from..count.min(from + BATCH) })
     });
-    let mut answers = answers.collect::<Vec<_>>().into_flattened();
-    answers.truncate(count);
-    answers
+    let mut outputs = outputs.collect::<Vec<_>>().into_flattened();
+    outputs.truncate(count);
+    outputs
 }
 
-struct Task<'a, Q: Question> {
+struct Task<'a, Q: Evaluation> {
     question: &'a Q,
     range: Range<usize>,
 }
 
-impl<Q: Question> WithSimd for Task<'_, Q> {
-    type Output = [Q::Answer; BATCH];
+impl<Q: Evaluation> WithSimd for Task<'_, Q> {
+    type Output = [Q::Output; BATCH];
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
-        let mut answers = [Q::Answer::default(); BATCH];
-        for (answer, index) in answers.iter_mut().zip(self.range) {
-            *answer = self.question.answer(index);
+        let mut outputs = [Q::Output::default(); BATCH];
+        for (output, index) in outputs.iter_mut().zip(self.range) {
+            *output = self.question.evaluate(index);
         }
-        answers
+        outputs
     }
 }
 
-/// What is asked of the surface at one parameter for each question.
+/// A computation from the tangents at one parameter for each index.
 struct Each<'a, P, F> {
     patches: &'a Patches<'a>,
     uv: P,
-    answer: F,
+    output: F,
 }
 
-impl<A, P, F> Question for Each<'_, P, F>
+impl<A, P, F> Evaluation for Each<'_, P, F>
 where
     A: Copy + Default + Send,
     P: Fn(usize) -> DVec2 + Sync,
     F: Fn(usize, Tangents) -> A + Sync,
 {
-    type Answer = A;
+    type Output = A;
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
     #[inline(always)]
-    fn answer(&self, index: usize) -> A {
-        (self.answer)(index, self.patches.at((self.uv)(index)))
+    fn evaluate(&self, index: usize) -> A {
+        (self.output)(index, self.patches.at((self.uv)(index)))
     }
 }
 
@@ -123,7 +126,7 @@ impl<'a> Patches<'a> {
         patches
     }
 
-    /// The coefficients of a patch whose basis functions have these.
+    /// The coefficients of a patch, from those of its basis functions.
     fn cubic(&self, (row, col): (usize, usize), by_u: &Powers, by_v: &Powers) -> [[Quad; 4]; 4] {
         let mut cubic = [[[0.0; 4]; 4]; 4];
         for (i, by_u) in by_u.iter().enumerate() {
@@ -139,14 +142,14 @@ impl<'a> Patches<'a> {
         cubic
     }
 
-    /// What `answer` makes of the tangents at so many parameters, each by its number.
+    /// The results of `output` for the index and the tangents at each of `count` parameters.
     pub(super) fn each<A: Copy + Default + Send>(
         &self,
         count: usize,
         uv: impl Fn(usize) -> DVec2 + Sync,
-        answer: impl Fn(usize, Tangents) -> A + Sync,
+        output: impl Fn(usize, Tangents) -> A + Sync,
     ) -> Vec<A> {
-        answers(&Each { patches: self, uv, answer }, count)
+        evaluate_all(&Each { patches: self, uv, output }, count)
     }
 
     #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
@@ -227,10 +230,10 @@ fn horner(sum: &mut Quad, at: f64, next: &Quad) {
     }
 }
 
-/// For each cubic basis function of a span the coefficients of its powers.
+/// The coefficients of each cubic basis function of a span.
 type Powers = [[f64; 4]; 4];
 
-/// The powers of all spans, counted from their beginnings in shares of their lengths.
+/// The coefficients of all spans, in the parameter from 0 to 1 of each span.
 fn powers(knots: &KnotVector) -> Vec<Powers> {
     let ends = knots.as_slice()[3..=knots.control_points()].windows(2);
     let powers = |ends: &[f64]| {
@@ -239,7 +242,7 @@ fn powers(knots: &KnotVector) -> Vec<Powers> {
             return Powers::default();
         }
         let basis = BasisDerivatives::<4>::at(knots, ends[0]);
-        // Taylor's series: the derivatives by powers of the length and factorials.
+        // Taylor series: derivatives times powers of the length, divided by factorials.
         let factors = [1.0, length, length * length / 2.0, length.powi(3) / 6.0];
         std::array::from_fn(|i| std::array::from_fn(|k| factors[k] * basis.rows[k][i]))
     };
@@ -251,7 +254,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_and_tangents_are_those_of_the_surface() {
+    fn points_and_tangents_match_the_surface() {
         for degree in [2, 3] {
             let knots = KnotVector::clamped_uniform(degree, 6).unwrap();
             let point = |i: usize| {

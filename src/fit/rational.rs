@@ -1,40 +1,27 @@
-//! Weights of the control points as well: rational surfaces, for what is round.
+//! Rational fit: weights of the control points, for round surfaces.
 //!
-//! Spheres and cylinders are rational surfaces and no polynomial ones, so fewer control points do
-//! when their weights are free. Control points and weights are found together, by Gauss-Newton steps
-//! for the distances from the points to the tangent planes at their feet, with new feet after each
-//! (as W. Wang, H. Pottmann, Y. Liu 2006 have it for control points alone).
+//! Spheres and cylinders are rational surfaces, so with free weights a smaller net suffices.
+//! Gauss-Newton steps change control points and weights together. They minimize the distances to
+//! the tangent planes at the points' projections, which are recomputed after each step (W. Wang, H.
+//! Pottmann, Y. Liu, 2006, for control points alone).
 
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
 
-use super::dense::Dense;
-use super::limits::{NEGLIGIBLE, RIDGE, TANGENTIAL};
+use super::dense_matrix::DenseMatrix;
+use super::settings::{LeastSquaresSettings, RationalSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
 
-/// Nets with more different control points are left as they are: the equations are dense.
-const MOST_UNKNOWNS: usize = 256;
+const SETTINGS: RationalSettings = RationalSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Weights are kept between these, so that no part of the surface hangs on one control point.
-const WEIGHTS: (f64, f64) = (0.1, 10.0);
-
-/// Steps at most; each finds new feet.
-const MOST_STEPS: usize = 30;
-
-/// Times that a step which leads away is halved.
-const HALVINGS: i32 = 5;
-
-/// A rational surface must be better than the polynomial one by this share of the mean squared
-/// distance to be worth its weights.
-const WORTH: f64 = 0.05;
-
-/// Frees the weights of a surface near points: the same knots and as many control points, moved and
-/// weighted so that the mean of the squared distances (each with its weight, 1 without) falls.
+/// Fits the weights of a surface to points. Knots and the number of control points stay; control
+/// points and weights change so that the weighted mean squared distance falls.
 ///
-/// It is never worse: what does not gain a twentieth of that mean comes back as it was, and so do
-/// surfaces that are rational already or have more than 256 control points.
+/// The result is never worse. The surface is returned unchanged if that mean falls by less than a
+/// twentieth, if it is rational already, or if it has more than 256 control points.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, NurbsSurface, fit::{FitOptions, fit, rational}, progress::Silent};
@@ -64,46 +51,50 @@ pub fn rational(
         return Err(Error::parameter("weights", must, weights.len()));
     }
     let unknowns = Unknowns::of(surface);
-    if surface.weights().is_some() || unknowns.count() > MOST_UNKNOWNS || points.is_empty() {
+    if surface.weights().is_some()
+        || unknowns.count() > SETTINGS.max_control_points
+        || points.is_empty()
+    {
         return Ok(surface.clone());
     }
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
-    let (mut uv, first) = feet(surface, points, &weight)?;
+    let (mut uv, first) = projections(surface, points, &weight)?;
     let (mut best, mut error) = (surface.clone(), first);
-    let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-    for step in 0..MOST_STEPS {
-        let (step, total) = (step as u64, MOST_STEPS as u64);
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
+    for step in 0..SETTINGS.max_steps {
+        let (step, total) = (step as u64, SETTINGS.max_steps as u64);
         report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
-        let Some(change) = unknowns.step(&best, points, &uv, &weight, centre) else { break };
-        let tried = (0..=HALVINGS).find_map(|halvings| {
-            let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), centre)?;
-            let (uv, squared) = feet(&surface, points, &weight).ok()?;
+        let Some(change) = unknowns.step(&best, points, &uv, &weight, center) else { break };
+        let tried = (0..=SETTINGS.max_halvings).find_map(|halvings| {
+            let surface = unknowns.moved(&best, &change, 0.5_f64.powi(halvings), center)?;
+            let (uv, squared) = projections(&surface, points, &weight).ok()?;
             (squared < error).then_some((surface, uv, squared))
         });
-        let Some((surface, feet, squared)) = tried else { break };
+        let Some((surface, projections, squared)) = tried else { break };
         let gained = 1.0 - squared / error;
-        (best, uv, error) = (surface, feet, squared);
-        if gained < NEGLIGIBLE {
+        (best, uv, error) = (surface, projections, squared);
+        if gained < SETTINGS.min_step_decrease {
             break;
         }
     }
-    Ok(if error < (1.0 - WORTH) * first { best } else { surface.clone() })
+    Ok(if error < (1.0 - SETTINGS.min_decrease) * first { best } else { surface.clone() })
 }
 
-/// The points' feet, and the sum of the squared distances to them.
-fn feet(
+/// The parameters of the points' projections, and the weighted sum of the squared distances.
+fn projections(
     surface: &NurbsSurface,
     points: &[DVec3],
     weight: &(impl Fn(usize) -> f64 + Sync),
 ) -> Result<(Vec<DVec2>, f64)> {
     let search = ClosestPointSearch::new(surface)?;
     let found: Vec<_> = points.par_iter().map(|&point| search.closest_point(point)).collect();
-    let squared = found.iter().enumerate().map(|(i, foot)| weight(i) * foot.distance.powi(2));
+    let squared =
+        found.iter().enumerate().map(|(i, projection)| weight(i) * projection.distance.powi(2));
     let sum = squared.sum();
-    Ok((found.iter().map(|foot| foot.uv).collect(), sum))
+    Ok((found.iter().map(|projection| projection.uv).collect(), sum))
 }
 
-/// The control points that differ: those that a closed direction repeats are folded together.
+/// The different control points: those that a closed direction repeats are one unknown.
 struct Unknowns {
     shape: (usize, usize),
     different: (usize, usize),
@@ -154,34 +145,36 @@ impl Unknowns {
         functions
     }
 
-    /// A step of Gauss and Newton for control points and weights together: by how much the
-    /// homogeneous net, relative to a centre, should change. Counted is the distance from each
-    /// point to the tangent plane at its foot, and a little of that across the normal.
+    /// A Gauss-Newton step for control points and weights together: the change of the homogeneous
+    /// net relative to a center. It minimizes the distances to the tangent planes at the
+    /// projections, plus a little of those within the planes.
     fn step(
         &self,
         surface: &NurbsSurface,
         points: &[DVec3],
         uv: &[DVec2],
         weight: &impl Fn(usize) -> f64,
-        centre: DVec3,
+        center: DVec3,
     ) -> Option<Vec<DVec4>> {
         let size = 4 * self.count();
-        let own: Vec<f64> = self.homogeneous(surface, centre).iter().map(|h| h.w).collect();
-        let (mut matrix, mut right) = (Dense::new(size), vec![0.0; size]);
+        let own: Vec<f64> = self.homogeneous(surface, center).iter().map(|h| h.w).collect();
+        let (mut matrix, mut right) = (DenseMatrix::new(size), vec![0.0; size]);
         for (i, (&point, &at)) in points.iter().zip(uv).enumerate() {
             let functions = self.functions(surface, at);
             let denominator: f64 = functions.iter().map(|&(k, value)| value * own[k]).sum();
-            let foot = surface.point(at.x, at.y);
+            let projection = surface.point(at.x, at.y);
             let normal = surface.normal(at.x, at.y);
-            let across = if is_on_border(surface, at) { 1.0 } else { TANGENTIAL };
+            let across =
+                if is_on_border(surface, at) { 1.0 } else { LEAST_SQUARES.tangential_weight };
             let seen = |v: DVec3| across * v + (1.0 - across) * normal.dot(v) * normal;
-            // What the foot does when x, y, z or the weight of a control point grows.
-            let moves = [DVec3::X, DVec3::Y, DVec3::Z, centre - foot].map(|v| v / denominator);
+            // The motion of the foot point when x, y, z or the weight of a control point grows.
+            let moves =
+                [DVec3::X, DVec3::Y, DVec3::Z, center - projection].map(|v| v / denominator);
             let images = moves.map(|v| weight(i) * seen(v));
             let block = moves.map(|v| images.map(|image| v.dot(image)));
             for &(k, left) in &functions {
                 for (a, row) in block.iter().enumerate() {
-                    right[4 * k + a] += left * images[a].dot(point - foot);
+                    right[4 * k + a] += left * images[a].dot(point - projection);
                     let line = &mut matrix.values[(4 * k + a) * size..][..size];
                     for &(l, other) in &functions {
                         for (sum, value) in line[4 * l..4 * l + 4].iter_mut().zip(row) {
@@ -191,49 +184,49 @@ impl Unknowns {
                 }
             }
         }
-        // A common factor of all weights changes nothing.
-        matrix.add_ridge(RIDGE);
+        // A common factor of all weights changes nothing, so the matrix needs a ridge.
+        matrix.add_ridge(LEAST_SQUARES.ridge);
         let change = matrix.cholesky()?.solve(&right);
         let change: Vec<DVec4> = change.chunks(4).map(DVec4::from_slice).collect();
         change.iter().all(|change| change.is_finite()).then_some(change)
     }
 
-    /// The different control points, relative to a centre, times their weights, and these.
-    fn homogeneous(&self, surface: &NurbsSurface, centre: DVec3) -> Vec<DVec4> {
+    /// The different control points relative to a center, in homogeneous coordinates.
+    fn homogeneous(&self, surface: &NurbsSurface, center: DVec3) -> Vec<DVec4> {
         let mut net = vec![DVec4::ZERO; self.count()];
         for (at, &point) in surface.control_points().iter().enumerate() {
             let weight = surface.weights().map_or(1.0, |weights| weights[at]);
             let own = self.index(at / self.shape.1, at % self.shape.1);
-            net[own] = ((point - centre) * weight).extend(weight);
+            net[own] = ((point - center) * weight).extend(weight);
         }
         net
     }
 
-    /// The surface after a share of a step; `None` if a weight leaves its bounds.
+    /// The surface after a share of a step. `None` if a weight exceeds its bounds.
     fn moved(
         &self,
         surface: &NurbsSurface,
         change: &[DVec4],
         share: f64,
-        centre: DVec3,
+        center: DVec3,
     ) -> Option<NurbsSurface> {
-        let own = self.homogeneous(surface, centre);
+        let own = self.homogeneous(surface, center);
         let net: Vec<DVec4> = own.iter().zip(change).map(|(h, d)| *h + share * *d).collect();
         let mean = net.iter().map(|h| h.w).sum::<f64>() / net.len() as f64;
-        let (least, most) = WEIGHTS;
+        let (least, most) = SETTINGS.weights;
         if !net.iter().all(|h| (least * mean..=most * mean).contains(&h.w)) {
             return None;
         }
         let (rows, cols) = self.shape;
         let at = |at: usize| net[self.index(at / cols, at % cols)];
-        let points = (0..rows * cols).map(|i| centre + at(i).truncate() / at(i).w).collect();
+        let points = (0..rows * cols).map(|i| center + at(i).truncate() / at(i).w).collect();
         let weights = (0..rows * cols).map(|i| at(i).w / mean).collect();
         let (knots_u, knots_v) = (surface.knots_u().clone(), surface.knots_v().clone());
         NurbsSurface::new(points, Some(weights), knots_u, knots_v).ok()
     }
 }
 
-/// Whether a foot may be on an open border, where a point lies beyond and not beside the surface.
+/// Whether a foot point lies on an open border, where the point may be beyond the surface.
 fn is_on_border(surface: &NurbsSurface, uv: DVec2) -> bool {
     let ends = |knots: &KnotVector, at: f64| {
         let (start, end) = knots.domain();
@@ -257,11 +250,11 @@ mod tests {
     }
 
     fn rms(surface: &NurbsSurface, points: &[DVec3]) -> f64 {
-        (feet(surface, points, &|_| 1.0).unwrap().1 / points.len() as f64).sqrt()
+        (projections(surface, points, &|_| 1.0).unwrap().1 / points.len() as f64).sqrt()
     }
 
     #[test]
-    fn a_sphere_s_octant_is_met_by_a_small_net() {
+    fn a_small_rational_net_fits_part_of_a_sphere() {
         let uv: Vec<DVec2> = grid(25).collect();
         let place = |at: &DVec2| {
             let (longitude, latitude) = (1.2 * at.x, 1.2 * at.y - 0.6);
@@ -288,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_round_comes_back_as_it_was() {
+    fn a_surface_that_is_not_round_does_not_get_worse() {
         let uv: Vec<DVec2> = grid(30).collect();
         let points: Vec<DVec3> = uv.iter().map(|at| at.extend(at.x * at.y)).collect();
         let options = FitOptions::new((4, 4), (3, 3), (false, false)).unwrap();

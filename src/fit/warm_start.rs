@@ -1,19 +1,19 @@
-//! What one fit of heights tells the next.
+//! Warm start: the fairness and reach of one height field, as a start for the next.
 
-use super::outcome::HeightFit;
+use super::fit_result::HeightFit;
 
 /// The fairness that was best with another net, or for other points of the same surface.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Near {
+pub(crate) struct WarmStart {
     fairness: f64,
-    /// Of so many points: beside more, as much counts less.
+    /// Number of points of that fit. The same energy has less relative weight beside more points.
     points: usize,
     pub(super) reach: Option<f64>,
 }
 
-impl Near {
-    /// The fairness that counts as much beside so many points.
-    pub(crate) fn beside(&self, points: usize) -> f64 {
+impl WarmStart {
+    /// The fairness with the same absolute weight beside this number of points.
+    pub(crate) fn fairness_for(&self, points: usize) -> f64 {
         if points == self.points {
             return self.fairness;
         }
@@ -21,7 +21,7 @@ impl Near {
     }
 }
 
-impl From<&HeightFit> for Near {
+impl From<&HeightFit> for WarmStart {
     fn from(fit: &HeightFit) -> Self {
         Self { fairness: fit.fairness, points: fit.uv.len(), reach: fit.reach }
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::cloud::{KdTree, Neighbor};
 use crate::error::Result;
-use crate::fit::{EXACT, biweight, diameter, reach};
+use crate::fit::{EXACT_ERROR, biweight, cutoff_distance, diameter};
 use crate::numeric::median;
 use crate::progress::Observer;
 
@@ -29,8 +29,8 @@ pub(super) fn outlier_weights(
     least: f64,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<f64>>> {
-    let usual = median(distances.iter().copied()).max(EXACT * diameter(points));
-    let near = reach(usual).max(least);
+    let usual = median(distances.iter().copied()).max(EXACT_ERROR * diameter(points));
+    let near = cutoff_distance(usual).max(least);
     if distances.iter().all(|distance| *distance <= near) {
         return Ok(None);
     }

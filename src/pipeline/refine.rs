@@ -11,8 +11,8 @@ use super::start::Start;
 use crate::chart::Kind;
 use crate::error::{Error, Result};
 use crate::fit::{
-    Accept, ApproximateOptions, Base, FittedSurface, Growth, HeightOptions, approximate, bounded,
-    continued, grow_heights, project, rational, reach,
+    Accept, ApproximateOptions, BasePlane, FittedSurface, Growth, HeightOptions, approximate,
+    bounded, continued, cutoff_distance, grow_heights, project, rational,
 };
 use crate::nurbs::ClosestPointSearch;
 use crate::progress::Observer;
@@ -204,8 +204,12 @@ impl Refinement<'_> {
             self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
         if self.options.robust
             && !distances.is_empty()
-            && let Some(found) =
-                outlier_weights(self.points, distances, least.max(reach(self.noise)), observer)?
+            && let Some(found) = outlier_weights(
+                self.points,
+                distances,
+                least.max(cutoff_distance(self.noise)),
+                observer,
+            )?
         {
             weights.iter_mut().zip(found).for_each(|(weight, share)| *weight *= share);
         }
@@ -258,7 +262,7 @@ impl Refinement<'_> {
         observer: &mut dyn Observer,
     ) -> Result<Fitted> {
         let [along, across, up] = self.heights.unwrap_or(DVec3::AXES);
-        let base = Base { axes: [along, across], up };
+        let base = BasePlane { axes: [along, across], up };
         let options = HeightOptions { net, degree: self.degree(net), fairness };
         let most = net.0 * net.1;
         let growth = growth.unwrap_or(Growth { tolerance: None, most });

@@ -15,7 +15,7 @@ use crate::chart::Kind;
 use crate::cloud::{LocalObserver, items_at};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
-use crate::fit::{EndedBy, NORMAL, lengths};
+use crate::fit::{EndedBy, MAD_TO_DEVIATION, isocurve_lengths};
 use crate::numeric::rms;
 use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::{Observer, Silent};
@@ -73,7 +73,7 @@ pub(super) fn refinement<'a>(
         heights,
         lengths,
         // Half of normal noise lies within its median.
-        noise: ranked.seen.noise() / NORMAL,
+        noise: ranked.seen.noise() / MAD_TO_DEVIATION,
         spacing: ranked.seen.spacing(),
         tolerance: options.tolerance.map(|length| ranked.cloud.frame.length_to_local(length)),
         options,
@@ -91,7 +91,7 @@ pub(super) fn begin<'a>(
     let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
     let observer: &mut dyn Observer = &mut observer;
     let coarse = &model.fit.surface;
-    let job = refinement(ranked, kind, heights, lengths(coarse).into(), options);
+    let job = refinement(ranked, kind, heights, isocurve_lengths(coarse).into(), options);
     let start = Start::of(job.points, ranked.sample, model, observer)?;
     let coarse_rms = rms(start.distances.iter().copied());
     let small = job.fit(&start, observer)?;

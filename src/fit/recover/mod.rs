@@ -1,42 +1,38 @@
-//! Exact recovery: the net of a surface, from points that lie on it.
+//! Exact recovery: the net of a surface, from points on it.
 //!
-//! Control points and parameters are found together. Where the knots lie on a surface is as hard to find as
-//! those of a spline curve: there are many local minima. So the search starts from several
-//! parametrizations.
+//! Control points and parameters are found together. The problem has many local minima, since the
+//! positions of the knots on the surface are unknown, as in free-knot spline fitting. So the search
+//! starts from several parametrizations.
 
 mod lm_iterate;
 mod multistart;
+mod settings;
 mod varpro;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::lm_iterate::Trial;
-use self::multistart::{Starts, search};
+use self::multistart::{StartParameters, search};
+use self::settings::RecoverySettings;
 use self::varpro::Problem;
+use super::adaptive_refinement::{EXACT_ERROR, diameter};
 use super::approximate::approximate;
-use super::growth::{EXACT, diameter};
 use super::options::ApproximateOptions;
-use super::space::SplineSpace;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Points per control point that the search looks at, at most.
-const POINTS_PER_CONTROL_POINT: usize = 32;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
-/// How far beyond the domain's ends feet may lie on the way, as a share of it: held at the ends they
-/// would hold the net.
-const BEYOND: f64 = 0.15;
-
-/// Steps that draw a surface to where points end, at most.
-const LAST_STEPS: usize = 24;
-
-/// The surface with a net of this shape through points of such a surface, from their rough parameters in
-/// [0, 1]². Closed directions have the period 1, and the shape counts their different control points.
+/// The surface with a net of this shape through points of a surface like this, from rough
+/// parameters in [0, 1]². Closed directions have the period 1, and the shape excludes repeated
+/// control points.
 ///
-/// `None` if no surface is found whose root mean square distance is at most 1e-5 of the points' diameter: the
-/// points may be noisy or lie on no surface with this net, or the search may have ended in a local minimum.
+/// `None` if no surface is found whose rms distance is at most 1e-5 of the points' diameter. Then
+/// the points may be noisy or lie on no surface with this net, or the search ended in a local
+/// minimum.
 ///
 /// # Errors
 ///
@@ -60,40 +56,44 @@ pub fn recover_net(
     let near = approximate(points, uv, None, &options, observer)?;
     let knots = [near.surface.knots_u().clone(), near.surface.knots_v().clone()];
     let space = SplineSpace::new(knots, closed.into())?;
-    // Any surface passes through fewer points than there are numbers to find.
-    let numbers = 3 * space.unknowns();
-    if points.len() < numbers {
+    // With fewer points than unknown numbers, many surfaces pass through all points.
+    let unknown_numbers = 3 * space.unknowns();
+    if points.len() < unknown_numbers {
         return Ok(None);
     }
     let size = diameter(points);
-    let step = (points.len() / (POINTS_PER_CONTROL_POINT * space.unknowns())).max(1);
-    let few: Vec<DVec3> = points.iter().step_by(step).copied().collect();
-    let few = Problem { points: &few, space: &space, beyond: BEYOND, size };
+    let step = (points.len() / (SETTINGS.points_per_control_point * space.unknowns())).max(1);
+    let subset: Vec<DVec3> = points.iter().step_by(step).copied().collect();
+    let subset = Problem { points: &subset, space: &space, beyond: SETTINGS.extension, size };
     let uv: Vec<DVec2> = near.uv.iter().step_by(step).copied().collect();
-    let starts = Starts { space: &space, uv: &uv };
-    let mut found = search(&few, &starts.even(), observer)?;
-    if found.as_ref().is_none_or(|found| found.error > EXACT * size) {
-        let other = search(&few, &starts.graded(), observer)?;
+    let starts = StartParameters { space: &space, uv: &uv };
+    let mut found = search(&subset, &starts.even(), observer)?;
+    if found.as_ref().is_none_or(|found| found.error > EXACT_ERROR * size) {
+        let other = search(&subset, &starts.graded(), observer)?;
         found = other.into_iter().chain(found).min_by(|a, b| a.error.total_cmp(&b.error));
     }
-    let Some(found) = found.filter(|found| found.error <= EXACT * size) else { return Ok(None) };
-    // The domain ends where all points do; feet that do not leave it draw its ends there.
-    let open = Problem { points, ..few };
+    let Some(found) = found.filter(|found| found.error <= EXACT_ERROR * size) else {
+        return Ok(None);
+    };
+    // The domain must end at the outermost points. Projections that stay in the domain move its
+    // ends there.
+    let open = Problem { points, ..subset };
     let all = Problem { beyond: 0.0, ..open };
     let search = ClosestPointSearch::new(&found.surface)?;
     let nearest = points.par_iter().map(|point| search.closest_point(*point).uv);
     let uv: Vec<DVec2> = nearest.collect();
-    let trial = Trial::on(&open, found.surface.clone(), &uv);
-    let mut trial = Trial::at(&all, &open.within(&trial.feet))?.unwrap_or(trial);
-    for step in 0..LAST_STEPS {
-        if all.is_through(trial.error) {
+    let trial = Trial::from_surface(&open, found.surface.clone(), &uv);
+    let mut trial =
+        Trial::from_parameters(&all, &open.scaled_to_domain(&trial.projections))?.unwrap_or(trial);
+    for step in 0..SETTINGS.final_steps {
+        if all.is_converged(trial.error) {
             break;
         }
-        let (step, total) = (step as u64, LAST_STEPS as u64);
+        let (step, total) = (step as u64, SETTINGS.final_steps as u64);
         progress::report(observer, &Progress::of_stage(Stage::Fitting, step, total, points.len()))?;
         trial.advance(&all)?;
     }
-    Ok((trial.error <= EXACT * size).then_some(trial.surface))
+    Ok((trial.error <= EXACT_ERROR * size).then_some(trial.surface))
 }
 
 #[cfg(test)]
@@ -117,8 +117,8 @@ mod tests {
         DVec3::new(wave(1.0), wave(1.7), wave(2.3))
     }
 
-    /// Whether the surface of a net comes back from points of it.
-    fn comes_back(
+    /// Whether the surface of a net is recovered from points on it.
+    fn is_recovered(
         shape: (usize, usize),
         closed: (bool, bool),
         place: impl Fn(DVec2) -> DVec3,
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn nets_of_sheets_come_back() {
+    fn nets_of_sheets_are_recovered() {
         let arch = |at: DVec2| {
             let (sin, cos) = (3.0 * at.x).sin_cos();
             DVec3::new(cos, 1.4 * at.y, sin) + 0.04 * bumps(at)
@@ -163,13 +163,13 @@ mod tests {
             DVec3::new(1.4 * at.x.powf(1.5), at.y.powf(0.8), z)
         };
         for shape in [(4, 4), (6, 6), (8, 7)] {
-            assert!(comes_back(shape, (false, false), arch), "{shape:?}");
-            assert!(comes_back(shape, (false, false), waves), "{shape:?}");
+            assert!(is_recovered(shape, (false, false), arch), "{shape:?}");
+            assert!(is_recovered(shape, (false, false), waves), "{shape:?}");
         }
     }
 
     #[test]
-    fn nets_of_tubes_and_tori_come_back() {
+    fn nets_of_tubes_and_tori_are_recovered() {
         let tube = |at: DVec2| {
             let (sin, cos) = (TAU * at.x).sin_cos();
             DVec3::new(cos, sin, 3.0 * at.y) + 0.08 * bumps(at)
@@ -179,8 +179,8 @@ mod tests {
             let radius = 2.0 + 0.7 * out;
             DVec3::new(radius * cos, radius * sin, 0.7 * up) + 0.05 * bumps(at)
         };
-        assert!(comes_back((8, 5), (true, false), tube));
-        assert!(comes_back((8, 7), (true, true), torus));
+        assert!(is_recovered((8, 5), (true, false), tube));
+        assert!(is_recovered((8, 7), (true, true), torus));
     }
 
     #[test]

@@ -1,58 +1,53 @@
-//! The search from several parametrizations, all made from one.
+//! Multistart: the search from several parametrizations, all derived from one.
 //!
-//! The one that is known is about in proportion to lengths. That of the net may be faster or slower at the ends
-//! of the domain than in the middle, and at one end than at the other.
+//! The given one is about proportional to lengths. That of the net may be faster or slower at the
+//! ends of the domain than in the middle, and differ between both ends.
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::super::space::SplineSpace;
+use super::super::spline_space::SplineSpace;
 use super::lm_iterate::Trial;
+use super::settings::RecoverySettings;
 use super::varpro::Problem;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, padded};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Steps of the first round; each round ends after twice as many as the one before.
-const FIRST_ROUND: usize = 3;
+const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
 
-/// Steps at most.
-const MOST_STEPS: usize = 384;
-
-/// Trials that go on after the first round at most; each further round leaves half of them.
-const MOST_TRIALS: usize = 32;
-
-/// A search ends if a round leaves more than this share of the error.
-const STALLED: f64 = 0.9;
-
-/// The surface of least error from these parametrizations; `None` if no point holds some control point.
+/// The trial with the least error from these parametrizations. `None` if the points determine no
+/// net.
 pub(super) fn search(
     problem: &Problem<'_>,
     starts: &[Vec<DVec2>],
     observer: &mut dyn Observer,
 ) -> Result<Option<Trial>> {
-    let trials = starts.par_iter().map(|uv| Trial::at(problem, uv)).collect::<Result<Vec<_>>>()?;
+    let trials = starts
+        .par_iter()
+        .map(|uv| Trial::from_parameters(problem, uv))
+        .collect::<Result<Vec<_>>>()?;
     let mut trials: Vec<Trial> = trials.into_iter().flatten().collect();
-    let (mut end, mut before) = (FIRST_ROUND, f64::INFINITY);
-    for step in 0..MOST_STEPS {
+    let (mut end, mut before) = (SETTINGS.first_round_steps, f64::INFINITY);
+    for step in 0..SETTINGS.max_steps {
         let progress = Progress::of_stage(
             Stage::Fitting,
             step as u64,
-            MOST_STEPS as u64,
+            SETTINGS.max_steps as u64,
             problem.points.len(),
         );
         progress::report(observer, &progress)?;
-        if trials.iter().any(|trial| problem.is_through(trial.error)) {
+        if trials.iter().any(|trial| problem.is_converged(trial.error)) {
             break;
         }
         trials.par_iter_mut().try_for_each(|trial| trial.advance(problem))?;
         if step + 1 == end {
             end *= 2;
             trials.sort_by(|a, b| a.error.total_cmp(&b.error));
-            trials.truncate((trials.len() / 2).clamp(1, MOST_TRIALS));
+            trials.truncate((trials.len() / 2).clamp(1, SETTINGS.max_trials));
             let Some(best) = trials.first() else { return Ok(None) };
-            // While trials fall away, the best may rest.
-            if trials.len() == 1 && best.error > STALLED * before {
+            // While there are several trials, the best one may stall for a while.
+            if trials.len() == 1 && best.error > SETTINGS.stalled_ratio * before {
                 break;
             }
             before = best.error;
@@ -61,56 +56,57 @@ pub(super) fn search(
     Ok(trials.into_iter().min_by(|a, b| a.error.total_cmp(&b.error)))
 }
 
-/// How parameters move in a direction.
+/// A change of the parameters in one direction.
 #[derive(Clone, Copy, PartialEq)]
-enum Move {
-    /// By so many spans, in a closed direction.
+enum Warp {
+    /// Shift by this number of spans, in a closed direction.
     Turn(f64),
-    /// So far towards those of a net with evenly spaced control points, which begin and end three times as
-    /// fast; then so many times faster at the beginning than in the middle.
+    /// Interpolation towards the parameters of a net with evenly spaced control points, which are
+    /// three times as fast at both ends. Then `skew` is the speed at the start, and its inverse
+    /// that at the end.
     Stretch { evenness: f64, skew: f64 },
 }
 
-/// Parameters of points on a surface of a space, from which others are made.
-pub(super) struct Starts<'a> {
+/// Parameters of points on a surface of a space, from which starts are derived.
+pub(super) struct StartParameters<'a> {
     pub(super) space: &'a SplineSpace,
     pub(super) uv: &'a [DVec2],
 }
 
-impl Starts<'_> {
-    /// As fast at either end.
+impl StartParameters<'_> {
+    /// Starts with the same speed at both ends.
     pub(super) fn even(&self) -> Vec<Vec<DVec2>> {
-        let stretch = |k: i32| Move::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
-        self.moved_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
+        let stretch = |k: i32| Warp::Stretch { evenness: 0.25 * f64::from(k), skew: 1.0 };
+        self.warped_by(&(-1..=4).map(stretch).collect::<Vec<_>>())
     }
 
-    /// From one end to the other up to eight times as fast.
+    /// Starts with up to eight times the speed at one end of that at the other.
     pub(super) fn graded(&self) -> Vec<Vec<DVec2>> {
         let stretch = |evenness| {
             (-3..=3)
-                .map(move |k| Move::Stretch { evenness, skew: 2.0_f64.powf(0.5 * f64::from(k)) })
+                .map(move |k| Warp::Stretch { evenness, skew: 2.0_f64.powf(0.5 * f64::from(k)) })
         };
-        self.moved_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
+        self.warped_by(&[0.5, 1.0].into_iter().flat_map(stretch).collect::<Vec<_>>())
     }
 
-    /// By pairs of moves; in open directions by stretches, as even along u as along v.
-    fn moved_by(&self, stretches: &[Move]) -> Vec<Vec<DVec2>> {
+    /// Starts by all pairs of changes. In open directions the evenness is the same along u and v.
+    fn warped_by(&self, stretches: &[Warp]) -> Vec<Vec<DVec2>> {
         let ([rows, cols], closed) = (self.space.shape(), self.space.closed);
-        let turns = [0, 1, 2].map(|third| Move::Turn(f64::from(third) / 3.0));
+        let turns = [0, 1, 2].map(|third| Warp::Turn(f64::from(third) / 3.0));
         let choices = closed.map(|closed| if closed { &turns[..] } else { stretches });
         let pairs = choices[0].iter().flat_map(|u| choices[1].iter().map(move |v| [*u, *v]));
-        let alike = |pair: &[Move; 2]| match *pair {
-            [Move::Stretch { evenness: u, .. }, Move::Stretch { evenness: v, .. }] => u == v,
+        let alike = |pair: &[Warp; 2]| match *pair {
+            [Warp::Stretch { evenness: u, .. }, Warp::Stretch { evenness: v, .. }] => u == v,
             _ => true,
         };
-        let pairs: Vec<[Move; 2]> = pairs.filter(alike).collect();
-        // Points do not tell which way the larger side of the net goes.
+        let pairs: Vec<[Warp; 2]> = pairs.filter(alike).collect();
+        // The points do not show along which direction the larger side of the net lies.
         let swapped: Vec<DVec2> = self.uv.iter().map(|uv| DVec2::new(uv.y, uv.x)).collect();
         let both = [self.uv, &swapped];
         let ways = if closed[0] == closed[1] && rows != cols { &both[..] } else { &both[..1] };
         let moved = |uv: &&[DVec2]| {
             let even = uv.par_iter().map(|uv| self.even_at(*uv)).collect::<Vec<_>>();
-            let moved = |by: &[Move; 2]| {
+            let moved = |by: &[Warp; 2]| {
                 let place = |(uv, even): (&DVec2, &DVec2)| {
                     DVec2::from([0, 1].map(|d| self.place(d, uv[d], even[d], by[d])))
                 };
@@ -121,17 +117,18 @@ impl Starts<'_> {
         ways.iter().flat_map(moved).collect()
     }
 
-    fn place(&self, d: usize, at: f64, even: f64, by: Move) -> f64 {
+    fn place(&self, d: usize, at: f64, even: f64, by: Warp) -> f64 {
         match by {
-            Move::Turn(by) => (at + by / self.space.shape()[d] as f64).rem_euclid(1.0),
-            Move::Stretch { evenness, skew } => {
+            Warp::Turn(by) => (at + by / self.space.shape()[d] as f64).rem_euclid(1.0),
+            Warp::Stretch { evenness, skew } => {
                 let share = at + evenness * (even - at);
                 skew * share / (1.0 + (skew - 1.0) * share)
             }
         }
     }
 
-    /// The parameters at which nets with evenly spaced control points have these shares of their sides.
+    /// The parameters at which nets with evenly spaced control points reach these shares of their
+    /// sides.
     fn even_at(&self, uv: DVec2) -> DVec2 {
         let parameter = |d: usize| {
             let knots = &self.space.knots[d];
@@ -149,7 +146,7 @@ impl Starts<'_> {
     }
 }
 
-/// The place at a parameter, as a share of a line whose control points are evenly spaced.
+/// The position at a parameter, as a share of a line with evenly spaced control points.
 fn even_place(knots: &KnotVector, at: f64) -> f64 {
     let basis = padded(knots, at);
     let numbers = basis.values.iter().zip(basis.first..);
@@ -162,12 +159,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_starts_differ_keep_the_order_and_end_where_the_domain_does() {
+    fn starts_differ_keep_the_order_and_span_the_domain() {
         let knots = [6, 7].map(|count| KnotVector::clamped_uniform(3, count).unwrap());
         let space = SplineSpace::new(knots, [false; 2]).unwrap();
         let at = |i: i32| f64::from(i) / 20.0;
         let uv: Vec<DVec2> = (0..=20).map(|i| DVec2::new(at(i), at(i) * at(i))).collect();
-        let starts = Starts { space: &space, uv: &uv };
+        let starts = StartParameters { space: &space, uv: &uv };
         let (even, graded) = (starts.even(), starts.graded());
         assert_eq!((even.len(), graded.len()), (2 * 6, 2 * 2 * 49));
         for starts in [even, graded] {

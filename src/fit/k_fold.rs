@@ -1,37 +1,40 @@
-//! Errors at samples that were left out, with fixed parameters: the equations of all samples less those of a
-//! fold give the surface of the others.
+//! K-fold cross-validation at fixed parameters: errors at the samples of each fold.
+//!
+//! The equations of all samples minus those of a fold give the surface of the other folds.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::band::Band;
-use super::blocks::FOLDS;
-use super::limits::ENOUGH_SAMPLES;
+use super::band_matrix::BandMatrix;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
-use super::space::SplineSpace;
+use super::settings::{FairnessSettings, LeastSquaresSettings};
+use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 
-/// Folds of samples that are left out, with the normal equations of each and of all samples.
-pub(super) struct HeldOut<'a> {
+const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
+const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
+
+/// Folds of samples, with the normal equations of each and of all samples.
+pub(super) struct KFold<'a> {
     space: &'a SplineSpace,
     folds: Vec<Vec<Sample>>,
     parts: Vec<NormalEquations>,
     all: NormalEquations,
 }
 
-impl<'a> HeldOut<'a> {
-    /// Of samples with normals, at most 20,000 of them, by the folds that a rule finds for these. As
-    /// many folds are left out as have `enough` samples together.
+impl<'a> KFold<'a> {
+    /// The folds that `rule` makes of samples with normals, at most 20,000 of them. Only as many
+    /// folds are left out as contain `enough` samples together.
     pub(super) fn of(
         space: &'a SplineSpace,
         samples: &[Sample],
         enough: usize,
         rule: impl FnOnce(&[Sample]) -> Vec<usize>,
     ) -> Result<Self> {
-        let step = samples.len().div_ceil(ENOUGH_SAMPLES).max(1);
+        let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let mut folds = vec![Vec::new(); FOLDS];
+        let mut folds = vec![Vec::new(); SETTINGS.folds];
         for (sample, fold) in samples.iter().zip(rule(&samples)) {
             folds[fold].push(*sample);
         }
@@ -57,9 +60,10 @@ impl<'a> HeldOut<'a> {
         self.all.matrix.trace()
     }
 
-    /// The mean square of the distances along normals from the surface of the other folds, with so many
-    /// times this energy; infinite if these do not hold it.
-    pub(super) fn error(&self, energy: &Band, times: f64) -> Result<f64> {
+    /// The mean squared distance along normals from the surfaces of the other folds, with the
+    /// energy multiplied by `times`. Infinite if a fold's complement does not determine the
+    /// surface.
+    pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
         let of_fold = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
             matrix.add_scaled(-1.0, &part.matrix);
@@ -93,14 +97,14 @@ impl<'a> HeldOut<'a> {
 mod tests {
     use glam::DVec2;
 
-    use super::super::blocks::{blocks, in_turn};
     use super::super::fairness::{Energy, ORDER};
+    use super::super::folds::{blocks, in_turn};
     use super::*;
     use crate::nurbs::KnotVector;
 
     #[test]
-    fn blocks_tell_of_gaps_that_samples_in_turn_do_not() {
-        // Five tracks, each of many samples, over waves across them.
+    fn blocks_measure_gaps_and_samples_in_turn_do_not() {
+        // Five tracks with many samples each, over waves along them.
         let sample = |i: u32| {
             let at = f64::from(i);
             let jitter = 0.01 * (at * 0.754_877_666_246).fract();
@@ -113,9 +117,9 @@ mod tests {
         let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
         let energy = Energy::new((1.0, 1.0), ORDER).matrix(&space);
         let turn =
-            HeldOut::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len())).unwrap();
+            KFold::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len())).unwrap();
         let places = |samples: &[Sample]| samples.iter().map(|sample| sample.point).collect();
-        let block = HeldOut::of(&space, &samples, usize::MAX, |samples| {
+        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
             let points: Vec<DVec3> = places(samples);
             blocks(&points)
         });

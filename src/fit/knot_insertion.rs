@@ -1,21 +1,23 @@
-//! More knots where the points ask for them.
+//! Knot insertion: the spans with the largest error are divided.
 
-use super::correct::Foot;
-use super::space::SplineSpace;
+use super::projection::Projection;
+use super::settings::RefinementSettings;
+use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::KnotVector;
 
-/// How much shorter in space than those of the other direction spans may become by division.
-const MOST_ASPECT: f64 = 4.0;
+const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
-/// The space with the spans divided in which this share of the error lies; `None` if no span can be.
+/// The space with those spans divided that together have this share of the error. `None` if no span
+/// can be divided.
 ///
-/// `error` is the squared error of a foot that counts; `lengths` are those of the surface along u
-/// and v. Directions whose spans are much shorter than those of the other are left as they are.
+/// `error` is the squared error at a projection, 0 if it does not matter. `lengths` are those of
+/// the surface along u and v. Directions whose spans are much shorter than those of the other
+/// direction stay as they are.
 pub(super) fn refined(
     space: &SplineSpace,
-    feet: &[Foot],
-    error: impl Fn(&Foot) -> f64,
+    projections: &[Projection],
+    error: impl Fn(&Projection) -> f64,
     lengths: (f64, f64),
     share: f64,
 ) -> Result<Option<SplineSpace>> {
@@ -23,32 +25,32 @@ pub(super) fn refined(
     let mean = [0, 1].map(|d| lengths[d] / space.knots[d].spans() as f64);
     let mut knots = space.knots.clone();
     for d in 0..2 {
-        if mean[d] * MOST_ASPECT < mean[1 - d] {
+        if mean[d] * SETTINGS.max_aspect < mean[1 - d] {
             continue;
         }
         let breaks = knots[d].breaks();
         let mut errors = vec![0.0; breaks.len() - 1];
-        for foot in feet {
-            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= foot.uv[d]);
-            errors[at] += error(foot);
+        for projection in projections {
+            let at = breaks[1..breaks.len() - 1].partition_point(|&knot| knot <= projection.uv[d]);
+            errors[at] += error(projection);
         }
         knots[d] = with_breaks(&knots[d], space.closed[d], &divided(&breaks, &errors, share))?;
     }
     if knots == space.knots { Ok(None) } else { SplineSpace::new(knots, space.closed).map(Some) }
 }
 
-/// The breaks with the middles of the spans that hold this share of the error.
+/// The breaks, and the midpoints of the worst spans that together have this share of the error.
 fn divided(breaks: &[f64], errors: &[f64], share: f64) -> Vec<f64> {
     let total: f64 = errors.iter().sum();
     let mut order: Vec<usize> = (0..errors.len()).filter(|&i| errors[i] > 0.0).collect();
     order.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
-    let mut held = 0.0;
+    let mut covered = 0.0;
     let mut breaks = breaks.to_vec();
     for i in order {
-        if held >= share * total {
+        if covered >= share * total {
             break;
         }
-        held += errors[i];
+        covered += errors[i];
         breaks.push(0.5 * (breaks[i] + breaks[i + 1]));
     }
     breaks.sort_by(f64::total_cmp);

@@ -1,77 +1,63 @@
-//! How likely it is that places end at a smooth curve.
+//! Likelihood of a boundary: how likely points end at a smooth curve.
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::dense::Dense;
-use super::limits::POINTS_PER_TASK;
+use super::super::dense_matrix::DenseMatrix;
+use super::super::sizes::POINTS_PER_TASK;
+use super::settings::LikelihoodSettings;
 use crate::nurbs::{Basis, KnotVector, gauss};
+
+const SETTINGS: LikelihoodSettings = LikelihoodSettings::STANDARD;
 
 pub(super) const DEGREE: usize = 3;
 
-/// Places that a blurred curve is looked for with at most: it only leads towards the last one.
-const BLURRED: usize = 500;
-
-/// Scales behind a curve at which a place no longer touches it.
-const UNTOUCHED: f64 = 30.0;
-
-/// Scale of the blur that a search begins with.
-const FIRST_SCALE: f64 = 0.2;
-
-/// Newton's steps for each scale at most, times that a step which leads down is halved at most, and the
-/// share of a scale that the last step moves.
-const STEPS: usize = 12;
-const SETTLED: f64 = 0.1;
-
-/// Share of the mean diagonal that holds control points which no place touches.
-const RIDGE: f64 = 1e-6;
-
-/// A place by the basis functions at its x, and its y.
-pub(super) struct Place {
+/// The basis functions at a point's x, and its y.
+pub(super) struct BoundaryPoint {
     pub(super) basis: Basis<4>,
     pub(super) y: f64,
     /// Least scale of its blur.
     pub(super) least: f64,
 }
 
-impl Place {
-    /// How far it lies behind a curve, in scales of the blur, and the scale.
-    fn behind(&self, heights: &[f64], scale: f64) -> (f64, f64) {
+impl BoundaryPoint {
+    /// The height over a curve, in scales of the blur, and this scale.
+    fn height_above(&self, heights: &[f64], scale: f64) -> (f64, f64) {
         let scale = scale.max(self.least);
         ((self.y - height(heights, &self.basis)) / scale, scale)
     }
 }
 
-/// The likelihood of smooth curves, y over x in [0, 1], at which places (x, y) end below.
+/// The likelihood of smooth curves, y over x in [0, 1], as the lower boundary of points (x, y).
 ///
-/// Places are a Poisson process whose density rises across the curve from 0 to what it is behind,
-/// as the logistic function does. The logarithm of its likelihood, the sum of ln logistic((y -
-/// curve) / scale) plus the density times the area under the curve, is concave, and so is what
-/// bending costs. A closed curve comes round in x.
+/// Points are a Poisson process. Its density rises across the curve from 0 below to its value above
+/// like a logistic function. The logarithm of the likelihood is the sum of ln logistic((y - curve)
+/// / scale), plus the density times the area under the curve. It is concave, and so is the penalty
+/// on bending. A closed curve is periodic in x.
 pub(super) struct Likelihood {
     pub(super) knots: KnotVector,
-    /// Those that may touch a curve, lowest first.
-    pub(super) places: Vec<Place>,
-    /// The coarsest scale that the blur of one of them has at least.
+    /// Points that may influence a curve, lowest first.
+    pub(super) places: Vec<BoundaryPoint>,
+    /// The largest of the points' least scales.
     coarsest: f64,
-    /// Only each so manieth of them is looked at, and counts for as many.
+    /// Every `stride`-th point is used, with `stride` as its weight.
     stride: usize,
-    /// What raising each control point gains by area: the density of places times the area under a
-    /// basis function.
+    /// Derivatives of the area term by each control point: density times the area under a basis
+    /// function.
     pub(super) slopes: Vec<f64>,
     count: f64,
     pub(super) closed: bool,
-    /// What bending costs beside the area that the curve leaves outside: at 10 a second difference
-    /// of 0.1 between control points counts as much as a twentieth of the unit square.
+    /// Penalty on bending: the area, in unit squares, that weighs as much as half a squared second
+    /// difference of 1.
     pub(super) stiffness: f64,
-    /// Curves do not leave these heights.
+    /// Least and largest height of curves.
     bounds: (f64, f64),
 }
 
 impl Likelihood {
-    /// Of curves with so many control points under places, of which there are `count` with those
-    /// that touch no curve, evenly over the unit square.
+    /// The likelihood of curves over these knots. `count` is the number of all points, including
+    /// those that influence no curve; their density is uniform over the unit square.
     pub(super) fn new(
         places: impl Iterator<Item = (f64, f64)>,
         count: usize,
@@ -83,76 +69,76 @@ impl Likelihood {
         let control_points = knots.control_points() - if closed { DEGREE } else { 0 };
         let mut places: Vec<(f64, f64)> = places.collect();
         places.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let place = |(x, y)| Place { basis: Basis::at(&knots, x), y, least: 0.0 };
+        let place = |(x, y)| BoundaryPoint { basis: Basis::at(&knots, x), y, least: 0.0 };
         let places = places.into_par_iter().with_min_len(POINTS_PER_TASK).map(place).collect();
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
         Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, stiffness, bounds }
     }
 
-    /// Climbs to the likeliest curve if the places' y are blurred by noise of this size, from a
-    /// coarse scale of the blur on; before each finer one, `look` may look closer at the density. Says what
-    /// the scale was at last.
+    /// Finds the likeliest curve, if y has noise of this size, by decreasing scales of the blur.
+    /// Before each smaller scale, `update_density` may improve the density. Returns the last scale.
     pub(super) fn find(
         &mut self,
         heights: &mut Vec<f64>,
         noise: f64,
-        mut look: impl FnMut(&mut Self, &[f64]),
+        mut update_density: impl FnMut(&mut Self, &[f64]),
     ) -> f64 {
-        // Places touch a curve with so many degrees of freedom at this distance on average.
-        let apart = self.slopes.len() as f64 / self.count;
+        // The mean distance at which points touch a curve with this number of degrees of freedom.
+        let mean_distance = self.slopes.len() as f64 / self.count;
         // A logistic distribution with a standard deviation of 1 has a scale of √3 / π.
-        let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * apart);
-        let mut scale = FIRST_SCALE.max(last);
+        let last = (noise * 3.0_f64.sqrt() / PI).max(0.5 * mean_distance);
+        let mut scale = SETTINGS.first_scale.max(last);
         loop {
-            let most = if scale > last { BLURRED } else { self.places.len() };
+            let most = if scale > last { SETTINGS.max_blurred_points } else { self.places.len() };
             self.stride = (self.places.len() / most.max(1)).max(1);
-            self.climb(heights, scale);
+            self.maximize(heights, scale);
             if scale <= last {
                 return scale;
             }
             scale = (0.5 * scale).max(last);
-            look(self, heights);
+            update_density(self, heights);
         }
     }
 
-    /// Blurs each place by no less than the distance at which those around it touch a curve.
-    pub(super) fn blur_as_sparse(&mut self) {
+    /// Raises the least blur of each point to the distance at which points of the local density
+    /// touch a curve.
+    pub(super) fn blur_by_density(&mut self) {
         for place in &mut self.places {
             place.least = 0.5 / height(&self.slopes, &place.basis);
         }
         self.coarsest = self.places.iter().map(|place| place.least).fold(0.0, f64::max);
     }
 
-    /// The control points whose second differences bending is measured by, in threes.
-    fn bends(&self) -> impl Iterator<Item = [usize; 3]> {
+    /// Triples of control points whose second differences measure bending.
+    fn bend_triples(&self) -> impl Iterator<Item = [usize; 3]> {
         let (count, closed) = (self.slopes.len(), self.closed);
         let middles = if closed { 0..count } else { 1..count - 1 };
         middles.map(move |i| [(i + count - 1) % count, i, (i + 1) % count])
     }
 
-    /// The places that may touch a curve, which lies below its highest control point.
-    fn touching(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &Place> {
+    /// Points that may influence a curve, which lies below its highest control point.
+    fn influential(&self, heights: &[f64], scale: f64) -> impl Iterator<Item = &BoundaryPoint> {
         let scale = scale.max(self.coarsest);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let behind = |place: &Place| place.y <= highest + UNTOUCHED * scale;
-        self.places[..self.places.partition_point(behind)].iter().step_by(self.stride)
+        let is_near = |place: &BoundaryPoint| place.y <= highest + SETTINGS.max_influence * scale;
+        self.places[..self.places.partition_point(is_near)].iter().step_by(self.stride)
     }
 
-    /// Newton's steps to the likeliest curve with a blur of this scale, and what is known there.
-    pub(super) fn climb(&self, heights: &mut Vec<f64>, scale: f64) -> Local {
+    /// Newton steps to the likeliest curve at this scale. Returns the expansion there.
+    pub(super) fn maximize(&self, heights: &mut Vec<f64>, scale: f64) -> LocalExpansion {
         let mut here = self.local(heights, scale);
-        for _ in 0..STEPS {
+        for _ in 0..SETTINGS.max_steps {
             let Some(step) = here.step() else { return here };
             let mut share = 1.0;
             let mut moved = 0.0;
-            for _ in 0..STEPS {
+            for _ in 0..SETTINGS.max_steps {
                 let steps = heights.iter().zip(&step);
                 let next: Vec<f64> = steps
                     .map(|(h, s)| (h + share * s).clamp(self.bounds.0, self.bounds.1))
                     .collect();
                 let there = self.local(&next, scale);
-                if there.worth >= here.worth {
+                if there.value >= here.value {
                     let moves = next.iter().zip(heights.iter()).map(|(a, b)| (a - b).abs());
                     moved = moves.fold(0.0, f64::max);
                     (*heights, here) = (next, there);
@@ -160,17 +146,16 @@ impl Likelihood {
                 }
                 share *= 0.5;
             }
-            if moved < SETTLED * scale {
+            if moved < SETTINGS.converged_step * scale {
                 break;
             }
         }
         here
     }
 
-    /// Standard deviations of the height where each control point has most to say, by Laplace's
-    /// approximation of the likelihood, near a curve where this is known: its second derivatives are the inverse
-    /// of the variances.
-    pub(super) fn deviations(&self, here: &Local) -> Vec<f64> {
+    /// Standard deviations of the height at the Greville abscissa of each control point, by
+    /// Laplace's approximation: the expansion's matrix is the inverse of the covariance.
+    pub(super) fn standard_deviations(&self, here: &LocalExpansion) -> Vec<f64> {
         let size = self.slopes.len();
         let Some(factor) = here.matrix.cholesky() else {
             return vec![0.0; size];
@@ -184,58 +169,57 @@ impl Likelihood {
         self.knots.greville().into_iter().take(size).map(deviation).collect()
     }
 
-    /// The logarithm of how likely the places are with this stiffness, whatever the curve, by
-    /// Laplace's approximation around the likeliest one, near which this is known; without what no stiffness
-    /// changes.
-    pub(super) fn evidence(&self, Local { worth, matrix, .. }: &Local) -> f64 {
+    /// The logarithm of the evidence for this stiffness, by Laplace's approximation around the
+    /// likeliest curve, up to a constant.
+    pub(super) fn evidence(&self, LocalExpansion { value, matrix, .. }: &LocalExpansion) -> f64 {
         let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
-        let bends = self.bends().count() as f64;
-        worth + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+        let bends = self.bend_triples().count() as f64;
+        value + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
     }
 
-    /// Takes the stiffness of these with which the places are likeliest, and climbs to its curve; says what is
-    /// known there.
-    pub(super) fn stiffen(
+    /// Chooses the stiffness with the largest evidence, and its likeliest curve. Returns the
+    /// expansion there.
+    pub(super) fn choose_stiffness(
         &mut self,
         heights: &mut Vec<f64>,
         scale: f64,
         stiffnesses: &[f64],
-    ) -> Local {
-        let mut climber = heights.clone();
+    ) -> LocalExpansion {
+        let mut trial = heights.clone();
         let (mut most, mut best) = (f64::NEG_INFINITY, (self.stiffness, None));
         for &stiffness in stiffnesses {
             self.stiffness = stiffness;
-            let here = self.climb(&mut climber, scale);
+            let here = self.maximize(&mut trial, scale);
             let evidence = self.evidence(&here);
             if evidence > most {
                 (most, best) = (evidence, (stiffness, Some(here)));
-                heights.clone_from(&climber);
+                heights.clone_from(&trial);
             }
         }
         self.stiffness = best.0;
         best.1.unwrap_or_else(|| self.local(heights, scale))
     }
 
-    /// What a curve is worth, and Newton's equations for the next step from it.
-    pub(super) fn local(&self, heights: &[f64], scale: f64) -> Local {
+    /// The log-likelihood of a curve, and the equations of the Newton step from it.
+    pub(super) fn local(&self, heights: &[f64], scale: f64) -> LocalExpansion {
         let size = self.slopes.len();
-        let mut matrix = Dense::new(size);
+        let mut matrix = DenseMatrix::new(size);
         let mut slopes = self.slopes.clone();
         let area: f64 = slopes.iter().zip(heights).map(|(slope, height)| slope * height).sum();
         let (mut likely, mut bending) = (0.0, 0.0);
-        // The product of numbers up to 2: its logarithm takes as long as that of one.
-        let mut unlikely = 1.0_f64;
-        for place in self.touching(heights, scale) {
-            let (basis, (z, scale)) = (&place.basis, place.behind(heights, scale));
-            if z > UNTOUCHED {
+        // A product of factors up to 2, so that one logarithm serves many points.
+        let mut factors = 1.0_f64;
+        for place in self.influential(heights, scale) {
+            let (basis, (z, scale)) = (&place.basis, place.height_above(heights, scale));
+            if z > SETTINGS.max_influence {
                 continue;
             }
             let small = (-z.abs()).exp();
             likely += z.min(0.0);
-            unlikely *= 1.0 + small;
-            if unlikely > f64::MAX.sqrt() {
-                likely -= unlikely.ln();
-                unlikely = 1.0;
+            factors *= 1.0 + small;
+            if factors > f64::MAX.sqrt() {
+                likely -= factors.ln();
+                factors = 1.0;
             }
             let share = if z > 0.0 { small } else { 1.0 } / (1.0 + small);
             let falls = self.stride as f64 * share;
@@ -244,14 +228,14 @@ impl Likelihood {
             for (k, (i, a)) in touched.into_iter().zip(basis.values).enumerate() {
                 slopes[i] -= falls / scale * a;
                 for (j, b) in touched.into_iter().zip(basis.values).take(k + 1) {
-                    // The lower half is what a factor is made of.
+                    // A factorization needs only the lower half.
                     matrix.values[i.max(j) * size + i.min(j)] += bends * a * b;
                 }
             }
         }
-        likely -= unlikely.ln();
+        likely -= factors.ln();
         let stiff = self.stiffness * self.count;
-        for three in self.bends() {
+        for three in self.bend_triples() {
             let bent = bend(heights, three);
             bending += bent * bent;
             for (&row, a) in three.iter().zip(SECOND_DIFFERENCE) {
@@ -261,24 +245,24 @@ impl Likelihood {
                 }
             }
         }
-        matrix.add_ridge(RIDGE);
-        let worth = area + self.stride as f64 * likely - 0.5 * stiff * bending;
-        Local { worth, matrix, slopes }
+        matrix.add_ridge(SETTINGS.ridge);
+        let value = area + self.stride as f64 * likely - 0.5 * stiff * bending;
+        LocalExpansion { value, matrix, slopes }
     }
 }
 
-/// What is known of the likelihood near a curve.
-pub(super) struct Local {
-    /// The logarithm of the likelihood of the curve, and of what its bending costs.
-    worth: f64,
-    /// What it gains less by a step, the longer that is.
-    matrix: Dense,
-    /// What it gains by raising each control point.
+/// The quadratic expansion of the log-likelihood at a curve.
+pub(super) struct LocalExpansion {
+    /// The logarithm of the likelihood, minus the penalty on bending.
+    value: f64,
+    /// The negative second derivatives.
+    matrix: DenseMatrix,
+    /// The derivatives by the height of each control point.
     slopes: Vec<f64>,
 }
 
-impl Local {
-    /// Newton's step to a likelier curve.
+impl LocalExpansion {
+    /// The Newton step to a likelier curve.
     fn step(&self) -> Option<Vec<f64>> {
         self.matrix.cholesky().map(|factor| factor.solve(&self.slopes))
     }
@@ -290,23 +274,23 @@ fn bend(heights: &[f64], three: [usize; 3]) -> f64 {
     three.iter().zip(SECOND_DIFFERENCE).map(|(&i, share)| share * heights[i]).sum()
 }
 
-/// The curve's height where these basis functions are; closed curves repeat their heights.
+/// The curve's height at these basis functions; closed curves repeat their control points.
 pub(super) fn height(heights: &[f64], basis: &Basis<4>) -> f64 {
     weighted(heights, basis.first, &basis.values)
 }
 
-/// The control point of a curve with so many that comes round to this one.
+/// The index of a control point after those that a closed curve repeats.
 fn wrapped(index: usize, control_points: usize) -> usize {
     if index < control_points { index } else { index - control_points }
 }
 
-/// Heights from the first on, each by its weight; closed curves repeat them.
+/// The weighted sum of heights from the first on; closed curves repeat them.
 fn weighted(heights: &[f64], first: usize, weights: &[f64; 4]) -> f64 {
     let at = |i: usize| wrapped(first + i, heights.len());
     weights.iter().enumerate().map(|(i, weight)| weight * heights[at(i)]).sum()
 }
 
-/// Basis functions of some places added up; closed curves repeat them.
+/// Sums of the basis functions over points; closed curves repeat them.
 pub(super) fn sums<'a>(
     bases: impl IntoIterator<Item = &'a Basis<4>>,
     control_points: usize,
@@ -336,11 +320,11 @@ fn areas(knots: &KnotVector, control_points: usize) -> Vec<f64> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    /// Places evenly over the unit square.
-    pub(in super::super) fn even() -> impl Iterator<Item = (f64, f64)> {
+    /// Points evenly over the unit square.
+    pub(crate) fn even() -> impl Iterator<Item = (f64, f64)> {
         let spread = |i: usize| {
             let at = |share: f64| (0.5 + share * i as f64).fract();
             (at(0.754_877_666_246_693), at(0.569_840_290_998_053))
@@ -348,12 +332,12 @@ pub(super) mod tests {
         (0..3000).map(spread)
     }
 
-    /// Those above a curve.
+    /// The points above a curve.
     pub(in super::super) fn above(curve: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
         even().filter(|&(x, y)| y > curve(x)).collect()
     }
 
-    /// The stiffness for which places above a curve say most.
+    /// The stiffness with the largest evidence for points above a curve.
     fn likeliest_stiffness(curve: impl Fn(f64) -> f64) -> f64 {
         let places = above(curve);
         let mut best = (f64::NEG_INFINITY, 0.0);

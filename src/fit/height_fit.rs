@@ -1,34 +1,39 @@
-//! Heights over a plane: z = f(x, y) as a surface.
+//! Height field: z = f(x, y) as a surface.
 //!
-//! The parameters are the places in the plane, so one least squares is the whole fit. With control
-//! points at the Greville abscissae the plane's coordinates are linear in the parameters, and the
-//! surface's heights are the tensor-product spline function of x and y.
+//! The parameters are the places in the plane, so a single least-squares solution suffices. Control
+//! points lie at the Greville abscissae, so the plane's coordinates are linear in the parameters.
+//! The surface's heights are a tensor-product spline of x and y.
 
 use glam::DVec3;
 
-use super::ground::Base;
-use super::growth::{EXACT, FEW, LEAST_GAIN, diameter};
+use super::adaptive_refinement::{EXACT_ERROR, diameter};
+use super::base_domain::BasePlane;
+use super::fit_result::{EndedBy, HeightFit};
 use super::height_cv::Choice;
-use super::height_field::Heights;
+use super::height_field::HeightField;
 use super::options::{Growth, HeightOptions};
-use super::outcome::{EndedBy, HeightFit};
-use super::warm_start::Near;
+use super::settings::RefinementSettings;
+use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
 
-/// The surface z = f(x, y) closest to points in the sense of least squares, or the like along
-/// another direction of length 1. Each squared height counts with its weight (1 without weights).
+const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
+
+/// The least-squares surface z = f(x, y), or the same along another direction of length 1. Each
+/// squared residual is multiplied by its weight, 1 without weights.
 ///
-/// The surface ends at the rectangle around the points' places in the plane where more than two of
-/// them lie on a side, as those of grids do. Where one or two do, the points are scattered and their
-/// ground goes on: so does the surface, by two mean gaps between n points along the side's normal (2 /
-/// n of the rectangle, 0.02 of it at most).
+/// The surface covers the rectangle around the points' places in the plane. A side with more than
+/// two points on it is kept, as in grids. Otherwise the points are scattered, and the surface
+/// extends beyond the side by two mean gaps between n points: 2 / n of the rectangle, at most 0.02
+/// of it.
 ///
-/// Where there are no points the fairness decides: the surface spans holes like a thin plate. Heights over the
-/// plane nearest to all points are held within their range there, and half of it beyond on either side: where a
-/// plate would go farther, its slopes count as well, over ever shorter ways, down to a 64th of the ground's
-/// side.
-/// O(points · degree⁴), a few times that where fairness is to be found (by 20,000 points at most).
+/// Where there are no points, the fairness decides: the surface spans holes like a thin plate.
+/// There, heights over the regression plane stay within their range and half of it beyond on either
+/// side. Where a plate would exceed this, slopes are penalized as well, over ever shorter lengths
+/// down to a 64th of the side.
+///
+/// O(points · degree⁴), a few times as much where the fairness is chosen by cross-validation (by
+/// 20,000 points at most).
 ///
 /// ```
 /// use neurbs::{DVec3, fit::{HeightOptions, fit_heights}, progress::Silent};
@@ -45,7 +50,7 @@ use crate::progress::{self, Observer, Stage};
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if the direction has not the length 1 or the points have no extent across
+/// [`Error::Parameter`] if the direction does not have length 1 or the points have no extent across
 /// it, and those of [`fit`](super::fit).
 pub fn fit_heights(
     points: &[DVec3],
@@ -54,21 +59,21 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    fit_heights_over(points, weights, &Base::over(points, up), options, None, observer)
+    fit_heights_over(points, weights, &BasePlane::over(points, up), options, None, observer)
 }
 
-/// As [`fit_heights`], but over a base. The fairness is looked for near one that was best with another net,
-/// and slopes count as they did there.
+/// Like [`fit_heights`], over a given plane. The search for the fairness starts near that of
+/// another net, and slopes are penalized as there.
 pub(crate) fn fit_heights_over(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    base: &Base,
+    base: &BasePlane,
     options: &HeightOptions,
-    near: Option<Near>,
+    near: Option<WarmStart>,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
     let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-    let heights = Heights::of(points, weights, base, options)?;
+    let heights = HeightField::of(points, weights, base, options)?;
     let equations = heights.equations(&mut listen)?;
     let found = heights.choose(equations, options.fairness, near, &mut listen)?;
     let reach = near.and_then(|near| near.reach);
@@ -77,8 +82,8 @@ pub(crate) fn fit_heights_over(
     Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 
-/// As [`fit_heights_over`], with a net whose sides grow until the growth's tolerance holds, cross-validation
-/// expects no less error at points left out in turn, or more error at those left out in blocks.
+/// Like [`fit_heights_over`], with a net that grows. It stops when the tolerance holds, or without
+/// one when cross-validation expects no smaller error in turn or a larger one by blocks.
 ///
 /// # Errors
 ///
@@ -86,43 +91,47 @@ pub(crate) fn fit_heights_over(
 pub(crate) fn grow_heights(
     points: &[DVec3],
     weights: Option<&[f64]>,
-    base: &Base,
+    base: &BasePlane,
     options: &HeightOptions,
     growth: Growth,
     observer: &mut dyn Observer,
 ) -> Result<(HeightFit, EndedBy)> {
-    let counts = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
-    let counted = (0..points.len()).filter(|&i| counts(i)).count();
-    // Few points get more control points than they are: cross-validation says when to stop.
-    let held = (2 * counted).min(counted.max(2 * FEW));
+    let used_point = |i: usize| weights.is_none_or(|weights| weights[i] > 0.0);
+    let used = (0..points.len()).filter(|&i| used_point(i)).count();
+    // Few points get more control points than points, since cross-validation ends the growth.
+    let max_supported = (2 * used).min(used.max(2 * REFINEMENT.few_points));
     let mut options = *options;
     let mut fit = fit_heights_over(points, weights, base, &options, None, observer)?;
     loop {
         let within = |tolerance: f64| {
             let mut residuals = fit.residuals.iter().enumerate();
-            residuals.all(|(i, residual)| residual.abs() <= tolerance || !counts(i))
+            residuals.all(|(i, residual)| residual.abs() <= tolerance || !used_point(i))
         };
         match growth.tolerance {
             Some(tolerance) if within(tolerance) => return Ok((fit, EndedBy::Tolerance)),
-            None if fit.expected.sqrt() <= EXACT * diameter(points) => {
+            None if fit.expected.sqrt() <= EXACT_ERROR * diameter(points) => {
                 return Ok((fit, EndedBy::Exact));
             }
             _ => {}
         }
         let longer = |side: usize| (3 * side).div_ceil(2);
         options.net = (longer(options.net.0), longer(options.net.1));
-        if options.net.0 * options.net.1 > growth.most.min(held) {
-            let few = held < growth.most;
-            return Ok((fit, if few { EndedBy::Points } else { EndedBy::MaxControlPoints }));
+        if options.net.0 * options.net.1 > growth.most.min(max_supported) {
+            let points_limit = max_supported < growth.most;
+            return Ok((
+                fit,
+                if points_limit { EndedBy::Points } else { EndedBy::MaxControlPoints },
+            ));
         }
-        let near = Some(Near::from(&fit));
+        let near = Some(WarmStart::from(&fit));
         let finer = match fit_heights_over(points, weights, base, &options, near, observer) {
             Ok(finer) => finer,
             Err(Error::Interrupted) => return Err(Error::Interrupted),
-            // Between lines that lie far apart no point holds a control point.
+            // Between distant lines no point determines a control point.
             Err(_) => return Ok((fit, EndedBy::Points)),
         };
-        let gains = finer.expected <= LEAST_GAIN * LEAST_GAIN * fit.expected;
+        let gains = finer.expected
+            <= REFINEMENT.max_error_ratio * REFINEMENT.max_error_ratio * fit.expected;
         let noise = !gains || finer.expected_of_blocks > fit.expected_of_blocks;
         if noise && growth.tolerance.is_none() {
             return Ok((fit, EndedBy::Noise));
@@ -135,8 +144,9 @@ pub(crate) fn grow_heights(
 mod tests {
     use glam::DVec2;
 
-    use super::super::height_field::{heights, range};
-    use super::super::trend::Trend;
+    use super::super::boundary::min_max;
+    use super::super::height_field::heights;
+    use super::super::plane_trend::PlaneTrend;
     use super::*;
     use crate::progress::Silent;
 
@@ -145,7 +155,7 @@ mod tests {
         ((i * 0.754_877_666_246_692_7).fract(), (i * 0.569_840_290_998_053_2).fract())
     }
 
-    /// Noise of deviation 1, from eight numbers that look random.
+    /// Noise of standard deviation 1, from eight numbers that look random.
     fn noise(i: u32) -> f64 {
         let uniform = (1..9).map(|k| (f64::from(i) * 0.618_033 * f64::from(k * k)).fract() - 0.5);
         uniform.sum::<f64>() * (12.0_f64 / 8.0).sqrt()
@@ -160,22 +170,22 @@ mod tests {
     }
 
     #[test]
-    fn heights_over_a_circle_or_two_lines_are_held_beside_it() {
+    fn heights_over_a_circle_or_two_lines_do_not_overshoot() {
         let circle = |i: u32| DVec2::from_angle(0.01 * f64::from(i));
         let lines = |i: u32| DVec2::new(f64::from(i % 300), f64::from(i % 2));
         for place in [circle, lines] {
             let points: Vec<DVec3> =
                 (0..600).map(place).map(|p| p.extend(0.3 * p.x + wave(p.x, 0.0))).collect();
             let fit = fit_heights(&points, None, DVec3::Z, &options(8), &mut Silent).unwrap();
-            let (low, high) = range(heights(&fit.surface));
-            let (least, most) = range(points.iter().map(|point| point.z));
+            let (low, high) = min_max(heights(&fit.surface));
+            let (least, most) = min_max(points.iter().map(|point| point.z));
             let beyond = 0.6 * (most - least);
             assert!(low > least - beyond && high < most + beyond, "{low} {high} {least} {most}");
         }
     }
 
     #[test]
-    fn exact_heights_get_next_to_no_fairness_and_noisy_ones_much() {
+    fn exact_heights_get_little_fairness_and_noisy_heights_get_much() {
         let exact: Vec<DVec3> =
             (0..2000).map(unit).map(|(x, y)| DVec3::new(x, y, wave(x, y))).collect();
         let noisy: Vec<DVec3> =
@@ -195,7 +205,7 @@ mod tests {
         let rms = |points: &[DVec3]| {
             (points.iter().map(|p| error(p).powi(2)).sum::<f64>() / points.len() as f64).sqrt()
         };
-        // A net of 144 through 200 noisy points would err by more than the noise.
+        // A net of 144 through 200 noisy points would have a larger error than the noise.
         assert!(rms(&exact) < 0.015, "{}", rms(&exact));
     }
 
@@ -211,8 +221,8 @@ mod tests {
     }
 
     #[test]
-    fn corners_without_points_stay_within_half_the_range_beyond() {
-        // A trench that deepens ever faster towards where the points end.
+    fn empty_corners_exceed_the_range_by_at_most_half() {
+        // A trench that becomes ever steeper towards the boundary of the points.
         let points: Vec<DVec3> = (0..3000)
             .map(unit)
             .filter(|(x, y)| x + y < 0.7 || *x > 0.98 && *y > 0.98)
@@ -224,17 +234,17 @@ mod tests {
         let options = HeightOptions { fairness: Some(1e-4), ..options(16) };
         let found = fit_heights(&points, None, DVec3::Z, &options, &mut Silent).unwrap();
         assert!(found.reach.is_some());
-        let trend = Trend::of(&points, None);
+        let trend = PlaneTrend::of(&points, None);
         let over = |point: DVec3| point.z - trend.height(point.truncate());
-        let (low, high) = range(points.iter().map(|&point| over(point)));
+        let (low, high) = min_max(points.iter().map(|&point| over(point)));
         let places = (0..2500).map(|i| (f64::from(i % 50) / 49.0, f64::from(i / 50) / 49.0));
-        let (lowest, highest) = range(places.map(|(u, v)| over(found.surface.point(u, v))));
+        let (lowest, highest) = min_max(places.map(|(u, v)| over(found.surface.point(u, v))));
         let beyond = 0.55 * (high - low);
         assert!(low - beyond < lowest && highest < high + beyond, "{lowest} {highest}");
     }
 
     #[test]
-    fn another_direction_gives_the_turned_surface() {
+    fn a_rotated_direction_gives_the_rotated_surface() {
         let turn = glam::DMat3::from_euler(glam::EulerRot::XYZ, 0.4, 1.0, -0.3);
         let points: Vec<DVec3> = (0..1500)
             .map(unit)
@@ -242,20 +252,20 @@ mod tests {
             .collect();
         let found = fit_heights(&points, None, turn * DVec3::Z, &options(10), &mut Silent).unwrap();
         assert!(found.residuals.iter().all(|height| height.abs() < 1e-3));
-        let feet = points.iter().zip(&found.uv);
+        let projections = points.iter().zip(&found.uv);
         let gap = |(p, at): (&DVec3, &DVec2)| found.surface.point(at.x, at.y).distance(*p);
-        assert!(feet.map(gap).fold(0.0, f64::max) < 1e-3);
+        assert!(projections.map(gap).fold(0.0, f64::max) < 1e-3);
     }
 
     #[test]
-    fn a_line_is_no_field() {
+    fn collinear_points_are_refused() {
         let line: Vec<DVec3> = (0..9).map(|i| DVec3::new(f64::from(i), 2.0, 1.0)).collect();
         let error = fit_heights(&line, None, DVec3::Z, &options(4), &mut Silent).unwrap_err();
         assert!(error.to_string().contains("extended across"));
     }
 
     #[test]
-    fn heights_between_sweeps_do_not_stray() {
+    fn heights_between_sweeps_stay_close() {
         for seed in 0..5 {
             let point = |i: u32| {
                 let (x, y) = unit(i + 1000 * seed);
@@ -267,7 +277,7 @@ mod tests {
             for net in [(4, 4), (8, 8)] {
                 let options = HeightOptions { net, degree: (3, 3), fairness: None };
                 let (base, growth) =
-                    (Base::over(&points, DVec3::Z), Growth { tolerance: None, most: 2000 });
+                    (BasePlane::over(&points, DVec3::Z), Growth { tolerance: None, most: 2000 });
                 let found =
                     grow_heights(&points, None, &base, &options, growth, &mut Silent).unwrap();
                 let (surface, size) = (&found.0.surface, DVec2::new(800.0, 18.0));

@@ -1,12 +1,12 @@
-//! Small dense symmetric systems: Cholesky's factorization.
+//! Small dense symmetric matrices: Cholesky factorization and solution.
 
 /// A square matrix, row by row.
-pub(super) struct Dense {
+pub(super) struct DenseMatrix {
     size: usize,
     pub(super) values: Vec<f64>,
 }
 
-impl Dense {
+impl DenseMatrix {
     pub(super) fn new(size: usize) -> Self {
         Self { size, values: vec![0.0; size * size] }
     }
@@ -25,8 +25,8 @@ impl Dense {
         (0..self.size).for_each(|i| self.values[i * self.size + i] += ridge);
     }
 
-    /// The lower triangular L with L Lᵀ = self; `None` if there is none, because the matrix is not
-    /// positive definite. O(size³ / 3) (Golub and Van Loan, Matrix Computations, section 4.2).
+    /// The lower triangular L with L Lᵀ = self. `None` if the matrix is not positive definite.
+    /// O(size³ / 3) (Golub and Van Loan, *Matrix Computations*, section 4.2).
     pub(super) fn cholesky(&self) -> Option<Self> {
         let mut lower = Self::new(self.size);
         for i in 0..self.size {
@@ -47,12 +47,12 @@ impl Dense {
         Some(lower)
     }
 
-    /// Of a factor L: the logarithm of the determinant of L Lᵀ.
+    /// For a factor L: the logarithm of the determinant of L Lᵀ.
     pub(super) fn ln_determinant(&self) -> f64 {
         (0..self.size).map(|i| 2.0 * self.values[i * self.size + i].ln()).sum()
     }
 
-    /// Of a factor L: solves L Lᵀ x = right.
+    /// For a factor L: the solution x of L Lᵀ x = right.
     pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
         let mut x = right.to_vec();
         for i in 0..self.size {
@@ -75,12 +75,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn solutions_solve_and_others_are_refused() {
-        let matrix = Dense { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
+    fn positive_definite_systems_are_solved_and_others_are_refused() {
+        let matrix = DenseMatrix { size: 2, values: vec![4.0, 1.0, 1.0, 3.0] };
         let factor = matrix.cholesky().unwrap();
         assert!((factor.ln_determinant() - 11.0_f64.ln()).abs() < 1e-15);
         let x = factor.solve(&[6.0, 7.0]);
         assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
-        assert!(Dense { size: 1, values: vec![-1.0] }.cholesky().is_none());
+        assert!(DenseMatrix { size: 1, values: vec![-1.0] }.cholesky().is_none());
     }
 }

@@ -1,33 +1,30 @@
-//! What of a plane heights are a surface over.
+//! Base of a height field: the plane across the heights, and the rectangle that the surface covers.
 
 use glam::{DVec2, DVec3};
 
+use super::settings::HeightSettings;
 use crate::error::{Error, Result};
 
-/// How far from a side points may lie that are on it, as a share of the rectangle.
-const ON: f64 = 1e-9;
+const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 
-/// Share of the rectangle that it goes on at most: few points know little of what lies beyond them.
-const MOST: f64 = 0.02;
-
-/// What a surface of heights stands on: a part of a plane.
+/// The plane across the heights.
 #[derive(Clone, Debug)]
-pub(crate) struct Base {
-    /// The axes of the plane, of length 1.
+pub(crate) struct BasePlane {
+    /// Unit vectors of the plane's axes.
     pub(crate) axes: [DVec3; 2],
-    /// The direction of the heights, of length 1.
+    /// Unit vector of the heights.
     pub(crate) up: DVec3,
 }
 
-impl Base {
-    /// The rectangle around points along [`height_axes`].
+impl BasePlane {
+    /// The plane across `up`, with the axes of [`height_axes`].
     pub(crate) fn over(points: &[DVec3], up: DVec3) -> Self {
         Self { axes: height_axes(points, up), up }
     }
 }
 
-/// The plane's axes for a direction of heights: x and y where this is z; otherwise those along which
-/// the points' places scatter most and least.
+/// The plane's axes for a direction of heights: x and y for z, otherwise the principal axes of the
+/// points' places in the plane, the one of largest variance first.
 #[must_use]
 pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     if up == DVec3::Z {
@@ -36,31 +33,31 @@ pub fn height_axes(points: &[DVec3], up: DVec3) -> [DVec3; 2] {
     let (first, second) = up.any_orthonormal_pair();
     let count = points.len().max(1) as f64;
     let place = |p: &DVec3| DVec2::new(first.dot(*p), second.dot(*p));
-    let centre = points.iter().map(place).sum::<DVec2>() / count;
+    let center = points.iter().map(place).sum::<DVec2>() / count;
     let moments = points
         .iter()
-        .map(|p| place(p) - centre)
+        .map(|p| place(p) - center)
         .fold(DVec3::ZERO, |sum, p| sum + DVec3::new(p.x * p.x, p.x * p.y, p.y * p.y));
     let along = DVec2::from_angle(0.5 * (2.0 * moments.y).atan2(moments.x - moments.z));
     let u = along.x * first + along.y * second;
     [u, up.cross(u)]
 }
 
-/// A rectangle of the plane across the heights, along its axes.
+/// A rectangle in the base plane, along its axes.
 #[derive(Clone, Debug)]
-pub(super) struct Ground {
+pub(super) struct BaseDomain {
     low: DVec2,
     size: DVec2,
 }
 
-impl Ground {
-    /// The rectangle around the places of points, their first two coordinates; at sides where those
-    /// that count are scattered it ends where most likely their ground does.
+impl BaseDomain {
+    /// The rectangle around the first two coordinates of points. At sides where the used points are
+    /// scattered, it extends to where they most likely end.
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] if it has no area.
-    pub(super) fn around(points: &[DVec3], counts: impl Fn(usize) -> bool) -> Result<Self> {
+    pub(super) fn around(points: &[DVec3], is_used: impl Fn(usize) -> bool) -> Result<Self> {
         let places = || points.iter().map(|point| point.truncate());
         let low = places().fold(DVec2::INFINITY, DVec2::min);
         let high = places().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -73,19 +70,22 @@ impl Ground {
                 got,
             ));
         }
-        let (mut on_low, mut on_high, mut counted) = ([0; 2], [0; 2], 0.0);
-        for (_, place) in places().enumerate().filter(|(i, _)| counts(*i)) {
-            counted += 1.0;
+        let (mut on_low, mut on_high, mut used) = ([0; 2], [0; 2], 0.0);
+        for (_, place) in places().enumerate().filter(|(i, _)| is_used(*i)) {
+            used += 1.0;
             for axis in 0..2 {
-                on_low[axis] += usize::from(place[axis] - low[axis] <= ON * size[axis]);
-                on_high[axis] += usize::from(high[axis] - place[axis] <= ON * size[axis]);
+                on_low[axis] +=
+                    usize::from(place[axis] - low[axis] <= SETTINGS.side_tolerance * size[axis]);
+                on_high[axis] +=
+                    usize::from(high[axis] - place[axis] <= SETTINGS.side_tolerance * size[axis]);
             }
         }
-        // The outermost of n points is 1 / n of a side from its end on average, exponentially distributed:
-        // six of seven gaps are shorter than twice that. Rows of a grid end where they are.
-        let further = (2.0 / f64::max(counted, 1.0)).min(MOST);
+        // The outermost of n points lies on average 1 / n of a side from its end, exponentially
+        // distributed. Six of seven gaps are shorter than twice that. Rows of a grid end on the
+        // side.
+        let extension = (2.0 / f64::max(used, 1.0)).min(SETTINGS.max_extension);
         let beyond =
-            |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { further } else { 0.0 })) * size;
+            |on: [usize; 2]| DVec2::from(on.map(|on| if on <= 2 { extension } else { 0.0 })) * size;
         let (low, high) = (low - beyond(on_low), high + beyond(on_high));
         Ok(Self { low, size: high - low })
     }
@@ -95,7 +95,7 @@ impl Ground {
         ((place - self.low) / self.size).clamp(DVec2::ZERO, DVec2::ONE)
     }
 
-    /// The place at parameters.
+    /// The place at these parameters.
     pub(super) fn place(&self, uv: DVec2) -> DVec2 {
         self.low + uv * self.size
     }
@@ -116,22 +116,22 @@ mod tests {
     }
 
     fn ends(points: &[DVec3]) -> (DVec2, DVec2) {
-        let ground = Ground::around(points, |_| true).unwrap();
+        let ground = BaseDomain::around(points, |_| true).unwrap();
         (ground.place(DVec2::ZERO), ground.place(DVec2::ONE))
     }
 
     #[test]
-    fn beyond_scattered_points_the_ground_goes_on_by_two_gaps() {
+    fn the_base_extends_two_gaps_beyond_scattered_points() {
         let points = scattered(400);
         let box_low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p)).truncate();
         let box_high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p)).truncate();
-        let further = 2.0 / 400.0 * (box_high - box_low);
+        let extension = 2.0 / 400.0 * (box_high - box_low);
         let (low, high) = ends(&points);
-        assert!(low.distance(box_low - further) < 1e-14);
-        assert!(high.distance(box_high + further) < 1e-14);
-        // Those that do not count do not make the others denser.
-        let ground = Ground::around(&points, |i| i < 200).unwrap();
-        assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * further) < 1e-14);
+        assert!(low.distance(box_low - extension) < 1e-14);
+        assert!(high.distance(box_high + extension) < 1e-14);
+        // Unused points do not increase the density.
+        let ground = BaseDomain::around(&points, |i| i < 200).unwrap();
+        assert!(ground.place(DVec2::ONE).distance(box_high + 2.0 * extension) < 1e-14);
     }
 
     #[test]
@@ -143,20 +143,24 @@ mod tests {
     }
 
     #[test]
-    fn beyond_few_points_the_ground_hardly_goes_on() {
+    fn the_base_extends_little_beyond_few_points() {
         for count in [4, 6, 20, 100] {
             let points = scattered(count);
             let (low, high) = ends(&points);
             let (first, last) = (points[0].truncate(), points[1].truncate());
             assert!(low.cmplt(first.min(last)).all() && high.cmpgt(first.max(last)).all());
-            assert!((high - low).cmple((1.0 + 2.0 * MOST) * DVec2::new(3.0, 2.0)).all());
+            assert!(
+                (high - low)
+                    .cmple((1.0 + 2.0 * SETTINGS.max_extension) * DVec2::new(3.0, 2.0))
+                    .all()
+            );
         }
     }
 
     #[test]
     fn parameters_and_places_are_inverse() {
         let points = scattered(50);
-        let ground = Ground::around(&points, |_| true).unwrap();
+        let ground = BaseDomain::around(&points, |_| true).unwrap();
         for place in points.iter().map(|point| point.truncate()) {
             assert!(ground.place(ground.parameters(place)).distance(place) < 1e-14);
         }

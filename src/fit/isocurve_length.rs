@@ -1,16 +1,16 @@
-//! How long a surface is along its parameters.
+//! Mean lengths of a surface's isocurves.
 
 use glam::{DVec2, DVec3};
 
 use super::patches::Patches;
+use super::settings::AlternatingFitSettings;
 use crate::nurbs::{KnotVector, NurbsSurface};
 
-/// Samples of each isocurve that lengths are measured on.
-const LENGTH_SAMPLES: usize = 24;
+const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 
 /// Mean lengths of the isocurves along u and along v, in the unit of the net.
-pub(crate) fn lengths(surface: &NurbsSurface) -> (f64, f64) {
-    let count = LENGTH_SAMPLES;
+pub(crate) fn isocurve_lengths(surface: &NurbsSurface) -> (f64, f64) {
+    let count = SETTINGS.length_samples;
     let place = |knots: &KnotVector, i: usize| {
         let (start, end) = knots.domain();
         start + (end - start) * i as f64 / (count - 1) as f64

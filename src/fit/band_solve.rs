@@ -1,23 +1,23 @@
-//! The solution by a factor of a band matrix.
+//! Solution of band systems: forward and back substitution with a Cholesky factor.
 
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::band::{Band, ROWS};
+use super::band_matrix::{BandMatrix, ROWS};
 use crate::nurbs::window;
 
-impl Band {
-    /// Solves for vectors, `WIDTH` numbers for each row, by this factor.
+impl BandMatrix {
+    /// Solves L Lᵀ x = b for `WIDTH` right-hand sides, where this is the factor L.
     pub(super) fn solve<const WIDTH: usize>(&self, x: &mut [[f64; WIDTH]]) {
         debug_assert_eq!(x.len(), self.size());
-        // As many as the tiles have.
+        // As long as the tiles.
         let mut whole = vec![[0.0; WIDTH]; self.columns() * self.side()];
         whole[..self.size()].copy_from_slice(x);
         Arch::new().dispatch(Substitution { factor: self, x: &mut whole });
         x.copy_from_slice(&whole[..self.size()]);
     }
 
-    /// The solution by this factor for points whose coordinates are coupled, three rows for each.
+    /// The solution for points whose coordinates are coupled, three rows for each.
     pub(super) fn solved_together(&self, right: &[[f64; 3]]) -> Vec<DVec3> {
         let mut x: Vec<[f64; 1]> = right.as_flattened().iter().map(|&value| [value]).collect();
         self.solve(&mut x);
@@ -25,9 +25,9 @@ impl Band {
     }
 }
 
-/// A solution by a factor, in whole tiles.
+/// A substitution in whole tiles.
 struct Substitution<'a, const WIDTH: usize> {
-    factor: &'a Band,
+    factor: &'a BandMatrix,
     x: &'a mut [[f64; WIDTH]],
 }
 
@@ -57,7 +57,7 @@ impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
                 subtract_product(tile, own, target);
             }
         }
-        // Lᵀ x = y: a column's tiles from below, its diagonal one last.
+        // Lᵀ x = y: the tiles of a column from below, the diagonal one last.
         for col in (0..columns).rev() {
             let (own, later) = x[col * side..].split_at_mut(side);
             let tiles: Vec<&[f64]> = factor.tiles(col).collect();
@@ -76,7 +76,7 @@ impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
     }
 }
 
-/// Subtracts the product of a tile's first rows with vectors from others.
+/// Subtracts the product of a tile's first rows with vectors.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn subtract_product<const WIDTH: usize>(
@@ -96,7 +96,7 @@ fn subtract_product<const WIDTH: usize>(
     }
 }
 
-/// The sum of numbers times vectors, in four parts that do not wait for one another.
+/// The sum of numbers times vectors, in four independent parts.
 #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
 #[inline(always)]
 fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f64; WIDTH] {

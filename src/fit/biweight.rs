@@ -1,17 +1,17 @@
-//! Weights that let outliers go.
+//! Robust weights: Tukey's biweight, which removes outliers.
 
-/// What is farther than this many standard deviations has no weight. Less eats the shape while the
-/// surface is still coarse.
-const CUTOFF: f64 = 4.7;
+use super::settings::RobustSettings;
+
+const SETTINGS: RobustSettings = RobustSettings::STANDARD;
 
 /// Standard deviations of normal noise for each median absolute deviation.
-pub(crate) const NORMAL: f64 = 1.4826;
+pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;
 
-/// Tukey's biweight for distances from a surface, without or with sign: near 1 for small ones,
-/// falling to 0 at 4.7 standard deviations, which are estimated by the median of the absolute
-/// distances (J. Tukey 1974; P. Huber, *Robust Statistics*, 1981).
+/// Tukey's biweight for distances from a surface, signed or not. It is near 1 for small distances
+/// and falls to 0 at 4.7 standard deviations. The median of the absolute distances estimates the
+/// standard deviation (J. Tukey 1974; P. Huber, *Robust Statistics*, 1981).
 ///
-/// Of distances that are mostly 0 all weights are 1.
+/// All weights are 1 if most distances are 0.
 ///
 /// ```
 /// use neurbs::fit::biweights;
@@ -30,16 +30,16 @@ pub fn biweights(distances: &[f64]) -> Vec<f64> {
     distances.iter().map(|distance| biweight(*distance, median)).collect()
 }
 
-/// The weight of one distance where the median of their sizes is this.
+/// The weight of one distance, for a median of absolute distances.
 pub(crate) fn biweight(distance: f64, median: f64) -> f64 {
-    let reach = reach(median);
-    let share = if reach > 0.0 { distance / reach } else { 0.0 };
+    let cutoff = cutoff_distance(median);
+    let share = if cutoff > 0.0 { distance / cutoff } else { 0.0 };
     if share.abs() < 1.0 { (1.0 - share * share).powi(2) } else { 0.0 }
 }
 
-/// The distance from which on there is no weight.
-pub(crate) fn reach(median: f64) -> f64 {
-    CUTOFF * NORMAL * median
+/// The distance from which on the weight is 0, for a median of absolute distances.
+pub(crate) fn cutoff_distance(median: f64) -> f64 {
+    SETTINGS.cutoff * MAD_TO_DEVIATION * median
 }
 
 #[cfg(test)]
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_points_are_not_thrown_away() {
+    fn exact_points_have_full_weight() {
         assert_eq!(biweights(&[0.0, 0.0, 0.0]), [1.0; 3]);
         assert!(biweights(&[]).is_empty());
     }

@@ -1,16 +1,18 @@
-//! The plane that heights rise and fall about.
+//! The plane that fits heights best, by weighted least squares.
 
 use glam::{DMat2, DVec2, DVec3};
 
-use super::limits::DEGENERATE;
+use super::settings::LeastSquaresSettings;
 
-/// The plane from which the heights of points differ least.
-pub(super) struct Trend {
-    centre: DVec3,
+const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
+
+/// The least-squares plane of heights.
+pub(super) struct PlaneTrend {
+    center: DVec3,
     slope: DVec2,
 }
 
-impl Trend {
+impl PlaneTrend {
     pub(super) fn of(points: &[DVec3], weights: Option<&[f64]>) -> Self {
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
@@ -18,21 +20,21 @@ impl Trend {
             sum += weight(i) * point;
             total += weight(i);
         }
-        let centre = sum / total;
+        let center = sum / total;
         let (mut moments, mut right) = (DMat2::ZERO, DVec2::ZERO);
         for (i, &point) in points.iter().enumerate() {
-            let (away, weight) = (point - centre, weight(i));
+            let (away, weight) = (point - center, weight(i));
             let place = away.truncate();
             moments += weight * DMat2::from_cols(place.x * place, place.y * place);
             right += weight * away.z * place;
         }
-        // Places on one line know no slope across it.
-        let extended =
-            moments.determinant() > DEGENERATE * (moments.x_axis.x + moments.y_axis.y).powi(2);
-        Self { centre, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
+        // Collinear places do not determine the slope across their line.
+        let extended = moments.determinant()
+            > SETTINGS.degenerate * (moments.x_axis.x + moments.y_axis.y).powi(2);
+        Self { center, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
     }
 
     pub(super) fn height(&self, place: DVec2) -> f64 {
-        self.centre.z + self.slope.dot(place - self.centre.truncate())
+        self.center.z + self.slope.dot(place - self.center.truncate())
     }
 }

@@ -1,19 +1,19 @@
-//! Which control points are unknown, and in which order they are solved for.
+//! Spline space: the unknown control points of a net, and the order in which they are solved for.
 
-use super::band::Band;
+use super::band_matrix::BandMatrix;
 use crate::error::{Error, Result};
 use crate::nurbs::{KnotVector, NurbsSurface};
 
 use glam::DVec3;
 
-/// Splines over two knot vectors. Rows and columns that a closed direction repeats are unknown
-/// only once.
+/// Splines over two knot vectors. Rows and columns that a closed direction repeats are unknown only
+/// once.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SplineSpace {
     pub(super) knots: [KnotVector; 2],
     pub(super) closed: [bool; 2],
-    /// The direction whose rows follow one another in the order of solution: the one that leaves
-    /// the matrix the narrower band.
+    /// The outer direction in the order of solution: the one that gives the matrix the narrower
+    /// band.
     outer: usize,
 }
 
@@ -47,7 +47,8 @@ impl SplineSpace {
         rows * cols
     }
 
-    /// How many places two control points that a point touches lie apart at most.
+    /// The half bandwidth: the largest distance, in the order of solution, of two control points
+    /// that a point touches.
     fn width(&self) -> usize {
         let (shape, inner) = (self.shape(), 1 - self.outer);
         let reach = |d: usize| {
@@ -58,19 +59,23 @@ impl SplineSpace {
         reach(self.outer) * shape[inner] + across
     }
 
-    /// A matrix of zeros over the unknowns, `components` for each control point.
-    pub(super) fn matrix(&self, components: usize) -> Band {
+    /// A zero matrix over the unknowns, with `components` for each control point.
+    pub(super) fn matrix(&self, components: usize) -> BandMatrix {
         self.matrix_instead(components, None)
     }
 
-    /// The same, in the memory of one that nobody needs any more, if there is one.
-    pub(super) fn matrix_instead(&self, components: usize, spare: Option<Band>) -> Band {
+    /// The same, in the memory of `spare`, if there is one.
+    pub(super) fn matrix_instead(
+        &self,
+        components: usize,
+        spare: Option<BandMatrix>,
+    ) -> BandMatrix {
         let (size, width) = (self.unknowns(), self.width());
-        Band::new(size * components, width * components + components - 1, spare)
+        BandMatrix::new(size * components, width * components + components - 1, spare)
     }
 
     /// The place of a control point in the order of solution. A closed outer direction is folded:
-    /// from both sides of the seam in turn, so that neighbours stay near each other.
+    /// rows from both sides of the seam alternate, so that neighbors stay near each other.
     #[inline]
     pub(super) fn place(&self, row: usize, col: usize) -> usize {
         let shape = self.shape();
@@ -85,7 +90,7 @@ impl SplineSpace {
         turn * shape[inner] + at[inner]
     }
 
-    /// The places of all control points of the net, with repetitions, row by row.
+    /// The places of all control points of the net, including repeated ones, row by row.
     pub(super) fn places(&self) -> Vec<usize> {
         let [rows, cols] = [0, 1].map(|d| self.knots[d].control_points());
         (0..rows * cols).map(|at| self.place(at / cols, at % cols)).collect()

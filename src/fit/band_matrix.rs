@@ -1,5 +1,5 @@
-//! Symmetric positive definite matrices with entries near the diagonal alone, in square tiles:
-//! factorization, solution, and the part of the inverse that lies in the band.
+//! Symmetric positive definite band matrices in square tiles: Cholesky factorization, and the
+//! inverse within the band.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve as triangular;
@@ -7,54 +7,55 @@ use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::limits::POINTS_PER_TASK;
+use super::sizes::POINTS_PER_TASK;
 use crate::nurbs::window;
 
-/// Sides of tiles for narrow and for wide bands. Small tiles hug the band, large ones keep the
-/// processor busy.
+/// Sides of tiles for narrow and for wide bands. Small tiles store fewer zeros, large ones use the
+/// processor better.
 const TILES: [usize; 2] = [32, 64];
 
-/// Half bandwidth from which on tiles are large and the updates of a column are shared by threads.
+/// Half bandwidth from which on tiles are large, and threads share the updates of a column.
 const WIDE: usize = 256;
 
-/// Rows that stay in registers: to read and write them for each column takes several times as long.
+/// Rows that stay in registers. Reading and writing them for each column takes several times as
+/// long.
 pub(super) const ROWS: usize = 8;
 
 /// The lower half of a symmetric band matrix, or its Cholesky factor.
 #[derive(Clone, Debug)]
-pub(super) struct Band {
+pub(super) struct BandMatrix {
     size: usize,
-    /// How far from the diagonal entries are at most.
+    /// Half bandwidth: the largest distance of an entry from the diagonal.
     width: usize,
     /// Side of a tile, a power of two.
     side: usize,
     /// Tiles in a column: the diagonal one and those below it.
-    reach: usize,
-    /// Tile by tile down each column, tiles column-major.
+    column_tiles: usize,
+    /// Tiles down each column; tiles are column-major.
     values: Vec<f64>,
 }
 
-impl Band {
-    /// A matrix of zeros whose entries (i, j) will have `|i - j| <= width`, in the memory of another that nobody
-    /// needs any more, if there is one: to get as much anew takes the kernel a quarter as long as the factor.
+impl BandMatrix {
+    /// A zero matrix whose entries (i, j) will have `|i - j| <= width`. It reuses the memory of
+    /// `spare`, since allocation takes a quarter of the time of the factorization.
     pub(super) fn new(size: usize, width: usize, spare: Option<Self>) -> Self {
         let side = TILES[usize::from(width >= WIDE)];
         let columns = size.div_ceil(side);
-        let reach = (1 + width.div_ceil(side)).min(columns);
-        let length = columns * reach * side * side;
+        let column_tiles = (1 + width.div_ceil(side)).min(columns);
+        let length = columns * column_tiles * side * side;
         let mut values = spare.map_or_else(Vec::new, |spare| spare.values);
         if values.capacity() < length {
             values = Vec::with_capacity(length);
         }
         values.clear();
         values.resize(length, 0.0);
-        let mut band = Self { size, width, side, reach, values };
-        band.complete();
+        let mut band = Self { size, width, side, column_tiles, values };
+        band.set_padding();
         band
     }
 
-    /// Ones on the diagonal beyond the matrix, so that the last tile can be treated as the others.
-    fn complete(&mut self) {
+    /// Sets the diagonal beyond the matrix to 1, so that the last tile needs no special case.
+    fn set_padding(&mut self) {
         for i in self.size..self.columns() * self.side {
             let at = self.index(i, i);
             self.values[at] = 1.0;
@@ -76,26 +77,27 @@ impl Band {
 
     /// The tiles of a column, from the diagonal one down.
     pub(super) fn tiles(&self, col: usize) -> impl Iterator<Item = &[f64]> {
-        let tiles = self.values[col * self.reach * self.tile_len()..].chunks(self.tile_len());
-        tiles.take(self.reach.min(self.columns() - col))
+        let tiles =
+            self.values[col * self.column_tiles * self.tile_len()..].chunks(self.tile_len());
+        tiles.take(self.column_tiles.min(self.columns() - col))
     }
 
     fn tile_len(&self) -> usize {
         self.side * self.side
     }
 
-    /// The rows of a tile so many below a diagonal one that lie in the band: of the last one hardly any may.
+    /// The rows within the band, of the tile `below` tiles under the diagonal one.
     pub(super) fn rows_inside(&self, below: usize) -> usize {
         (self.width + self.side).saturating_sub(below * self.side).min(self.side)
     }
 
-    /// Where an entry on or below the diagonal stands.
+    /// The index of an entry on or below the diagonal.
     #[inline]
     fn index(&self, row: usize, col: usize) -> usize {
-        // Shifts instead of divisions: half the time of filling a matrix.
+        // Shifts instead of divisions halve the time of filling a matrix.
         let (shift, mask) = (self.side.trailing_zeros(), self.side - 1);
         let (tile_row, tile_col) = (row >> shift, col >> shift);
-        let tile = tile_col * self.reach + tile_row - tile_col;
+        let tile = tile_col * self.column_tiles + tile_row - tile_col;
         (((tile << shift) + (col & mask)) << shift) + (row & mask)
     }
 
@@ -112,8 +114,8 @@ impl Band {
         self.values[self.index(i.max(j), i.min(j))]
     }
 
-    /// Adds a symmetric block of three rows from 3 i on and three columns from 3 j on, and the same
-    /// the other way round; values are those of the pairs 00, 01, 02, 11, 12 and 22.
+    /// Adds a symmetric block to the rows from 3 i and the columns from 3 j on, and its transpose.
+    /// Values are those of the pairs 00, 01, 02, 11, 12 and 22.
     #[inline]
     pub(super) fn add_block(&mut self, i: usize, j: usize, [a, b, c, d, e, f]: [f64; 6]) {
         let (row, col) = (3 * i.max(j), 3 * i.min(j));
@@ -130,7 +132,7 @@ impl Band {
             return;
         }
         for (col, column) in (col..).zip(columns) {
-            // On the diagonal the lower half alone stands.
+            // On the diagonal, only the lower half is stored.
             let first = row.max(col);
             let (at, left) = (self.index(first, col), self.side - (first & (self.side - 1)));
             for (k, value) in column.iter().skip(first - row).enumerate() {
@@ -148,15 +150,15 @@ impl Band {
             .with_min_len(POINTS_PER_TASK)
             .zip(&other.values)
             .for_each(|(sum, value)| *sum += factor * value);
-        self.complete();
+        self.set_padding();
     }
 
-    /// The entries that are not 0, and where they stand in a matrix like `other` of three
-    /// coordinates for each row, once for each of them.
+    /// The entries that are not 0, with their indices in a matrix like `other` of three coordinates
+    /// for each row, once for each coordinate.
     pub(super) fn for_each_axis(&self, other: &Self) -> Vec<(usize, f64)> {
         let mut entries = Vec::new();
         for col in 0..self.size {
-            for row in col..self.end_of_band(col) {
+            for row in col..self.end_of_column(col) {
                 let value = self.values[self.index(row, col)];
                 if value != 0.0 {
                     let at = |axis| other.index(3 * row + axis, 3 * col + axis);
@@ -167,16 +169,16 @@ impl Band {
         entries
     }
 
-    /// Adds `factor` times entries by their places.
+    /// Adds `factor` times entries at their indices.
     pub(super) fn add_entries(&mut self, factor: f64, entries: &[(usize, f64)]) {
         for (at, value) in entries {
             self.values[*at] += factor * value;
         }
     }
 
-    /// The row behind the last that a column's tiles have.
-    fn end_of_band(&self, col: usize) -> usize {
-        ((col / self.side + self.reach) * self.side).min(self.size)
+    /// The row after the last one in the tiles of a column.
+    fn end_of_column(&self, col: usize) -> usize {
+        ((col / self.side + self.column_tiles) * self.side).min(self.size)
     }
 
     pub(super) fn trace(&self) -> f64 {
@@ -189,13 +191,13 @@ impl Band {
         (0..self.size).for_each(|i| self.add(i, i, ridge));
     }
 
-    /// The sum of the products of all entries with those of another matrix, whose diagonal tiles have a lower half
-    /// alone, as sums have: the trace of the product of both.
+    /// The sum of the products of all entries with those of another matrix: the trace of the
+    /// product. The diagonal tiles of `other` contain only the lower half.
     pub(super) fn inner_product(&self, other: &Self) -> f64 {
         let (tile, side) = (self.tile_len(), self.side);
         let tiles = self.values.chunks(tile).zip(other.values.chunks(tile)).enumerate();
         let products = tiles.map(|(number, (a, b))| {
-            let (col, below) = (number / self.reach, number % self.reach);
+            let (col, below) = (number / self.column_tiles, number % self.column_tiles);
             let inside = (self.size.saturating_sub(col * side)).min(side);
             let twice = 2.0 * dot(&a[..inside * side], &b[..inside * side]);
             let diagonal = (0..inside).map(|j| j * side + j).filter(|_| below == 0);
@@ -204,23 +206,25 @@ impl Band {
         products.sum()
     }
 
-    /// Cholesky's factor in place of the matrix, tile by tile (right-looking). `check` is asked
-    /// before each column of tiles whether to go on. `Ok(false)` if the matrix is not positive
-    /// definite. One owner computes each tile, so that any number of threads gives the same bits.
+    /// Replaces the matrix by its Cholesky factor, tile by tile (right-looking). `check` is called
+    /// before each column of tiles and may stop it. `Ok(false)` if the matrix is not positive
+    /// definite. Each tile is computed by one task, so the number of threads does not change a bit.
     pub(super) fn factor<E>(
         &mut self,
         check: &mut dyn FnMut() -> Result<(), E>,
     ) -> Result<bool, E> {
-        let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
-        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
+        let (side, column_tiles, tile, columns) =
+            (self.side, self.column_tiles, self.tile_len(), self.columns());
+        let inside: Vec<usize> = (1..column_tiles).map(|below| self.rows_inside(below)).collect();
         for j in 0..columns {
             check()?;
-            let (own, later) = self.values[j * reach * tile..].split_at_mut(reach * tile);
+            let (own, later) =
+                self.values[j * column_tiles * tile..].split_at_mut(column_tiles * tile);
             let (diagonal, panel) = own.split_at_mut(tile);
             if !Arch::new().dispatch(TileFactor { values: &mut *diagonal, side }) {
                 return Ok(false);
             }
-            let below = (columns - 1 - j).min(reach - 1);
+            let below = (columns - 1 - j).min(column_tiles - 1);
             let panel = &mut panel[..below * tile];
             let lower = MatRef::from_column_major_slice(diagonal, side, side);
             let solve = |(row, panel): (usize, &mut [f64])| {
@@ -231,8 +235,9 @@ impl Band {
             };
             let panel_ref: &[f64];
             let update = |(number, target): (usize, &mut [f64]), panel: &[f64]| {
-                // Tile (row, col) of the columns behind, both counted from them.
-                let (col, row) = (number / reach, number / reach + number % reach);
+                // Tile (row, col), relative to the next column.
+                let (col, row) =
+                    (number / column_tiles, number / column_tiles + number % column_tiles);
                 if row < below {
                     let at = |k: usize| {
                         let panel = &panel[k * tile..][..tile];
@@ -243,7 +248,7 @@ impl Band {
                     matmul(target, Accum::Add, at(row), at(col).transpose(), -1.0, Par::Seq);
                 }
             };
-            let later = &mut later[..below * reach * tile];
+            let later = &mut later[..below * column_tiles * tile];
             if below * side >= WIDE {
                 panel.par_chunks_mut(tile).enumerate().for_each(solve);
                 panel_ref = panel;
@@ -258,19 +263,21 @@ impl Band {
         Ok(true)
     }
 
-    /// The entries of the inverse that lie in the band, from this factor (K. Takahashi, J. Fagan,
-    /// M. Chin, *Formation of a sparse bus impedance matrix*, 1973; M. Hutchinson and F. de Hoog,
-    /// *Smoothing noisy data with spline functions*, 1985, for exactly this use).
+    /// The entries of the inverse within the band, from this factor (K. Takahashi, J. Fagan, M.
+    /// Chin, *Formation of a sparse bus impedance matrix*, 1973; for smoothing splines M.
+    /// Hutchinson and F. de Hoog, *Smoothing noisy data with spline functions*, 1985).
     pub(super) fn inverse(&self) -> Self {
-        let (side, reach, tile, columns) = (self.side, self.reach, self.tile_len(), self.columns());
+        let (side, column_tiles, tile, columns) =
+            (self.side, self.column_tiles, self.tile_len(), self.columns());
         let mut inverse = Self { values: vec![0.0; self.values.len()], ..*self };
-        let mut scaled = vec![0.0; reach * tile];
-        let inside: Vec<usize> = (1..reach).map(|below| self.rows_inside(below)).collect();
+        let mut scaled = vec![0.0; column_tiles * tile];
+        let inside: Vec<usize> = (1..column_tiles).map(|below| self.rows_inside(below)).collect();
         for j in (0..columns).rev() {
-            let column = &self.values[j * reach * tile..][..reach * tile];
+            let column = &self.values[j * column_tiles * tile..][..column_tiles * tile];
             let lower = MatRef::from_column_major_slice(&column[..tile], side, side);
-            let below = (columns - 1 - j).min(reach - 1);
-            let (own, later) = inverse.values[j * reach * tile..].split_at_mut(reach * tile);
+            let below = (columns - 1 - j).min(column_tiles - 1);
+            let (own, later) =
+                inverse.values[j * column_tiles * tile..].split_at_mut(column_tiles * tile);
             let (diagonal, panel) = own.split_at_mut(tile);
             // W = L(i, j) L(j, j)⁻¹, by its transpose.
             for i in 0..below {
@@ -288,7 +295,7 @@ impl Band {
                 let target = &mut panel[i * tile..][..tile];
                 for l in 0..below {
                     let (row, col) = (i.max(l), i.min(l));
-                    let known = &later[(col * reach + row - col) * tile..][..tile];
+                    let known = &later[(col * column_tiles + row - col) * tile..][..tile];
                     let known = MatRef::from_column_major_slice(known, side, side);
                     let known = if i >= l { known } else { known.transpose() };
                     let known = known.submatrix(0, 0, inside[i], inside[l]);
@@ -317,7 +324,7 @@ impl Band {
     }
 }
 
-/// The sum of the products of numbers with others.
+/// The scalar product.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; ROWS];
     for (a, b) in a.as_chunks::<ROWS>().0.iter().zip(b.as_chunks::<ROWS>().0) {
@@ -326,7 +333,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum()
 }
 
-/// Cholesky's factor of one tile in place, its upper half zero; false if there is none.
+/// Replaces one tile by its Cholesky factor, with zeros above the diagonal. False if it is not
+/// positive definite.
 struct TileFactor<'a> {
     values: &'a mut [f64],
     side: usize,
@@ -342,7 +350,7 @@ impl WithSimd for TileFactor<'_> {
         for j in 0..side {
             let (before, rest) = values.split_at_mut(j * side);
             let column = &mut rest[..side];
-            // Some rows at a time, which stay in registers; those above the diagonal come to nothing.
+            // Several rows at a time stay in registers. Those above the diagonal become zero.
             let above = j - j % ROWS;
             for (number, rows) in column[above..].as_chunks_mut::<ROWS>().0.iter_mut().enumerate() {
                 let mut left = *rows;
@@ -370,9 +378,9 @@ impl WithSimd for TileFactor<'_> {
 mod tests {
     use super::*;
 
-    /// A band matrix that is positive definite because its diagonal dominates.
-    fn matrix(size: usize, width: usize) -> Band {
-        let mut band = Band::new(size, width, None);
+    /// A diagonally dominant, thus positive definite, band matrix.
+    fn matrix(size: usize, width: usize) -> BandMatrix {
+        let mut band = BandMatrix::new(size, width, None);
         for i in 0..size {
             band.add(i, i, 2.0 * width as f64);
             for j in i.saturating_sub(width)..i {
@@ -383,10 +391,10 @@ mod tests {
     }
 
     /// The matrix times vectors.
-    fn times<const WIDTH: usize>(band: &Band, x: &[[f64; WIDTH]]) -> Vec<[f64; WIDTH]> {
+    fn times<const WIDTH: usize>(band: &BandMatrix, x: &[[f64; WIDTH]]) -> Vec<[f64; WIDTH]> {
         let mut result = vec![[0.0; WIDTH]; band.size];
         for col in 0..band.size {
-            for row in col..band.end_of_band(col) {
+            for row in col..band.end_of_column(col) {
                 let value = band.values[band.index(row, col)];
                 for k in 0..WIDTH {
                     result[row][k] += value * x[col][k];
@@ -399,14 +407,14 @@ mod tests {
         result
     }
 
-    fn factored(size: usize, width: usize) -> Band {
+    fn factored(size: usize, width: usize) -> BandMatrix {
         let mut factor = matrix(size, width);
         assert!(factor.factor::<()>(&mut || Ok(())).unwrap());
         factor
     }
 
     #[test]
-    fn solutions_solve() {
+    fn solutions_satisfy_the_system() {
         for (size, width) in [(5, 4), (100, 17), (300, 120), (700, 300)] {
             let x: Vec<[f64; 2]> = (0..size).map(|i| [(i as f64).cos(), (i % 7) as f64]).collect();
             let mut got = times(&matrix(size, width), &x);
@@ -418,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn the_inverse_in_the_band_is_that_of_unit_vectors() {
+    fn the_inverse_in_the_band_matches_solutions_for_unit_vectors() {
         for (size, width) in [(7, 3), (150, 40)] {
             let factor = factored(size, width);
             let inverse = factor.inverse();
@@ -439,9 +447,10 @@ mod tests {
     }
 
     #[test]
-    fn blocks_are_their_entries() {
+    fn blocks_equal_their_entries() {
         let metric = [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]];
-        let (mut by_blocks, mut by_entries) = (Band::new(120, 50, None), Band::new(120, 50, None));
+        let (mut by_blocks, mut by_entries) =
+            (BandMatrix::new(120, 50, None), BandMatrix::new(120, 50, None));
         for (i, j) in [(0, 0), (10, 10), (10, 13), (21, 10), (39, 39)] {
             by_blocks.add_block(i, j, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
             for (r, s) in (0..9).map(|k| (k / 3, k % 3)).filter(|(r, s)| i != j || r >= s) {
@@ -452,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn indefinite_matrices_are_found_out() {
+    fn indefinite_matrices_are_refused() {
         let mut band = matrix(40, 5);
         band.add(20, 20, -30.0);
         assert!(!band.factor::<()>(&mut || Ok(())).unwrap());

@@ -1,24 +1,24 @@
-//! Whether distances from a surface are noise or what the surface cannot follow.
+//! Correlation of neighboring residuals: it separates noise from a surface that cannot follow its
+//! points.
 
 use glam::DVec2;
 
-use super::edge::extremes;
+use super::boundary::min_max;
+use super::settings::RefinementSettings;
 
-/// Standard deviations of the correlation of noise between which and 0 residuals are noise.
-const SURE: f64 = 2.0;
+const SETTINGS: RefinementSettings = RefinementSettings::STANDARD;
 
-/// Whether signed distances are noise: neighbours have nothing in common then, while those of a
-/// surface that cannot follow its points are alike.
+/// Whether signed distances are noise. Then neighbors are uncorrelated; those of a surface that
+/// cannot follow its points are alike.
 pub(super) fn are_noise(uv: &[DVec2], distances: &[f64]) -> bool {
-    correlation(uv, distances) < SURE / (uv.len() as f64).sqrt()
+    correlation(uv, distances) < SETTINGS.noise_deviations / (uv.len() as f64).sqrt()
 }
 
-/// The correlation of distances, each with its sign, between neighbours in the parameters: none for
-/// noise, some for what bends. Neighbours follow one another in strips as wide as the points are
-/// apart.
+/// The correlation of signed distances between neighbors in the parameters. Neighbors are
+/// successive points in strips about as wide as their spacing.
 fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
     let strips = (uv.len() as f64).sqrt();
-    let (low, high) = extremes(uv.iter().map(|uv| uv.x));
+    let (low, high) = min_max(uv.iter().map(|uv| uv.x));
     let width = (high - low).max(f64::MIN_POSITIVE);
     let strip = |uv: DVec2| (strips * (uv.x - low) / width).floor();
     let mut order: Vec<usize> = (0..uv.len()).collect();
@@ -27,22 +27,22 @@ fn correlation(uv: &[DVec2], distances: &[f64]) -> f64 {
         strip(a).total_cmp(&strip(b)).then(a.y.total_cmp(&b.y))
     });
     let mean = distances.iter().sum::<f64>() / distances.len() as f64;
-    let (mut together, mut alone) = (0.0, 0.0);
+    let (mut covariance, mut variance) = (0.0, 0.0);
     for pair in order.windows(2).filter(|pair| strip(uv[pair[0]]) == strip(uv[pair[1]])) {
         let [a, b] = [pair[0], pair[1]].map(|i| distances[i] - mean);
-        together += a * b;
-        alone += 0.5 * (a * a + b * b);
+        covariance += a * b;
+        variance += 0.5 * (a * a + b * b);
     }
-    if alone > 0.0 { together / alone } else { 0.0 }
+    if variance > 0.0 { covariance / variance } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::likelihood::tests::even;
+    use super::super::boundary::even;
     use super::*;
 
     #[test]
-    fn noise_has_none_and_waves_have() {
+    fn noise_is_uncorrelated_and_waves_are_correlated() {
         let uv: Vec<DVec2> = even().map(DVec2::from).collect();
         let noise: Vec<f64> = (0..uv.len()).map(|i| (1.7 * (i * i % 9973) as f64).sin()).collect();
         assert!(correlation(&uv, &noise).abs() < 0.06, "{}", correlation(&uv, &noise));

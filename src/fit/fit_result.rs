@@ -1,10 +1,10 @@
-//! What fits return.
+//! Results of fits.
 
 use glam::DVec2;
 
 use crate::nurbs::NurbsSurface;
 
-/// A surface near points.
+/// A surface fitted to points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approximation {
     /// The surface.
@@ -15,19 +15,19 @@ pub struct Approximation {
     pub distances: Vec<f64>,
     /// The weight of the fairness that was used.
     pub fairness: f64,
-    /// Mean square of the error that cross-validation expects at a point that was left out, in the
-    /// points' unit squared; `None` if it was not asked.
+    /// Mean squared error that cross-validation expects at a point that was left out, in the
+    /// points' unit squared. `None` without cross-validation.
     pub expected: Option<f64>,
-    /// Solutions made after the coarse net.
+    /// Solutions after the first one.
     pub iterations: usize,
-    /// What ended the growth of the net.
+    /// The reason why the net stopped growing.
     pub ended_by: EndedBy,
 }
 
-/// A surface of heights.
+/// A height field fitted to points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightFit {
-    /// The surface, over a rectangle of the plane: see [`fit_heights`](super::fit_heights).
+    /// The surface over a rectangle of the plane; see [`fit_heights`](super::fit_heights).
     pub surface: NurbsSurface,
     /// The points' parameters.
     pub uv: Vec<DVec2>,
@@ -35,37 +35,37 @@ pub struct HeightFit {
     pub residuals: Vec<f64>,
     /// The weight of the fairness that was used.
     pub fairness: f64,
-    /// Gaps over which slopes end, as a share of the ground's side, where bends alone would have let the
-    /// surface go too far.
+    /// Length above which gaps are spanned like a membrane, in sides of the base rectangle. `None`
+    /// if a thin plate does not overshoot.
     pub reach: Option<f64>,
-    /// Mean square of the error at points that were left out at random, in the points' unit squared;
-    /// infinite if it was not asked.
+    /// Mean squared error at points that were left out in turn, in the points' unit squared.
+    /// Infinite without cross-validation.
     pub expected: f64,
-    /// The same for blocks of points that were left out; zero if the points do not lie in clumps.
+    /// The same for blocks of points that were left out. Zero if the points do not lie in clumps.
     pub expected_of_blocks: f64,
 }
 
-/// What ended the growth of a net.
+/// The reason why a net stopped growing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EndedBy {
     /// All points lie within the tolerance.
     Tolerance,
-    /// Cross-validation expects a larger net to follow noise, or to stray between samples.
+    /// Cross-validation expects a larger net to follow noise, or to deviate between samples.
     Noise,
     /// The error is so small that a larger net makes no visible difference.
     Exact,
     /// The size of the net was given.
     Grid,
-    /// The points cannot hold more control points.
+    /// The points do not determine more control points.
     Points,
-    /// As many control points as were allowed.
+    /// The limit on the number of control points is reached.
     MaxControlPoints,
     /// A larger net has defects.
     Defects,
 }
 
 impl EndedBy {
-    /// The name, as Python and reports spell it.
+    /// The name in Python and in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
