@@ -43,8 +43,7 @@ const WITHOUT_CIRCLES: [&str; 11] = [
 ];
 
 /// Circles that are still there, each with all its files. Remove a line with its circle.
-const KNOWN_CIRCLES: &[&str] = &[
-];
+const KNOWN_CIRCLES: &[&str] = &[];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::error::Result;
-use crate::nurbs::share;
+use crate::nurbs::for_each_task;
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Target time between two calls of the observer.
@@ -50,7 +50,7 @@ pub(super) fn parallel_map<I: Send, T: Send, R: Default>(
         };
         // Parallel as well if a small estimate proves wrong: items are left after the first round.
         if triangles > MIN_PARALLEL_TRIANGLES || left < total {
-            share(group, 1, work);
+            for_each_task(group, 1, work);
         } else {
             let mut scratch = R::default();
             group.for_each(|item| work(&mut scratch, item));
