@@ -64,8 +64,9 @@ impl HeightFit {
 ///
 /// Raises
 /// ------
-/// If the points do not form a surface or do not extend across the direction, or an option is out
-/// of range.
+/// NeurbsError
+///     If the points do not form a surface or do not extend across the direction, or an option is
+///     out of range.
 ///
 /// Notes
 /// -----

@@ -482,7 +482,7 @@ def test_points_that_are_no_surface(points: Points, message: str) -> None:
 def test_measures_refuse_points_too_far_for_their_squares() -> None:
     som = SelfOrganizingMap(4, 4).fit(sheet(50))
     assert som.predict(1e100 * sheet(50)).shape == (50,)
-    with pytest.raises(neurbs.NeurbsError, match="points must be at most 1e150 from where"):
+    with pytest.raises(neurbs.NeurbsError, match="points must be at most 1e150 from the center"):
         som.predict(1e200 * sheet(50))
     assert np.isnan(som.quantization_error(np.empty((0, 3))))
 
