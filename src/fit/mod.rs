@@ -60,7 +60,7 @@ pub use self::least_squares::{PartialSums, fit};
 pub(crate) use self::lengths::lengths;
 pub use self::options::{ApproximateOptions, FitOptions, Growth, HeightOptions};
 pub use self::outcome::{Approximation, EndedBy, HeightFit};
-pub use self::rational::rational;
+pub use self::rational::fit_weights;
 pub use self::recover::recover_net;
 pub use self::robust::biweights;
 pub(crate) use self::robust::{NORMAL, biweight, reach};

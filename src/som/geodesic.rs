@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use glam::{DVec2, DVec3};
 
 use super::landmark_map::{LandmarkMap, spread_out};
-use crate::cloud::{Edge, NeighborGraph, least_rectangle, turned};
+use crate::cloud::{Edge, NeighborGraph, in_axes, min_area_rectangle};
 use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Progress, Stage};
 
@@ -75,8 +75,8 @@ fn embed(
 
 /// Turns places so that the rectangle of least area around them has its long side along x.
 fn straighten(places: &[DVec2]) -> Vec<DVec2> {
-    let along = least_rectangle(places).0;
-    places.iter().map(|&place| turned(place, along)).collect()
+    let along = min_area_rectangle(places).0;
+    places.iter().map(|&place| in_axes(place, along)).collect()
 }
 
 #[cfg(test)]
