@@ -6,10 +6,10 @@ use super::bounding_rectangle::BoundingRectangle;
 use super::hypothesis::Hypothesis;
 use super::input::ChartInput;
 use super::kind::Kind;
-use super::settings::PlaneSettings;
+use super::settings::PlaneChartSettings;
 use super::traits::Chart;
 
-const SETTINGS: PlaneSettings = PlaneSettings::STANDARD;
+const SETTINGS: PlaneChartSettings = PlaneChartSettings::STANDARD;
 
 /// Height fields over a plane, and sheets that start from them.
 pub(super) struct Plane;

@@ -2,7 +2,7 @@
 
 /// Plane chart: when a height field is proposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct PlaneSettings {
+pub(super) struct PlaneChartSettings {
     /// Cosine of the steepest slope of a height field (78 degrees). Unit: none. Source: calibrated
     /// on the scoreboard.
     pub(super) min_cosine: f64,
@@ -15,7 +15,7 @@ pub(super) struct PlaneSettings {
     pub(super) max_emptier: f64,
 }
 
-impl PlaneSettings {
+impl PlaneChartSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self { min_cosine: 0.2, min_share: 0.8, max_emptier: 0.02 };
 }

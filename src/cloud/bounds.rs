@@ -47,7 +47,7 @@ impl Bounds {
         (self.max - self.min).length()
     }
 
-    /// The middle of the box.
+    /// The center of the box.
     #[must_use]
     pub fn center(&self) -> DVec3 {
         // Halved first: the sum of two large coordinates may overflow.

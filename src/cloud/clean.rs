@@ -53,7 +53,7 @@ pub struct Cleaning {
     pub multiplicity: Vec<u32>,
     /// Each duplicate with the kept point that stands for it, ascending.
     pub merged: Vec<(u32, u32)>,
-    /// Median distance of the kept points to their third nearest, in the points' unit.
+    /// Median spacing of the kept points, in the points' unit.
     pub spacing: f64,
 }
 
@@ -67,7 +67,7 @@ impl Cleaning {
 
 /// Finds duplicates and gross outliers among points that have passed [`check`](super::check).
 ///
-/// The spacing at a point is the distance to its third nearest neighbor. A point is a duplicate if
+/// The spacing at a point is the distance to one of its nearest neighbors. A point is a duplicate if
 /// an earlier one lies within a tiny share of the typical spacing. There are two kinds of outliers.
 /// One has a larger spacing than its surroundings and lies steeply above their plane. The other has
 /// a far larger spacing than usual and fills a volume with its neighbors. In a small cloud, only

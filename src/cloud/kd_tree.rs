@@ -53,7 +53,7 @@ trait Search {
 struct Nearest<'a, W> {
     count: usize,
     wanted: W,
-    /// Nearest first.
+    /// The points found so far, nearest first.
     found: &'a mut Vec<Neighbor>,
     /// Points that are not before it are ignored.
     worst: Neighbor,
@@ -276,8 +276,8 @@ impl<'a> KdTree<'a> {
         self.descend(0, (0, self.order.len()), place, offset, search);
     }
 
-    /// Visits the points of a node with this range. `offset` is the vector from its box to the
-    /// place.
+    /// Visits the points of a node with this range. `offset` is the distance of the place from the
+    /// node's box along each axis.
     fn descend(
         &self,
         node: usize,

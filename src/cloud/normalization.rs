@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use super::bounds::Bounds;
 
-/// A frame in which the cloud's box is centered on the origin and its longest side lies in `(1/2,
-/// 1]`.
+/// A frame in which the cloud's box is centered on the origin. Its longest side lies in `(1/2, 1]`.
 ///
 /// Large coordinates with small details keep their digits. The scale is a power of two, because
 /// multiplying by it is exact. Only the shift of the center rounds, once in each direction.

@@ -80,7 +80,7 @@ impl LocalPlanes {
     }
 }
 
-/// The third principal deviation over the second; 1 if both are 0.
+/// The third principal deviation over the second; 1 if the second is 0.
 fn flatness(plane: &Plane) -> f64 {
     let [_, width, thickness] = plane.deviations;
     if width > 0.0 { thickness / width } else { 1.0 }

@@ -1,5 +1,5 @@
-//! Observations of a cloud: local planes, noise, graphs, border. Each is computed on first use and
-//! kept. No decision is made here.
+//! Observations of a cloud: local planes, noise, graphs, border. Graphs and border are computed on
+//! first use and kept. No decision is made here.
 
 mod border;
 mod local_planes;

@@ -21,7 +21,7 @@ pub struct Candidate {
     pub chart: &'static str,
     /// The kind of surface.
     pub kind: Kind,
-    /// The direction of the heights, of a height field.
+    /// The direction of the heights; `None` unless it is a height field.
     pub direction: Option<DVec3>,
     /// The score, of which the lowest is best; `None` if it was not computed.
     pub score: Option<f64>,

@@ -193,7 +193,7 @@ pub enum Aspect {
 }
 
 impl Aspect {
-    /// All of them.
+    /// All ways.
     pub const ALL: [Self; 2] = [Self::Data, Self::Fixed];
 
     /// The name, as Python and the command line spell it.

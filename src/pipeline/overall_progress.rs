@@ -50,7 +50,7 @@ pub(super) fn before_phases(observer: &mut dyn Observer) -> PhaseObserver<'_> {
 /// phase's remaining share.
 pub(super) struct PhaseObserver<'a> {
     observer: &'a mut dyn Observer,
-    /// Share of the whole at the begin of the round.
+    /// Share of the whole at the start of the round.
     done: f64,
     /// Share of the whole at the end of the phase.
     end: f64,

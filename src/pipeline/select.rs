@@ -59,7 +59,7 @@ pub(super) fn select_best(
     Ok(refined)
 }
 
-/// The models whose scores are near the best one's, as many as are refined.
+/// The models that may be refined: those whose scores are near the best one's, up to a limit.
 fn best_models<'a>(ranked: &'a RankedCloud<'_>) -> &'a [Model] {
     let models = &ranked.ranking.models;
     let near = models

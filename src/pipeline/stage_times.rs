@@ -1,4 +1,4 @@
-//! Wall time of each stage.
+//! Wall time of each stage, for the report.
 
 use std::time::{Duration, Instant};
 

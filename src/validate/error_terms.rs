@@ -24,7 +24,7 @@ pub struct Terms {
     pub misaligned: f64,
     /// Share of neighboring cells whose normals turn over.
     pub folded: f64,
-    /// Shrinkage of the ends of a tube: 0 for none, 2 if both end in a point.
+    /// Shrinkage of the ends of a tube below half its circumference: 2 if both end in a point.
     pub pinched: f64,
 }
 
@@ -182,7 +182,7 @@ impl Comparison<'_> {
         DVec2::new(place(0), place(1))
     }
 
-    /// Shrinkage of the ends of a tube against its median circumference.
+    /// Shrinkage of the ends of a tube below half its median circumference.
     fn pinched(&self, grid: &CellGrid) -> f64 {
         if self.closed != [true, false] {
             return 0.0;
