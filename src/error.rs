@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// What can go wrong, with the numbers that disagree and what to do about it.
+/// All errors of the crate. Each message gives the rule, the value that breaks it, and a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -19,13 +19,13 @@ pub enum Error {
         point.x, point.y, point.z
     )]
     NotFinite {
-        /// Place in the input, from 0.
+        /// Index in the input, from 0.
         index: usize,
-        /// The point itself.
+        /// The point.
         point: DVec3,
     },
 
-    /// There are not enough different points to span a surface.
+    /// There are too few distinct points for a surface.
     ///
     /// ```
     /// use neurbs::{DVec3, Error, cloud};
@@ -37,11 +37,11 @@ pub enum Error {
          add points"
     )]
     TooFewPoints {
-        /// How many distinct points are needed.
+        /// Number of distinct points that are needed.
         needed: usize,
-        /// How many distinct ones there are.
+        /// Number of distinct points.
         distinct: usize,
-        /// How many points were given.
+        /// Number of given points.
         given: usize,
     },
 
@@ -57,9 +57,9 @@ pub enum Error {
         point.x, point.y, point.z
     )]
     AllEqual {
-        /// How many points were given.
+        /// Number of given points.
         given: usize,
-        /// The one place where they all are.
+        /// The place of all points.
         point: DVec3,
     },
 
@@ -73,11 +73,11 @@ pub enum Error {
     /// ```
     #[error(
         "points must span a surface, but all {given} lie on one line \
-         (length {length:.3e}, width {width:.1e}): a curve is not enough, add points beside it, or \
-         move them to the origin if their digits have run out"
+         (length {length:.3e}, width {width:.1e}): add points beside it, or subtract an offset from \
+         large coordinates, whose small digits may be lost"
     )]
     Collinear {
-        /// How many points were given.
+        /// Number of given points.
         given: usize,
         /// Extent along the line, in the points' unit.
         length: f64,
@@ -85,7 +85,7 @@ pub enum Error {
         width: f64,
     },
 
-    /// The cloud is too large or too small for squares of distances to be numbers.
+    /// The extent of the cloud is so large or small that squared areas overflow or vanish.
     ///
     /// ```
     /// use neurbs::{DVec3, Error, cloud};
@@ -98,9 +98,9 @@ pub enum Error {
     Extent {
         /// Largest side of the bounding box, in the points' unit.
         extent: f64,
-        /// Smallest extent that can be worked with.
+        /// Smallest extent allowed.
         least: f64,
-        /// Largest extent that can be worked with.
+        /// Largest extent allowed.
         most: f64,
     },
 
@@ -116,13 +116,13 @@ pub enum Error {
     Parameter {
         /// Name of the option or argument.
         name: &'static str,
-        /// What must hold.
+        /// The condition.
         must: String,
-        /// What came.
+        /// The value that was given.
         got: String,
     },
 
-    /// A knot vector does not belong to its degree, or is not one at all.
+    /// A knot vector is invalid, or does not match its degree.
     ///
     /// ```
     /// use neurbs::{Error, nurbs::KnotVector};
@@ -131,15 +131,15 @@ pub enum Error {
     /// ```
     #[error("a knot vector of degree {degree} must {must}, but {got}")]
     Knots {
-        /// The degree it is for.
+        /// The degree.
         degree: usize,
-        /// What must hold.
+        /// The condition.
         must: &'static str,
-        /// What came.
+        /// The value that was given.
         got: String,
     },
 
-    /// Control points, weights and knots do not fit one another.
+    /// Control points, weights and knots do not match.
     ///
     /// ```
     /// use neurbs::{DVec3, Error, nurbs::{KnotVector, NurbsSurface}};
@@ -150,34 +150,34 @@ pub enum Error {
     /// ```
     #[error("a control net must {must}, but {got}")]
     Net {
-        /// What must hold.
+        /// The condition.
         must: &'static str,
-        /// What came.
+        /// The value that was given.
         got: String,
     },
 
-    /// A lattice needs more memory than there is.
+    /// A lattice needs more memory than is available.
     ///
     /// ```
     /// let error = neurbs::Error::Memory { nodes: 16_000_000, bytes: 8_192_000_000 };
     /// assert_eq!(
     ///     error.to_string(),
-    ///     "a lattice of 16000000 nodes takes about 8.2 GB of memory, more than there is: take \
+    ///     "a lattice of 16000000 nodes needs about 8.2 GB of memory, more than is available: use \
     ///      fewer rows and columns"
     /// );
     /// ```
     #[error(
-        "a lattice of {nodes} nodes takes about {:.1} GB of memory, more than there is: take fewer \
-         rows and columns", *bytes as f64 / 1e9
+        "a lattice of {nodes} nodes needs about {:.1} GB of memory, more than is available: use \
+         fewer rows and columns", *bytes as f64 / 1e9
     )]
     Memory {
         /// Number of nodes.
         nodes: usize,
-        /// What training them takes.
+        /// Bytes that training needs.
         bytes: usize,
     },
 
-    /// The observer asked a long job to stop.
+    /// The observer stopped a long job.
     ///
     /// ```
     /// use neurbs::{DVec3, Error, ReconstructOptions, reconstruct};
@@ -204,7 +204,7 @@ pub enum Error {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// An option or argument out of its range: `{name} must be {must}, got {got}`.
+    /// The error of an option or argument: `{name} must be {must}, got {got}`.
     pub(crate) fn parameter(
         name: &'static str,
         must: impl Into<String>,

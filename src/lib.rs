@@ -1,18 +1,19 @@
 //! Scattered 3D points in, a standard NURBS surface out.
 //!
-//! Charts propose how the points may lie on a surface. Coarse fits of the proposals are scored, and
-//! the best is refined: least squares with fairness pull a B-spline surface to the points while their
-//! parameters follow it. The net grows until a tolerance holds or more control points would follow
-//! noise. A Kohonen self-organizing map learns the points from the coarse surface.
+//! Charts propose how the points may lie on a surface. Coarse fits of their hypotheses are scored,
+//! and the best is refined. Least squares with fairness fit a B-spline surface, and the points'
+//! parameters are corrected in turn. The net grows until a tolerance holds, or until more control
+//! points would follow noise. A Kohonen self-organizing map is trained on the points from the
+//! coarse surface.
 //!
-//! The source is *Free-form Surfaces for Scattered Data by Neural Networks* (M. Hoffmann, L. Várady,
-//! 1998), called "the paper" here. There the trained lattice itself is the control net; that method is
-//! [`reconstruct_paper()`].
+//! The source is *Free-form Surfaces for Scattered Data by Neural Networks* (M. Hoffmann, L.
+//! Várady, 1998), called "the paper" here. In it the trained lattice itself is the control net;
+//! that method is [`reconstruct_paper()`].
 //!
 //! ```
 //! use neurbs::{DVec3, ReconstructOptions, progress::Silent, reconstruct};
 //!
-//! // Points on a saddle, in no order that the library knows of.
+//! // Points on a saddle; their order does not matter.
 //! let points: Vec<DVec3> = (0..200)
 //!     .map(|i| {
 //!         let (x, y) = (f64::from(i % 20) / 20.0, f64::from(i / 20) / 10.0);
@@ -31,12 +32,12 @@
 //! # Ok::<(), neurbs::Error>(())
 //! ```
 //!
-//! [`reconstruct()`] is the whole job. Its stages are public, each over plain values that can be
-//! saved, looked at and replaced: [`cloud`] (checks, cleaning, components), [`observe`] (local
-//! planes, noise, border), [`chart`] (proposals), [`pipeline`] (score, selection, refinement), [`som`]
-//! (the network), [`fit`] (least squares), [`nurbs`] (the surface), [`validate`] (defects), [`mesh`]
+//! [`reconstruct()`] is the whole job. Its stages are public, too, with plain values between them:
+//! [`cloud`] (checks, cleaning, components), [`observe`] (local planes, noise, border), [`chart`]
+//! (hypotheses), [`pipeline`] (ranking, selection, refinement), [`som`] (the network), [`fit`]
+//! (least squares), [`nurbs`] (curves and surfaces), [`mod@validate`] (defects), [`mesh`]
 //! (triangles), [`export`] (STEP, IGES, OBJ). Long jobs report their progress to an [`Observer`],
-//! which may stop them.
+//! which may stop them. Functions that Python has at the top level are at the top level here, too.
 //!
 //! Points are [`DVec3`] of the `glam` crate, in any unit; u runs along the rows of a net, v along
 //! its columns, and arrays over a net are row-major.
@@ -62,16 +63,19 @@ pub mod validate;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
+pub use crate::cloud::{Cleaning, Components, EvenSample, clean, components};
 pub use crate::diagnostic::{Cause, Diagnostic};
 pub use crate::error::{Error, Result};
+pub use crate::fit::{HeightFit, fit_heights, fit_weights};
 pub use crate::mesh::TriangleMesh;
 pub use crate::nurbs::{NurbsCurve, NurbsSurface};
 pub use crate::pipeline::{
-    Candidate, PaperOptions, ReconstructOptions, Reconstruction, candidates, reconstruct,
+    Candidate, PaperOptions, ReconstructOptions, Reconstruction, Report, candidates, reconstruct,
     reconstruct_paper, recover_net,
 };
-pub use crate::progress::{Observer, Progress};
-pub use crate::som::SelfOrganizingMap;
+pub use crate::progress::{Epoch, Observer, Progress};
+pub use crate::som::{Lattice, SelfOrganizingMap};
+pub use crate::validate::validate;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

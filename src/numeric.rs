@@ -1,11 +1,11 @@
-//! Small numerical helpers that every module may use.
+//! Numerical helpers for every module: quantiles, rms, integers.
 
-/// The upper median; 0 of nothing.
+/// The upper median; 0 without values.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value that this share of the others does not exceed; 0 of nothing.
+/// The quantile at this share, one of the values; 0 without values.
 pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.into_iter().collect();
     if values.is_empty() {
@@ -15,7 +15,7 @@ pub(crate) fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> f64
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
-/// The root of the mean square; 0 of nothing.
+/// The root mean square; 0 without values.
 pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values {
@@ -25,13 +25,13 @@ pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
 }
 
-/// The whole part of a number, 0 of negative ones.
+/// The integer part of a number; 0 for negative numbers.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
 pub(crate) fn whole(number: f64) -> usize {
     number as usize
 }
 
-/// An index as the 32 bits in which neighbours and edges are stored.
+/// An index as `u32`, the type in which neighbors and edges are stored.
 pub(crate) fn index(place: usize) -> u32 {
     u32::try_from(place).unwrap_or(u32::MAX)
 }
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_values_of_the_list() {
+    fn median_quantile_and_rms_of_short_lists() {
         assert_eq!(median([3.0, 1.0, 2.0]), 2.0);
         assert_eq!(quantile([3.0, 1.0, 2.0], 1.0), 3.0);
         assert_eq!(median([]), 0.0);

@@ -1,4 +1,4 @@
-//! How long jobs report what they do, and how they are stopped.
+//! Progress reports of long jobs, and observers that may stop them.
 
 use std::ops::ControlFlow;
 
@@ -6,49 +6,49 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 
-/// What a long job is doing at this moment.
+/// The state of a long job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// The part of the job.
+    /// The current stage.
     pub stage: Stage,
     /// Steps done in this stage.
     pub step: u64,
-    /// Steps after which this stage ends at the latest.
+    /// Largest number of steps of this stage.
     pub total: u64,
-    /// Largest move of a lattice node during the last finished epoch, in the points' unit;
-    /// `None` before the first has finished and in stages without a lattice.
+    /// Largest move of a lattice node during the last finished epoch, in the points' unit. `None`
+    /// before the first epoch has finished and in stages without a lattice.
     pub change: Option<f64>,
-    /// Mean distance from points to their nearest nodes during the last finished epoch, or while a
-    /// surface is fitted the root of their mean squared distance from it, in the points' unit;
-    /// `None` before there is one.
+    /// In training, the mean distance from points to their nearest nodes during the last finished
+    /// epoch. In a fit, the root mean square distance from the surface. In the points' unit; `None`
+    /// before it is known.
     pub error: Option<f64>,
-    /// How far on the lattice the neighbourhood reaches, in cells; `None` in stages without one.
+    /// Radius of the neighborhood on the lattice, in cells; `None` in stages without a lattice.
     pub radius: Option<f64>,
-    /// How many points lay on the lattice when they were last presented.
+    /// Number of points that lay on the lattice when they were last presented.
     pub reached: usize,
-    /// How many points there are.
+    /// Number of points.
     pub points: usize,
-    /// The share of a whole reconstruction that is done, as far as can be told; `None` in other jobs.
+    /// Estimated share of a whole reconstruction that is done; `None` in other jobs.
     pub share: Option<f64>,
 }
 
 impl Progress {
-    /// Of a stage in which no lattice changes.
+    /// The progress of a stage without a lattice.
     pub(crate) fn of_stage(stage: Stage, step: u64, total: u64, points: usize) -> Self {
         let (change, error, radius, share) = (None, None, None, None);
         Self { stage, step, total, change, error, radius, reached: 0, points, share }
     }
 }
 
-/// What an epoch of training has made of the lattice.
+/// The lattice at the end of an epoch of training.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Epoch<'a> {
-    /// Steps made: presentations of online training, epochs of batch training.
+    /// Number of steps: presentations of online training, epochs of batch training.
     pub step: u64,
-    /// Mean distance from points to their nearest nodes, each measured when the point was looked
-    /// at, in the points' unit.
+    /// Mean distance from points to their nearest nodes, each measured when the point was
+    /// presented, in the points' unit.
     pub error: f64,
-    /// How far on the lattice the neighbourhood reached at the last step, in cells.
+    /// Radius of the neighborhood on the lattice at the last step, in cells.
     pub radius: f64,
     /// Largest move of a node, in the points' unit.
     pub change: f64,
@@ -56,16 +56,16 @@ pub struct Epoch<'a> {
     pub lattice: &'a [DVec3],
 }
 
-/// A part of a long job.
+/// A stage of a long job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The points are looked through for what cannot be a surface; a step is one point.
+    /// The points are checked; a step is one point.
     Checking,
-    /// Neighbours are found, duplicates and outliers set aside; a step is one point.
+    /// Neighbors, duplicates and outliers are found; a step is one point.
     Cleaning,
-    /// The lattice learns the points; a step is one presentation.
+    /// The lattice is trained on the points; a step is one presentation.
     Training,
-    /// The distances from the points to the lattice are measured; a step is one point.
+    /// Distances from the points to the lattice or surface are measured; a step is one point.
     Measuring,
     /// A surface is fitted to the points; a step is one solution for the control net.
     Fitting,
@@ -88,16 +88,16 @@ impl Stage {
     }
 }
 
-/// Watches a long job, and may stop it.
+/// Observes a long job, and may stop it.
 ///
-/// The job calls it every few milliseconds, always from the thread that started the job; a
-/// reconstruction goes on meanwhile. To answer [`ControlFlow::Break`] ends the job with
+/// The job calls it every few milliseconds, always from the thread that started the job. A
+/// reconstruction continues during the call. [`ControlFlow::Break`] ends the job with
 /// [`Error::Interrupted`]. Any `FnMut(&Progress) -> ControlFlow<()>` is an observer.
 pub trait Observer {
-    /// Takes notice of the progress and says whether to go on.
+    /// Receives the progress, and returns whether to continue.
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()>;
 
-    /// Sees the lattice at the end of an epoch of training, and says whether to go on.
+    /// Receives the lattice at the end of an epoch of training, and returns whether to continue.
     fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         let _ = epoch;
         ControlFlow::Continue(())
@@ -110,7 +110,7 @@ impl<F: FnMut(&Progress) -> ControlFlow<()>> Observer for F {
     }
 }
 
-/// The observer for those who do not want to watch.
+/// An observer that ignores all reports and never stops a job.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
@@ -120,10 +120,10 @@ impl Observer for Silent {
     }
 }
 
-/// What longer work calls between its pieces, to hear whether to go on.
+/// A callback between parts of longer work: an error stops the work.
 pub(crate) type Listen<'a> = dyn FnMut() -> Result<()> + 'a;
 
-/// Listens to the observer between the pieces of a stage's preparations.
+/// A callback that reports to the observer between parts of a stage that has no steps.
 pub(crate) fn listener(
     observer: &mut dyn Observer,
     stage: Stage,
@@ -132,16 +132,17 @@ pub(crate) fn listener(
     move || report(observer, &Progress::of_stage(stage, 0, points as u64, points))
 }
 
-/// Reports to the observer and turns its wish to stop into an error.
+/// Reports progress to the observer. A stop becomes [`Error::Interrupted`].
 pub(crate) fn report(observer: &mut dyn Observer, progress: &Progress) -> Result<()> {
     result(observer.observe(progress))
 }
 
-/// Shows the observer an epoch and turns its wish to stop into an error.
+/// Reports an epoch to the observer. A stop becomes [`Error::Interrupted`].
 pub(crate) fn show(observer: &mut dyn Observer, epoch: &Epoch<'_>) -> Result<()> {
     result(observer.learned(epoch))
 }
 
+/// [`Error::Interrupted`] for a stop.
 fn result(answer: ControlFlow<()>) -> Result<()> {
     match answer {
         ControlFlow::Continue(()) => Ok(()),

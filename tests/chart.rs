@@ -1,4 +1,4 @@
-//! A new chart is one type and one entry of the list.
+//! A new chart takes one type and one entry in the list of charts.
 
 use std::f64::consts::TAU;
 
@@ -9,9 +9,9 @@ use neurbs::pipeline::{SelectSettings, rank};
 use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 
-/// Sheets rolled up about z, whose radius grows evenly from 1.
+/// A sheet rolled up about z, whose radius grows linearly from 1.
 struct Spiral {
-    /// Growth of the radius in a turn.
+    /// Growth of the radius per turn.
     pitch: f64,
 }
 
@@ -41,7 +41,7 @@ impl Chart for Spiral {
     }
 }
 
-/// A roll of three turns whose layers are about as far apart as its points.
+/// A roll of three turns; the distance of its layers is about the spacing of its points.
 fn roll(pitch: f64) -> Vec<DVec3> {
     let at = |i: u32| {
         let (a, b) = (0.754_877_666_246_693, 0.569_840_290_998_053);
@@ -54,7 +54,7 @@ fn roll(pitch: f64) -> Vec<DVec3> {
 }
 
 #[test]
-fn a_chart_beside_the_others_is_ranked_and_wins_where_it_fits_best() {
+fn an_additional_chart_is_ranked_and_wins_where_it_fits_best() {
     let pitch = 0.2;
     let points = roll(pitch);
     let spiral = Spiral { pitch };

@@ -207,7 +207,7 @@ fn few_points_get_small_nets() {
         assert!((rows, cols) == (4, 4) || rows * cols <= 2 * count, "{rows} × {cols}");
         let data = Bounds::of(&points);
         for point in result.surface.control_points() {
-            assert!(point.distance(data.centre()) < 3.0 * data.diagonal(), "{count}: {point}");
+            assert!(point.distance(data.center()) < 3.0 * data.diagonal(), "{count}: {point}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The whole job, on real and on hopeless input.
+//! The whole job, on real terrain and on invalid input.
 
 use std::ops::ControlFlow;
 
@@ -28,27 +28,27 @@ fn quick(points: &[DVec3]) -> Reconstruction {
 }
 
 #[test]
-fn terrain_becomes_a_surface_over_the_terrain() {
+fn the_paper_method_covers_the_terrain_without_folds() {
     let points = terrain();
     let result = reconstruct_paper(&points, &PaperOptions::default(), &mut Silent).unwrap();
     let (report, data) = (&result.report, Bounds::of(&points));
     assert_eq!(report.training.stopped_by, StoppedBy::Settled);
     assert_eq!(result.surface.shape(), (28, 29));
-    // The lattice spreads over the points: each has a node within about half a cell.
+    // The lattice covers the points: each has a node within about half a cell.
     assert!(report.training.quantization_error < 0.01 * report.diagonal);
-    // The surface stays in the data's box and fills it but for half a cell or so at the border.
+    // The surface stays in the data's box and fills it up to about half a cell at the border.
     let triangles = result.tessellate(&mut Silent).unwrap();
     let mesh = Bounds::of(&triangles.vertices);
     assert!(mesh.min.cmpge(data.min).all() && mesh.max.cmple(data.max).all());
     let filled = (mesh.max - mesh.min) / (data.max - data.min);
     assert!(filled.x > 0.93 && filled.y > 0.93, "{filled}");
-    // It is not folded over: its normals all point to the same side of the plane.
+    // It has no folds: all normals point to the same side of the plane.
     let up = triangles.normals.iter().filter(|n| n.z > 0.0).count();
     assert!(up == 0 || up == triangles.normals.len(), "{up} of {}", triangles.normals.len());
 }
 
 #[test]
-fn few_points_end_on_the_lattice() {
+fn the_lattice_reaches_each_of_few_points() {
     let points = &terrain()[..13];
     let result = reconstruct_paper(points, &PaperOptions::default(), &mut Silent).unwrap();
     assert_eq!(result.report.training.stopped_by, StoppedBy::Reached);
@@ -78,7 +78,7 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
 
 #[test]
 fn the_surface_moves_and_scales_with_the_points() {
-    // On multiples of 1/8 the motion rounds nothing: the normalized points are the same bits.
+    // Multiples of 1/8 are moved without rounding, so the normalized points are the same bits.
     let points: Vec<DVec3> = terrain().iter().map(|p| (8.0 * *p).round() / 8.0).collect();
     let (scale, offset) = (1024.0, DVec3::new(5e9, -7.8e9, 1e6));
     let moved: Vec<DVec3> = points.iter().map(|&p| scale * p + offset).collect();
@@ -93,7 +93,7 @@ fn the_surface_moves_and_scales_with_the_points() {
 }
 
 #[test]
-fn millimetres_at_five_million_keep_their_digits() {
+fn small_points_far_from_the_origin_keep_their_digits() {
     let corner = DVec3::new(5e6, 5e6, 100.0);
     let points: Vec<DVec3> = terrain().iter().map(|p| corner + *p * 1e-6).collect();
     let result = quick(&points);
@@ -104,7 +104,7 @@ fn millimetres_at_five_million_keep_their_digits() {
 }
 
 #[test]
-fn the_observer_sees_progress_and_can_stop() {
+fn the_observer_receives_progress_and_can_stop() {
     let points = terrain();
     let mut stages = Vec::new();
     let mut steps = Vec::new();
@@ -131,8 +131,8 @@ fn the_observer_sees_progress_and_can_stop() {
 }
 
 #[test]
-fn a_job_that_is_told_once_to_stop_stops() {
-    // A leaf, of which several first fits are made.
+fn a_single_break_of_the_observer_stops_the_job() {
+    // A leaf, for which several first fits are made.
     let leaf = |i: u32| {
         let (u, v) = (f64::from(i) / 300.0, (f64::from(i) * 0.618_033_988_75).fract() - 0.5);
         let width = 0.9 * (std::f64::consts::PI * u).sin().powf(0.7);
@@ -149,7 +149,7 @@ fn a_job_that_is_told_once_to_stop_stops() {
         let done = reconstruct(&points, &options, &mut observer).map(|_| ());
         (done, calls)
     };
-    // In a pool the job calls its observer itself.
+    // Inside a pool, the job calls its observer on its own thread.
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(|| {
         let (done, calls) = run(0);
         assert!(done.is_ok() && calls > 40, "{calls}");
@@ -161,7 +161,7 @@ fn a_job_that_is_told_once_to_stop_stops() {
 }
 
 #[test]
-fn a_kind_that_nothing_proposes_is_an_error() {
+fn a_kind_that_no_chart_proposes_is_an_error() {
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5)];
     for kind in [Kind::Tube, Kind::Torus] {
         let options = ReconstructOptions { kind: Some(kind), ..ReconstructOptions::default() };
@@ -171,7 +171,7 @@ fn a_kind_that_nothing_proposes_is_an_error() {
 }
 
 #[test]
-fn options_of_the_paper_out_of_range_are_refused_by_name() {
+fn paper_options_out_of_range_are_refused_by_name() {
     let points = terrain();
     let message = |options: PaperOptions| {
         reconstruct_paper(&points, &options, &mut Silent).unwrap_err().to_string()
@@ -219,7 +219,7 @@ fn options_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn the_stages_account_for_all_of_the_time() {
+fn the_times_of_the_stages_add_up_to_the_whole() {
     let points = terrain();
     let started = std::time::Instant::now();
     let options = ReconstructOptions { grid: Some((12, 12)), ..ReconstructOptions::default() };
@@ -230,7 +230,7 @@ fn the_stages_account_for_all_of_the_time() {
 }
 
 #[test]
-fn valid_and_converged_follow_the_diagnostics() {
+fn valid_and_converged_agree_with_the_diagnostics() {
     let points = &terrain()[..400];
     for tolerance in [None, Some(1e-9)] {
         let options = ReconstructOptions {

@@ -1,13 +1,13 @@
-//! Angles about a centre, and the gap that they leave.
+//! Angles about a center and their widest gap, and circles through points.
 
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::settings::AngleSettings;
 use crate::numeric::median;
 
-/// The widest gap between points around a closed section, in radians: 75 degrees.
-const CLOSED_GAP: f64 = 1.3;
+const SETTINGS: AngleSettings = AngleSettings::STANDARD;
 
 /// Angles of points, in turns from 0 to 1.
 pub(super) struct Angles {
@@ -19,7 +19,7 @@ pub(super) struct Angles {
 }
 
 impl Angles {
-    /// Of places about the origin.
+    /// The angles of places about the origin.
     pub(super) fn of(places: impl Iterator<Item = DVec2>) -> Self {
         let turns: Vec<f64> = places.map(|p| (p.to_angle() / TAU).rem_euclid(1.0)).collect();
         let mut sorted = turns.clone();
@@ -31,17 +31,17 @@ impl Angles {
         Self { turns, gap: TAU * gap, middle }
     }
 
-    /// Whether they go all the way round.
+    /// Whether the angles cover the whole circle.
     pub(super) fn closed(&self) -> bool {
-        self.gap < CLOSED_GAP
+        self.gap < SETTINGS.max_closed_gap
     }
 
-    /// The gap, in radians.
+    /// The widest gap, in radians.
     pub(super) fn gap(&self) -> f64 {
         self.gap
     }
 
-    /// The angles from one side of the gap to the other, from 0 to 1.
+    /// The angles from one side of the gap to the other, scaled to [0, 1].
     pub(super) fn cut(&self) -> Vec<f64> {
         let from_gap: Vec<f64> =
             self.turns.iter().map(|turn| (turn - self.middle).rem_euclid(1.0)).collect();
@@ -49,7 +49,7 @@ impl Angles {
     }
 }
 
-/// Numbers brought to [0, 1], and the length of their range.
+/// Numbers scaled to [0, 1], and the length of their range.
 pub(super) fn unit(numbers: &[f64]) -> (Vec<f64>, f64) {
     let low = numbers.iter().copied().fold(f64::INFINITY, f64::min);
     let high = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -58,9 +58,9 @@ pub(super) fn unit(numbers: &[f64]) -> (Vec<f64>, f64) {
     (numbers.iter().map(share).collect(), length)
 }
 
-/// The centre of the circle nearest to places (I. Kåsa, *A circle fitting procedure and its error
+/// The center of the circle fitted to places (I. Kåsa, *A circle fitting procedure and its error
 /// analysis*, 1976); their mean if that lies outside their box.
-pub(super) fn circle_centre(places: &[DVec2]) -> DVec2 {
+pub(super) fn circle_center(places: &[DVec2]) -> DVec2 {
     let mean = places.iter().sum::<DVec2>() / places.len().max(1) as f64;
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for place in places {
@@ -69,11 +69,11 @@ pub(super) fn circle_centre(places: &[DVec2]) -> DVec2 {
         matrix += DMat3::from_cols(row * row.x, row * row.y, row * row.z);
         right += local.length_squared() * row;
     }
-    let centre = mean + 0.5 * (matrix.inverse() * right).truncate();
+    let center = mean + 0.5 * (matrix.inverse() * right).truncate();
     let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-    let inside = centre.cmpge(low).all() && centre.cmple(high).all();
-    if inside { centre } else { mean }
+    let inside = center.cmpge(low).all() && center.cmple(high).all();
+    if inside { center } else { mean }
 }
 
 /// The median length of places.

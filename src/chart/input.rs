@@ -1,52 +1,52 @@
-//! What charts are made from.
+//! The input of all charts: observations, axes, and the flat maps that several charts share.
 
 use std::sync::OnceLock;
 
 use glam::DMat3;
 
 use super::kind::Kind;
+use super::settings::IsomapSettings;
 use crate::observe::Observations;
 use crate::som::LandmarkMap;
 
-/// Landmarks from which distances along the surface are found.
-const LANDMARKS: usize = 40;
+const SETTINGS: IsomapSettings = IsomapSettings::STANDARD;
 
-/// A cloud's observations, and what several charts need of it.
+/// A cloud's observations, with flat maps that several charts share.
 pub struct ChartInput<'a> {
     /// The observations.
     pub seen: &'a Observations<'a>,
-    /// The axes x, y and z in which the points were given, in the frame of the observations.
+    /// The given axes x, y and z, in the frame of the observations.
     pub given: DMat3,
-    /// The kind that was asked for.
+    /// The kind of the options; `None`: any.
     pub asked: Option<Kind>,
     maps: [OnceLock<Option<LandmarkMap>>; 2],
 }
 
-/// Which graph distances follow.
+/// The graph along which distances are measured.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Graph {
-    /// Links along the local planes.
+    /// The links along the local planes.
     Surface,
-    /// The shortest links alone.
+    /// The shortest links only.
     Tight,
 }
 
 impl<'a> ChartInput<'a> {
-    /// Of these observations.
+    /// The input with these observations.
     #[must_use]
     pub fn new(seen: &'a Observations<'a>, given: DMat3, asked: Option<Kind>) -> Self {
         Self { seen, given, asked, maps: [const { OnceLock::new() }; 2] }
     }
 
-    /// Distances along the surface, and the flat map that keeps them; `None` if the points have no
-    /// two dimensions.
+    /// Distances along the surface, and the flat map that preserves them. `None` if the map is not
+    /// two-dimensional.
     pub(super) fn landmark_map(&self, graph: Graph) -> Option<&LandmarkMap> {
         let (place, links) = match graph {
             Graph::Surface => (0, self.seen.graph()),
             Graph::Tight => (1, self.seen.tight_graph()),
         };
         self.maps[place]
-            .get_or_init(|| LandmarkMap::of(links, self.seen.points(), LANDMARKS))
+            .get_or_init(|| LandmarkMap::of(links, self.seen.points(), SETTINGS.landmarks))
             .as_ref()
     }
 }

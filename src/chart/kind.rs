@@ -24,7 +24,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 5] = [Self::Height, Self::Sheet, Self::Tube, Self::Torus, Self::Body];
 
     /// The name, as Python and the command line spell it.

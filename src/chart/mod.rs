@@ -1,16 +1,17 @@
-//! Ways to put points on a parameter domain. Each is a file with one [`Chart`], and one entry of
-//! [`CHARTS`].
+//! Charts: ways to put points on a parameter domain. Each is a file with one [`Chart`] and one
+//! entry of [`CHARTS`].
 
 mod angles;
-mod centre_line;
+mod bounding_rectangle;
+mod center_line;
 mod hypothesis;
 mod input;
 mod isomap;
 mod kind;
 mod plane;
 mod polar;
-mod rectangle;
 mod revolved;
+mod settings;
 mod traits;
 
 pub use self::hypothesis::Hypothesis;
@@ -20,4 +21,4 @@ pub use self::traits::Chart;
 
 /// All charts, cheapest first.
 pub const CHARTS: [&dyn Chart; 5] =
-    [&plane::Plane, &revolved::Revolved, &isomap::Isomap, &polar::Polar, &centre_line::CentreLine];
+    [&plane::Plane, &revolved::Revolved, &isomap::Isomap, &polar::Polar, &center_line::CenterLine];

@@ -1,24 +1,17 @@
-//! Heights over a plane: z as given, or the direction that most normals point along.
+//! Plane chart: height fields along the given z, or along the direction of most normals.
 
 use glam::{DVec2, DVec3};
 
+use super::bounding_rectangle::BoundingRectangle;
 use super::hypothesis::Hypothesis;
 use super::input::ChartInput;
 use super::kind::Kind;
-use super::rectangle::Rectangle;
+use super::settings::PlaneChartSettings;
 use super::traits::Chart;
 
-/// Cosine of the steepest slope of a height field, 78 degrees.
-const STEEP: f64 = 0.2;
+const SETTINGS: PlaneChartSettings = PlaneChartSettings::STANDARD;
 
-/// Share of the local normals that must be no steeper.
-const UPRIGHT: f64 = 0.8;
-
-/// Share of its rectangle that the footprint along z may fill less than the one along the normals:
-/// a footprint along z that leans fills less.
-const LESS_FILLED: f64 = 0.02;
-
-/// Heights over a plane, and the sheet that starts from them.
+/// Height fields over a plane, and sheets that start from them.
 pub(super) struct Plane;
 
 impl Chart for Plane {
@@ -32,7 +25,10 @@ impl Chart for Plane {
 
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         let seen = input.seen;
-        let steep = |up: DVec3| seen.planes().tell && seen.share_along(up, STEEP) < UPRIGHT;
+        let steep = |up: DVec3| {
+            let share = || seen.share_along(up, SETTINGS.min_cosine);
+            seen.planes().reliable && share() < SETTINGS.min_share
+        };
         let z = input.given.z_axis;
         if input.asked == Some(Kind::Height) {
             return vec![Footprint::along("plane z", input, z).heights()];
@@ -47,7 +43,7 @@ impl Chart for Plane {
         let mut found = Vec::new();
         match (along_z, along_normal) {
             (Some(z), Some(normal)) => {
-                if z.filled + LESS_FILLED >= normal.filled {
+                if z.filled + SETTINGS.max_emptier >= normal.filled {
                     found.push(z.heights());
                 }
                 found.push(normal.heights());
@@ -60,7 +56,7 @@ impl Chart for Plane {
     }
 }
 
-/// The points' places in a plane.
+/// The points' projection onto a plane, with parameters on its bounding rectangle.
 struct Footprint {
     name: &'static str,
     axes: [DVec3; 3],
@@ -70,8 +66,9 @@ struct Footprint {
 }
 
 impl Footprint {
+    /// The footprint along a direction.
     fn along(name: &'static str, input: &ChartInput<'_>, up: DVec3) -> Self {
-        // Along z the plane's axes are the given ones; else they turn with the points.
+        // Along z the axes are the given ones; otherwise they rotate with the points.
         let first = if up == input.given.z_axis {
             input.given.x_axis
         } else {
@@ -83,7 +80,7 @@ impl Footprint {
         let second = up.cross(first);
         let place = |point: &DVec3| DVec2::new(first.dot(*point), second.dot(*point));
         let places: Vec<DVec2> = input.seen.points().iter().map(place).collect();
-        let rectangle = Rectangle::around(&places);
+        let rectangle = BoundingRectangle::around(&places);
         let along = rectangle.along.x * first + rectangle.along.y * second;
         Self {
             name,
@@ -94,6 +91,7 @@ impl Footprint {
         }
     }
 
+    /// The height field over the plane.
     fn heights(&self) -> Hypothesis {
         let (heights, unfilled) = (Some(self.axes), (1.0 - self.filled).max(0.0));
         Hypothesis {
@@ -103,6 +101,7 @@ impl Footprint {
         }
     }
 
+    /// The sheet with the same parameters.
     fn sheet(&self) -> Hypothesis {
         Hypothesis::new(self.name, Kind::Sheet, self.uv.clone(), self.lengths)
     }

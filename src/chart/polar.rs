@@ -1,20 +1,16 @@
-//! Sheets around a centre: distance from it along the surface, angle about it.
+//! Polar chart: distance from a center along the surface, and angle about it.
 
 use glam::{DVec2, DVec3};
 
 use super::hypothesis::Hypothesis;
 use super::input::{ChartInput, Graph};
 use super::kind::Kind;
+use super::settings::PolarSettings;
 use super::traits::Chart;
 use crate::cloud::Plane;
 use crate::numeric::quantile;
 
-/// Share of the points, nearest to the centre, whose plane gives the axis.
-const CAP: f64 = 0.1;
-
-/// Cosine of the angle to that axis under which the way from the centre to the points' mean is no
-/// axis.
-const ASIDE: f64 = 0.3;
+const SETTINGS: PolarSettings = PolarSettings::STANDARD;
 
 /// Domes, bulbs and cones, by geodesic polar coordinates.
 pub(super) struct Polar;
@@ -34,22 +30,23 @@ impl Chart for Polar {
     }
 }
 
+/// The sheet around the most central landmark.
 fn polar(name: &'static str, graph: Graph, input: &ChartInput<'_>) -> Option<Hypothesis> {
     let (map, points) = (input.landmark_map(graph)?, input.seen.points());
     let reach = |distances: &Vec<f64>| distances.iter().copied().fold(0.0, f64::max);
     let central = (0..map.landmarks.len())
         .min_by(|&a, &b| reach(&map.distances[a]).total_cmp(&reach(&map.distances[b])))?;
-    let (centre, distances) = (points[map.landmarks[central]], &map.distances[central]);
-    let near = quantile(distances.iter().copied(), CAP);
+    let (center, distances) = (points[map.landmarks[central]], &map.distances[central]);
+    let near = quantile(distances.iter().copied(), SETTINGS.cap_share);
     let cap = points.iter().zip(distances).filter(|(_, d)| **d <= near).map(|(point, _)| *point);
     let normal = Plane::of(cap.collect::<Vec<_>>()).normal();
-    let inwards = input.seen.axes().centre - centre;
-    let aside = inwards.dot(normal).abs() < ASIDE * inwards.length();
+    let inwards = input.seen.axes().center - center;
+    let aside = inwards.dot(normal).abs() < SETTINGS.min_inward_cosine * inwards.length();
     let axis = if aside { normal } else { inwards.normalize_or(normal) };
     let (a, b) = axis.any_orthonormal_pair();
     let longest = reach(distances);
     let place = |(point, distance): (&DVec3, &f64)| {
-        let apart = *point - centre;
+        let apart = *point - center;
         let way = DVec2::new(apart.dot(a), apart.dot(b)).normalize_or_zero();
         0.5 * (square(distance / longest * way) + 1.0)
     };
@@ -57,8 +54,8 @@ fn polar(name: &'static str, graph: Graph, input: &ChartInput<'_>) -> Option<Hyp
     Some(Hypothesis::new(name, Kind::Sheet, uv, [2.0 * longest; 2]))
 }
 
-/// The unit disc brought to the square [-1, 1]² (the elliptical grid: C. Fong, *Analytical methods
-/// for squaring the disc*, 2014).
+/// Maps the unit disc to the square [-1, 1]² (the elliptical grid mapping: C. Fong, *Analytical
+/// methods for squaring the disc*, 2014).
 fn square(place: DVec2) -> DVec2 {
     let DVec2 { x, y } = place;
     let (own, cross) = (2.0 + x * x - y * y, 8.0_f64.sqrt());
@@ -74,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_disc_fills_the_square() {
+    fn the_disc_maps_to_the_whole_square() {
         let corner = square(DVec2::from_angle(std::f64::consts::FRAC_PI_4));
         assert!(corner.distance(DVec2::ONE) < 1e-7, "{corner}");
         assert!(square(DVec2::X).distance(DVec2::X) < 1e-12);

@@ -1,32 +1,19 @@
-//! Surfaces that go around an axis: angles about it, lengths along their profile.
+//! Revolved chart: angles about a principal axis, and lengths along the profile.
 
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::angles::{Angles, circle_centre, radius, unit};
+use super::angles::{Angles, circle_center, radius, unit};
 use super::hypothesis::Hypothesis;
 use super::input::ChartInput;
 use super::kind::Kind;
+use super::settings::RevolvedSettings;
 use super::traits::Chart;
 use crate::cloud::Plane;
 use crate::numeric::quantile;
 
-/// Slices along an axis whose circles give the centre line.
-const SLICES: usize = 7;
-
-/// Points in a slice that give a circle, at least.
-const SLICE_POINTS: usize = 6;
-
-/// Length of a surface along its axis from which on its centre line may bend, in its radii.
-const LONG: f64 = 1.2;
-
-/// The narrowest gap at which a surface is cut open, in radians: 7 degrees.
-const CUT_GAP: f64 = 0.12;
-
-/// Radius of a torus's section in this share of its points, the nearest, in that of its median.
-const HOLLOW: f64 = 0.15;
-const NEAREST: f64 = 0.05;
+const SETTINGS: RevolvedSettings = RevolvedSettings::STANDARD;
 
 /// Tubes, sheets cut open and tori about the principal axes.
 pub(super) struct Revolved;
@@ -43,36 +30,38 @@ impl Chart for Revolved {
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
         const NAMES: [&str; 3] = ["revolved 1", "revolved 2", "revolved 3"];
         let around = NAMES.into_iter().enumerate().flat_map(|(axis, name)| {
-            Turned::about(input, axis).hypotheses(name, axis + 1 == NAMES.len())
+            Cylindrical::about(input, axis).hypotheses(name, axis + 1 == NAMES.len())
         });
         around.collect()
     }
 }
 
-/// Points about a principal axis.
-struct Turned {
+/// Cylindrical coordinates of points about a principal axis.
+struct Cylindrical {
     angles: Angles,
     radius: f64,
-    /// Distance from the axis and height along it, from their mean and by their principal axes.
+    /// Distance from the axis and height along it, relative to their mean and in their principal
+    /// axes.
     profile: Vec<DVec2>,
 }
 
-impl Turned {
+impl Cylindrical {
+    /// The coordinates about the principal axis with this number. A long surface gets a bent axis.
     fn about(input: &ChartInput<'_>, axis: usize) -> Self {
-        let (centre, axes) = (input.seen.axes().centre, input.seen.axes().axes);
+        let (center, axes) = (input.seen.axes().center, input.seen.axes().axes);
         let (up, a, b) = (axes[axis], axes[(axis + 1) % 3], axes[(axis + 2) % 3]);
         let points = input.seen.points();
         let local = |point: &DVec3| {
-            let apart = *point - centre;
+            let apart = *point - center;
             (DVec2::new(apart.dot(a), apart.dot(b)), apart.dot(up))
         };
         let (mut places, heights): (Vec<DVec2>, Vec<f64>) = points.iter().map(local).unzip();
-        let middle = circle_centre(&places);
+        let middle = circle_center(&places);
         for place in &mut places {
             *place -= middle;
         }
-        if unit(&heights).1 > LONG * radius(&places)
-            && let Some(line) = centre_line(&places, &heights)
+        if unit(&heights).1 > SETTINGS.min_bent_length * radius(&places)
+            && let Some(line) = center_line(&places, &heights)
         {
             let along = places.iter_mut().zip(&heights);
             along.for_each(|(place, z)| *place -= line[0] + *z * (line[1] + *z * line[2]));
@@ -90,6 +79,7 @@ impl Turned {
         }
     }
 
+    /// The tube, torus and open sheet in these coordinates. Only the shortest axis gives a torus.
     fn hypotheses(&self, name: &'static str, shortest: bool) -> Vec<Hypothesis> {
         let along: Vec<f64> = self.profile.iter().map(|point| point.x).collect();
         let (v, length) = unit(&along);
@@ -102,14 +92,15 @@ impl Turned {
             found.push(Hypothesis::new(name, Kind::Tube, uv, [TAU * self.radius, length]));
             let around = Angles::of(self.profile.iter().copied());
             let section = radius(&self.profile);
-            let nearest = quantile(self.profile.iter().map(|point| point.length()), NEAREST);
-            if shortest && around.closed() && nearest > HOLLOW * section {
+            let nearest =
+                quantile(self.profile.iter().map(|point| point.length()), SETTINGS.hollow_share);
+            if shortest && around.closed() && nearest > SETTINGS.min_hollow_radius * section {
                 let uv = pairs(&self.angles.turns, &around.turns);
                 let lengths = [TAU * self.radius, TAU * section];
                 found.push(Hypothesis::new(name, Kind::Torus, uv, lengths));
             }
         }
-        if self.angles.gap() > CUT_GAP {
+        if self.angles.gap() > SETTINGS.min_cut_gap {
             let uv = pairs(&self.angles.cut(), &v);
             let lengths = [(TAU - self.angles.gap()) * self.radius, length];
             found.push(Hypothesis::new(name, Kind::Sheet, uv, lengths));
@@ -118,20 +109,22 @@ impl Turned {
     }
 }
 
-/// A quadratic through the centres of circles in slices of equal numbers of points.
-fn centre_line(places: &[DVec2], heights: &[f64]) -> Option<[DVec2; 3]> {
+/// The quadratic fitted to the centers of circles in slices of equally many points.
+fn center_line(places: &[DVec2], heights: &[f64]) -> Option<[DVec2; 3]> {
     let mut order: Vec<usize> = (0..heights.len()).collect();
     order.sort_by(|a, b| heights[*a].total_cmp(&heights[*b]));
-    let slices = order.chunks(order.len().div_ceil(SLICES)).filter(|s| s.len() >= SLICE_POINTS);
-    let centres = slices.map(|slice| {
+    let slices = order
+        .chunks(order.len().div_ceil(SETTINGS.slices))
+        .filter(|slice| slice.len() >= SETTINGS.min_slice_points);
+    let centers = slices.map(|slice| {
         let inside: Vec<DVec2> = slice.iter().map(|&i| places[i]).collect();
         let height = slice.iter().map(|&i| heights[i]).sum::<f64>() / slice.len() as f64;
-        (height, circle_centre(&inside))
+        (height, circle_center(&inside))
     });
-    quadratic(&centres.collect::<Vec<_>>())
+    quadratic(&centers.collect::<Vec<_>>())
 }
 
-/// The quadratic nearest to values at places; `None` if they do not determine it.
+/// The quadratic fitted to values at heights; `None` if they do not determine it.
 fn quadratic(values: &[(f64, DVec2)]) -> Option<[DVec2; 3]> {
     let (mut matrix, mut right) = (glam::DMat3::ZERO, [DVec3::ZERO; 2]);
     for (z, value) in values {

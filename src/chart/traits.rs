@@ -1,4 +1,4 @@
-//! What a chart is.
+//! The trait of all charts.
 
 use super::hypothesis::Hypothesis;
 use super::input::ChartInput;
@@ -12,6 +12,6 @@ pub trait Chart: Sync {
     /// The kinds of surface that it may propose.
     fn kinds(&self) -> &'static [Kind];
 
-    /// The hypotheses that it has for these points; none where it does not apply.
+    /// Its hypotheses for these points; none where it does not apply.
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis>;
 }

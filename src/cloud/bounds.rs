@@ -1,4 +1,4 @@
-//! The box around points, and their mean.
+//! The bounding box of points, and their mean.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Points looked at between two reports: some ten milliseconds where neighbours are searched.
+/// Points that are processed between two reports: about ten milliseconds of neighbor searches.
 pub(super) const POINTS_PER_REPORT: usize = 1 << 14;
 
-/// The axis-aligned box around points.
+/// The axis-aligned bounding box of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
     /// The corner with the smallest coordinates.
@@ -19,7 +19,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box around `points`; of none at all, an empty one (`min` above `max`).
+    /// The box around `points`. Without points it is empty: `min` is above `max`.
     ///
     /// ```
     /// use neurbs::{DVec3, cloud::Bounds};
@@ -31,10 +31,12 @@ impl Bounds {
         points.par_iter().map(|&p| Self { min: p, max: p }).reduce(Self::empty, Self::join)
     }
 
+    /// The box without points: `min` is above `max`.
     pub(super) fn empty() -> Self {
         Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }
     }
 
+    /// The box around both.
     pub(super) fn join(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -45,9 +47,9 @@ impl Bounds {
         (self.max - self.min).length()
     }
 
-    /// The middle of the box.
+    /// The center of the box.
     #[must_use]
-    pub fn centre(&self) -> DVec3 {
+    pub fn center(&self) -> DVec3 {
         // Halved first: the sum of two large coordinates may overflow.
         0.5 * self.min + 0.5 * self.max
     }
@@ -59,33 +61,34 @@ impl Bounds {
     }
 }
 
-/// The mean of the points, summed about the first one so that large offsets keep their digits.
+/// The mean of the points. The sum is taken relative to the first point, so that large offsets lose
+/// no digits.
 ///
 /// # Panics
 ///
 /// If there are no points.
 #[must_use]
 pub fn centroid(points: &[DVec3]) -> DVec3 {
-    // Nothing interrupts it.
-    listened_centroid(points, &mut || Ok(())).unwrap_or(points[0])
+    // This closure never stops it.
+    interruptible_centroid(points, &mut || Ok(())).unwrap_or(points[0])
 }
 
-/// As [`centroid`], in portions.
-pub(crate) fn listened_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
+/// As [`centroid`], but `listen` may stop it.
+pub(crate) fn interruptible_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
     let origin = points[0];
     let mut sum = DVec3::ZERO;
-    for portion in portions(points, listen) {
-        portion?.iter().for_each(|&p| sum += p - origin);
+    for batch in batches(points, listen) {
+        batch?.iter().for_each(|&p| sum += p - origin);
     }
     Ok(origin + sum / points.len() as f64)
 }
 
-/// The points in portions that take a few milliseconds to look at, each after listening.
-pub(crate) fn portions<'a>(
+/// The points in batches of a few milliseconds of work. `listen` is called before each.
+pub(crate) fn batches<'a>(
     points: &'a [DVec3],
     listen: &'a mut Listen<'_>,
 ) -> impl Iterator<Item = Result<&'a [DVec3]>> {
-    points.chunks(POINTS_PER_REPORT).map(move |portion| listen().map(|()| portion))
+    points.chunks(POINTS_PER_REPORT).map(move |batch| listen().map(|()| batch))
 }
 
 #[cfg(test)]

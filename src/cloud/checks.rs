@@ -1,26 +1,18 @@
-//! Whether points can be a surface at all.
+//! Checks that points can be a surface.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bounds::{Bounds, POINTS_PER_REPORT, portions};
+use super::bounds::{Bounds, POINTS_PER_REPORT, batches};
 use super::normalization::Normalization;
+use super::settings::CheckSettings;
 use crate::error::{Error, Result};
 use crate::progress::{self, Listen, Observer, Stage};
 
-/// A bicubic Bézier patch or its linear ancestor needs four corners.
-const LEAST_DISTINCT: usize = 4;
+const SETTINGS: CheckSettings = CheckSettings::STANDARD;
 
-/// Largest sides of a bounding box for which neither squared distances nor squares of areas, as
-/// normals need them, overflow or vanish.
-const EXTENT_RANGE: (f64, f64) = (1e-70, 1e70);
-
-/// Points count as collinear when their distance from a line is under this share of their
-/// extent: rounding in single precision, which points often have been stored in.
-const COLLINEAR_WIDTH: f64 = 4.0 * f32::EPSILON as f64;
-
-/// Checks that the points can be a surface: finite, at least four distinct ones, neither in one
-/// place nor on one line.
+/// Checks that the points can be a surface: finite, enough distinct ones, not all at one place and
+/// not on one line.
 ///
 /// # Errors
 ///
@@ -37,12 +29,12 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
     let given = points.len();
     match count_distinct(points) {
         1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
-        LEAST_DISTINCT => {}
-        distinct => {
-            return Err(Error::TooFewPoints { needed: LEAST_DISTINCT, distinct, given });
+        distinct if distinct < SETTINGS.min_distinct => {
+            return Err(Error::TooFewPoints { needed: SETTINGS.min_distinct, distinct, given });
         }
+        _ => {}
     }
-    let (least, most) = EXTENT_RANGE;
+    let (least, most) = (SETTINGS.min_extent, SETTINGS.max_extent);
     let extent = bounds.extent();
     if !(least..=most).contains(&extent) {
         return Err(Error::Extent { extent, least, most });
@@ -55,18 +47,18 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
 ///
 /// # Errors
 ///
-/// [`Error::NotFinite`] with the first that is not.
+/// [`Error::NotFinite`] with the first point that is not.
 pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Bounds> {
     let mut bounds = Bounds::empty();
-    for (number, portion) in portions(points, listen).enumerate() {
-        let portion = portion?;
-        check_finite(portion).map_err(|error| match error {
+    for (number, batch) in batches(points, listen).enumerate() {
+        let batch = batch?;
+        check_finite(batch).map_err(|error| match error {
             Error::NotFinite { index, point } => {
                 Error::NotFinite { index: number * POINTS_PER_REPORT + index, point }
             }
             other => other,
         })?;
-        bounds = bounds.join(Bounds::of(portion));
+        bounds = bounds.join(Bounds::of(batch));
     }
     Ok(bounds)
 }
@@ -75,7 +67,7 @@ pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result
 ///
 /// # Errors
 ///
-/// [`Error::NotFinite`] with the first that is not.
+/// [`Error::NotFinite`] with the first point that is not.
 pub fn check_finite(points: &[DVec3]) -> Result<()> {
     match points.par_iter().position_first(|p| !p.is_finite()) {
         Some(index) => Err(Error::NotFinite { index, point: points[index] }),
@@ -83,13 +75,13 @@ pub fn check_finite(points: &[DVec3]) -> Result<()> {
     }
 }
 
-/// Counts distinct points, but no further than needed.
+/// Counts distinct points up to the number that is needed.
 fn count_distinct(points: &[DVec3]) -> usize {
-    let mut seen: Vec<DVec3> = Vec::with_capacity(LEAST_DISTINCT);
+    let mut seen: Vec<DVec3> = Vec::with_capacity(SETTINGS.min_distinct);
     for &p in points {
         if !seen.contains(&p) {
             seen.push(p);
-            if seen.len() == LEAST_DISTINCT {
+            if seen.len() == SETTINGS.min_distinct {
                 break;
             }
         }
@@ -97,25 +89,25 @@ fn count_distinct(points: &[DVec3]) -> usize {
     seen.len()
 }
 
-/// Refuses points on one line: the one through the first point and the point farthest from it.
+/// Refuses collinear points. The line passes through the first point and the one farthest from it.
 fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Result<()> {
     let frame = Normalization::within(bounds);
     let first = frame.apply(points[0]);
     let mut along = DVec3::ZERO;
     let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
-    for portion in portions(points, listen) {
-        let local = portion?.par_iter().map(|&p| frame.apply(p) - first);
+    for batch in batches(points, listen) {
+        let local = batch?.par_iter().map(|&p| frame.apply(p) - first);
         along = farther(along, local.reduce(|| DVec3::ZERO, farther));
     }
     let (length, mut width) = (along.length(), 0.0_f64);
-    for portion in portions(points, listen) {
+    for batch in batches(points, listen) {
         let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
-        width = width.max(portion?.par_iter().map(aside).reduce(|| 0.0, f64::max));
+        width = width.max(batch?.par_iter().map(aside).reduce(|| 0.0, f64::max));
     }
-    // Coordinates far from the origin carry rounding of their own size, not of the extent's.
+    // Rounding errors of coordinates are relative to their size, not to the extent.
     let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
-    let rounding = 8.0 * f64::EPSILON * frame.scale * magnitude;
-    if width > COLLINEAR_WIDTH.max(rounding) {
+    let rounding = SETTINGS.line_rounding * f64::EPSILON * frame.scale * magnitude;
+    if width > SETTINGS.max_line_width.max(rounding) {
         return Ok(());
     }
     let (length, width) = (length / frame.scale, width / frame.scale);
@@ -129,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn far_away_millimetres_are_not_a_line() {
+    fn a_small_square_far_from_the_origin_is_not_a_line() {
         let corner = DVec3::new(5e6, 7.8e6, 120.0);
         let square = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE].map(|d| corner + 0.001 * d);
         assert!(check(&square).is_ok());

@@ -1,8 +1,8 @@
-//! Duplicates merged, gross outliers set aside.
+//! Cleaning of a cloud: duplicates are merged, gross outliers are left out.
 //!
-//! Eight copies of a point are its eight nearest neighbours, and an outlier bridges two folds. An
-//! outlier is far from its neighbours as compared with these from theirs, and off the surface that
-//! they may form. So sparse regions, scan lines, contour lines and ship tracks stay.
+//! Copies of a point would be its nearest neighbors, and outliers would join separate layers. An
+//! outlier is farther from its neighbors than these are from theirs, and off the surface that they
+//! form. Sparse regions, scan lines, contour lines and ship tracks therefore stay.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,41 +10,23 @@ use rayon::prelude::*;
 use super::bounds::POINTS_PER_REPORT;
 use super::kd_tree::{KdTree, Neighbor};
 use super::plane::Plane;
+use super::settings::CleanSettings;
 use crate::error::Result;
 use crate::numeric::{index, median, quantile};
 use crate::progress::{Observer, Progress, Stage, report};
 
-/// Points nearer than this share of the typical spacing are duplicates: one point measured twice, or
-/// rounded in two ways by a file format.
-const SAME: f64 = 1e-4;
+const SETTINGS: CleanSettings = CleanSettings::STANDARD;
 
-/// The spacing at a point is the distance to the neighbour of this rank.
-const RANK: usize = 3;
-
-/// Neighbours that are the surroundings of a point, enough to see past a few outliers, and those
-/// with which it may fill space.
-const AROUND: usize = 32;
-const BESIDE: usize = 8;
-
-/// An outlier that fills space with its neighbours has so many times the usual spacing, at least.
-const SPARSE: f64 = 2.5;
-
-/// Outliers uncover others that they had hidden; after three rounds next to none are left.
-const ROUNDS: usize = 3;
-
-/// A point whose spacing is so many times the radius of the cloud is an outlier in any case.
-const ALONE: f64 = 4.0;
-
-/// What became of a point.
+/// The result of cleaning for one point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Fate {
-    /// It is used.
+    /// The point is used.
     #[default]
     Kept,
-    /// It lies where a kept point lies, which counts for both.
+    /// The point lies at a kept point, which stands for both.
     Duplicate,
-    /// It lies far from any surface that its neighbours may form.
+    /// The point lies far from any surface that its neighbors may form.
     Outlier,
 }
 
@@ -67,29 +49,29 @@ pub struct Cleaning {
     pub fates: Vec<Fate>,
     /// Indices of the points that were kept, ascending.
     pub kept: Vec<u32>,
-    /// How many points each kept one stands for; empty if all stand for themselves.
+    /// How many points each kept point stands for; empty if there are no duplicates.
     pub multiplicity: Vec<u32>,
-    /// Each duplicate with the kept point that counts for it, ascending.
+    /// Each duplicate with the kept point that stands for it, ascending.
     pub merged: Vec<(u32, u32)>,
-    /// Median distance of the kept points to their third nearest, in the points' unit.
+    /// Median spacing of the kept points, in the points' unit.
     pub spacing: f64,
 }
 
 impl Cleaning {
-    /// How many points had this fate.
+    /// The number of points with this fate.
     #[must_use]
     pub fn count(&self, fate: Fate) -> usize {
-        self.fates.iter().filter(|&&of_point| of_point == fate).count()
+        self.fates.iter().filter(|&&own| own == fate).count()
     }
 }
 
 /// Finds duplicates and gross outliers among points that have passed [`check`](super::check).
 ///
-/// A point is a duplicate if an earlier one lies within a ten-thousandth of the typical spacing. The
-/// spacing at a point is the distance to its third nearest. A point is an outlier if its spacing is
-/// twice that of its surroundings and it lies steeply above the plane through them. It is also one
-/// if its spacing is 2.5 times the usual and it fills space with its neighbours. Of few points, only
-/// those go that are far outside the cloud.
+/// The spacing at a point is the distance to one of its nearest neighbors. A point is a duplicate if
+/// an earlier one lies within a tiny share of the typical spacing. There are two kinds of outliers.
+/// One has a larger spacing than its surroundings and lies steeply above their plane. The other has
+/// a far larger spacing than usual and fills a volume with its neighbors. In a small cloud, only
+/// points far outside are outliers.
 ///
 /// O(n log n); needs about 60 bytes a point.
 ///
@@ -113,11 +95,11 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
     let mut fates = vec![Fate::Kept; points.len()];
     let mut keepers: Vec<u32> = (0..).take(points.len()).collect();
     let mut spacings = Spacings::of(points, &fates, observer)?;
-    // Crowds of duplicates hide how far distinct points are apart; merging them shows it.
+    // Many copies of a point hide the spacing of distinct points, so merging is repeated.
     while merge(&spacings, &mut fates, &mut keepers) {
         spacings = Spacings::of(points, &fates, observer)?;
     }
-    for _ in 0..ROUNDS {
+    for _ in 0..SETTINGS.max_rounds {
         let outliers = spacings.outliers(&fates, observer)?;
         if outliers.is_empty() {
             break;
@@ -149,9 +131,9 @@ pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> 
     Ok(Cleaning { fates, kept, multiplicity, merged, spacing: spacings.typical })
 }
 
-/// Marks points near an earlier one as its duplicates; whether there were any.
+/// Marks points near an earlier one as its duplicates. Returns whether there were any.
 fn merge(spacings: &Spacings<'_>, fates: &mut [Fate], keepers: &mut [u32]) -> bool {
-    let same = SAME * spacings.typical;
+    let same = SETTINGS.max_duplicate_distance * spacings.typical;
     let (tree, mut any) = (&spacings.tree, false);
     for own in (0..tree.points().len()).filter(|&i| spacings.nearest[i] <= same) {
         if fates[own] != Fate::Kept {
@@ -168,16 +150,17 @@ fn merge(spacings: &Spacings<'_>, fates: &mut [Fate], keepers: &mut [u32]) -> bo
     any
 }
 
+/// Indices of the kept points, ascending.
 fn indices(fates: &[Fate]) -> Vec<u32> {
     (0..).zip(fates).filter(|(_, fate)| **fate == Fate::Kept).map(|(index, _)| index).collect()
 }
 
-/// How far the kept points are apart; infinite at others.
+/// Spacings of the kept points; infinite at others.
 struct Spacings<'a> {
     tree: KdTree<'a>,
-    /// Distance to the nearest.
+    /// Distance to the nearest neighbor.
     nearest: Vec<f64>,
-    /// Distance to the neighbour of rank [`RANK`].
+    /// Distance to the neighbor whose rank the settings give.
     each: Vec<f64>,
     /// Median of the finite ones.
     typical: f64,
@@ -186,8 +169,8 @@ struct Spacings<'a> {
 impl<'a> Spacings<'a> {
     fn of(points: &'a [DVec3], fates: &[Fate], observer: &mut dyn Observer) -> Result<Self> {
         let kept = indices(fates);
-        // Of few points, less than half must be near.
-        let rank = RANK.min(kept.len().saturating_sub(1) / 2).max(1);
+        // In a small cloud, the rank is at most half of the other points.
+        let rank = SETTINGS.spacing_rank.min(kept.len().saturating_sub(1) / 2).max(1);
         let tree = KdTree::of_subset(points, kept, observer)?;
         let pairs = tree.map(observer, |index, found| {
             tree.nearest_to(index, rank, found);
@@ -201,47 +184,53 @@ impl<'a> Spacings<'a> {
         Ok(Self { tree, nearest, each, typical })
     }
 
+    /// Indices of the outliers among the kept points.
     fn outliers(&self, fates: &[Fate], observer: &mut dyn Observer) -> Result<Vec<u32>> {
         let (points, kept) = (self.tree.points(), indices(fates));
         let radius = radius(points, &kept);
-        let wide = |&index: &u32| self.each[index as usize] > 2.0 * self.typical;
+        let wide =
+            |&index: &u32| self.each[index as usize] > SETTINGS.min_suspect_spacing * self.typical;
         let suspects: Vec<u32> = kept.iter().copied().filter(wide).collect();
         let mut outliers = Vec::new();
-        for slab in suspects.chunks(POINTS_PER_REPORT) {
+        for batch in suspects.chunks(POINTS_PER_REPORT) {
             report(observer, &Progress::of_stage(Stage::Cleaning, 0, 0, fates.len()))?;
             let is_outlier = |&&index: &&u32| {
-                self.each[index as usize] > ALONE * radius
-                    || kept.len() > AROUND && self.is_off(index)
+                self.each[index as usize] > SETTINGS.max_isolation * radius
+                    || kept.len() > SETTINGS.k_neighbors && self.is_off(index)
             };
-            outliers.par_extend(slab.par_iter().filter(is_outlier));
+            outliers.par_extend(batch.par_iter().filter(is_outlier));
         }
         Ok(outliers)
     }
 
-    /// Whether a point is off the surface of its surroundings, or fills space with its neighbours.
+    /// Whether a point is off the surface of its surroundings, or fills a volume with its
+    /// neighbors.
     fn is_off(&self, index: u32) -> bool {
         let (points, mut found) = (self.tree.points(), Vec::new());
-        self.tree.nearest_to(index, AROUND, &mut found);
+        self.tree.nearest_to(index, SETTINGS.k_neighbors, &mut found);
         let (own, spacing) = (points[index as usize], self.each[index as usize]);
         let around = found.iter().map(|near| points[near.index as usize]);
-        if spacing > SPARSE * self.typical
-            && Plane::of(around.clone().take(BESIDE).chain([own])).is_thick()
+        let nearest = around.clone().take(SETTINGS.k_volume_neighbors);
+        if spacing > SETTINGS.min_sparse_spacing * self.typical
+            && Plane::of(nearest.chain([own])).is_thick()
         {
             return true;
         }
         let usual = median(found.iter().map(|near| self.each[near.index as usize]));
         let plane = Plane::of(around);
         let height = plane.height(own).abs();
-        // Sparse parts of a surface are not as steep, 30 degrees, or bend as much all around.
-        spacing > 2.0 * usual && height > 0.5 * spacing && height > 2.0 * plane.deviations[2]
+        // Sparse parts of a surface are less steep, or their surroundings bend as much.
+        spacing > SETTINGS.min_local_spacing * usual
+            && height > SETTINGS.min_slope * spacing
+            && height > SETTINGS.min_height * plane.deviations[2]
     }
 }
 
-/// Three quarters of the points are so near to their coordinates' medians.
+/// Radius about the median of each coordinate that includes most of the kept points.
 fn radius(points: &[DVec3], kept: &[u32]) -> f64 {
     let kept = kept.iter().map(|&index| points[index as usize]);
-    let centre = [0, 1, 2].map(|axis| median(kept.clone().map(|point| point[axis])));
-    quantile(kept.map(|point| point.distance(DVec3::from_array(centre))), 0.75)
+    let center = [0, 1, 2].map(|axis| median(kept.clone().map(|point| point[axis])));
+    quantile(kept.map(|point| point.distance(DVec3::from_array(center))), SETTINGS.radius_share)
 }
 
 #[cfg(test)]
@@ -260,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn sparse_parts_of_surfaces_stay() {
+    fn sparse_parts_of_surfaces_are_kept() {
         let wave = |p: DVec3| DVec3::new(p.x, p.y, 0.3 * (3.0 * p.x).sin() * (2.0 * p.y).cos());
         for seed in 0..6 {
             let dense = square(1500, 2 * seed).into_iter().map(|p| p * DVec3::new(0.3, 1.0, 0.0));
@@ -275,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn scan_lines_and_grids_stay() {
+    fn scan_lines_and_grids_are_kept() {
         // The lines are twenty spacings apart.
         let lines = |jitter: f64| -> Vec<DVec3> {
             let point = |i: u32| {
@@ -293,11 +282,11 @@ mod tests {
     }
 
     #[test]
-    fn outliers_far_from_the_surface_go() {
+    fn points_far_from_the_surface_are_outliers() {
         for (surface, percent) in [(hill as fn(DVec3) -> DVec3, 5), (tube, 10), (hill, 20)] {
             let good: Vec<DVec3> = square(3000, 5).into_iter().map(surface).collect();
             let bounds = Bounds::of(&good);
-            let place = |p: DVec3| bounds.centre() + 1.4 * (p - 0.5) * (bounds.max - bounds.min);
+            let place = |p: DVec3| bounds.center() + 1.4 * (p - 0.5) * (bounds.max - bounds.min);
             let bad: Vec<DVec3> = cube(30 * percent, 7).into_iter().map(place).collect();
             let found = cleaned(&[good.clone(), bad.clone()].concat());
             let (of_good, of_bad) = found.fates.split_at(3000);
@@ -314,18 +303,18 @@ mod tests {
     }
 
     #[test]
-    fn groups_of_wild_values_in_corners_go() {
+    fn groups_of_far_points_in_corners_are_outliers() {
         let point = |k: u32| {
             let (i, j) = (f64::from(k / 9), f64::from(k % 9));
-            let is_wild = (i - 4.0).abs() + (j - 4.0).abs() >= 7.0;
-            let z = if is_wild { 130.0 + 0.1 * ((i + 2.0 * j) % 5.0) } else { 0.05 * i * j / 8.0 };
+            let is_spike = (i - 4.0).abs() + (j - 4.0).abs() >= 7.0;
+            let z = if is_spike { 130.0 + 0.1 * ((i + 2.0 * j) % 5.0) } else { 0.05 * i * j / 8.0 };
             DVec3::new(10.0 * i, 10.0 * j, z)
         };
         assert_eq!(kept(&(0..81).map(point).collect::<Vec<_>>()), 69);
     }
 
     #[test]
-    fn copies_count_for_the_first() {
+    fn copies_are_merged_into_the_first() {
         let grid = |i: u32| hill(DVec3::new(f64::from(i % 20), f64::from(i / 20 % 10), 0.0) / 20.0);
         let points: Vec<DVec3> = (0..600).map(grid).collect();
         let shaken = points.iter().enumerate().map(|(i, &p)| p + DVec3::splat(1e-9 * i as f64));
@@ -339,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn of_few_points_only_those_far_outside_go() {
+    fn in_a_small_cloud_only_far_points_are_outliers() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 2.0)];
         assert_eq!(kept(&corners), 4);
         let mut few = square(12, 3);

@@ -3,38 +3,31 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::even_sample::{even_sample, items_at};
+use super::disjoint_sets::{DisjointSets, NO_SET};
 use super::kd_tree::{KdTree, Neighbor};
-use super::partition::{NO_PART, Partition};
 use super::plane::Plane;
+use super::sampling::{even_sample, items_at};
+use super::settings::ComponentSettings;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Points that are looked at; of more, as many evenly over space, and the others follow the nearest.
-const MAX_SAMPLE: usize = 20_000;
-
-/// Neighbours that form a neighbourhood.
-const NEIGHBORS: usize = 8;
-
-/// Points of a component: at least so many, and at least one of so many of all.
-const MIN_POINTS: usize = 4;
-const MIN_SHARE: usize = 1000;
+const SETTINGS: ComponentSettings = ComponentSettings::STANDARD;
 
 /// The connected components of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Components {
-    /// For each point the number of its component, [`Components::STRAY`] if it belongs to none. 0 is
-    /// the component with most points.
+    /// For each point the number of its component, the largest being 0. [`Components::STRAY`] if it
+    /// belongs to none.
     pub labels: Vec<u32>,
-    /// How many points each component has, descending.
+    /// The number of points of each component, descending.
     pub sizes: Vec<usize>,
     /// The smallest distance between two components, in the points' unit; infinite if there is one.
     pub gap: f64,
 }
 
 impl Components {
-    /// The label of a point among too few to be a component.
-    pub const STRAY: u32 = NO_PART;
+    /// The label of a point in a group too small for a component.
+    pub const STRAY: u32 = NO_SET;
 
     /// Indices of the points of a component, ascending.
     #[must_use]
@@ -46,10 +39,10 @@ impl Components {
 
 /// Finds the connected components of a cloud.
 ///
-/// Each point is joined to the points of its neighbourhood. Neighbourhoods grow until they are
+/// Each point is joined to the points of its neighborhood. Neighborhoods grow until they are
 /// two-dimensional: neither a line, as along a scan line, nor thick, as where noise exceeds the
-/// spacing. So scan lines, ship tracks and clouds of any density are one component, and layers three
-/// spacings apart are several. O(n log n).
+/// spacing. Scan lines, ship tracks and clouds of any density are therefore one component, and
+/// layers three spacings apart are several. O(n log n).
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::components, progress::Silent};
@@ -65,7 +58,7 @@ impl Components {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn components(points: &[DVec3], observer: &mut dyn Observer) -> Result<Components> {
-    let sample = items_at(points, &even_sample(points, MAX_SAMPLE));
+    let sample = items_at(points, &even_sample(points, SETTINGS.max_sample));
     let tree = KdTree::over(&sample, observer)?;
     let roots = grow(&tree, observer)?;
     let (labels, sizes) = numbered(&roots);
@@ -75,18 +68,18 @@ pub fn components(points: &[DVec3], observer: &mut dyn Observer) -> Result<Compo
     }
     let labels = KdTree::over(points, observer)?.map(observer, |index, found| {
         tree.nearest_where(points[index as usize], 1, f64::INFINITY, found, |_| true);
-        found.first().map_or(NO_PART, |near| labels[near.index as usize])
+        found.first().map_or(NO_SET, |near| labels[near.index as usize])
     })?;
     let mut sizes = vec![0; sizes.len()];
-    labels.iter().filter(|label| **label != NO_PART).for_each(|&label| sizes[label as usize] += 1);
+    labels.iter().filter(|label| **label != NO_SET).for_each(|&label| sizes[label as usize] += 1);
     Ok(Components { labels, sizes, gap })
 }
 
 /// The smallest distance between two components.
 fn gap(points: &[DVec3], labels: &[u32], count: usize) -> f64 {
     let mut members = vec![Vec::new(); count];
-    let labelled = labels.iter().zip(points).filter(|(label, _)| **label != NO_PART);
-    labelled.for_each(|(&label, &point)| members[label as usize].push(point));
+    let labeled = labels.iter().zip(points).filter(|(label, _)| **label != NO_SET);
+    labeled.for_each(|(&label, &point)| members[label as usize].push(point));
     let nearest = |component: usize| {
         let (tree, mut found) = (KdTree::new(&members[component]), Vec::new());
         let mut nearest = f64::INFINITY;
@@ -99,17 +92,16 @@ fn gap(points: &[DVec3], labels: &[u32], count: usize) -> f64 {
     (0..count).into_par_iter().map(nearest).reduce(|| f64::INFINITY, f64::min)
 }
 
-/// For each point the first of its component.
+/// Joins points to their neighborhoods. Returns for each point the first one of its component.
 ///
-/// Neighbourhoods grow by looking at fewer and fewer points, evenly over space. A part most of whose
-/// points have got a two-dimensional neighbourhood is closed: it is not joined to another closed part.
-/// So points at a rim, whose neighbourhood may reach another layer, do not join the layers.
+/// In each round, neighbors are taken from a sparser sample, so that neighborhoods grow. A part is
+/// closed once most of its points have a two-dimensional neighborhood. Two closed parts are not
+/// joined, because neighborhoods of boundary points may reach into another layer.
 fn grow(tree: &KdTree<'_>, observer: &mut dyn Observer) -> Result<Vec<u32>> {
     let points = tree.points();
-    let mut parts = Partition::new(points.len());
-    // The two nearest are hardly ever in another layer.
+    let mut parts = DisjointSets::new(points.len());
     let pairs = tree.map(observer, |own, found| {
-        tree.nearest_to(own, 2, found);
+        tree.nearest_to(own, SETTINGS.k_nearest, found);
         found.iter().map(|near| near.index).collect::<Vec<u32>>()
     })?;
     (0..).zip(&pairs).for_each(|(own, near)| near.iter().for_each(|&to| parts.unite(own, to)));
@@ -117,7 +109,7 @@ fn grow(tree: &KdTree<'_>, observer: &mut dyn Observer) -> Result<Vec<u32>> {
     let mut is_flat = vec![false; points.len()];
     let mut growing: Vec<u32> = (0..).take(points.len()).collect();
     let mut few = growing.clone();
-    while few.len() > 2 * NEIGHBORS && !growing.is_empty() {
+    while few.len() > 2 * SETTINGS.k_neighbors && !growing.is_empty() {
         let found = flat_neighborhoods(points, &few, &growing, observer)?;
         for (&own, around) in growing.iter().zip(found) {
             is_flat[own as usize] = !around.is_empty();
@@ -131,21 +123,22 @@ fn grow(tree: &KdTree<'_>, observer: &mut dyn Observer) -> Result<Vec<u32>> {
             }
         }
         let roots = parts.roots();
-        // How many of each part's points are flat, and how many not.
+        // For each part, the numbers of points with a flat neighborhood and of others.
         let mut counts = vec![[0; 2]; points.len()];
         for (&root, &flat) in roots.iter().zip(&is_flat) {
             counts[root as usize][usize::from(!flat)] += 1;
         }
-        // By chance a few neighbouring points may be flat.
-        is_closed = counts.iter().map(|[flat, others]| *flat > others + NEIGHBORS).collect();
+        // A few neighboring points may be flat by chance.
+        is_closed =
+            counts.iter().map(|[flat, others]| *flat > others + SETTINGS.k_neighbors).collect();
         growing.retain(|&at| !is_flat[at as usize] && !is_closed[roots[at as usize] as usize]);
         let kept = even_sample(&items_at(points, &few), few.len() / 2);
         few = kept.into_iter().map(|at| few[at as usize]).collect();
     }
-    // Points without a surface are joined to their nearest.
+    // Points without a flat neighborhood are joined to their nearest neighbors.
     let mut found = Vec::new();
     for own in growing {
-        tree.nearest_to(own, NEIGHBORS, &mut found);
+        tree.nearest_to(own, SETTINGS.k_neighbors, &mut found);
         for near in &found {
             parts.unite(own, near.index);
         }
@@ -153,8 +146,9 @@ fn grow(tree: &KdTree<'_>, observer: &mut dyn Observer) -> Result<Vec<u32>> {
     Ok(parts.roots())
 }
 
-/// For each of the growing points those of the few that are near it, if these and most of theirs lie
-/// in a plane; else none.
+/// Finds for each growing point its neighbors in the sparse sample `few`.
+///
+/// The list is empty unless these neighbors are flat and most of them have flat neighborhoods, too.
 fn flat_neighborhoods(
     points: &[DVec3],
     few: &[u32],
@@ -163,12 +157,12 @@ fn flat_neighborhoods(
 ) -> Result<Vec<Vec<u32>>> {
     let tree = KdTree::of_subset(points, few.to_vec(), observer)?;
     let look = |own: u32, found: &mut Vec<Neighbor>| {
-        tree.nearest_to(own, NEIGHBORS, found);
+        tree.nearest_to(own, SETTINGS.k_neighbors, found);
         let around: Vec<u32> = found.iter().map(|near| near.index).collect();
         let plane = Plane::of(around.iter().chain([&own]).map(|&at| points[at as usize]));
         (around, plane.is_flat())
     };
-    // Points that are not among the few have no neighbours yet.
+    // Growing points outside the sample have no neighbors yet.
     let of_few = tree.map(observer, look)?;
     let others = growing.iter().copied().filter(|&own| of_few[own as usize].0.is_empty());
     let of_others = KdTree::of_subset(points, others.collect(), observer)?.map(observer, look)?;
@@ -181,18 +175,18 @@ fn flat_neighborhoods(
     Ok(growing.par_iter().map(flat).collect())
 }
 
-/// Labels by size, the earlier component first among equals, and the sizes.
+/// Numbers the components by size, the earlier one first among equals. Returns labels and sizes.
 fn numbered(roots: &[u32]) -> (Vec<u32>, Vec<usize>) {
     let mut counts = vec![0; roots.len()];
     for &root in roots {
         counts[root as usize] += 1;
     }
     let most = counts.iter().copied().max().unwrap_or(0);
-    let fewest = MIN_POINTS.max(roots.len() / MIN_SHARE).min(most);
+    let fewest = SETTINGS.min_points.max(roots.len() / SETTINGS.min_share_divisor).min(most);
     let mut order: Vec<usize> =
         (0..roots.len()).filter(|&root| counts[root] >= fewest.max(1)).collect();
     order.sort_by_key(|&root| std::cmp::Reverse(counts[root]));
-    let mut numbers = vec![NO_PART; roots.len()];
+    let mut numbers = vec![NO_SET; roots.len()];
     (0..).zip(&order).for_each(|(number, &root)| numbers[root] = number);
     let labels = roots.iter().map(|&root| numbers[root as usize]).collect();
     (labels, order.iter().map(|&root| counts[root]).collect())
@@ -212,14 +206,14 @@ mod tests {
         points.iter().map(|&point| point + height * DVec3::Z).collect()
     }
 
-    /// A hilly sheet, by the noise of its heights.
+    /// A hilly sheet with noise of this size in its heights.
     fn noisy(count: u32, noise: f64, seed: u32) -> Vec<DVec3> {
         let height = |i: u32| (0..6).map(|k| random(i, 40 + 6 * seed + k) - 0.5).sum::<f64>();
         let points = (0..).zip(square(count, seed));
         points.map(|(i, point)| hill(point) + noise * height(i) * DVec3::Z).collect()
     }
 
-    /// Scan lines of this many points on a hilly sheet, by their number for a unit width.
+    /// Scan lines on a hilly sheet: points, points a line, lines a unit width, and noise.
     fn lines(points: u32, per_line: u32, width: f64, jitter: f64) -> Vec<DVec3> {
         let point = |i: u32| {
             let noise = [0, 1, 2].map(|axis| jitter * (random(i, axis) - 0.5));
@@ -230,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn density_that_varies_does_not_tear_a_sheet() {
+    fn a_sheet_of_varying_density_is_one_component() {
         let fall = |a: f64| -(1.0 - a * 0.99).ln() / 100.0_f64.ln();
         let points = square(5000, 3).into_iter().map(|p| hill(DVec3::new(fall(p.x), p.y, 0.0)));
         assert_eq!(sizes(&points.collect::<Vec<_>>()), [5000]);
@@ -251,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_neither_tears_sheets_nor_joins_them() {
+    fn noisy_sheets_are_neither_split_nor_joined() {
         for noise in [0.02, 0.04, 0.1] {
             let sheets = [0.0, 20.0 * noise].map(|z| above(&noisy(3000, noise, 5), z));
             assert_eq!(sizes(&sheets[0]), [3000]);
@@ -280,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_large_cloud_a_part_is_looked_at() {
+    fn a_large_cloud_is_labeled_by_its_sample() {
         let sheet = square(30_000, 1);
         let found = components(&[sheet.clone(), above(&sheet, 0.4)].concat(), &mut Silent).unwrap();
         assert_eq!(found.sizes, [30_000, 30_000]);

@@ -1,4 +1,4 @@
-//! The local frame in which a cloud is worked on.
+//! The local frame of a cloud: all later stages compute in it.
 
 use std::ops::ControlFlow;
 
@@ -7,51 +7,45 @@ use rayon::prelude::*;
 
 use super::bounds::centroid;
 use super::normalization::Normalization;
+use super::settings::FrameSettings;
 use crate::progress::{Epoch, Observer, Progress};
 
-/// Steps of local coordinates within half the usual distance from the centre: far finer than any
-/// measurement, and far coarser than rounding.
-const STEPS: f64 = (1_u64 << 31) as f64;
+const SETTINGS: FrameSettings = FrameSettings::STANDARD;
 
-/// Distances over this share of the largest count as equal to it, up to rounding.
-const AS_FAR: f64 = 1.0 - 1e-9;
-
-/// Equally far points that may define an axis, at most.
-const MOST_AXES: usize = 4;
-
-/// A frame that turns, moves and scales with the points.
+/// A frame that rotates, moves and scales with the points.
 ///
-/// Local coordinates are rounded to whole steps. So they are the same bits in any pose and any unit
-/// of the points, and so is all that is computed from them. The points lie within 0.5 of the origin.
+/// Local coordinates are rounded to whole steps. They are therefore the same bits in any pose and
+/// any unit of the points, and all results of later stages are, too. The points lie within 0.5 of
+/// the origin.
 ///
-/// Given coordinates are first divided by a scale for each axis, (1, 1, 1) as a rule. Local lengths
+/// Given coordinates are first divided by a scale for each axis, usually (1, 1, 1). Local lengths
 /// and directions are those of the points after this division.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     axis_scale: DVec3,
     normalization: Normalization,
     axes: DMat3,
-    /// Local coordinates are whole multiples of it.
+    /// Local coordinates are integer multiples of this step.
     step: f64,
 }
 
 impl Frame {
-    /// The frame of points, already divided by `axis_scale`, in the order from the farthest from
-    /// their centroid to the nearest.
+    /// The frame of points that are already divided by `axis_scale`, sorted by their distance from
+    /// the centroid, the farthest first.
     ///
     /// # Panics
     ///
     /// If there are no points.
     #[must_use]
     pub fn of(scaled: &[DVec3], axis_scale: DVec3) -> Self {
-        let centre = mean(scaled);
-        let radius = scaled[0].distance(centre);
-        let usual = 0.5 * scaled[scaled.len() / 2].distance(centre) / radius;
+        let center = mean(scaled);
+        let radius = scaled[0].distance(center);
+        let median = 0.5 * scaled[scaled.len() / 2].distance(center) / radius;
         Self {
             axis_scale,
-            normalization: Normalization { centre, scale: 0.5 / radius },
-            axes: own_axes(scaled, centre),
-            step: usual.log2().ceil().exp2() / STEPS,
+            normalization: Normalization { center, scale: 0.5 / radius },
+            axes: own_axes(scaled, center),
+            step: median.log2().ceil().exp2() / SETTINGS.steps,
         }
     }
 
@@ -61,7 +55,7 @@ impl Frame {
         self.scaled_to_local(point / self.axis_scale)
     }
 
-    /// As [`Self::to_local`], of a point already divided by the axis scale.
+    /// As [`Self::to_local`], for a point already divided by the axis scale.
     pub(super) fn scaled_to_local(&self, point: DVec3) -> DVec3 {
         let local = self.axes.transpose() * self.normalization.apply(point);
         (local / self.step).round() * self.step
@@ -73,7 +67,7 @@ impl Frame {
         self.normalization.undo(self.axes * point) * self.axis_scale
     }
 
-    /// A tangent direction in the local frame; it keeps its length if there is no axis scale.
+    /// A tangent direction in the local frame. Its length stays the same without an axis scale.
     #[must_use]
     pub fn direction_to_local(&self, direction: DVec3) -> DVec3 {
         self.axes.transpose() * (direction / self.axis_scale)
@@ -98,7 +92,7 @@ impl Frame {
     }
 }
 
-/// The mean of points to nearly the last digit, by pairwise summation.
+/// The mean of points by pairwise summation, which is exact to nearly the last digit.
 fn mean(points: &[DVec3]) -> DVec3 {
     fn sum(points: &[DVec3], near: DVec3) -> DVec3 {
         if points.len() <= 2 {
@@ -111,42 +105,44 @@ fn mean(points: &[DVec3]) -> DVec3 {
     near + sum(points, near) / points.len() as f64
 }
 
-/// Axes that turn with the points: to the outermost, and to the one farthest from that line. Several
-/// points of a symmetric cloud may be outermost: among their axes, those along which the third
-/// moments are largest.
-fn own_axes(points: &[DVec3], centre: DVec3) -> DMat3 {
+/// Axes that rotate with the points: the first to the farthest point, the second to the point
+/// farthest from that line.
+///
+/// Several points of a symmetric cloud may be equally far. Of their axes, those with the largest
+/// third moments are taken.
+fn own_axes(points: &[DVec3], center: DVec3) -> DMat3 {
     let moment = |axes: &DMat3| -> f64 {
         let cubes = |apart: DVec3| apart.dot(axes.y_axis).powi(3) + apart.dot(axes.z_axis).powi(3);
-        points.iter().map(|point| cubes(*point - centre)).sum()
+        points.iter().map(|point| cubes(*point - center)).sum()
     };
     let around = |first: DVec3| {
         let first = first.normalize();
-        let off = |point: &DVec3| (*point - centre).reject_from_normalized(first);
-        outermost(points, off).into_iter().map(move |second| {
+        let off = |point: &DVec3| (*point - center).reject_from_normalized(first);
+        farthest(points, off).into_iter().map(move |second| {
             let second = second.normalize();
             DMat3::from_cols(first, second, first.cross(second))
         })
     };
-    let all = outermost(points, |point| *point - centre).into_iter().flat_map(around);
+    let all = farthest(points, |point| *point - center).into_iter().flat_map(around);
     let larger = |a: DMat3, b: DMat3| if moment(&b) > moment(&a) { b } else { a };
     all.reduce(larger).unwrap_or(DMat3::IDENTITY)
 }
 
-/// The longest of the points' vectors, and others as long.
-fn outermost(points: &[DVec3], vector: impl Fn(&DVec3) -> DVec3 + Sync) -> Vec<DVec3> {
+/// The longest of the points' vectors, and others of equal length.
+fn farthest(points: &[DVec3], vector: impl Fn(&DVec3) -> DVec3 + Sync) -> Vec<DVec3> {
     let lengths = points.par_iter().map(|point| vector(point).length());
     let longest = lengths.reduce(|| 0.0, f64::max);
-    let as_far = |vector: &DVec3| vector.length() >= AS_FAR * longest;
-    let mut found: Vec<DVec3> = points.par_iter().map(&vector).filter(as_far).collect();
-    found.truncate(MOST_AXES);
+    let equally_long = |vector: &DVec3| vector.length() >= SETTINGS.min_equal_ratio * longest;
+    let mut found: Vec<DVec3> = points.par_iter().map(&vector).filter(equally_long).collect();
+    found.truncate(SETTINGS.max_axes);
     found
 }
 
-/// Hands reports of work in the local frame on to an observer, in the given frame.
+/// Passes reports from the local frame on to an observer, with lengths in the points' unit.
 pub struct LocalObserver<'a> {
     /// The frame of the work.
     pub frame: Frame,
-    /// Who is to be informed.
+    /// The observer that gets the reports.
     pub observer: &'a mut dyn Observer,
 }
 
@@ -176,9 +172,9 @@ mod tests {
         (0..count).map(angle).map(|a| DVec3::new(a * a.cos(), 0.9 * a * a.sin(), 0.1 * a * a))
     }
 
-    fn outwards(mut points: Vec<DVec3>) -> Vec<DVec3> {
-        let centre = centroid(&points);
-        points.sort_by(|a, b| b.distance(centre).total_cmp(&a.distance(centre)));
+    fn farthest_first(mut points: Vec<DVec3>) -> Vec<DVec3> {
+        let center = centroid(&points);
+        points.sort_by(|a, b| b.distance(center).total_cmp(&a.distance(center)));
         points
     }
 
@@ -189,7 +185,7 @@ mod tests {
 
     #[test]
     fn local_coordinates_are_the_same_bits_in_any_pose() {
-        let points = outwards(helix(300).collect());
+        let points = farthest_first(helix(300).collect());
         let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7));
         let moved: Vec<DVec3> =
             points.iter().map(|&p| 3.7 * (turn * p) + DVec3::new(9.0, -20.0, 5.0)).collect();
@@ -197,13 +193,13 @@ mod tests {
     }
 
     #[test]
-    fn mirrored_points_have_one_frame_in_any_order() {
+    fn a_mirror_symmetric_cloud_has_one_frame_in_any_order() {
         let mirror = DVec3::new(1.0, 1.0, -1.0);
         let half: Vec<DVec3> = helix(150).collect();
         let pairs =
             |first: DVec3, second: DVec3| half.iter().flat_map(move |&p| [p * first, p * second]);
-        let one = outwards(pairs(DVec3::ONE, mirror).collect());
-        let other = outwards(pairs(mirror, DVec3::ONE).collect());
+        let one = farthest_first(pairs(DVec3::ONE, mirror).collect());
+        let other = farthest_first(pairs(mirror, DVec3::ONE).collect());
         let of = |points: &[DVec3]| {
             let mut local = local(points);
             local.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.z.total_cmp(&b.z)));
@@ -213,11 +209,11 @@ mod tests {
     }
 
     #[test]
-    fn points_and_directions_come_back() {
+    fn points_and_directions_survive_the_round_trip() {
         let axis_scale = DVec3::new(1.0, 2.0, 100.0);
-        let given: Vec<DVec3> = outwards(helix(50).collect());
+        let given: Vec<DVec3> = farthest_first(helix(50).collect());
         let scaled: Vec<DVec3> = given.iter().map(|&point| point / axis_scale).collect();
-        let frame = Frame::of(&outwards(scaled), axis_scale);
+        let frame = Frame::of(&farthest_first(scaled), axis_scale);
         let [a, b] = [given[3], given[40]];
         assert!(frame.to_given(frame.to_local(a)).distance(a) < 1e-6);
         let way = frame.direction_to_local(b - a) * frame.length_to_local(1.0);

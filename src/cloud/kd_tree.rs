@@ -1,7 +1,7 @@
-//! The nearest of many points: a balanced k-d tree.
+//! Nearest-neighbor search: a balanced k-d tree.
 //!
-//! J. Bentley, Multidimensional binary search trees used for associative searching (1975); bounds
-//! of boxes are kept while descending as by S. Arya and D. Mount, Algorithms for fast vector
+//! J. Bentley, Multidimensional binary search trees used for associative searching (1975). The
+//! distance to a box is updated while descending: S. Arya and D. Mount, Algorithms for fast vector
 //! quantization (1993).
 
 use glam::DVec3;
@@ -11,10 +11,10 @@ use super::bounds::{Bounds, POINTS_PER_REPORT};
 use crate::error::Result;
 use crate::progress::{Observer, Progress, Silent, Stage, report};
 
-/// A range as short as this is looked through rather than divided.
-const LEAF: usize = 10;
+/// Points in a leaf, at most; leaves are searched one by one.
+const LEAF_POINTS: usize = 10;
 
-/// Points that a thread takes at a time; in the tree's order they are neighbours.
+/// Points of a parallel task; in the tree's order they are neighbors.
 const POINTS_PER_TASK: usize = 512;
 
 /// A point found by a search.
@@ -22,7 +22,7 @@ const POINTS_PER_TASK: usize = 512;
 pub struct Neighbor {
     /// The square of its distance, in the points' unit.
     pub distance_squared: f64,
-    /// Its place among the points.
+    /// Its index among the points.
     pub index: u32,
 }
 
@@ -40,34 +40,35 @@ impl Neighbor {
     }
 }
 
-/// Looks at points of a tree, those of nearer boxes first.
+/// A search in a tree, which visits nearer boxes first.
 trait Search {
-    /// The square of the distance beyond which it wants no more.
+    /// The square of the distance beyond which boxes are skipped.
     fn reach(&self) -> f64;
 
-    fn see(&mut self, near: Neighbor);
+    /// Takes a visited point into account.
+    fn visit_point(&mut self, near: Neighbor);
 }
 
-/// The nearest of the points that are wanted.
+/// The search for the nearest points that pass a filter.
 struct Nearest<'a, W> {
     count: usize,
     wanted: W,
-    /// Nearest first.
+    /// The points found so far, nearest first.
     found: &'a mut Vec<Neighbor>,
-    /// What is not before it is not looked for.
+    /// Points that are not before it are ignored.
     worst: Neighbor,
 }
 
 impl<W: Fn(u32) -> bool> Search for Nearest<'_, W> {
     #[inline]
     fn reach(&self) -> f64 {
-        // Nothing is nearer than a distance of 0: crowds of duplicates end the search.
+        // No point is nearer than 0, so many copies of a point end the search.
         let worst = self.worst.distance_squared;
         if worst == 0.0 { -1.0 } else { worst }
     }
 
     #[inline]
-    fn see(&mut self, near: Neighbor) {
+    fn visit_point(&mut self, near: Neighbor) {
         if !near.is_before(&self.worst) || !(self.wanted)(near.index) {
             return;
         }
@@ -82,7 +83,7 @@ impl<W: Fn(u32) -> bool> Search for Nearest<'_, W> {
     }
 }
 
-/// The points within a distance.
+/// The search for all points within a distance.
 struct Within {
     limit: f64,
     found: Vec<u32>,
@@ -93,18 +94,18 @@ impl Search for Within {
         self.limit
     }
 
-    fn see(&mut self, near: Neighbor) {
+    fn visit_point(&mut self, near: Neighbor) {
         if near.distance_squared <= self.limit {
             self.found.push(near.index);
         }
     }
 }
 
-/// Finds the points nearest to a place, exactly; among equally near ones the lowest index comes
-/// first. (Where more points than wanted lie at the very place, some of them are found.)
+/// Finds the points nearest to a place, exactly.
 ///
-/// It borrows the points and takes about 30 bytes for each. Building takes O(n log n), a search for
-/// k points O(k log n) where density is bounded.
+/// Among equally near points the lowest index comes first. If more points lie at the very place
+/// than are searched for, any of them are found. The tree borrows the points and takes about 30
+/// bytes for each. Building takes O(n log n), a search for k points O(k log n) at bounded density.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::KdTree};
@@ -115,11 +116,11 @@ impl Search for Within {
 /// ```
 pub struct KdTree<'a> {
     points: &'a [DVec3],
-    /// The points' indices; each division halves a range of them.
+    /// The points' indices; each node of the tree halves a range of them.
     order: Vec<u32>,
-    /// Their places, so that a search finds neighbours beside one another.
+    /// The points in that order, so that neighbors are near in memory.
     places: Vec<DVec3>,
-    /// Breadth first: those of node i are 2i + 1 and 2i + 2.
+    /// The nodes, breadth first: the children of node i are 2i + 1 and 2i + 2.
     divisions: Vec<Division>,
     bounds: Bounds,
 }
@@ -136,7 +137,7 @@ impl<'a> KdTree<'a> {
     /// A tree over all points, which must be finite.
     #[must_use]
     pub fn new(points: &'a [DVec3]) -> Self {
-        // The silent observer stops nothing.
+        // The silent observer never stops it.
         Self::over(points, &mut Silent).unwrap_or_else(|_| Self {
             points,
             order: vec![],
@@ -171,7 +172,7 @@ impl<'a> KdTree<'a> {
         let mut entries: Vec<Entry> = indices.into_par_iter().map(entry).collect();
         let mut divisions = Vec::new();
         let bounds = box_of(&entries);
-        let levels = count.div_ceil(LEAF).next_power_of_two().trailing_zeros();
+        let levels = count.div_ceil(LEAF_POINTS).next_power_of_two().trailing_zeros();
         let mut ranges: Vec<&mut [Entry]> = vec![&mut entries];
         for level in 0..levels {
             let progress =
@@ -185,19 +186,19 @@ impl<'a> KdTree<'a> {
         Ok(Self { points, order, places, divisions, bounds })
     }
 
-    /// The points that the tree is over, and others if it is over a part of them.
+    /// All points, also those outside the tree's subset.
     #[must_use]
     pub fn points(&self) -> &'a [DVec3] {
         self.points
     }
 
-    /// Indices of the tree's points; those near one another in space are near one another here.
+    /// Indices of the tree's points. Neighbors in space are near one another in this order.
     #[must_use]
     pub fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// The `count` points nearest to a place, nearest first; fewer if there are not so many.
+    /// The `count` points nearest to a place, nearest first; fewer if the tree has fewer.
     #[must_use]
     pub fn nearest(&self, place: DVec3, count: usize) -> Vec<Neighbor> {
         let mut found = Vec::with_capacity(count);
@@ -205,8 +206,8 @@ impl<'a> KdTree<'a> {
         found
     }
 
-    /// As [`KdTree::nearest`], among the points that are `wanted` and nearer than `limit`, into a
-    /// vector of the caller's.
+    /// As [`KdTree::nearest`], among the points that pass the filter `wanted` and are nearer than
+    /// `limit`. Writes to `found`.
     pub fn nearest_where(
         &self,
         place: DVec3,
@@ -223,14 +224,13 @@ impl<'a> KdTree<'a> {
         self.visit(place, &mut Nearest { count, wanted, found, worst });
     }
 
-    /// The `count` points nearest to one of the tree's own, without itself, into a vector of the
-    /// caller's.
+    /// The `count` points nearest to the point with this index, without itself. Writes to `found`.
     pub fn nearest_to(&self, index: u32, count: usize, found: &mut Vec<Neighbor>) {
         let place = self.points[index as usize];
         self.nearest_where(place, count, f64::INFINITY, found, |other| other != index);
     }
 
-    /// The points at most `radius` from a place, by index.
+    /// Indices of the points at most `radius` from a place, ascending.
     #[must_use]
     pub fn within(&self, place: DVec3, radius: f64) -> Vec<u32> {
         let mut search = Within { limit: radius * radius, found: Vec::new() };
@@ -239,8 +239,9 @@ impl<'a> KdTree<'a> {
         search.found
     }
 
-    /// What `ask` answers for each of the tree's points, by index; the default for points that are
-    /// not in the tree. `ask` gets a vector to work in.
+    /// Calls `ask` for each of the tree's points in parallel, and returns the results by index.
+    ///
+    /// Points outside the tree get the default. `ask` gets a vector as scratch space.
     ///
     /// # Errors
     ///
@@ -252,8 +253,8 @@ impl<'a> KdTree<'a> {
     ) -> Result<Vec<T>> {
         let mut answers = vec![T::default(); self.points.len()];
         let total = self.order.len();
-        for (slab, indices) in self.order.chunks(POINTS_PER_REPORT).enumerate() {
-            let done = (slab * POINTS_PER_REPORT) as u64;
+        for (batch, indices) in self.order.chunks(POINTS_PER_REPORT).enumerate() {
+            let done = (batch * POINTS_PER_REPORT) as u64;
             report(observer, &Progress::of_stage(Stage::Cleaning, done, total as u64, total))?;
             let answered: Vec<T> = indices
                 .par_chunks(POINTS_PER_TASK)
@@ -269,11 +270,14 @@ impl<'a> KdTree<'a> {
         Ok(answers)
     }
 
+    /// Visits the points of the whole tree, nearer boxes first.
     fn visit(&self, place: DVec3, search: &mut impl Search) {
         let offset = (self.bounds.min - place).max(place - self.bounds.max).max(DVec3::ZERO);
         self.descend(0, (0, self.order.len()), place, offset, search);
     }
 
+    /// Visits the points of a node with this range. `offset` is the distance of the place from the
+    /// node's box along each axis.
     fn descend(
         &self,
         node: usize,
@@ -284,7 +288,10 @@ impl<'a> KdTree<'a> {
     ) {
         let Some(division) = self.divisions.get(node) else {
             for (&index, other) in self.order[from..to].iter().zip(&self.places[from..to]) {
-                search.see(Neighbor { distance_squared: other.distance_squared(place), index });
+                search.visit_point(Neighbor {
+                    distance_squared: other.distance_squared(place),
+                    index,
+                });
             }
             return;
         };
@@ -301,14 +308,14 @@ impl<'a> KdTree<'a> {
     }
 }
 
-/// A point while the tree is built.
+/// A point during the construction of the tree.
 #[derive(Clone, Copy)]
 struct Entry {
     place: DVec3,
     index: u32,
 }
 
-/// Halves a range across the longest side of its box.
+/// Halves a range at the median along the longest side of its box.
 fn divide(range: &mut [Entry]) -> (Division, [&mut [Entry]; 2]) {
     let bounds = box_of(range);
     let size = bounds.max - bounds.min;
@@ -324,6 +331,7 @@ fn divide(range: &mut [Entry]) -> (Division, [&mut [Entry]; 2]) {
     (Division { axis, at }, [lower, upper])
 }
 
+/// The bounding box of entries.
 fn box_of(entries: &[Entry]) -> Bounds {
     let empty = || Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
     let grow = |bounds: Bounds, entry: &Entry| Bounds {
@@ -356,7 +364,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_finds_what_brute_force_finds(
+        fn the_tree_and_brute_force_find_the_same_points(
             cells in prop::collection::vec((0_u8..12, 0_u8..12, 0_u8..3), 1..300),
             count in 1_usize..12,
             place in (0.0..12.0, 0.0..12.0, 0.0..3.0),
@@ -378,7 +386,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crowd_of_duplicates_costs_no_more_than_others() {
+    fn a_search_among_many_copies_of_one_point_ends_early() {
         let points = vec![DVec3::ONE; 200_000];
         let tree = KdTree::new(&points);
         let all = tree.map(&mut Silent, |index, found| {
@@ -389,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_over_nothing_finds_nothing() {
+    fn an_empty_tree_finds_no_points() {
         assert!(KdTree::new(&[]).nearest(DVec3::ZERO, 3).is_empty());
         assert!(KdTree::new(&[DVec3::X]).nearest(DVec3::ZERO, 0).is_empty());
     }

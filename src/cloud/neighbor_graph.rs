@@ -1,18 +1,18 @@
-//! Points joined to their nearest ones, and distances along the edges.
+//! The graph of nearest neighbors, and shortest paths along its edges.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
+use super::disjoint_sets::{DisjointSets, shortest_links};
 use super::kd_tree::{KdTree, Neighbor};
-use super::partition::{Partition, shortest_links};
 use super::plane::Plane;
 use crate::error::Result;
 use crate::numeric::index;
 use crate::progress::Observer;
 
-/// A graph whose edges join points near one another.
+/// A graph whose edges join neighboring points.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::NeighborGraph, progress::Silent};
@@ -23,12 +23,12 @@ use crate::progress::Observer;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NeighborGraph {
-    /// Where each node's edges begin; one more than nodes.
+    /// Index of each node's first edge; one more entry than nodes.
     starts: Vec<usize>,
     edges: Vec<Edge>,
 }
 
-/// An edge, seen from one of its ends.
+/// An edge as one of its ends lists it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// The other end.
@@ -44,8 +44,10 @@ impl From<&Neighbor> for Edge {
 }
 
 impl NeighborGraph {
-    /// Each point joined to its `count` nearest, and to those that it is among the nearest of. Where
-    /// these lie in a line, as on scan lines, also to the nearest two beside it. O(n log n).
+    /// Joins each point to its `count` nearest neighbors, in both directions.
+    ///
+    /// Where these lie on a line, as on scan lines, the point is also joined to the nearest two
+    /// beside that line. O(n log n).
     ///
     /// # Errors
     ///
@@ -54,7 +56,7 @@ impl NeighborGraph {
         Ok(Self::symmetric(nearest(&KdTree::over(points, observer)?, count, observer)?))
     }
 
-    /// As [`Self::of`], its parts joined as by [`Self::joined`].
+    /// As [`Self::of`], with its parts joined by [`Self::joined`].
     ///
     /// # Errors
     ///
@@ -65,11 +67,13 @@ impl NeighborGraph {
         Ok(Self::joined(&tree, lists))
     }
 
-    /// The graph of these edges between the points of a tree, its parts joined: each part but the
-    /// largest to the nearest other one, until there is one (O. Borůvka's algorithm).
+    /// The connected graph of these edges between the points of a tree.
+    ///
+    /// Each part but the largest is joined to the nearest other part, until one is left (O.
+    /// Borůvka's algorithm).
     #[must_use]
     pub fn joined(tree: &KdTree<'_>, mut lists: Vec<Vec<Edge>>) -> Self {
-        let mut parts = Partition::new(lists.len());
+        let mut parts = DisjointSets::new(lists.len());
         for (from, list) in lists.iter().enumerate() {
             for edge in list {
                 parts.unite(index(from), edge.to);
@@ -81,7 +85,7 @@ impl NeighborGraph {
                 return Self::symmetric(lists);
             }
             for link in links {
-                // Two parts may be joined by links of the same length.
+                // Each of two parts may have found a link to the other.
                 if parts.root(link.from) != parts.root(link.to) {
                     parts.unite(link.from, link.to);
                     lists[link.from as usize].push(Edge { to: link.to, length: link.length });
@@ -90,7 +94,7 @@ impl NeighborGraph {
         }
     }
 
-    /// The graph of these edges, each listed at one of its ends at least.
+    /// The graph of these edges. Each may be listed at one of its ends or at both.
     #[must_use]
     pub fn symmetric(mut lists: Vec<Vec<Edge>>) -> Self {
         for node in 0..lists.len() {
@@ -111,13 +115,13 @@ impl NeighborGraph {
         Self { starts, edges: lists.into_iter().flatten().collect() }
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     #[must_use]
     pub fn len(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Whether there are no nodes.
+    /// Whether the graph has no nodes.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -129,12 +133,12 @@ impl NeighborGraph {
         &self.edges[self.starts[node]..self.starts[node + 1]]
     }
 
-    /// Lengths of the shortest paths from the nearest of some nodes to all; infinite where there is
-    /// none (Dijkstra's algorithm).
+    /// Lengths of the shortest paths from the nearest source to all nodes; infinite where there is
+    /// no path (Dijkstra's algorithm).
     #[must_use]
     pub fn distances_from(&self, sources: &[u32]) -> Vec<f64> {
         let mut distances = vec![f64::INFINITY; self.len()];
-        // The bits of positive numbers are in the numbers' order.
+        // The bits of positive numbers sort as the numbers do.
         let mut queue: BinaryHeap<Reverse<(u64, u32)>> = BinaryHeap::new();
         for &source in sources {
             distances[source as usize] = 0.0;
@@ -143,7 +147,7 @@ impl NeighborGraph {
         while let Some(Reverse((bits, node))) = queue.pop() {
             let distance = distances[node as usize];
             if bits > distance.to_bits() {
-                // There was a shorter path.
+                // A shorter path was found meanwhile.
                 continue;
             }
             for &Edge { to, length } in self.edges(node as usize) {
@@ -158,8 +162,8 @@ impl NeighborGraph {
     }
 }
 
-/// From each point the edges to its `count` nearest, and to the nearest beside the line that these
-/// may lie in.
+/// Edges from each point to its `count` nearest neighbors, and to the nearest two beside their
+/// line.
 fn nearest(tree: &KdTree<'_>, count: usize, observer: &mut dyn Observer) -> Result<Vec<Vec<Edge>>> {
     let points = tree.points();
     tree.map(observer, |own, found| {
@@ -187,8 +191,8 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn ways_lead_around_a_gap() {
-        // Three quarters of a low cylinder: the way is the long one.
+    fn paths_go_around_a_gap() {
+        // Three quarters of a low cylinder: the path is the long one.
         let ring: Vec<DVec3> = (0..=200)
             .flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))))
             .map(|(i, j)| (i / 200.0 * 1.5 * std::f64::consts::PI, j / 40.0))
@@ -211,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn every_edge_is_seen_once_from_both_ends() {
+    fn each_edge_is_listed_once_at_both_ends() {
         let scattered: Vec<DVec3> = (0..2000)
             .map(f64::from)
             .map(|i| DVec3::new((i * 0.754_877_666).fract(), (i * i * 0.618).fract(), 0.0))

@@ -1,20 +1,19 @@
-//! Values that stand for no data.
-
-use std::fmt;
+//! No-data values: coordinates that stand for a missing measurement.
 
 use glam::DVec3;
 
-/// A value that stands for no data is so many times farther from all others than these are from one another.
-const FAR: f64 = 10.0;
+use super::settings::NoDataSettings;
 
-/// A value of one coordinate that many points have and that lies far from all others, as -9999 below heights.
+const SETTINGS: NoDataSettings = NoDataSettings::STANDARD;
+
+/// A value of one coordinate that stands for a missing measurement, such as -9999 among heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoData {
-    /// Which coordinate.
+    /// The coordinate: 0 for x, 1 for y, 2 for z.
     pub axis: usize,
     /// Its value.
     pub value: f64,
-    /// How many points have it: two at least.
+    /// The number of points that have it, at least two.
     pub count: usize,
 }
 
@@ -26,20 +25,10 @@ impl NoData {
     }
 }
 
-impl fmt::Display for NoData {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { axis, value, count } = self;
-        write!(
-            f,
-            "{count} points have {} = {value}, far from all others, as if that stood for no data: they \
-             are left out; clean=False keeps them",
-            ["x", "y", "z"][*axis]
-        )
-    }
-}
-
-/// Looks for a value that less than half of the points, but several, have as a coordinate, exactly, and that
-/// is ten times farther from the values of all others than these extend.
+/// Finds a no-data value.
+///
+/// It is exactly the same coordinate of at least two points, but of less than half of them. It is
+/// the smallest or largest value of that coordinate, and far outside the range of all others.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::no_data};
@@ -57,17 +46,18 @@ pub fn no_data(points: &[DVec3]) -> Option<NoData> {
         [low, high].into_iter().find_map(|value| {
             let (start, end) = extremes(values().filter(|other| *other != value));
             let apart = (start - value).abs().min((end - value).abs());
-            if !(end > start && apart > FAR * (end - start)) {
+            if !(end > start && apart > SETTINGS.min_distance_ratio * (end - start)) {
                 return None;
             }
             let count = values().filter(|other| *other == value).count();
-            let several = count > 1 && (count as f64) < 0.5 * points.len() as f64;
+            let several = count > 1 && (count as f64) < SETTINGS.max_share * points.len() as f64;
             several.then_some(NoData { axis, value, count })
         })
     };
     (0..3).find_map(along)
 }
 
+/// The smallest and the largest value.
 fn extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
@@ -79,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ground_and_roofs_are_data() {
+    fn a_roof_above_the_ground_is_no_missing_value() {
         let points = |roof: f64| -> Vec<DVec3> {
             (0..100)
                 .map(|i| (f64::from(i % 10), f64::from(i / 10)))

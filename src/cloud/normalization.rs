@@ -1,19 +1,18 @@
-//! A centred and scaled frame.
+//! Normalization of coordinates: a centered and scaled frame.
 
 use glam::DVec3;
 
 use super::bounds::Bounds;
 
-/// The frame in which the work is done: the cloud's box centred on the origin, and scaled by a
-/// power of two so that its longest side lies in `(1/2, 1]`.
+/// A frame in which the cloud's box is centered on the origin. Its longest side lies in `(1/2, 1]`.
 ///
-/// Coordinates of 5,000,000 with details of a millimetre thus keep their digits. The scale is a
-/// power of two because multiplying by it is exact: only moving the centre rounds, once each way.
+/// Large coordinates with small details keep their digits. The scale is a power of two, because
+/// multiplying by it is exact. Only the shift of the center rounds, once in each direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Normalization {
-    /// What becomes the origin, in the points' unit.
-    pub centre: DVec3,
-    /// Normalized length of one unit of the points.
+    /// The point that becomes the origin, in the points' unit.
+    pub center: DVec3,
+    /// Length in this frame of one unit of the points.
     pub scale: f64,
 }
 
@@ -35,18 +34,18 @@ impl Normalization {
 
     /// The frame of points with these bounds.
     pub(crate) fn within(bounds: &Bounds) -> Self {
-        Self { centre: bounds.centre(), scale: (-bounds.extent().log2().ceil()).exp2() }
+        Self { center: bounds.center(), scale: (-bounds.extent().log2().ceil()).exp2() }
     }
 
     /// From the points' frame to the normalized one.
     #[must_use]
     pub fn apply(&self, point: DVec3) -> DVec3 {
-        (point - self.centre) * self.scale
+        (point - self.center) * self.scale
     }
 
     /// From the normalized frame back to the points' own.
     #[must_use]
     pub fn undo(&self, point: DVec3) -> DVec3 {
-        point / self.scale + self.centre
+        point / self.scale + self.center
     }
 }

@@ -1,15 +1,12 @@
-//! The plane nearest to points: their principal directions.
+//! The plane nearest to points, by their principal directions.
 
 use glam::{DMat3, DVec3};
 
-/// Sweeps of Jacobi's method; three axes need five or six.
-const SWEEPS: usize = 12;
+use super::settings::PlaneSettings;
 
-/// Share of the first principal deviation in the second below which points lie in a line, and in the
-/// third above which they fill space. Random points in a disc have shares of 1 and 0, in a ball 1.
-const THIN: f64 = 0.25;
+const SETTINGS: PlaneSettings = PlaneSettings::STANDARD;
 
-/// The principal directions of points: the plane nearest to them, and how they lie about it.
+/// The principal directions of points, the plane nearest to them, and their deviations.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::Plane};
@@ -21,7 +18,7 @@ const THIN: f64 = 0.25;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     /// The points' mean.
-    pub centre: DVec3,
+    pub center: DVec3,
     /// Unit vectors along which the points scatter most, second and least; right-handed.
     pub axes: [DVec3; 3],
     /// Root mean square coordinates along the axes, in the points' unit.
@@ -29,26 +26,26 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// That of some points; of none, the plane z = 0.
+    /// The plane nearest to points; z = 0 without points.
     #[must_use]
     pub fn of(points: impl IntoIterator<Item = DVec3, IntoIter: Clone>) -> Self {
         let points = points.into_iter();
         let Some(origin) = points.clone().next() else {
-            return Self { centre: DVec3::ZERO, axes: DVec3::AXES, deviations: [0.0; 3] };
+            return Self { center: DVec3::ZERO, axes: DVec3::AXES, deviations: [0.0; 3] };
         };
         let (mut count, mut sum) = (0.0, DVec3::ZERO);
         for point in points.clone() {
             count += 1.0;
             sum += point - origin;
         }
-        let centre = origin + sum / count;
+        let center = origin + sum / count;
         let mut scatter = DMat3::ZERO;
         for point in points {
-            let local = point - centre;
+            let local = point - center;
             scatter += DMat3::from_cols(local * local.x, local * local.y, local * local.z);
         }
         let (values, axes) = symmetric(scatter * (1.0 / count));
-        Self { centre, axes, deviations: values.map(|value| value.max(0.0).sqrt()) }
+        Self { center, axes, deviations: values.map(|value| value.max(0.0).sqrt()) }
     }
 
     /// The direction in which the points scatter least.
@@ -57,42 +54,42 @@ impl Plane {
         self.axes[2]
     }
 
-    /// Whether the points lie in a line, as neighbours on scan lines do.
+    /// Whether the points lie on a line, as neighbors on scan lines do.
     pub(crate) fn is_line(&self) -> bool {
-        self.deviations[1] < THIN * self.deviations[0]
+        self.deviations[1] < SETTINGS.max_thin_ratio * self.deviations[0]
     }
 
-    /// Whether the points lie along a plane, and in no line.
+    /// Whether the points lie on a plane, and on no line.
     pub(crate) fn is_flat(&self) -> bool {
-        !self.is_line() && self.deviations[2] < THIN * self.deviations[1]
+        !self.is_line() && self.deviations[2] < SETTINGS.max_thin_ratio * self.deviations[1]
     }
 
-    /// Whether the points fill space, as those around an outlier do.
+    /// Whether the points fill a volume, as those around an outlier do.
     pub(crate) fn is_thick(&self) -> bool {
-        self.deviations[2] > THIN * self.deviations[0]
+        self.deviations[2] > SETTINGS.max_thin_ratio * self.deviations[0]
     }
 
     /// Distance of a point from the plane, with the sign of its side.
     #[must_use]
     pub fn height(&self, point: DVec3) -> f64 {
-        self.normal().dot(point - self.centre)
+        self.normal().dot(point - self.center)
     }
 
     /// A point by its coordinates along the axes.
     #[must_use]
     pub fn local(&self, point: DVec3) -> DVec3 {
-        let local = point - self.centre;
+        let local = point - self.center;
         DVec3::from_array(self.axes.map(|axis| axis.dot(local)))
     }
 }
 
-/// Eigenvalues of a symmetric matrix, largest first, and their vectors, by Jacobi's rotations
+/// Eigenvalues of a symmetric matrix, largest first, and their eigenvectors, by Jacobi's rotations
 /// (Golub and Van Loan, Matrix Computations, section 8.5).
 fn symmetric(matrix: DMat3) -> ([f64; 3], [DVec3; 3]) {
     let (mut matrix, mut axes) = (matrix.to_cols_array_2d(), DMat3::IDENTITY.to_cols_array_2d());
     let negligible = f64::EPSILON * (matrix[0][0] + matrix[1][1] + matrix[2][2]).abs();
-    for _ in 0..SWEEPS {
-        // Each pair with the index that is left over.
+    for _ in 0..SETTINGS.max_sweeps {
+        // Each pair of indices, and the third index.
         for (p, q, other) in [(0, 1, 2), (0, 2, 1), (1, 2, 0)] {
             let mixed = matrix[q][p];
             if mixed.abs() <= negligible {
@@ -127,18 +124,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turned_ellipsoid_shows_its_axes() {
+    fn the_axes_of_a_rotated_ellipsoid_are_found() {
         let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, -1.1, 2.0);
         let axis = |i: usize, length: f64| [turn.col(i) * length, turn.col(i) * -length];
-        let centre = DVec3::new(1e6, -4.0, 7.0);
+        let center = DVec3::new(1e6, -4.0, 7.0);
         let points = [axis(0, 3.0), axis(1, 2.0), axis(2, 0.5)].concat();
-        let plane = Plane::of(points.iter().map(|&p| centre + p));
-        assert!(plane.centre.distance(centre) < 1e-9);
+        let plane = Plane::of(points.iter().map(|&p| center + p));
+        assert!(plane.center.distance(center) < 1e-9);
         for i in 0..3 {
             assert!((plane.axes[i].dot(turn.col(i)).abs() - 1.0).abs() < 1e-9);
             assert!((plane.deviations[i] - [3.0, 2.0, 0.5][i] / 3.0_f64.sqrt()).abs() < 1e-9);
         }
         assert!(plane.axes[0].cross(plane.axes[1]).dot(plane.axes[2]) > 0.999);
-        assert!((plane.height(centre + 0.5 * plane.normal()) - 0.5).abs() < 1e-9);
+        assert!((plane.height(center + 0.5 * plane.normal()) - 0.5).abs() < 1e-9);
     }
 }

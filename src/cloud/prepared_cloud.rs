@@ -1,4 +1,4 @@
-//! The points that a surface is fitted to.
+//! The prepared cloud: thinned, cleaned, one component, in the local frame.
 
 use std::cmp::Ordering;
 
@@ -9,25 +9,25 @@ use super::bounds::{POINTS_PER_REPORT, centroid};
 use super::checks::{check, checked_bounds};
 use super::clean::{Fate, clean};
 use super::components::{Components, components};
-use super::even_sample::{EvenSample, items_at};
 use super::frame::Frame;
 use super::no_data::{NoData, no_data};
+use super::sampling::{EvenSample, items_at};
+use super::settings::PrepareSettings;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
 
-/// Points that are fitted, at most: enough for the largest net that is allowed by default.
-const MAX_POINTS: usize = 1 << 20;
+const SETTINGS: PrepareSettings = PrepareSettings::STANDARD;
 
-/// How a cloud is prepared.
+/// Options of the preparation of a cloud.
 #[derive(Clone, Copy, Debug)]
 pub struct PrepareOptions<'a> {
-    /// A weight for the squared distance of each point, 0 to leave it out; `None`: 1.
+    /// Weight of each point's squared distance; `None`: 1. Points with weight 0 are left out.
     pub weights: Option<&'a [f64]>,
     /// Whether no-data values and outliers are left out, and duplicates merged.
     pub clean: bool,
     /// The component to keep, 0 being the largest; `None`: all.
     pub component: Option<usize>,
-    /// What coordinates are divided by, for each axis.
+    /// Divisor of each coordinate.
     pub axis_scale: DVec3,
 }
 
@@ -39,38 +39,38 @@ impl Default for PrepareOptions<'_> {
 
 /// The points that a surface is fitted to, in their local frame.
 ///
-/// Their order is from the farthest from the centroid to the nearest. It depends neither on the
-/// order nor on the pose of the given points. Points at equal steps are spread over the cloud.
+/// They are sorted by their distance from the centroid, the farthest first. The order depends
+/// neither on the order nor on the pose of the given points.
 #[derive(Clone, Debug)]
 pub struct PreparedCloud {
     /// The points in the local frame.
     pub points: Vec<DVec3>,
-    /// Weights of their squared distances; `None`: 1. A point that stands for several counts as
-    /// often.
+    /// Weights of the squared distances; `None`: 1. A point that stands for duplicates has the sum
+    /// of their weights.
     pub weights: Option<Vec<f64>>,
-    /// The place of each point in the given cloud.
+    /// The index of each point in the given cloud.
     pub indices: Vec<u32>,
-    /// Given points that were merged, with the place of the kept point that stands for them.
+    /// Indices of given points that were merged, each with that of the kept point for it.
     pub merged: Vec<(u32, u32)>,
-    /// Places of the gross outliers in the given cloud, ascending.
+    /// Indices of the gross outliers in the given cloud, ascending.
     pub outliers: Vec<u32>,
-    /// The value that stands for no data; points that have it are left out.
+    /// The no-data value; points that have it are left out.
     pub no_data: Option<NoData>,
-    /// The components before one of them was chosen; the labels are those of the kept points.
+    /// All components, with the labels of the kept points.
     pub components: Components,
-    /// From the given frame to the local one.
+    /// The local frame.
     pub frame: Frame,
-    /// Whether there are more points than are fitted.
+    /// Whether there were more given points than are fitted.
     pub thinned: bool,
 }
 
 impl PreparedCloud {
-    /// Prepares a cloud: thins, cleans, chooses a component, moves to the local frame.
+    /// Prepares a cloud: thins it, cleans it, chooses a component, moves it to the local frame.
     ///
     /// # Errors
     ///
-    /// Those of [`check`], for all points and for those that are left;
-    /// [`Error::Parameter`] for a component that there is not; [`Error::Interrupted`].
+    /// Those of [`check`], for the given points and for those that are left;
+    /// [`Error::Parameter`] if the component does not exist; [`Error::Interrupted`].
     pub fn of(
         given: &[DVec3],
         options: &PrepareOptions<'_>,
@@ -78,12 +78,12 @@ impl PreparedCloud {
     ) -> Result<Self> {
         checked_bounds(given, observer)?;
         let no_data = no_data(given).filter(|_| options.clean);
-        let counts = |&index: &u32| {
+        let has_data = |&index: &u32| {
             let weight = options.weights.map_or(1.0, |weights| weights[index as usize]);
             weight > 0.0 && !no_data.is_some_and(|found| found.has(given[index as usize]))
         };
         let mut indices = thinned(given, observer)?;
-        indices.retain(counts);
+        indices.retain(has_data);
         let scaled = |indices: &[u32]| -> Vec<DVec3> {
             indices.iter().map(|&index| given[index as usize] / options.axis_scale).collect()
         };
@@ -131,12 +131,12 @@ impl PreparedCloud {
             no_data,
             components,
             frame,
-            thinned: given.len() > MAX_POINTS,
+            thinned: given.len() > SETTINGS.max_points,
         })
     }
 }
 
-/// Points of a component, ascending.
+/// Indices of the points of a component, ascending.
 fn chosen(components: &Components, component: usize) -> Result<Vec<u32>> {
     let count = components.sizes.len();
     let number = u32::try_from(component).ok().filter(|_| component < count);
@@ -145,36 +145,36 @@ fn chosen(components: &Components, component: usize) -> Result<Vec<u32>> {
     Ok(components.indices(number))
 }
 
-/// All points, or as many as are fitted, evenly over space.
+/// Indices of all points, or of an even sample of as many as are fitted.
 fn thinned(given: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
-    if given.len() <= MAX_POINTS {
+    if given.len() <= SETTINGS.max_points {
         return Ok((0..).take(given.len()).collect());
     }
-    let mut sample = EvenSample::new(MAX_POINTS);
-    for portion in given.chunks(POINTS_PER_REPORT) {
+    let mut sample = EvenSample::new(SETTINGS.max_points);
+    for batch in given.chunks(POINTS_PER_REPORT) {
         let (step, total) = (sample.seen(), given.len());
         let progress = Progress::of_stage(Stage::Cleaning, step, total as u64, total);
         let mut listen = || progress::report(observer, &progress);
         listen()?;
-        sample.look_at(portion, &mut listen)?;
+        sample.extend_listening(batch, &mut listen)?;
     }
     Ok(sample.indices().into_iter().filter_map(|index| u32::try_from(index).ok()).collect())
 }
 
-/// The local frame of scaled points, these in it, and their order from the farthest to the nearest.
+/// The local frame of scaled points, the points in it, and their order, the farthest first.
 fn to_local(scaled: &[DVec3], axis_scale: DVec3) -> (Frame, Vec<DVec3>, Vec<u32>) {
-    let order = outwards(scaled, centroid(scaled));
+    let order = farthest_first(scaled, centroid(scaled));
     let frame = Frame::of(&items_at(scaled, &order), axis_scale);
     let local: Vec<DVec3> = scaled.par_iter().map(|&point| frame.scaled_to_local(point)).collect();
-    // Equal distances differ by rounding before, and not in the frame.
-    let order = outwards(&local, DVec3::ZERO);
+    // Distances that differ only by rounding are equal in the frame, so the order is found again.
+    let order = farthest_first(&local, DVec3::ZERO);
     (frame, items_at(&local, &order), order)
 }
 
-/// The order of points from the farthest to the nearest.
-fn outwards(points: &[DVec3], centre: DVec3) -> Vec<u32> {
+/// The order of points by their distance from the center, the farthest first.
+fn farthest_first(points: &[DVec3], center: DVec3) -> Vec<u32> {
     let mut keyed: Vec<(f64, u32)> =
-        (0..).zip(points).map(|(index, point)| (point.distance_squared(centre), index)).collect();
+        (0..).zip(points).map(|(index, point)| (point.distance_squared(center), index)).collect();
     keyed.par_sort_unstable_by(|a, b| {
         let [x, y] = [a, b].map(|key| points[key.1 as usize].to_array());
         let places = x.iter().zip(&y).map(|(x, y)| x.total_cmp(y));
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn each_given_point_is_accounted_for() {
+    fn each_given_point_is_kept_merged_or_left_out() {
         let mut points: Vec<DVec3> = (0..1000).map(hill).collect();
         points.extend([points[7], points[7], DVec3::new(0.5, 0.5, 1.0)]);
         points.extend((0..200).map(|i| hill(i) + DVec3::Z * 2.0));
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn pose_and_order_do_not_matter() {
+    fn the_cloud_is_the_same_for_any_pose_and_order() {
         let points: Vec<DVec3> = (0..500).map(hill).chain([DVec3::splat(3.0)]).collect();
         let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7));
         let moved: Vec<DVec3> =

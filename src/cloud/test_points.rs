@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// A number between 0 and 1 that depends on nothing else but two numbers, and scatters (`SplitMix64`).
+/// A pseudorandom number between 0 and 1 from two integers (`SplitMix64`).
 pub(super) fn random(number: u32, salt: u32) -> f64 {
     let mut z = (u64::from(number) << 32 | u64::from(salt)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -21,12 +21,12 @@ pub(super) fn square(count: u32, salt: u32) -> Vec<DVec3> {
     cube(count, salt).into_iter().map(|point| DVec3::new(point.x, point.y, 0.0)).collect()
 }
 
-/// The point of a hilly sheet above this one.
+/// The point of a hilly sheet above a point of the unit square.
 pub(super) fn hill(point: DVec3) -> DVec3 {
     DVec3::new(point.x, point.y, 0.2 * (3.0 * point.x).sin() * (2.0 * point.y).cos())
 }
 
-/// The point of an upright tube above this one of the unit square.
+/// The point of an upright tube for a point of the unit square.
 pub(super) fn tube(point: DVec3) -> DVec3 {
     let (sin, cos) = (std::f64::consts::TAU * point.x).sin_cos();
     DVec3::new(0.5 * cos, 0.5 * sin, 2.0 * point.y)

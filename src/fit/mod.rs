@@ -58,6 +58,6 @@ pub(crate) use self::isocurve_length::isocurve_lengths;
 pub use self::least_squares::{PartialSums, fit};
 pub use self::options::{ApproximateOptions, FitOptions, Growth, HeightOptions};
 pub use self::projection::project;
-pub use self::rational::rational;
+pub use self::rational::fit_weights;
 pub use self::recover::recover_net;
 pub use self::settings::CoarseSettings;

@@ -24,13 +24,13 @@ const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 /// twentieth, if it is rational already, or if it has more than 256 control points.
 ///
 /// ```
-/// use neurbs::{DVec2, DVec3, NurbsSurface, fit::{FitOptions, fit, rational}, progress::Silent};
+/// use neurbs::{DVec2, DVec3, NurbsSurface, fit::{FitOptions, fit, fit_weights}, progress::Silent};
 /// // A quarter of a cylinder, by a net of 3 × 2.
 /// let uv: Vec<DVec2> =
 ///     (0..400).map(|i| DVec2::new(f64::from(i % 20), f64::from(i / 20)) / 19.0).collect();
 /// let points: Vec<DVec3> = uv.iter().map(|at| DVec2::from_angle(1.5 * at.x).extend(at.y)).collect();
 /// let polynomial = fit(&points, &uv, None, &FitOptions::new((3, 2), (2, 1), (false, false))?, &mut Silent)?;
-/// let rational = rational(&polynomial, &points, None, &mut Silent)?;
+/// let rational = fit_weights(&polynomial, &points, None, &mut Silent)?;
 /// let error = |s: &NurbsSurface| (s.point(0.3, 0.5).truncate().length() - 1.0).abs();
 /// assert!(error(&polynomial) > 1e-3 && error(&rational) < 1e-5);
 /// # Ok::<(), neurbs::Error>(())
@@ -40,7 +40,7 @@ const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 ///
 /// [`Error::Parameter`] if there are not as many weights as points; [`Error::Interrupted`] if the
 /// observer stops it.
-pub fn rational(
+pub fn fit_weights(
     surface: &NurbsSurface,
     points: &[DVec3],
     weights: Option<&[f64]>,
@@ -263,7 +263,7 @@ mod tests {
         let points: Vec<DVec3> = uv.iter().map(place).collect();
         let options = FitOptions::new((3, 3), (2, 2), (false, false)).unwrap();
         let polynomial = fit(&points, &uv, None, &options, &mut Silent).unwrap();
-        let found = rational(&polynomial, &points, None, &mut Silent).unwrap();
+        let found = fit_weights(&polynomial, &points, None, &mut Silent).unwrap();
         let (before, after) = (rms(&polynomial, &points), rms(&found, &points));
         assert!(after < 1e-3 * before, "{before:e} {after:e}");
     }
@@ -275,7 +275,7 @@ mod tests {
             uv.iter().map(|at| DVec2::from_angle(TAU * at.x).extend(2.0 * at.y)).collect();
         let options = FitOptions::new((5, 2), (2, 1), (true, false)).unwrap();
         let polynomial = fit(&points, &uv, None, &options, &mut Silent).unwrap();
-        let found = rational(&polynomial, &points, None, &mut Silent).unwrap();
+        let found = fit_weights(&polynomial, &points, None, &mut Silent).unwrap();
         assert!(rms(&found, &points) <= rms(&polynomial, &points));
         assert!(found.point(0.0, 0.4).distance(found.point(1.0, 0.4)) < 1e-12);
     }
@@ -286,7 +286,7 @@ mod tests {
         let points: Vec<DVec3> = uv.iter().map(|at| at.extend(at.x * at.y)).collect();
         let options = FitOptions::new((4, 4), (3, 3), (false, false)).unwrap();
         let polynomial = fit(&points, &uv, None, &options, &mut Silent).unwrap();
-        let found = rational(&polynomial, &points, None, &mut Silent).unwrap();
+        let found = fit_weights(&polynomial, &points, None, &mut Silent).unwrap();
         assert!(rms(&found, &points) <= rms(&polynomial, &points));
     }
 }

@@ -1,4 +1,4 @@
-//! Which points lie on the border of the surface.
+//! Border points: those with a gap between the directions of their neighbors.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::settings::ObserveSettings;
 use crate::cloud::{KdTree, Neighbor};
 
-/// Whether each point sees a wide gap between the directions of its neighbours in its plane.
+/// Whether each point has a wide gap between the directions of its neighbors in its tangent plane.
 pub(super) fn border(
     tree: &KdTree<'_>,
     normals: &[DVec3],
@@ -24,13 +24,13 @@ pub(super) fn border(
         };
         angles.clear();
         angles.extend(found.iter().map(way));
-        widest_gap(angles) > settings.border_gap
+        widest_gap(angles) > settings.min_border_gap
     };
     let all: Vec<u32> = (0..).take(points.len()).collect();
-    all.par_iter().map_init(Default::default, |room, &at| open(room, at)).collect()
+    all.par_iter().map_init(Default::default, |scratch, &at| open(scratch, at)).collect()
 }
 
-/// The widest gap between angles, which are put in order.
+/// The widest gap between angles. Sorts them.
 fn widest_gap(angles: &mut [f64]) -> f64 {
     angles.sort_by(f64::total_cmp);
     let gaps = angles.windows(2).map(|pair| pair[1] - pair[0]);
@@ -44,7 +44,7 @@ mod tests {
     use crate::observe::Observations;
 
     #[test]
-    fn a_square_has_its_outline_and_a_ball_has_none() {
+    fn a_square_has_border_points_and_a_ball_has_none() {
         let square: Vec<DVec3> =
             (0..400_u32).map(|i| DVec3::new(f64::from(i / 20), f64::from(i % 20), 0.0)).collect();
         let seen = Observations::of(&square, ObserveSettings::default());

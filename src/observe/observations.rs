@@ -1,4 +1,4 @@
-//! All that is observed of a cloud's sample.
+//! All observations of a cloud's sample.
 
 use std::sync::OnceLock;
 
@@ -6,13 +6,13 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::border::border;
-use super::links::{surface_graph, tight_graph};
 use super::local_planes::LocalPlanes;
 use super::settings::ObserveSettings;
+use super::surface_graph::{surface_graph, tight_graph};
 use crate::cloud::{KdTree, Neighbor, NeighborGraph, Plane};
 use crate::numeric::median;
 
-/// Observations of a few thousand points, evenly taken from a cloud.
+/// Observations of a sample of a cloud.
 ///
 /// ```
 /// use neurbs::{DVec3, observe::{Observations, ObserveSettings}};
@@ -35,11 +35,11 @@ pub struct Observations<'a> {
 }
 
 impl<'a> Observations<'a> {
-    /// Of these points, at least four.
+    /// Observations of these points, at least four. Graphs and border follow on first use.
     #[must_use]
     pub fn of(points: &'a [DVec3], settings: ObserveSettings) -> Self {
         let tree = KdTree::new(points);
-        let count = settings.neighbors.min(points.len() - 1);
+        let count = settings.k_neighbors.min(points.len() - 1);
         let nearest = |&at: &u32| {
             let mut found = Vec::new();
             tree.nearest_to(at, count, &mut found);
@@ -59,13 +59,13 @@ impl<'a> Observations<'a> {
         self.tree.points()
     }
 
-    /// The tree over them.
+    /// The tree over the points.
     #[must_use]
     pub fn tree(&self) -> &KdTree<'a> {
         &self.tree
     }
 
-    /// The nearest of each point, nearest first.
+    /// The nearest neighbors of each point, nearest first.
     #[must_use]
     pub fn near(&self) -> &[Vec<Neighbor>] {
         &self.near
@@ -77,13 +77,13 @@ impl<'a> Observations<'a> {
         &self.planes
     }
 
-    /// The noise floor: the median distance of points from their local planes, by root mean square.
+    /// The noise floor: see [`LocalPlanes::noise`].
     #[must_use]
     pub fn noise(&self) -> f64 {
         self.planes.noise
     }
 
-    /// The principal directions of the points, the longest first.
+    /// The principal directions of the points, that of the largest deviation first.
     #[must_use]
     pub fn axes(&self) -> &Plane {
         &self.axes
@@ -95,26 +95,28 @@ impl<'a> Observations<'a> {
         DVec3::from_array(self.axes.deviations).length()
     }
 
-    /// Median distance of the points to their 6th neighbour.
+    /// The median over the points of [`Self::local_spacing`].
     #[must_use]
     pub fn spacing(&self) -> f64 {
-        median(self.sixth())
+        median(self.spacings())
     }
 
-    /// The distance of each point to its 6th neighbour.
+    /// The distance of each point to the neighbor whose rank the settings give.
     #[must_use]
     pub fn local_spacing(&self) -> Vec<f64> {
-        self.sixth().collect()
+        self.spacings().collect()
     }
 
-    fn sixth(&self) -> impl Iterator<Item = f64> + '_ {
-        self.near.iter().filter_map(|near| near.iter().take(6).next_back()).map(Neighbor::distance)
+    fn spacings(&self) -> impl Iterator<Item = f64> + '_ {
+        let rank = self.settings.spacing_rank;
+        let last = move |near: &'_ Vec<Neighbor>| near.iter().take(rank).next_back().copied();
+        self.near.iter().filter_map(last).map(|near| near.distance())
     }
 
-    /// The principal directions of the local normals, the one that most point along first.
+    /// The principal directions of the local normals, the most frequent direction first.
     #[must_use]
     pub fn normal_axes(&self) -> [DVec3; 3] {
-        // A normal and its opposite are one direction, so that their mean is no centre.
+        // A normal and its opposite are the same direction, so both are included.
         let planes = &self.planes;
         let any = !planes.spread.contains(&true);
         let known = planes.normals.iter().zip(&planes.spread).filter(|(_, spread)| **spread || any);
@@ -122,8 +124,8 @@ impl<'a> Observations<'a> {
         Plane::of(both.iter().copied()).axes
     }
 
-    /// Share of the local normals within the angle of this cosine of a direction. Planes through
-    /// lines of points do not count, unless there are no others.
+    /// Share of the local normals whose angle to a direction has a larger cosine. Planes through
+    /// lines of points are left out, unless there are no others.
     #[must_use]
     pub fn share_along(&self, direction: DVec3, cosine: f64) -> f64 {
         let planes = &self.planes;
@@ -138,26 +140,26 @@ impl<'a> Observations<'a> {
         along / count
     }
 
-    /// The graph of neighbours along the surface, in one part.
+    /// The connected graph of neighbors along the surface.
     #[must_use]
     pub fn graph(&self) -> &NeighborGraph {
         self.graph
             .get_or_init(|| surface_graph(&self.tree, &self.near, &self.planes, &self.settings))
     }
 
-    /// The graph of the nearest neighbours alone, in one part: it parts layers that are close.
+    /// The connected graph of few, near neighbors. It separates layers that are close.
     #[must_use]
     pub fn tight_graph(&self) -> &NeighborGraph {
         self.tight.get_or_init(|| tight_graph(&self.tree, &self.near, &self.settings))
     }
 
-    /// Whether each point lies on a border.
+    /// Whether each point lies on the border.
     #[must_use]
     pub fn border(&self) -> &[bool] {
         self.border.get_or_init(|| border(&self.tree, &self.planes.normals, &self.settings))
     }
 
-    /// Share of the points that lie on a border.
+    /// Share of the points that lie on the border.
     #[must_use]
     pub fn border_share(&self) -> f64 {
         let border = self.border();

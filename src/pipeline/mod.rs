@@ -1,38 +1,40 @@
-//! The whole job: scattered points in, a surface out.
+//! The whole job: scattered points in, a surface with its report out.
 
-mod candidate;
+mod axis_scale;
 mod candidates;
-mod clock;
 mod diagnose;
-mod fitted;
-mod map;
-mod measure;
-mod net_shape;
+mod fit_problem;
+mod initial_net;
 mod options;
 mod orientation;
-mod outliers;
-mod paper;
-mod ranked;
+mod overall_progress;
+mod point_deviations;
+mod projection;
+mod ranked_cloud;
+mod ranking;
 mod reconstruct;
+mod reconstruct_paper;
 mod reconstruction;
 mod recover_net;
 mod refine;
-mod refined;
 mod relay;
 mod repair;
 mod report;
+mod robust_weights;
 mod score;
 mod select;
-mod start;
-mod whole;
+mod settings;
+mod stage_times;
+mod surface_fit;
+mod trained_map;
 
-pub use self::candidate::Candidate;
-pub use self::candidates::candidates;
+pub use self::candidates::{Candidate, candidates};
 pub use self::options::{Aspect, ReconstructOptions, Start};
-pub use self::paper::{PaperOptions, reconstruct_paper};
+pub use self::ranking::{Dropped, Model, Ranking, rank};
 pub use self::reconstruct::reconstruct;
+pub use self::reconstruct_paper::{PaperOptions, reconstruct_paper};
 pub use self::reconstruction::Reconstruction;
 pub use self::recover_net::recover_net;
 pub use self::report::{Deviations, PERCENTILES, Report, TrainingReport};
-pub use self::score::{Score, ScoreSettings};
-pub use self::select::{DropSettings, Model, Ranking, SelectSettings, rank};
+pub use self::score::Score;
+pub use self::settings::{DropSettings, ScoreSettings, SelectSettings};

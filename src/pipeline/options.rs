@@ -1,4 +1,4 @@
-//! How to reconstruct.
+//! Options of a reconstruction, and their checks.
 
 use glam::DVec3;
 
@@ -7,57 +7,59 @@ use crate::error::{Error, Result, positive};
 use crate::nurbs::check_degree;
 use crate::som::Lattice;
 
-/// How to reconstruct; the default derives everything from the points.
+/// Options of [`reconstruct`](super::reconstruct). The default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReconstructOptions<'a> {
-    /// Distance from the surface within which points shall lie, in their unit: the net grows until
-    /// they do. `None`: it grows until cross-validation says that it would follow noise.
+    /// Largest distance of the points from the surface, in their unit. The net grows until it
+    /// holds. `None`: the net grows until cross-validation finds that a finer one would follow
+    /// noise.
     pub tolerance: Option<f64>,
-    /// Rows and columns of the control net. Their product is a budget, split as `aspect` says;
-    /// `None`: as `tolerance` says.
+    /// Rows and columns of the control net. Their product is a budget that is split by `aspect`.
+    /// `None`: the net grows as `tolerance` describes.
     pub grid: Option<(usize, usize)>,
     /// Degree of the surface in both directions, lowered where the net has too few rows or
     /// columns for it.
     pub degree: usize,
-    /// The kind of surface; `None`: the candidate with the best score decides. A height field that
-    /// is asked for is z = f(x, y). [`Kind::Body`] is not supported yet.
+    /// The kind of surface; `None`: that of the best candidate. [`Kind::Height`] means z = f(x, y).
+    /// [`Kind::Body`] is not supported yet.
     pub kind: Option<Kind>,
-    /// Where the nodes lie before the map learns.
+    /// The map's nodes before training.
     pub init: Start<'a>,
-    /// What each point's squared distance counts; `None`: 1. Those with 0 are left out.
+    /// Weight of each point's squared distance; `None`: 1. Points with weight 0 are left out.
     pub weights: Option<&'a [f64]>,
-    /// Whether duplicates are merged and gross outliers left out first, as
-    /// [`clean`](crate::cloud::clean) finds them.
+    /// Whether [`clean`](crate::cloud::clean) merges duplicates and leaves out gross outliers
+    /// first.
     pub clean: bool,
-    /// Whether points that the fitted surface shows to be outliers lose their weight, by
+    /// Whether outliers of the fitted surface lose their weight, by
     /// [`biweights`](crate::fit::biweights).
     pub robust: bool,
-    /// Which component of the cloud is fitted, 0 being the largest; `None`: all together.
+    /// The component of the cloud that is fitted, 0 being the largest; `None`: all together.
     pub component: Option<usize>,
-    /// What each coordinate is divided by for the fit, where axes have different units. `None`: 1,
-    /// unless the extents show mixed units. The result is in the points' units.
+    /// Divisor of each coordinate for the fit, for axes in different units. `None`: 1, unless the
+    /// extents show mixed units. The result is in the points' units.
     pub axis_scale: Option<DVec3>,
-    /// Whether the net's weights are optimized at last, see [`rational`](crate::fit::rational).
+    /// Whether the weights of the control points are fitted last, by
+    /// [`fit_weights`](crate::fit::fit_weights).
     pub rational: bool,
-    /// Weight of the energy of bending against the points: 1 gives it as large a say as all of
-    /// them. `None`: by cross-validation.
+    /// Weight of the bending energy against the points: with 1 it weighs as much as all of them.
+    /// `None`: by cross-validation.
     pub fairness: Option<f64>,
-    /// About how far the surface goes on beyond the points at open borders, in their mean spacings:
-    /// less where the border is sure, more where it is in doubt. `None`: half of one.
+    /// Approximate distance to which the surface extends beyond the points at open borders, in mean
+    /// spacings. It is smaller where the border is certain. `None`: the default.
     pub border: Option<f64>,
-    /// Control points at most, when the net grows.
+    /// Largest number of control points to which the net grows.
     pub max_control_points: usize,
-    /// How a budget of control points is split between rows and columns.
+    /// How the budget of control points is split between rows and columns.
     pub aspect: Aspect,
-    /// Seed of everything random; the same seed gives the same bits.
+    /// Seed of the random numbers; the same seed gives the same bits.
     pub seed: u64,
 }
 
-/// Control points at most by default: what CAD systems still handle at ease.
-const MAX_CONTROL_POINTS: usize = 40_000;
+/// Default of [`ReconstructOptions::max_control_points`]: CAD systems handle nets of this size.
+const DEFAULT_MAX_CONTROL_POINTS: usize = 40_000;
 
-/// Most control points that may be asked for.
-const MOST_CONTROL_POINTS: usize = 1 << 24;
+/// Range of [`ReconstructOptions::max_control_points`]: a bilinear patch, and the largest lattice.
+const CONTROL_POINT_RANGE: (usize, usize) = (4, 1 << 24);
 
 impl Default for ReconstructOptions<'_> {
     fn default() -> Self {
@@ -75,7 +77,7 @@ impl Default for ReconstructOptions<'_> {
             rational: false,
             fairness: None,
             border: None,
-            max_control_points: MAX_CONTROL_POINTS,
+            max_control_points: DEFAULT_MAX_CONTROL_POINTS,
             aspect: Aspect::Data,
             seed: 0,
         }
@@ -83,7 +85,7 @@ impl Default for ReconstructOptions<'_> {
 }
 
 impl ReconstructOptions<'_> {
-    /// Refuses what no fit can work with.
+    /// Checks that each option is in its range.
     pub(super) fn check(&self, points: usize) -> Result<()> {
         check_degree(self.degree)?;
         if self.kind == Some(Kind::Body) {
@@ -116,14 +118,16 @@ impl ReconstructOptions<'_> {
             // The limits of a net are those of a lattice.
             Lattice::quad(rows, cols)?;
         }
-        if !(4..=MOST_CONTROL_POINTS).contains(&self.max_control_points) {
-            let must = format!("from 4 to {MOST_CONTROL_POINTS}");
+        let (least, most) = CONTROL_POINT_RANGE;
+        if !(least..=most).contains(&self.max_control_points) {
+            let must = format!("from {least} to {most}");
             return Err(Error::parameter("max_control_points", must, self.max_control_points));
         }
         Ok(())
     }
 }
 
+/// Checks that there is one finite, non-negative weight for each point.
 fn check_weights(weights: &[f64], points: usize) -> Result<()> {
     if weights.len() != points {
         let must = format!("as many as the points, {points}");
@@ -136,7 +140,7 @@ fn check_weights(weights: &[f64], points: usize) -> Result<()> {
     Ok(())
 }
 
-/// Where the nodes of a map lie before it learns.
+/// The nodes of a map before training.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a> {
     /// On the candidate with the best score.
@@ -145,7 +149,7 @@ pub enum Start<'a> {
     Geodesic,
     /// On the best candidate over a plane, if there is one.
     Pca,
-    /// Here, row by row.
+    /// At given places, row by row.
     Given {
         /// The nodes.
         nodes: &'a [DVec3],
@@ -155,14 +159,14 @@ pub enum Start<'a> {
 }
 
 impl Start<'_> {
-    /// Those with a name.
+    /// The starts that have a name.
     pub const NAMED: [Self; 3] = [Self::Auto, Self::Geodesic, Self::Pca];
 
-    /// Whether a map may start on a candidate of a chart of this name.
+    /// Whether a map may start on a candidate of the chart with this name.
     pub(super) fn allows(self, chart: &str) -> bool {
         match self {
             Self::Auto | Self::Given { .. } => true,
-            Self::Geodesic => ["isomap", "polar", "centre line"].contains(&chart),
+            Self::Geodesic => ["isomap", "polar", "center line"].contains(&chart),
             Self::Pca => chart == "plane",
         }
     }
@@ -182,14 +186,14 @@ impl Start<'_> {
 /// How a budget of control points is split between rows and columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Aspect {
-    /// By the lengths of the surface in both directions.
+    /// By the lengths of the surface along u and v.
     Data,
-    /// As given.
+    /// Rows and columns as given.
     Fixed,
 }
 
 impl Aspect {
-    /// All of them.
+    /// All ways.
     pub const ALL: [Self; 2] = [Self::Data, Self::Fixed];
 
     /// The name, as Python and the command line spell it.

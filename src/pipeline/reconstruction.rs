@@ -1,4 +1,4 @@
-//! What a reconstruction returns.
+//! The result of a reconstruction.
 
 use glam::DVec2;
 
@@ -9,7 +9,7 @@ use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 use crate::som::SelfOrganizingMap;
 
-/// What [`reconstruct`](super::reconstruct) returns; everything in the points' own frame and unit.
+/// The result of [`reconstruct`](super::reconstruct), in the points' own frame and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reconstruction {
     /// The surface.
@@ -18,17 +18,17 @@ pub struct Reconstruction {
     pub som: SelfOrganizingMap,
     /// Parameters of each point's projection onto the surface.
     pub uv: Vec<DVec2>,
-    /// Each point's distance from there.
+    /// Each point's distance from its projection, in the points' unit.
     pub deviations: Vec<f64>,
-    /// True for points used in the fit and their duplicates. False for outliers, points without
-    /// weight and those of other components.
+    /// True for points used in the fit and their duplicates. False for outliers, zero-weight points
+    /// and points of other components.
     pub inliers: Vec<bool>,
-    /// How it went.
+    /// The report.
     pub report: Report,
 }
 
 impl Reconstruction {
-    /// The surface as triangles, none farther from it than a thousandth of the net's diagonal.
+    /// The surface as triangles, within the default tolerance of [`TessellateOptions`].
     ///
     /// # Errors
     ///

@@ -14,10 +14,10 @@ use crate::progress::Observer;
 /// Degree of the surface in both directions, lowered where the net has too few rows or columns.
 const DEGREE: usize = 3;
 
-/// Finds the B-spline surface with a net of this shape on which all points lie.
+/// Finds the B-spline surface with a net of this shape that passes through all points.
 ///
-/// The surface is open, of degree 3 where the net has rows and columns enough, with uniform knots.
-/// A fit with that net comes first; from there parameters and net are solved for together.
+/// The surface is open and cubic, or of lower degree if the net is small, with uniform knots. A fit
+/// with that net comes first. From it, parameters and net are solved simultaneously.
 ///
 /// # Errors
 ///
@@ -48,7 +48,7 @@ pub fn recover_net(
         let (rows, cols) = shape;
         let must = format!("on a surface with a net of {rows} × {cols} control points");
         let rms = near.report.deviations.rms;
-        let got = format!("points that are {rms:e} off the nearest one found, rms");
+        let got = format!("points whose rms distance from the nearest surface found is {rms:e}");
         Err(Error::parameter("points", must, got))
     })
 }

@@ -1,297 +1,257 @@
-//! The best hypothesis becomes the surface: map, boundary, knots, robust weights, tolerance.
+//! Refinement of one hypothesis: from its coarse fit to the final surface with its defects.
 
 use glam::{DVec2, DVec3};
 
-use super::fitted::Fitted;
-use super::map::LearnedMap;
-use super::net_shape::net_shape;
+use super::diagnose::strays_from_points;
+use super::fit_problem::FitProblem;
 use super::options::ReconstructOptions;
-use super::outliers::outlier_weights;
-use super::start::Start;
+use super::projection::Projection;
+use super::ranked_cloud::RankedCloud;
+use super::ranking::Model;
+use super::repair::repaired;
+use super::settings::SelectionSettings;
+use super::surface_fit::SurfaceFit;
+use super::trained_map::{TrainedMap, lattice};
 use crate::chart::Kind;
-use crate::error::{Error, Result};
-use crate::fit::{
-    Accept, ApproximateOptions, BasePlane, FittedSurface, Growth, HeightOptions, approximate,
-    bounded, continued, cutoff_distance, grow_heights, project, rational,
+use crate::cloud::{LocalObserver, items_at};
+use crate::diagnostic::Diagnostic;
+use crate::error::Result;
+use crate::fit::{EndedBy, MAD_TO_DEVIATION, isocurve_lengths};
+use crate::numeric::rms;
+use crate::nurbs::{NurbsSurface, Outside};
+use crate::progress::{Observer, Silent};
+use crate::som::Init as MapInit;
+use crate::validate::{Comparison, DefectSettings, defects};
+
+const SETTINGS: SelectionSettings = SelectionSettings::STANDARD;
+
+/// The limits for finer and repaired surfaces: far fewer folds than make a surface invalid, so that
+/// a finer grid finds none either.
+const STRICT: DefectSettings = DefectSettings {
+    max_folded: SETTINGS.residual_fold_share * DefectSettings::STANDARD.max_folded,
+    ..DefectSettings::STANDARD
 };
-use crate::nurbs::ClosestPointSearch;
-use crate::progress::Observer;
 
-/// How far outer cells of the map go on for points beyond them, in cells.
-const EXTRAPOLATION: f64 = 0.75;
-
-/// How far the surface goes on beyond the points by default, in their mean spacings.
-const BORDER: f64 = 0.5;
-
-/// Weight of the fairness of heights that follow a tolerance: it only fills what points leave open.
-const LEAST_FAIRNESS: f64 = 1e-9;
-
-/// Fits in which outliers are let go, at most, beside the first.
-const REWEIGHTED: usize = 2;
-
-/// What is refined: all points of the local frame, and how they shall lie on a surface.
-#[derive(Clone, Copy)]
-pub(super) struct Refinement<'a> {
-    pub(super) points: &'a [DVec3],
-    /// What each squared distance counts; `None`: 1.
-    pub(super) weights: Option<&'a [f64]>,
+/// A refined surface with its defects.
+pub(super) struct RefinedSurface {
     pub(super) kind: Kind,
-    /// Of heights: the plane's axes and the direction of the heights.
+    /// Axes of a height field: two in its plane, and the direction of the heights.
     pub(super) heights: Option<[DVec3; 3]>,
-    /// Lengths of the surface along u and v.
-    pub(super) lengths: [f64; 2],
-    /// The noise of the points, and their spacing.
-    pub(super) noise: f64,
-    pub(super) spacing: f64,
-    /// The tolerance in the local frame.
-    pub(super) tolerance: Option<f64>,
-    pub(super) options: &'a ReconstructOptions<'a>,
+    pub(super) fit: SurfaceFit,
+    pub(super) map: TrainedMap,
+    pub(super) defects: Vec<Diagnostic>,
+    /// Whether its net grew as far as the points determine it, and it is as near to the points as
+    /// the coarse surface.
+    pub(super) complete: bool,
 }
 
-impl Refinement<'_> {
-    /// The surface with the net that growth begins with, from where the points lie on a coarse one.
-    pub(super) fn fit(&self, start: &Start, observer: &mut dyn Observer) -> Result<Fitted> {
-        let weights = self.robust(&start.distances, self.spacing, observer)?;
-        let fitted = if self.heights.is_some() {
-            self.heights_with(self.net(), weights, None, self.options.fairness, observer)?
-        } else {
-            self.sheet(&bounded(&start.uv, self.kind.closed()), weights, observer)?
-        };
-        self.reweighted(fitted, REWEIGHTED, observer)
+impl RefinedSurface {
+    /// Whether it has no defects, and the other has some or is farther from the points.
+    ///
+    /// A complete surface may be farther by the ratio of the settings.
+    pub(super) fn is_better_than(&self, other: &Self) -> bool {
+        let ratio = if self.complete { SETTINGS.max_error_ratio } else { 1.0 };
+        let near = self.fit.error() < ratio * other.fit.error();
+        self.defects.is_empty() && (near || !other.defects.is_empty())
+    }
+}
+
+/// The fit of a model's initial net.
+pub(super) struct FirstFit<'a> {
+    model: &'a Model,
+    problem: FitProblem<'a>,
+    fit: SurfaceFit,
+    defects: Vec<Diagnostic>,
+    coarse_rms: f64,
+}
+
+/// The problem of fitting all points by a surface of this kind and these lengths.
+pub(super) fn fit_problem<'a>(
+    ranked: &'a RankedCloud<'_>,
+    kind: Kind,
+    heights: Option<[DVec3; 3]>,
+    lengths: [f64; 2],
+    options: &'a ReconstructOptions<'a>,
+) -> FitProblem<'a> {
+    FitProblem {
+        points: &ranked.cloud.points,
+        weights: ranked.cloud.weights.as_deref(),
+        kind,
+        heights,
+        lengths,
+        // Half of normal noise lies within its median.
+        noise: ranked.seen.noise() / MAD_TO_DEVIATION,
+        spacing: ranked.seen.spacing(),
+        tolerance: options.tolerance.map(|length| ranked.cloud.frame.length_to_local(length)),
+        options,
+    }
+}
+
+/// Fits the initial net of a model to all points.
+pub(super) fn first_fit<'a>(
+    ranked: &'a RankedCloud<'_>,
+    model: &'a Model,
+    options: &'a ReconstructOptions<'a>,
+    observer: &mut dyn Observer,
+) -> Result<FirstFit<'a>> {
+    let (kind, heights) = (model.hypothesis.kind, model.hypothesis.heights);
+    let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
+    let observer: &mut dyn Observer = &mut observer;
+    let coarse = &model.fit.surface;
+    let problem = fit_problem(ranked, kind, heights, isocurve_lengths(coarse).into(), options);
+    let projection = Projection::onto_model(problem.points, ranked.sample, model, observer)?;
+    let coarse_rms = rms(projection.distances.iter().copied());
+    let fit = problem.fit_initial_net(&projection, observer)?;
+    let (fit, defects) = with_repair(ranked, &problem, fit, observer)?;
+    Ok(FirstFit { model, problem, fit, defects, coarse_rms })
+}
+
+impl FirstFit<'_> {
+    /// Whether it is much nearer than the coarse surface. Then the coarse order says little, and
+    /// another hypothesis may be nearer still.
+    pub(super) fn is_much_nearer_than_coarse(&self) -> bool {
+        SETTINGS.max_error_ratio * self.error() < self.model.fit.held_out[0]
     }
 
-    /// The surface with a net that grows as far as the points hold it; and, if finer ones were not
-    /// accepted, the last one before. Nets of a given size stay.
-    pub(super) fn grown(
-        &self,
-        small: Fitted,
-        accept: Accept<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<(Fitted, Option<Fitted>)> {
-        if self.options.grid.is_some() {
-            return Ok((small, None));
-        }
-        if self.heights.is_some() {
-            let grown = self.heights(small.weights, observer)?;
-            return Ok((self.reweighted(grown, REWEIGHTED, observer)?, None));
-        }
-        let (weights, fairness) = (small.weights.clone(), self.options.fairness);
-        self.continued(&small, weights, fairness, self.growth(), accept, observer)
+    /// Root mean square distance to be expected of held-out points; infinite with defects.
+    pub(super) fn error(&self) -> f64 {
+        if self.defects.is_empty() { self.fit.error() } else { f64::INFINITY }
     }
+}
 
-    /// The surface that one becomes with other weights.
-    fn on(
-        &self,
-        known: &Fitted,
-        weights: Vec<f64>,
-        fairness: Option<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        Ok(self.continued(known, weights, fairness, None, &|_, _| Ok(true), observer)?.0)
-    }
-
-    /// The same with a net that may grow; and the last one before, if finer ones were not accepted.
-    fn continued(
-        &self,
-        known: &Fitted,
-        weights: Vec<f64>,
-        fairness: Option<f64>,
-        growth: Option<Growth>,
-        accept: Accept<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<(Fitted, Option<Fitted>)> {
-        let from = FittedSurface {
-            surface: &known.surface,
-            uv: &known.uv,
-            closed: self.kind.closed(),
-            fairness: known.fairness,
-        };
-        let (points, given) = (self.points, Some(weights.as_slice()));
-        let found = continued(points, given, &from, fairness, growth, accept, observer)?;
-        let accepted = found.accepted.map(|found| Fitted::new(found, weights.clone()));
-        Ok((Fitted::new(found.finest, weights), accepted))
-    }
-
-    /// The same surface without the outliers that it shows, in so many turns at most.
-    fn reweighted(
-        &self,
-        mut fitted: Fitted,
-        turns: usize,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        for _ in 0..turns {
-            let weights = self.robust(&fitted.distances, 0.0, observer)?;
-            if same_outliers(&weights, &fitted.weights) {
-                break;
-            }
-            fitted = if self.heights.is_some() {
-                let (net, fairness) = (fitted.surface.shape(), Some(fitted.fairness));
-                let again = self.heights_with(net, weights, None, fairness, observer)?;
-                Fitted { ended_by: fitted.ended_by, ..again }
-            } else {
-                self.on(&fitted, weights, self.options.fairness, observer)?
-            };
-        }
-        Ok(fitted)
-    }
-
-    /// The surface from a map alone.
-    pub(super) fn fit_map(&self, map: &LearnedMap, observer: &mut dyn Observer) -> Result<Fitted> {
-        let weights = self.robust(&[], 0.0, observer)?;
-        let fitted = if self.heights.is_some() {
-            self.heights(weights, observer)?
-        } else {
-            let uv = map.map.parametrize(self.points, EXTRAPOLATION, observer)?;
-            self.sheet(&bounded(&uv, self.kind.closed()), weights, observer)?
-        };
-        Ok(self.grown(fitted, &|_, _| Ok(true), observer)?.0)
-    }
-
-    /// The surface with this fairness and the net that it has.
-    pub(super) fn smoother(
-        &self,
-        known: &Fitted,
-        fairness: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        self.on(known, known.weights.clone(), Some(fairness), observer)
-    }
-
-    /// The surface within the tolerance, if there is one and a nearer surface is found: its net
-    /// grows on until the tolerance holds. It is nearer both by root mean square and at most.
-    pub(super) fn within_tolerance(
-        &self,
-        fitted: &Fitted,
-        accept: Accept<'_>,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Fitted>> {
-        let Some(tolerance) = self.tolerance else { return Ok(None) };
-        let growth = Growth { tolerance: Some(tolerance), most: self.options.max_control_points };
-        let mut best: Option<Fitted> = None;
-        // With next to no fairness few points are followed, too.
-        for fairness in [self.options.fairness, Some(LEAST_FAIRNESS)] {
-            let from = best.as_ref().unwrap_or(fitted);
-            if from.max() <= tolerance {
-                break;
-            }
-            let weights = from.weights.clone();
-            let nearer = if self.heights.is_some() {
-                self.heights_with(self.net(), weights, Some(growth), fairness, observer)
-            } else {
-                let grown = Some(growth);
-                self.continued(from, weights, fairness, grown, accept, observer).map(|all| all.0)
-            };
-            match nearer {
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Ok(nearer) if nearer.max() <= from.max() && nearer.rms() <= from.rms() => {
-                    best = Some(nearer);
+/// Refines a first fit: grows its net, repairs it, and follows the tolerance.
+pub(super) fn refine(
+    ranked: &RankedCloud<'_>,
+    first: FirstFit<'_>,
+    observer: &mut dyn Observer,
+) -> Result<RefinedSurface> {
+    let FirstFit { model, problem, fit, defects, coarse_rms } = first;
+    let (kind, heights) = (problem.kind, problem.heights);
+    let mut observer = LocalObserver { frame: ranked.cloud.frame, observer };
+    let observer: &mut dyn Observer = &mut observer;
+    let mut best = (fit, defects);
+    let accept = |surface: &NurbsSurface, uv: &[DVec2]| {
+        Ok(defects_on(ranked, surface, uv, kind, &STRICT)?.is_empty())
+    };
+    if best.1.is_empty() {
+        best.0 = match problem.grow(best.0, &accept, observer)? {
+            (finest, None) => finest,
+            // The finest net has defects. It stays if more fairness repairs it.
+            (finest, Some(accepted)) => match with_repair(ranked, &problem, finest, observer)? {
+                (repaired, defects) if defects.is_empty() && repaired.rms() < accepted.rms() => {
+                    repaired
                 }
-                _ => {}
-            }
-        }
-        Ok(best)
-    }
-
-    /// The weights that were given, less what outliers lose. No distance under `least` or within the
-    /// noise makes an outlier.
-    fn robust(
-        &self,
-        distances: &[f64],
-        least: f64,
-        observer: &mut dyn Observer,
-    ) -> Result<Vec<f64>> {
-        let mut weights =
-            self.weights.map_or_else(|| vec![1.0; self.points.len()], <[f64]>::to_vec);
-        if self.options.robust
-            && !distances.is_empty()
-            && let Some(found) = outlier_weights(
-                self.points,
-                distances,
-                least.max(cutoff_distance(self.noise)),
-                observer,
-            )?
-        {
-            weights.iter_mut().zip(found).for_each(|(weight, share)| *weight *= share);
-        }
-        Ok(weights)
-    }
-
-    fn growth(&self) -> Option<Growth> {
-        let free = self.options.grid.is_none();
-        free.then_some(Growth { tolerance: None, most: self.options.max_control_points })
-    }
-
-    fn degree(&self, (rows, cols): (usize, usize)) -> (usize, usize) {
-        (self.options.degree.min(rows - 1), self.options.degree.min(cols - 1))
-    }
-
-    pub(super) fn net(&self) -> (usize, usize) {
-        net_shape(self.points.len(), self.kind, self.lengths, self.options)
-    }
-
-    fn sheet(
-        &self,
-        uv: &[DVec2],
-        weights: Vec<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        let net = self.net();
-        let options = ApproximateOptions {
-            net,
-            degree: self.degree(net),
-            closed: self.kind.closed(),
-            fairness: self.options.fairness,
-            border: self.options.border.unwrap_or(BORDER),
-            ..ApproximateOptions::default()
+                _ => accepted,
+            },
         };
-        let found = approximate(self.points, uv, Some(&weights), &options, observer)?;
-        Ok(Fitted::new(found, weights))
     }
-
-    fn heights(&self, weights: Vec<f64>, observer: &mut dyn Observer) -> Result<Fitted> {
-        self.heights_with(self.net(), weights, self.growth(), self.options.fairness, observer)
-    }
-
-    /// Heights whose net grows if it may.
-    fn heights_with(
-        &self,
-        net: (usize, usize),
-        weights: Vec<f64>,
-        growth: Option<Growth>,
-        fairness: Option<f64>,
-        observer: &mut dyn Observer,
-    ) -> Result<Fitted> {
-        let [along, across, up] = self.heights.unwrap_or(DVec3::AXES);
-        let base = BasePlane { axes: [along, across], up };
-        let options = HeightOptions { net, degree: self.degree(net), fairness };
-        let most = net.0 * net.1;
-        let growth = growth.unwrap_or(Growth { tolerance: None, most });
-        let (fit, ended_by) =
-            grow_heights(self.points, Some(&weights), &base, &options, growth, observer)?;
-        let (uv, distances) = project(&fit.surface, (false, false), self.points, &fit.uv);
-        let squares = |all: &[f64]| {
-            all.iter().zip(&weights).map(|(off, weight)| weight * off * off).sum::<f64>()
-        };
-        let slope = squares(&distances) / squares(&fit.residuals);
-        let expected = fit.expected.is_finite().then_some(slope * fit.expected);
-        let (surface, fairness) = (fit.surface, fit.fairness);
-        Ok(Fitted { surface, uv, distances, weights, fairness, expected, iterations: 1, ended_by })
-    }
-
-    /// The surface with weights of the control points, where that is nearer.
-    pub(super) fn rational(&self, fitted: Fitted, observer: &mut dyn Observer) -> Result<Fitted> {
-        let weights = Some(fitted.weights.as_slice());
-        let surface = rational(&fitted.surface, self.points, weights, observer)?;
-        if surface == fitted.surface {
-            return Ok(fitted);
+    let complete = best.0.ended_by != EndedBy::Defects
+        && best.0.rms() <= SETTINGS.max_error_ratio * coarse_rms
+        && strays_from_points(ranked, problem.options, &best.0).is_none();
+    if let Some(nearer) = problem.grow_to_tolerance(&best.0, &accept, observer)? {
+        let defects = defects_of(ranked, &nearer, kind)?;
+        if defects.len() <= best.1.len() {
+            best = (nearer, defects);
         }
-        let (uv, distances) =
-            ClosestPointSearch::new(&surface)?.closest_parameters(self.points, observer)?;
-        Ok(Fitted { surface, uv, distances, ..fitted })
     }
+    let (fit, defects) = best;
+    let (coarse, shape) = (&model.fit.surface, problem.initial_shape());
+    let map = TrainedMap::on_surface(problem.points, coarse, kind, shape, observer)?;
+    Ok(RefinedSurface { kind, heights, fit, map, defects, complete })
 }
 
-/// Whether two sets of weights let the same points go.
-fn same_outliers(some: &[f64], others: &[f64]) -> bool {
-    some.iter().zip(others).all(|(a, b)| (*a == 0.0) == (*b == 0.0))
+/// Repairs a fit if more fairness may remove all of its defects. Returns it with those that are
+/// left.
+fn with_repair(
+    ranked: &RankedCloud<'_>,
+    problem: &FitProblem<'_>,
+    fit: SurfaceFit,
+    observer: &mut dyn Observer,
+) -> Result<(SurfaceFit, Vec<Diagnostic>)> {
+    let defects = defects_of(ranked, &fit, problem.kind)?;
+    if !defects.is_empty()
+        && defects.iter().all(fairness_may_remove)
+        && problem.heights.is_none()
+        && problem.options.fairness.is_none()
+    {
+        let has_defects = |fit: &SurfaceFit| {
+            Ok(!defects_on(ranked, &fit.surface, &fit.uv, problem.kind, &STRICT)?.is_empty())
+        };
+        let max_rms = SETTINGS.max_error_ratio * fit.rms().max(ranked.seen.noise());
+        let found = repaired(problem, &fit, max_rms, has_defects, observer)?;
+        if let Some(better) = found {
+            return Ok((better, Vec::new()));
+        }
+    }
+    Ok((fit, defects))
+}
+
+/// Whether more fairness may remove a defect.
+fn fairness_may_remove(defect: &Diagnostic) -> bool {
+    matches!(defect, Diagnostic::Folded { .. } | Diagnostic::Overshoot { .. })
+}
+
+/// Fits a surface from given nodes: a map is trained from them, and all points are fitted from it.
+pub(super) fn refine_from_nodes(
+    ranked: &RankedCloud<'_>,
+    nodes: &[DVec3],
+    shape: (usize, usize),
+    options: &ReconstructOptions<'_>,
+    observer: &mut dyn Observer,
+) -> Result<RefinedSurface> {
+    let frame = ranked.cloud.frame;
+    let kind = options.kind.unwrap_or(Kind::Sheet);
+    let mut observer = LocalObserver { frame, observer };
+    let observer: &mut dyn Observer = &mut observer;
+    let nodes = nodes.iter().map(|node| frame.to_local(*node)).collect();
+    let lattice = lattice(shape, kind)?;
+    let map = TrainedMap::train(&ranked.cloud.points, lattice, MapInit::Given(nodes), observer)?;
+    let lengths = [shape.0 as f64, shape.1 as f64];
+    let heights = (kind == Kind::Height)
+        .then(|| DVec3::AXES.map(|axis| frame.direction_to_local(axis).normalize()));
+    let problem = fit_problem(ranked, kind, heights, lengths, options);
+    let fit = problem.fit_map(&map, observer)?;
+    let defects = defects_of(ranked, &fit, kind)?;
+    Ok(RefinedSurface { kind, heights, fit, map, defects, complete: true })
+}
+
+/// The defects of a surface on which all points have these parameters, found on the sample.
+fn defects_on(
+    ranked: &RankedCloud<'_>,
+    surface: &NurbsSurface,
+    uv: &[DVec2],
+    kind: Kind,
+    settings: &DefectSettings,
+) -> Result<Vec<Diagnostic>> {
+    let uv = items_at(uv, &ranked.sample_indices);
+    let mut projections = vec![DVec3::ZERO; uv.len()];
+    surface.evaluate(&uv, &mut projections, Outside::Refuse, &mut Silent)?;
+    let pairs = projections.iter().zip(ranked.sample);
+    let distances: Vec<f64> = pairs.map(|(on, point)| on.distance(*point)).collect();
+    let closed = kind.closed().into();
+    let compared = Comparison {
+        seen: ranked.seen,
+        tree: &ranked.tree,
+        surface,
+        closed,
+        uv: &uv,
+        distances: &distances,
+        diagonal: ranked.diagonal,
+    };
+    let mut found = defects(&compared, &ranked.settings.terms, settings)?;
+    let frame = &ranked.cloud.frame;
+    for defect in &mut found {
+        if let Diagnostic::Overshoot { distance: length, diagonal }
+        | Diagnostic::Thick { rms: length, diagonal } = defect
+        {
+            *length = frame.length_to_given(*length);
+            *diagonal = frame.length_to_given(*diagonal);
+        }
+    }
+    Ok(found)
+}
+
+/// The defects of a fit.
+fn defects_of(ranked: &RankedCloud<'_>, fit: &SurfaceFit, kind: Kind) -> Result<Vec<Diagnostic>> {
+    defects_on(ranked, &fit.surface, &fit.uv, kind, &DefectSettings::STANDARD)
 }

@@ -1,33 +1,33 @@
-//! One rule for surfaces that fold or overshoot: more fairness.
+//! Repair of a surface that folds or overshoots: more fairness.
 
-use super::fitted::Fitted;
-use super::refine::Refinement;
+use super::fit_problem::FitProblem;
+use super::settings::RepairSettings;
+use super::surface_fit::SurfaceFit;
 use crate::error::Result;
 use crate::progress::Observer;
 
-/// Factor between neighbouring steps of fairness, and how many steps there are.
-const STEP: f64 = 8.0;
-const STEPS: i32 = 7;
+const SETTINGS: RepairSettings = RepairSettings::STANDARD;
 
-/// The surface with the least fairness, of steps that grow eightfold, with which nothing is wrong;
-/// `None` if none does or the points are farther from it than the limit then, by root mean square.
+/// Refits a surface with more fairness, as little as removes its defects.
 ///
-/// Bisection over the steps: the more fairness, the fewer folds and bulges.
+/// Returns `None` if no step of fairness removes them, or only one that moves the surface farther
+/// than `max_rms` from the points. More fairness means fewer folds and bulges, so the step is found
+/// by bisection.
 pub(super) fn repaired(
-    refinement: &Refinement<'_>,
-    first: &Fitted,
-    limit: f64,
-    wrong: impl Fn(&Fitted) -> Result<bool>,
+    problem: &FitProblem<'_>,
+    first: &SurfaceFit,
+    max_rms: f64,
+    has_defects: impl Fn(&SurfaceFit) -> Result<bool>,
     observer: &mut dyn Observer,
-) -> Result<Option<Fitted>> {
-    let (mut low, mut high, mut found) = (0, STEPS + 1, None);
+) -> Result<Option<SurfaceFit>> {
+    let (mut low, mut high, mut found) = (0, SETTINGS.steps + 1, None);
     while high - low > 1 {
         let step = i32::midpoint(low, high);
-        let fairness = first.fairness * STEP.powi(step);
-        let smoother = refinement.smoother(first, fairness, observer)?;
-        if smoother.rms() > limit {
+        let fairness = first.fairness * SETTINGS.fairness_factor.powi(step);
+        let smoother = problem.refit_with_fairness(first, fairness, observer)?;
+        if smoother.rms() > max_rms {
             high = step;
-        } else if wrong(&smoother)? {
+        } else if has_defects(&smoother)? {
             low = step;
         } else {
             (high, found) = (step, Some(smoother));

@@ -1,258 +1,137 @@
-//! Which hypothesis is refined: charts propose, coarse fits are scored, the lowest score wins.
+//! Selection of the result: ranked hypotheses are refined until one has no defects.
 
-use glam::{DMat3, DVec3};
-use rayon::prelude::*;
+use super::candidates::{Candidate, Outcome};
+use super::options::{ReconstructOptions, Start};
+use super::ranked_cloud::RankedCloud;
+use super::ranking::Model;
+use super::refine::{FirstFit, RefinedSurface, first_fit, refine, refine_from_nodes};
+use super::settings::SelectionSettings;
+use crate::error::{Error, Result};
+use crate::progress::Observer;
 
-use super::score::{Score, ScoreSettings};
-use crate::chart::{Chart, ChartInput, Hypothesis, Kind};
-use crate::error::Result;
-use crate::fit::{CoarseFit, CoarseProblem, CoarseSettings, Folds, coarse, quick_error};
-use crate::numeric::rms;
-use crate::observe::Observations;
-use crate::progress::{self, Observer, Progress, Stage};
-use crate::validate::{Compared, TermSettings, Terms};
+const SETTINGS: SelectionSettings = SelectionSettings::STANDARD;
 
-/// How hypotheses are compared. Sources: the study that the scoreboard repeats.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SelectSettings {
-    /// The coarse fits.
-    pub coarse: CoarseSettings,
-    /// The comparison with the points.
-    pub terms: TermSettings,
-    /// The score.
-    pub score: ScoreSettings,
-    /// Which hypotheses are dropped early, and when one is taken at once.
-    pub drop: DropSettings,
-}
-
-/// When a hypothesis is dropped before it is scored, and when one ends the search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DropSettings {
-    /// Hypotheses that are scored at most; heights come beside where noise leaves no local plane flat.
-    pub most: usize,
-    /// Quick error, in that of the best, from which on a hypothesis is dropped.
-    pub error: f64,
-    /// Quick error, in the noise of the points, up to which none is dropped.
-    pub noise: f64,
-    /// Points from which on heights may end the search.
-    pub exit_points: usize,
-    /// Error of left-out points, in the noise and curvature around each, up to which heights end it.
-    pub exit_error: f64,
-    /// Cosine of the steepest slope, 53 degrees: noise along the plane makes steeper heights worse
-    /// than sheets.
-    pub exit_steep: f64,
-    /// The same where heights in scaled units are accepted, 78 degrees.
-    pub steep: f64,
-    /// Share of the local normals that must be no steeper.
-    pub exit_upright: f64,
-}
-
-impl Default for DropSettings {
-    fn default() -> Self {
-        Self {
-            most: 8,
-            error: 5.0,
-            noise: 2.0,
-            exit_points: 100,
-            exit_error: 1.5,
-            exit_steep: 0.6,
-            steep: 0.2,
-            exit_upright: 0.95,
-        }
-    }
-}
-
-/// A hypothesis with its coarse fit.
-#[derive(Clone, Debug)]
-pub struct Model {
-    /// The hypothesis.
-    pub hypothesis: Hypothesis,
-    /// Its coarse fit.
-    pub fit: CoarseFit,
-    /// What is wrong with it.
-    pub terms: Terms,
-    /// Its score.
-    pub score: Score,
-}
-
-/// What the charts have proposed.
-#[derive(Clone, Debug, Default)]
-pub struct Ranking {
-    /// The models, best first.
-    pub models: Vec<Model>,
-    /// Chart and kind of hypotheses that were dropped, with their quick error in that of the best.
-    pub dropped: Vec<(&'static str, Kind, f64)>,
-}
-
-/// Ranks what charts propose for points.
+/// Refines the ranked hypotheses and returns the best surface. Sets the outcome of each candidate.
 ///
-/// # Errors
-///
-/// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
-pub fn rank(
-    seen: &Observations<'_>,
-    given: DMat3,
-    asked: Option<Kind>,
-    charts: &[&dyn Chart],
-    settings: &SelectSettings,
+/// The first complete surface without defects that is about as near to the points as those before
+/// ends the selection. If there is none, the nearest without defects is returned, else the first.
+pub(super) fn select_best(
+    ranked: &RankedCloud<'_>,
+    options: &ReconstructOptions<'_>,
+    candidates: &mut [Candidate],
     observer: &mut dyn Observer,
-) -> Result<Ranking> {
-    let input = ChartInput::new(seen, given, asked);
-    let folds = Folds::of(seen.points());
-    let fits = |hypothesis: &Hypothesis| asked.is_none_or(|kind| kind == hypothesis.kind);
-    let mut look = |step: usize| {
-        let (step, total) = (step as u64, charts.len() as u64 + 1);
-        progress::report(
-            observer,
-            &Progress::of_stage(Stage::Fitting, step, total, seen.points().len()),
-        )
-    };
-    let (mut waiting, mut tried): (Vec<Hypothesis>, Vec<Model>) = (Vec::new(), Vec::new());
-    let apply = |chart: &&&dyn Chart| asked.is_none_or(|kind| chart.kinds().contains(&kind));
-    for (step, chart) in charts.iter().filter(apply).enumerate() {
-        look(step)?;
-        for hypothesis in chart.propose(&input).into_iter().filter(fits) {
-            let free = asked.is_none() && seen.points().len() >= settings.drop.exit_points;
-            if !free || !upright(&hypothesis, seen, settings.drop.exit_steep, settings) {
-                waiting.push(hypothesis);
+) -> Result<RefinedSurface> {
+    if let Start::Given { nodes, shape } = options.init {
+        return refine_from_nodes(ranked, nodes, shape, options, observer);
+    }
+    let models = best_models(ranked);
+    let Order { places, mut first_fits } = refinement_order(ranked, models, options, observer)?;
+    let (mut best, mut failed): (Option<(usize, RefinedSurface)>, Option<Error>) = (None, None);
+    for place in places {
+        let first = match first_fits[place].take() {
+            Some(first) => first,
+            None => first_fit(ranked, &models[place], options, observer),
+        };
+        let refined = match first.and_then(|first| refine(ranked, first, observer)) {
+            Ok(refined) => refined,
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => {
+                candidates[place].outcome = Outcome::NotFitted(&error).to_string();
+                failed = Some(error);
                 continue;
             }
-            let Some(model) = model(hypothesis, seen, &folds, settings)? else { continue };
-            if ends_search(&model, seen, settings.drop.exit_steep, settings) {
-                return Ok(scored(vec![model], seen, settings, Vec::new()));
+        };
+        candidates[place].outcome = outcome_if_lost(&refined).to_string();
+        if best.as_ref().is_none_or(|(_, best)| refined.is_better_than(best)) {
+            let done = refined.complete && refined.defects.is_empty();
+            best = Some((place, refined));
+            if done {
+                break;
             }
-            tried.push(model);
         }
     }
-    look(charts.len())?;
-    let (hopeful, dropped) = drop_hopeless(waiting, &tried, seen, settings);
-    for some in hopeful.chunks(rayon::current_num_threads()) {
-        look(charts.len())?;
-        let fit = |hypothesis: &Hypothesis| model(hypothesis.clone(), seen, &folds, settings);
-        let found: Vec<Option<Model>> = some.par_iter().map(fit).collect::<Result<_>>()?;
-        tried.extend(found.into_iter().flatten());
+    let Some((place, refined)) = best else {
+        let must = "enough for a surface of this kind (add points, or use kind 'auto')";
+        let got = ranked.cloud.points.len();
+        return Err(failed.unwrap_or_else(|| Error::parameter("points", must, got)));
+    };
+    candidates[place].outcome = outcome_if_chosen(&refined).to_string();
+    Ok(refined)
+}
+
+/// The models that may be refined: those whose scores are near the best one's, up to a limit.
+fn best_models<'a>(ranked: &'a RankedCloud<'_>) -> &'a [Model] {
+    let models = &ranked.ranking.models;
+    let near = models
+        .iter()
+        .take(SETTINGS.max_refined)
+        .take_while(|model| score_above_best(model, models) <= SETTINGS.score_margin);
+    &models[..near.count()]
+}
+
+fn score_above_best(model: &Model, models: &[Model]) -> f64 {
+    model.score.total() - models[0].score.total()
+}
+
+/// The order in which models are refined.
+struct Order<'a> {
+    /// Places in the ranking.
+    places: Vec<usize>,
+    /// For each place, the first fit that was made to find the order.
+    first_fits: Vec<Option<Result<FirstFit<'a>>>>,
+}
+
+/// Finds the order in which models are refined.
+///
+/// Models of similar score are ordered by their first fits if the best one's is much nearer than
+/// its coarse fit. Only the nearest model moves to the front.
+fn refinement_order<'a>(
+    ranked: &'a RankedCloud<'_>,
+    models: &'a [Model],
+    options: &'a ReconstructOptions<'a>,
+    observer: &mut dyn Observer,
+) -> Result<Order<'a>> {
+    let mut found: Vec<Result<FirstFit<'a>>> = Vec::new();
+    let similar = |model: &&Model| score_above_best(model, models) <= SETTINGS.similar_score;
+    for model in models.iter().take_while(similar) {
+        match first_fit(ranked, model, options, observer) {
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            fit => found.push(fit),
+        }
+        if found[0].as_ref().is_ok_and(|first| !first.is_much_nearer_than_coarse()) {
+            break;
+        }
     }
-    Ok(scored(tried, seen, settings, dropped))
+    let mut places: Vec<usize> = (0..models.len()).collect();
+    let nearest = nearest(&found, ranked);
+    places.sort_by_key(|place| *place != nearest);
+    let mut first_fits: Vec<Option<_>> = found.into_iter().map(Some).collect();
+    first_fits.resize_with(models.len(), || None);
+    Ok(Order { places, first_fits })
 }
 
-/// Whether these are heights that hardly any local plane is too steep for.
-fn upright(
-    hypothesis: &Hypothesis,
-    seen: &Observations<'_>,
-    steep: f64,
-    settings: &SelectSettings,
-) -> bool {
-    let up = hypothesis.heights.map(|axes| axes[2]);
-    up.is_some_and(|up: DVec3| seen.share_along(up, steep) >= settings.drop.exit_upright)
+/// The place of the nearest first fit, if it is nearer than the first one by more than chance; else
+/// 0.
+fn nearest(first_fits: &[Result<FirstFit<'_>>], ranked: &RankedCloud<'_>) -> usize {
+    let points = ranked.sample.len() as f64;
+    let chance = (ranked.settings.score.free_cost / points.sqrt()).exp();
+    let error = |place: usize| first_fits[place].as_ref().map_or(f64::INFINITY, FirstFit::error);
+    let nearest = (0..first_fits.len()).min_by(|&a, &b| error(a).total_cmp(&error(b)));
+    nearest.filter(|&place| chance * error(place) < error(0)).unwrap_or(0)
 }
 
-/// Whether no other hypothesis can be much better than these heights.
-pub(super) fn ends_search(
-    model: &Model,
-    seen: &Observations<'_>,
-    steep: f64,
-    settings: &SelectSettings,
-) -> bool {
-    let (scale, terms) = (&settings.score, &model.terms);
-    let torn = terms.torn * (seen.points().len() as f64).sqrt();
-    let thickness = &seen.planes().thickness;
-    let left_out = model.fit.left_out.iter().zip(thickness);
-    let relative = rms(left_out.map(|(error, around)| error / around.max(seen.noise())));
-    upright(&model.hypothesis, seen, steep, settings)
-        && relative <= settings.drop.exit_error
-        && torn <= scale.torn.1
-        && terms.misaligned <= scale.misaligned
-        && terms.folded <= scale.folded
-        && model.hypothesis.unfilled <= scale.unfilled
-}
-
-/// The hypotheses whose quick errors are within reach of the best, fewest errors first, and the
-/// others.
-fn drop_hopeless(
-    waiting: Vec<Hypothesis>,
-    tried: &[Model],
-    seen: &Observations<'_>,
-    settings: &SelectSettings,
-) -> (Vec<Hypothesis>, Vec<(&'static str, Kind, f64)>) {
-    let quick = |hypothesis: &Hypothesis| {
-        quick_error(&problem(hypothesis, seen), &settings.coarse).unwrap_or(f64::INFINITY)
-    };
-    let errors: Vec<f64> = waiting.par_iter().map(quick).collect();
-    let mut all: Vec<(f64, Hypothesis)> = errors.into_iter().zip(waiting).collect();
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let known = tried.iter().map(|model| model.fit.held_out[0]);
-    let best =
-        all.first().map(|first| first.0).into_iter().chain(known).fold(f64::INFINITY, f64::min);
-    let limit = (settings.drop.error * best).max(settings.drop.noise * seen.noise());
-    // Where planes say nothing, heights are as likely as others that follow noise.
-    let (mut free, blind) = (0, !seen.planes().tell);
-    let hopeful = |(error, hypothesis): &(f64, Hypothesis)| {
-        let heights = blind && hypothesis.kind == Kind::Height;
-        free += usize::from(!heights);
-        *error <= limit && (heights || free <= settings.drop.most)
-    };
-    let (all, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(hopeful);
-    let dropped = rest.into_iter().map(|(error, h)| (h.chart, h.kind, error / best));
-    (all.into_iter().map(|(_, hypothesis)| hypothesis).collect(), dropped.collect())
-}
-
-fn problem<'a>(hypothesis: &'a Hypothesis, seen: &'a Observations<'_>) -> CoarseProblem<'a> {
-    CoarseProblem {
-        points: seen.points(),
-        uv: &hypothesis.uv,
-        lengths: hypothesis.lengths,
-        closed: hypothesis.closed(),
-        fixed: hypothesis.kind == Kind::Height,
-        noise: seen.noise(),
+fn outcome_if_lost(refined: &RefinedSurface) -> Outcome<'_> {
+    match refined.defects.first() {
+        None if refined.complete => Outcome::Farther,
+        None => Outcome::NotGrown,
+        Some(defect) => Outcome::Defect(defect),
     }
 }
 
-/// The coarse fit of a hypothesis, its score yet to come; `None` if the points cannot hold it.
-fn model(
-    hypothesis: Hypothesis,
-    seen: &Observations<'_>,
-    folds: &Folds,
-    settings: &SelectSettings,
-) -> Result<Option<Model>> {
-    let Ok(fit) = coarse(&problem(&hypothesis, seen), folds, &settings.coarse) else {
-        return Ok(None);
-    };
-    let compared = Compared {
-        seen,
-        tree: seen.tree(),
-        surface: &fit.surface,
-        closed: hypothesis.closed(),
-        uv: &fit.uv,
-        distances: &fit.distances,
-        diagonal: seen.size(),
-    };
-    let terms = compared.terms(&settings.terms)?;
-    let score = Score { terms: [("", 0.0); 9] };
-    Ok(Some(Model { hypothesis, fit, terms, score }))
-}
-
-/// Scores models against the best of them, and sorts them.
-fn scored(
-    mut models: Vec<Model>,
-    seen: &Observations<'_>,
-    settings: &SelectSettings,
-    dropped: Vec<(&'static str, Kind, f64)>,
-) -> Ranking {
-    let best = models.iter().map(|model| model.fit.held_out[0]).fold(f64::INFINITY, f64::min);
-    let floor = best.min(seen.noise()).max(f64::EPSILON.sqrt() * seen.size());
-    for model in &mut models {
-        let (kind, points) = (model.hypothesis.kind, seen.points().len());
-        let held_out = model.fit.held_out;
-        model.score = Score::of(
-            kind,
-            model.hypothesis.unfilled,
-            held_out,
-            floor,
-            &model.terms,
-            points,
-            &settings.score,
-        );
+fn outcome_if_chosen(refined: &RefinedSurface) -> Outcome<'_> {
+    match (refined.defects.is_empty(), refined.complete) {
+        (true, true) => Outcome::Chosen,
+        (true, false) => Outcome::ChosenNotGrown,
+        (false, _) => Outcome::ChosenWithDefects,
     }
-    models.sort_by(|a, b| a.score.compare(&b.score));
-    Ranking { models, dropped }
 }

@@ -177,7 +177,7 @@ pub(super) fn fit_weights(
     let core = surface.get().core();
     let found = call::run(py, None, |watcher| {
         cloud::check_finite(points)?;
-        fit::rational(core, points, weights, watcher)
+        fit::fit_weights(core, points, weights, watcher)
     })?;
     NurbsSurface::new(py, found)
 }

@@ -24,7 +24,7 @@ pub(super) struct Frame {
 impl Frame {
     /// The frame for points with these bounds.
     pub(super) fn of(bounds: &Bounds) -> Self {
-        Self::from_parts(bounds.centre(), bounds.extent().log2().ceil().exp2())
+        Self::from_parts(bounds.center(), bounds.extent().log2().ceil().exp2())
     }
 
     pub(super) fn from_parts(center: DVec3, size: f64) -> Self {

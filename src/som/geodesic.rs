@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use glam::{DVec2, DVec3};
 
 use super::landmark_isomap::{LandmarkMap, spread_out};
-use crate::cloud::{Edge, NeighborGraph, least_rectangle, turned};
+use crate::cloud::{Edge, NeighborGraph, in_axes, min_area_rectangle};
 use crate::error::Result;
 use crate::progress::{self, Listen, Observer, Progress, Stage};
 
@@ -79,8 +79,8 @@ fn embed(
 
 /// Rotates coordinates so that their minimum-area rectangle has its long side along x.
 fn straighten(places: &[DVec2]) -> Vec<DVec2> {
-    let along = least_rectangle(places).0;
-    places.iter().map(|&place| turned(place, along)).collect()
+    let along = min_area_rectangle(places).0;
+    places.iter().map(|&place| in_axes(place, along)).collect()
 }
 
 #[cfg(test)]

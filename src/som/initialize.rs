@@ -40,7 +40,7 @@ pub(super) fn nodes(
         Init::Geodesic => return ordered_start::geodesic(points, lattice, random, listen),
         Init::Auto => return better_order(points, lattice, random, listen),
         Init::Given(nodes) => return check_given(nodes, lattice).map(|()| nodes.clone()),
-        Init::Centroid => cloud::listened_centroid(points, listen)?,
+        Init::Centroid => cloud::interruptible_centroid(points, listen)?,
         Init::DensestCluster => densest_cluster(points, listen)?,
         Init::Random => DVec3::ZERO,
     };

@@ -48,7 +48,7 @@ pub(super) fn principal(
         return closed(points, lattice, &frame, listen);
     }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for piece in cloud::portions(points, listen) {
+    for piece in cloud::batches(points, listen) {
         for &point in piece? {
             let local = frame.apply(point);
             (low, high) = (low.min(local), high.max(local));
@@ -281,9 +281,9 @@ struct PrincipalFrame {
 
 impl PrincipalFrame {
     fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
-        let center = cloud::listened_centroid(points, listen)?;
+        let center = cloud::interruptible_centroid(points, listen)?;
         let mut covariance = [0.0; 9];
-        for piece in cloud::portions(points, listen) {
+        for piece in cloud::batches(points, listen) {
             for &point in piece? {
                 let p = (point - center).to_array();
                 for (place, sum) in covariance.iter_mut().enumerate() {

@@ -1,11 +1,13 @@
-//! What is wrong with a surface beside its points.
+//! Validation of a surface against its points: error terms and defects.
 
+mod cell_grid;
 mod defects;
-mod grid;
-mod surface;
-mod terms;
+mod error_terms;
+mod settings;
+mod validation;
 
-pub use self::defects::{DefectSettings, defects, folded_share};
-pub use self::grid::CellGrid;
-pub use self::surface::validate;
-pub use self::terms::{Compared, TermSettings, Terms};
+pub use self::cell_grid::CellGrid;
+pub use self::defects::{defects, folded_share};
+pub use self::error_terms::{Comparison, Terms};
+pub use self::settings::{DefectSettings, TermSettings};
+pub use self::validation::validate;

@@ -1,28 +1,28 @@
-//! What is found of each given point.
+//! Parameters, deviation and inlier flag of each given point on the final surface.
 
 use glam::{DVec2, DVec3};
 
-use super::fitted::Fitted;
-use super::start::Start;
+use super::projection::Projection;
+use super::surface_fit::SurfaceFit;
 use crate::cloud::{PreparedCloud, items_at};
 use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::progress::Observer;
 
-/// Parameters, deviations and inliers of all given points.
-pub(super) struct Measured {
+/// Results for all given points, in their order.
+pub(super) struct PointDeviations {
     pub(super) uv: Vec<DVec2>,
     pub(super) deviations: Vec<f64>,
     pub(super) inliers: Vec<bool>,
 }
 
-impl Measured {
-    /// Of points on the surface in their own frame. Parameters of those that were fitted are known;
-    /// others begin at those of the nearest fitted one.
+impl PointDeviations {
+    /// Projects all given points onto the surface in their own frame. The fitted points are the
+    /// known ones from which the projection starts.
     pub(super) fn of(
         given: &[DVec3],
         cloud: &PreparedCloud,
-        fitted: &Fitted,
+        fit: &SurfaceFit,
         surface: &NurbsSurface,
         closed: (bool, bool),
         observer: &mut dyn Observer,
@@ -31,22 +31,23 @@ impl Measured {
         let found = if surface.weights().is_some() {
             let (uv, distances) =
                 ClosestPointSearch::new(surface)?.closest_parameters(given, observer)?;
-            Start { uv, distances }
+            Projection { uv, distances }
         } else {
-            Start::near(given, surface, closed, &known, &fitted.uv, observer)?
+            Projection::from_nearest(given, surface, closed, &known, &fit.uv, observer)?
         };
         let mut inliers = vec![false; given.len()];
-        for (&index, weight) in cloud.indices.iter().zip(&fitted.weights) {
+        for (&index, weight) in cloud.indices.iter().zip(&fit.weights) {
             inliers[index as usize] = *weight > 0.0;
         }
         for &(merged, kept) in &cloud.merged {
             inliers[merged as usize] = inliers[kept as usize];
         }
-        let Start { uv, distances: deviations } = found;
+        let Projection { uv, distances: deviations } = found;
         if cloud.thinned {
-            // Points beyond those that were fitted count if they are as near.
-            let counted = deviations.iter().zip(&inliers).filter(|(_, inlier)| **inlier);
-            let limit = counted.map(|(deviation, _)| *deviation).fold(0.0, f64::max);
+            // A point outside the fitted sample is an inlier if it is as near as those of the
+            // sample.
+            let used = deviations.iter().zip(&inliers).filter(|(_, inlier)| **inlier);
+            let limit = used.map(|(deviation, _)| *deviation).fold(0.0, f64::max);
             for (inlier, deviation) in inliers.iter_mut().zip(&deviations) {
                 *inlier |= *deviation <= limit;
             }
@@ -54,8 +55,8 @@ impl Measured {
         Ok(Self { uv, deviations, inliers })
     }
 
-    /// Places of points that were looked at and left out: gross outliers, and points far from the
-    /// surface with their duplicates. Ascending.
+    /// Indices of the outliers, ascending: gross outliers, and points far from the surface with
+    /// their duplicates.
     pub(super) fn outliers(&self, cloud: &PreparedCloud) -> Vec<u32> {
         let merged = cloud.merged.iter().map(|(duplicate, _)| duplicate);
         let known = cloud.outliers.iter().chain(&cloud.indices).chain(merged);
@@ -66,8 +67,13 @@ impl Measured {
     }
 
     /// Deviations of the inliers.
-    pub(super) fn counted(&self) -> Vec<f64> {
+    pub(super) fn inlier_deviations(&self) -> Vec<f64> {
         let all = self.deviations.iter().zip(&self.inliers);
         all.filter(|(_, inlier)| **inlier).map(|(deviation, _)| *deviation).collect()
     }
+}
+
+/// The number of deviations above a tolerance.
+pub(super) fn count_missed(deviations: &[f64], tolerance: f64) -> usize {
+    deviations.iter().filter(|deviation| **deviation > tolerance).count()
 }

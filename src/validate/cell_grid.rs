@@ -1,4 +1,4 @@
-//! A surface as a grid of cells.
+//! A surface divided into a grid of cells.
 
 use glam::{DVec2, DVec3};
 
@@ -6,25 +6,25 @@ use crate::error::Result;
 use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::Observer;
 
-/// Cells of equal parameter steps: their middles, normals and areas, row by row.
+/// Cells of equal parameter steps: their centers, normals and areas, row by row.
 #[derive(Clone, Debug)]
 pub struct CellGrid {
     /// Cells along a side.
     pub side: usize,
-    /// Parameters of each middle.
+    /// Parameters of each cell's center.
     pub uv: Vec<DVec2>,
     /// The mean of each cell's corners.
     pub places: Vec<DVec3>,
-    /// Unit normals, zero where a cell has no area.
+    /// Unit normals; zero where a cell has no area.
     pub normals: Vec<DVec3>,
     /// Areas.
     pub areas: Vec<f64>,
-    /// The corners, `side + 1` a row.
+    /// The corners, `side + 1` in each row.
     corners: Vec<DVec3>,
 }
 
 impl CellGrid {
-    /// Of a surface, with so many cells along a side.
+    /// Divides a surface into `side` by `side` cells.
     ///
     /// # Errors
     ///
@@ -64,7 +64,7 @@ impl CellGrid {
         self.areas.iter().sum()
     }
 
-    /// Pairs of neighbouring cells.
+    /// The pairs of neighboring cells.
     pub fn neighbors(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let side = self.side;
         (0..side * side).flat_map(move |at| {
@@ -74,7 +74,7 @@ impl CellGrid {
         })
     }
 
-    /// Lengths of the lines along a direction, 0 for u and 1 for v, one after the other across it.
+    /// Lengths of the grid lines along a direction, 0 for u and 1 for v.
     #[must_use]
     pub fn line_lengths(&self, direction: usize) -> Vec<f64> {
         let width = self.side + 1;

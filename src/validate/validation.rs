@@ -1,9 +1,10 @@
-//! The defects of any surface beside any points.
+//! Validation of any surface against any points.
 
 use glam::{DVec2, DVec3};
 
-use super::defects::{DefectSettings, defects};
-use super::terms::{Compared, TermSettings};
+use super::defects::defects;
+use super::error_terms::Comparison;
+use super::settings::{DefectSettings, TermSettings};
 use crate::cloud::{Bounds, KdTree, items_at, random_sample};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
@@ -11,7 +12,7 @@ use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::observe::{Observations, ObserveSettings};
 use crate::progress::Observer;
 
-/// Finds the defects of a surface through points, of whatever origin; none of a valid one.
+/// Finds the defects of any surface against any points; a valid surface has none.
 ///
 /// ```
 /// use neurbs::{DVec3, NurbsSurface, validate::validate, progress::Silent};
@@ -35,12 +36,12 @@ pub fn validate(
     points: &[DVec3],
     observer: &mut dyn Observer,
 ) -> Result<Vec<Diagnostic>> {
-    let (settings, wanted) = (ObserveSettings::default(), DefectSettings::default());
-    let many = items_at(points, &random_sample(points, wanted.points));
-    let points = items_at(points, &random_sample(points, settings.sample));
+    let (settings, limits) = (ObserveSettings::STANDARD, DefectSettings::STANDARD);
+    let fold_sample = items_at(points, &random_sample(points, limits.max_points));
+    let points = items_at(points, &random_sample(points, settings.max_sample));
     let (mut uv, distances) =
         ClosestPointSearch::new(surface)?.closest_parameters(&points, observer)?;
-    // The terms take parameters on [0, 1]².
+    // The error terms take parameters on [0, 1]².
     let (u, v) = (surface.knots_u().domain(), surface.knots_v().domain());
     let (low, size) = (DVec2::new(u.0, v.0), DVec2::new(u.1 - u.0, v.1 - v.0));
     for uv in &mut uv {
@@ -49,24 +50,24 @@ pub fn validate(
     let surface = surface.with_domain((0.0, 1.0), (0.0, 1.0))?;
     let seen = Observations::of(&points, settings);
     let closed = closed(&surface);
-    let compared = Compared {
+    let compared = Comparison {
         seen: &seen,
-        tree: &KdTree::new(&many),
+        tree: &KdTree::new(&fold_sample),
         surface: &surface,
         closed,
         uv: &uv,
         distances: &distances,
         diagonal: Bounds::of(&points).diagonal(),
     };
-    defects(&compared, &TermSettings::default(), &wanted)
+    defects(&compared, &TermSettings::STANDARD, &limits)
 }
 
-/// In which directions a surface over [0, 1]² ends where it begins.
+/// Whether u and v of a surface over [0, 1]² are closed: it ends where it begins.
 fn closed(surface: &NurbsSurface) -> [bool; 2] {
-    /// Places along the rims that are compared.
-    const PLACES: usize = 9;
+    /// Points along opposite boundary curves that are compared.
+    const SAMPLES: usize = 9;
     let near = f64::EPSILON.sqrt() * surface.size();
-    let places = || (0..PLACES).map(|i| i as f64 / (PLACES - 1) as f64);
+    let places = || (0..SAMPLES).map(|i| i as f64 / (SAMPLES - 1) as f64);
     let meets = |a: DVec3, b: DVec3| a.distance(b) <= near;
     [
         places().all(|v| meets(surface.point(0.0, v), surface.point(1.0, v))),

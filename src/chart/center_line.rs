@@ -1,4 +1,4 @@
-//! Tubes about a bent centre line, in the order of distances along them.
+//! Center-line chart: tubes about a bent line, ordered by distances along the surface.
 
 use std::f64::consts::TAU;
 
@@ -8,24 +8,18 @@ use super::angles::{Angles, radius, unit};
 use super::hypothesis::Hypothesis;
 use super::input::{ChartInput, Graph};
 use super::kind::Kind;
+use super::settings::CenterLineSettings;
 use super::traits::Chart;
 use crate::numeric::{median, whole};
 
-/// Nodes of the centre line.
-const NODES: (f64, f64) = (5.0, 24.0);
+const SETTINGS: CenterLineSettings = CenterLineSettings::STANDARD;
 
-/// Distance between nodes, in median distances of points from the line in the flat map.
-const STEP: f64 = 2.5;
+/// Tubes by the first coordinate of Isomap and a frame transported in parallel along the line.
+pub(super) struct CenterLine;
 
-/// Turns in which points are ordered by their projections onto the line.
-const SETTLING: usize = 3;
-
-/// Tubes by the first coordinate of Isomap and a frame carried along the line in parallel.
-pub(super) struct CentreLine;
-
-impl Chart for CentreLine {
+impl Chart for CenterLine {
     fn name(&self) -> &'static str {
-        "centre line"
+        "center line"
     }
 
     fn kinds(&self) -> &'static [Kind] {
@@ -37,13 +31,14 @@ impl Chart for CentreLine {
     }
 }
 
+/// The tube about the center line; `None` if a section is not closed.
 fn tube(input: &ChartInput<'_>) -> Option<Hypothesis> {
     let (map, points) = (input.landmark_map(Graph::Surface)?, input.seen.points());
     let along: Vec<f64> = map.places.iter().map(|place| place.x).collect();
     let (along, length) = unit(&along);
-    let width = STEP * median(map.places.iter().map(|place| place.y.abs()));
-    let nodes = whole((length / width).clamp(NODES.0, NODES.1));
-    let (along, length, line) = Line::settled(points, along, length, nodes)?;
+    let width = SETTINGS.node_distance * median(map.places.iter().map(|place| place.y.abs()));
+    let nodes = whole((length / width).clamp(SETTINGS.min_nodes, SETTINGS.max_nodes));
+    let (along, length, line) = Line::iterated(points, along, length, nodes)?;
     let sections: Vec<DVec2> =
         points.iter().zip(&along).map(|(point, at)| line.section(*point, *at)).collect();
     let angles = Angles::of(sections.iter().copied());
@@ -51,25 +46,27 @@ fn tube(input: &ChartInput<'_>) -> Option<Hypothesis> {
         return None;
     }
     let uv = angles.turns.iter().zip(&along).map(|(u, v)| DVec2::new(*u, *v)).collect();
-    Some(Hypothesis::new("centre line", Kind::Tube, uv, [TAU * radius(&sections), length]))
+    Some(Hypothesis::new("center line", Kind::Tube, uv, [TAU * radius(&sections), length]))
 }
 
-/// A polygon with a normal at each node, turned as little as can be (parallel transport).
+/// A polygon with a normal at each node that twists as little as possible (parallel transport).
 struct Line {
     nodes: Vec<DVec3>,
     normals: Vec<DVec3>,
 }
 
 impl Line {
-    /// Through points in an order that becomes that of their projections onto the line: sections
-    /// are square to it then.
-    fn settled(
+    /// The line through points, with the points' parameters along it and its length.
+    ///
+    /// The parameters are iterated until they are those of the projections onto the line. Sections
+    /// are perpendicular to the line then.
+    fn iterated(
         points: &[DVec3],
         mut along: Vec<f64>,
         mut length: f64,
         nodes: usize,
     ) -> Option<(Vec<f64>, f64, Self)> {
-        for _ in 0..SETTLING {
+        for _ in 0..SETTINGS.iterations {
             let line = Self::through(points, &along, nodes)?;
             let places: Vec<f64> = points.iter().map(|point| line.place(*point)).collect();
             (along, length) = unit(&places);
@@ -78,7 +75,7 @@ impl Line {
         Some((along, length, line))
     }
 
-    /// The length along the line to the nearest place to a point; its end segments go on.
+    /// The length along the line to the projection of a point. The end segments are extended.
     fn place(&self, point: DVec3) -> f64 {
         let (mut start, mut best) = (0.0, (f64::INFINITY, 0.0));
         let last = self.nodes.len() - 2;
@@ -96,7 +93,7 @@ impl Line {
         best.1
     }
 
-    /// Through the means of the points around each node, weighted by hat functions.
+    /// The line through the means of the points around each node, weighted by hat functions.
     fn through(points: &[DVec3], along: &[f64], count: usize) -> Option<Self> {
         let (mut sums, mut weights) = (vec![DVec3::ZERO; count], vec![0.0; count]);
         for (point, at) in points.iter().zip(along) {
@@ -121,18 +118,18 @@ impl Line {
         Some(Self { nodes, normals })
     }
 
-    /// A point by its coordinates across the line.
+    /// The coordinates of a point in the section across the line at `at`.
     fn section(&self, point: DVec3, at: f64) -> DVec2 {
         let (node, share) = between(at, self.nodes.len());
-        let centre = self.nodes[node].lerp(self.nodes[node + 1], share);
+        let center = self.nodes[node].lerp(self.nodes[node + 1], share);
         let tangent = (self.nodes[node + 1] - self.nodes[node]).normalize_or_zero();
         let normal = self.normals[node].lerp(self.normals[node + 1], share).normalize_or_zero();
-        let apart = point - centre;
+        let apart = point - center;
         DVec2::new(apart.dot(normal), apart.dot(tangent.cross(normal)))
     }
 }
 
-/// The node before a place in [0, 1], and the share of the way to the next.
+/// The node before a parameter in [0, 1], and the share of the way to the next.
 fn between(at: f64, count: usize) -> (usize, f64) {
     let place = at * (count - 1) as f64;
     let node = whole(place).min(count - 2);

@@ -1,9 +1,9 @@
-//! Where all points lie on the surface of a model that was fitted to a sample of them.
+//! Projection of all points onto a surface, from known parameters of some of them.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::select::Model;
+use super::ranking::Model;
 use crate::cloud::{KdTree, Neighbor};
 use crate::error::Result;
 use crate::fit::project;
@@ -11,18 +11,20 @@ use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::{self, Observer, Progress, Stage};
 
 /// Points that are projected between two reports.
-const PORTION: usize = 1 << 15;
+const POINTS_PER_REPORT: usize = 1 << 15;
 
-/// Parameters of points, and their distances from a surface.
-pub(super) struct Start {
+/// Parameters of points on a surface, and their distances from it.
+pub(super) struct Projection {
     pub(super) uv: Vec<DVec2>,
     pub(super) distances: Vec<f64>,
 }
 
-impl Start {
-    /// Of all points, from those of the sample that the model was fitted to: heights by their places
-    /// in the plane, others by the parameters of their nearest in the sample.
-    pub(super) fn of(
+impl Projection {
+    /// Projects all points onto the coarse surface of a model.
+    ///
+    /// A height field takes the points' places in its plane. Other surfaces start from the
+    /// parameters of the nearest point of the sample that the model was fitted to.
+    pub(super) fn onto_model(
         points: &[DVec3],
         sample: &[DVec3],
         model: &Model,
@@ -31,7 +33,7 @@ impl Start {
         let surface = &model.fit.surface;
         let Some([along, across, up]) = model.hypothesis.heights else {
             let closed = model.hypothesis.kind.closed();
-            return Self::near(points, surface, closed, sample, &model.fit.uv, observer);
+            return Self::from_nearest(points, surface, closed, sample, &model.fit.uv, observer);
         };
         let size = DVec2::from_array(model.hypothesis.lengths);
         let place = |point: &DVec3| DVec2::new(along.dot(*point), across.dot(*point));
@@ -43,7 +45,7 @@ impl Start {
         let (mut below, mut normals) = (vec![DVec3::ZERO; uv.len()], vec![DVec3::ZERO; uv.len()]);
         surface.evaluate(&uv, &mut below, Outside::Refuse, observer)?;
         surface.normals(&uv, &mut normals, Outside::Refuse, observer)?;
-        // Noise has no direction: what counts is the distance from the slope, not the height.
+        // Noise has no direction, so the distance is measured along the normal, not along `up`.
         let distances = points
             .iter()
             .zip(below)
@@ -53,8 +55,8 @@ impl Start {
         Ok(Self { uv, distances })
     }
 
-    /// By steps from the parameters of their nearest of some points whose parameters are known.
-    pub(super) fn near(
+    /// Projects points by iteration from the parameters of the nearest known point.
+    pub(super) fn from_nearest(
         points: &[DVec3],
         surface: &NurbsSurface,
         closed: (bool, bool),
@@ -69,12 +71,12 @@ impl Start {
         };
         let count = points.len();
         let mut all = Self { uv: Vec::with_capacity(count), distances: Vec::with_capacity(count) };
-        for portion in points.chunks(PORTION) {
+        for batch in points.chunks(POINTS_PER_REPORT) {
             let step = all.uv.len() as u64;
             let progress = Progress::of_stage(Stage::Measuring, step, count as u64, count);
             progress::report(observer, &progress)?;
-            let starts: Vec<DVec2> = portion.par_iter().map_init(Vec::new, start).collect();
-            let (uv, distances) = project(surface, closed, portion, &starts);
+            let starts: Vec<DVec2> = batch.par_iter().map_init(Vec::new, start).collect();
+            let (uv, distances) = project(surface, closed, batch, &starts);
             all.uv.extend(uv);
             all.distances.extend(distances);
         }

@@ -1,28 +1,29 @@
-//! A surface with the points' parameters on it.
+//! A fitted surface with the points' parameters on it.
 
 use glam::DVec2;
 
 use crate::fit::{Approximation, EndedBy};
 use crate::nurbs::NurbsSurface;
 
-/// A surface fitted to points of the local frame; one face of what a list of them may replace.
+/// A surface fitted to the points of the local frame.
 #[derive(Clone, Debug)]
-pub(super) struct Fitted {
+pub(super) struct SurfaceFit {
     pub(super) surface: NurbsSurface,
     /// Parameters of each point's projection.
     pub(super) uv: Vec<DVec2>,
-    /// Each point's distance from there.
+    /// Each point's distance from its projection.
     pub(super) distances: Vec<f64>,
-    /// What each squared distance counts; 0 of outliers.
+    /// Weights of the squared distances; 0 for outliers.
     pub(super) weights: Vec<f64>,
     pub(super) fairness: f64,
-    /// Mean square of the distance that cross-validation expects of a point that was left out.
+    /// Mean squared distance of held-out points, as cross-validation estimates it.
     pub(super) expected: Option<f64>,
     pub(super) iterations: usize,
     pub(super) ended_by: EndedBy,
 }
 
-impl Fitted {
+impl SurfaceFit {
+    /// The result of an approximation with these weights.
     pub(super) fn new(found: Approximation, weights: Vec<f64>) -> Self {
         Self {
             surface: found.surface,
@@ -36,13 +37,13 @@ impl Fitted {
         }
     }
 
-    /// Distances of the points that count.
-    pub(super) fn counted(&self) -> impl Iterator<Item = f64> + '_ {
+    /// Distances of the points with weight.
+    fn weighted_distances(&self) -> impl Iterator<Item = f64> + '_ {
         let all = self.distances.iter().zip(&self.weights);
         all.filter(|(_, weight)| **weight > 0.0).map(|(distance, _)| *distance)
     }
 
-    /// Root of the weighted mean of their squares.
+    /// Root of the weighted mean of the squared distances.
     pub(super) fn rms(&self) -> f64 {
         let (squares, weights) = self
             .distances
@@ -52,14 +53,14 @@ impl Fitted {
         (squares / weights).sqrt()
     }
 
-    /// Root mean square of the distance to be expected of a point that was left out; that of the
-    /// points where none was, since the fairness was given or raised.
+    /// Root mean square distance to be expected of held-out points. Without cross-validation, it
+    /// is that of the points.
     pub(super) fn error(&self) -> f64 {
         self.expected.map_or_else(|| self.rms(), f64::sqrt)
     }
 
-    /// The largest of them.
+    /// The largest distance of a point with weight.
     pub(super) fn max(&self) -> f64 {
-        self.counted().fold(0.0, f64::max)
+        self.weighted_distances().fold(0.0, f64::max)
     }
 }

@@ -1,13 +1,13 @@
-//! The paper's method: the trained lattice becomes the surface.
+//! The paper's method: the codebook of a trained lattice becomes the surface.
 
 use std::time::Instant;
 
 use glam::DVec3;
 
-use super::clock::Clock;
 use super::reconstruction::Reconstruction;
 use super::relay;
 use super::report::{Deviations, Report, TrainingReport};
+use super::stage_times::StageTimes;
 use crate::chart::Kind;
 use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;
@@ -17,7 +17,7 @@ use crate::nurbs::{ClosestPointSearch, MAX_DEGREE, OrderedSurface, check_degree}
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 
-/// How to reconstruct by the paper's method; the default derives everything from the points.
+/// Options of [`reconstruct_paper`]. The default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaperOptions {
     /// Rows and columns of the lattice; `None`: those of [`Lattice::for_points`], up to the limit
@@ -26,7 +26,7 @@ pub struct PaperOptions {
     /// Degree of the surface in both directions, lowered where the lattice has too few rows or
     /// columns for it. A Bézier surface's degrees are one less than rows and columns.
     pub degree: usize,
-    /// What the lattice is to the surface.
+    /// How the surface is made from the lattice.
     pub surface: OrderedSurface,
     /// See [`SomOptions::max_steps`].
     pub max_steps: Option<u64>,
@@ -34,7 +34,7 @@ pub struct PaperOptions {
     pub reach: Option<f64>,
     /// See [`SomOptions::min_change`]; in the points' unit.
     pub min_change: Option<f64>,
-    /// Seed of everything random; the same seed gives the same bits.
+    /// Seed of the random numbers; the same seed gives the same bits.
     pub seed: u64,
 }
 
@@ -54,9 +54,9 @@ impl Default for PaperOptions {
 
 /// Reconstructs by the paper's method alone.
 ///
-/// A Kohonen network learns the points (the paper's section 4). Its lattice becomes the control
-/// net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5). Points in
-/// order need no network: use [`OrderedSurface::through`].
+/// A Kohonen network is trained on the points (the paper's section 4). Its lattice becomes the
+/// control net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
+/// Ordered points need no network: use [`OrderedSurface::through`].
 ///
 /// # Errors
 ///
@@ -73,24 +73,25 @@ pub fn reconstruct_paper(
         let bounds = cloud::checked_bounds(points, observer)?;
         run(points, &bounds, options, observer)
     })?;
-    found.report.account_for(started.elapsed());
+    found.report.add_other_time(started.elapsed());
     Ok(found)
 }
 
+/// Trains the network, makes the surface and measures the deviations.
 fn run(
     points: &[DVec3],
     bounds: &Bounds,
     options: &PaperOptions,
     observer: &mut dyn Observer,
 ) -> Result<Reconstruction> {
-    let mut clock = Clock::start();
-    let som = learn(points, bounds, options, observer)?;
+    let mut times = StageTimes::start();
+    let som = train(points, bounds, options, observer)?;
     let quantization_error = som.quantization_error(points, observer)?;
-    clock.lap("train");
+    times.end_stage("train");
     let surface = options.surface.through(som.codebook(), som.lattice.shape(), options.degree)?;
     let (uv, deviations) =
         ClosestPointSearch::new(&surface)?.closest_parameters(points, observer)?;
-    clock.lap("measure");
+    times.end_stage("measure");
     let converged = som.stopped_by != StoppedBy::MaxSteps;
     let not_settled = Diagnostic::NotSettled { steps: som.steps, change: som.change };
     let report = Report {
@@ -115,13 +116,14 @@ fn run(
         diagnostics: if converged { Vec::new() } else { vec![not_settled] },
         duplicates: 0,
         outliers: 0,
-        seconds: clock.seconds(),
+        seconds: times.seconds(),
     };
     let inliers = vec![true; points.len()];
     Ok(Reconstruction { surface, som, uv, deviations, inliers, report })
 }
 
-fn learn(
+/// Trains the network on the points.
+fn train(
     points: &[DVec3],
     bounds: &Bounds,
     options: &PaperOptions,

@@ -1,4 +1,4 @@
-//! Neighbour graphs that follow the surface.
+//! Neighbor graphs along the surface: links that leave the local planes are dropped.
 
 use rayon::prelude::*;
 
@@ -6,11 +6,8 @@ use super::local_planes::LocalPlanes;
 use super::settings::ObserveSettings;
 use crate::cloud::{Edge, KdTree, Neighbor, NeighborGraph};
 
-/// Links that each point keeps whatever their angle.
-const KEPT: usize = 2;
-
-/// Each point linked to its nearest, but for links that leave a local plane at either end: they
-/// lead to another layer. Parts are joined by their shortest links.
+/// Links each point to its neighbors, except for links that leave the local plane at either end:
+/// they lead to another layer. Parts are joined by their shortest links.
 pub(super) fn surface_graph(
     tree: &KdTree<'_>,
     near: &[Vec<Neighbor>],
@@ -30,13 +27,16 @@ pub(super) fn surface_graph(
             .collect();
         links.sort_by(|a, b| a.0.total_cmp(&b.0));
         let kept = links.iter().enumerate();
-        let kept = kept.filter(|(rank, (sine, _))| *rank < KEPT || *sine < settings.link_sine);
+        let kept = kept.filter(|(rank, (sine, _))| {
+            *rank < settings.min_links || *sine < settings.max_link_sine
+        });
         kept.map(|(_, (_, edge))| *edge).collect()
     };
     NeighborGraph::joined(tree, (0..points.len()).into_par_iter().map(links).collect())
 }
 
-/// The links of a graph of few neighbours that are not much longer than is usual at both ends.
+/// Links each point to few neighbors, except for links much longer than usual at either end. Parts
+/// are joined by their shortest links.
 pub(super) fn tight_graph(
     tree: &KdTree<'_>,
     near: &[Vec<Neighbor>],
@@ -49,7 +49,7 @@ pub(super) fn tight_graph(
     let links = |from: usize| {
         let short = |near: &&Neighbor| {
             let usual = usual[from].min(usual[near.index as usize]);
-            near.distance() <= settings.tight_length * usual
+            near.distance() <= settings.max_tight_length * usual
         };
         few(from).filter(short).map(Edge::from).collect()
     };
@@ -64,7 +64,7 @@ mod tests {
     use crate::observe::Observations;
 
     #[test]
-    fn layers_two_spacings_apart_are_linked_at_corners_alone() {
+    fn layers_two_spacings_apart_are_linked_only_at_corners() {
         let layer = |from: DVec3| {
             (0..900_u32).map(move |i| {
                 let (x, y, z) = (f64::from(i / 30), f64::from(i % 30), 0.01 * f64::from(i % 7));
@@ -76,7 +76,7 @@ mod tests {
         let seen = Observations::of(&points, ObserveSettings::default());
         let graph = seen.graph();
         let across = (0..900).flat_map(|i| graph.edges(i)).filter(|edge| edge.to >= 900).count();
-        // At corners the nearest neighbours lie on both layers.
+        // At corners the nearest neighbors lie on both layers.
         assert!((1..20).contains(&across), "{across}");
         assert!(graph.distances_from(&[0]).iter().all(|distance| distance.is_finite()));
     }

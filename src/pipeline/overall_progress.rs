@@ -1,62 +1,64 @@
-//! How much of a whole reconstruction is done.
+//! The share of a whole reconstruction that is done.
 
 use std::ops::ControlFlow;
 
 use crate::progress::{Epoch, Observer, Progress};
 
-/// Microseconds that stages take for each point, on a processor of 2025: preparation, selection of
-/// the points that it looks at, refinement, measuring.
+/// Microseconds a point for each phase, on a processor of 2025. The cost of selection is for a
+/// sampled point, the others are for a given point.
 const COSTS: [f64; 4] = [8.0, 100.0, 50.0, 2.0];
 
-/// A stage of a reconstruction, by its place among them.
+/// A phase of a reconstruction; its number is its place in [`COSTS`].
 #[derive(Clone, Copy)]
-pub(super) enum Part {
+pub(super) enum Phase {
     Prepare,
     Select,
     Refine,
     Measure,
 }
 
-impl Part {
-    /// The share of the whole that is done when it begins and when it ends, for so many points of
-    /// which so many are looked at in selection.
-    fn shares(self, points: usize, seen: usize) -> (f64, f64) {
-        let counts = [points, seen.min(points), points, points];
+impl Phase {
+    /// The share of the whole that is done when the phase begins and when it ends.
+    fn shares(self, points: usize, sampled: usize) -> (f64, f64) {
+        let counts = [points, sampled.min(points), points, points];
         let costs: Vec<f64> = COSTS.iter().zip(counts).map(|(cost, n)| cost * n as f64).collect();
-        let (stage, total) = (self as usize, costs.iter().sum::<f64>());
+        let (phase, total) = (self as usize, costs.iter().sum::<f64>());
         let until = |end: usize| costs[..end].iter().sum::<f64>() / total;
-        (until(stage), until(stage + 1))
+        (until(phase), until(phase + 1))
     }
 
-    /// An observer of this stage, who hears of the share of the whole.
+    /// An observer of this phase that reports the share of the whole to `observer`.
     pub(super) fn observed(
         self,
         points: usize,
-        seen: usize,
+        sampled: usize,
         observer: &mut dyn Observer,
-    ) -> PartObserver<'_> {
-        let (done, end) = self.shares(points, seen);
-        PartObserver { observer, done, end, last: 0.0 }
+    ) -> PhaseObserver<'_> {
+        let (done, end) = self.shares(points, sampled);
+        PhaseObserver { observer, done, end, last: 0.0 }
     }
 }
 
-/// An observer of what is done before the first stage.
-pub(super) fn before(observer: &mut dyn Observer) -> PartObserver<'_> {
-    PartObserver { observer, done: 0.0, end: 0.0, last: 0.0 }
+/// An observer of the work before the first phase: it reports a share of 0.
+pub(super) fn before_phases(observer: &mut dyn Observer) -> PhaseObserver<'_> {
+    PhaseObserver { observer, done: 0.0, end: 0.0, last: 0.0 }
 }
 
-/// Tells an observer which share of the whole is done. How many rounds a stage has is not known
-/// before: each takes half of what is left of it.
-pub(super) struct PartObserver<'a> {
+/// Adds the share of the whole to each report.
+///
+/// A phase consists of rounds whose number is not known in advance. Each round takes half of the
+/// phase's remaining share.
+pub(super) struct PhaseObserver<'a> {
     observer: &'a mut dyn Observer,
-    /// The share when the round began, and at the end of the stage.
+    /// Share of the whole at the start of the round.
     done: f64,
+    /// Share of the whole at the end of the phase.
     end: f64,
-    /// The share of the round that is done.
+    /// Share of the round that is done.
     last: f64,
 }
 
-impl Observer for PartObserver<'_> {
+impl Observer for PhaseObserver<'_> {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()> {
         let round = (progress.step as f64 / progress.total.max(1) as f64).min(1.0);
         if round < self.last {
@@ -78,14 +80,14 @@ mod tests {
     use crate::progress::Stage;
 
     #[test]
-    fn shares_follow_one_another_and_never_fall() {
+    fn the_reported_share_never_falls() {
         let mut shares = Vec::new();
         let mut note = |progress: &Progress| {
             shares.extend(progress.share);
             ControlFlow::Continue(())
         };
-        for part in [Part::Prepare, Part::Select, Part::Refine, Part::Measure] {
-            let mut observer = part.observed(3000, 2000, &mut note);
+        for phase in [Phase::Prepare, Phase::Select, Phase::Refine, Phase::Measure] {
+            let mut observer = phase.observed(3000, 2000, &mut note);
             for step in [0, 5, 10, 0, 10, 2, 4] {
                 let progress = Progress::of_stage(Stage::Fitting, step, 10, 3000);
                 assert!(observer.observe(&progress).is_continue());

@@ -1,7 +1,8 @@
-//! The self-organizing map of a reconstruction: it learns the points from an ordered start.
+//! The self-organizing map of a reconstruction, trained from nodes that are already in order.
 
 use glam::{DVec2, DVec3};
 
+use super::settings::MapSettings;
 use crate::chart::Kind;
 use crate::cloud::{Frame, even_sample, items_at};
 use crate::error::Result;
@@ -10,27 +11,17 @@ use crate::nurbs::{NurbsSurface, Outside};
 use crate::progress::Observer;
 use crate::som::{Cells, Init, Kernel, Lattice, Schedule, SelfOrganizingMap, SomOptions, Topology};
 
-/// Points that a map learns, at most.
-const LEARNED: usize = 20_000;
+const SETTINGS: MapSettings = MapSettings::STANDARD;
 
-/// Points for each node, at least, so that the map does not follow single ones.
-const POINTS_PER_NODE: usize = 3;
-
-/// Nodes around a closed direction, at least: fewer may shrink to nothing.
-const AROUND: usize = 12;
-
-/// Epochs, and the radius in cells at their begin and end.
-const EPOCHS: u64 = 10;
-const RADIUS: (f64, f64) = (1.0, 0.7);
-
-/// A map that has learned points, and those.
-pub(super) struct LearnedMap {
+/// A trained map with the points that it was trained on.
+pub(super) struct TrainedMap {
     pub(super) map: SelfOrganizingMap,
     sample: Vec<DVec3>,
 }
 
-impl LearnedMap {
-    /// From nodes on a surface over [0, 1]², with a lattice like its control net.
+impl TrainedMap {
+    /// Trains a map from nodes on a surface over [0, 1]². Its lattice has about the shape of the
+    /// surface's net.
     pub(super) fn on_surface(
         points: &[DVec3],
         surface: &NurbsSurface,
@@ -38,10 +29,10 @@ impl LearnedMap {
         net: (usize, usize),
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let lattice = lattice(net, points.len(), kind)?;
+        let lattice = lattice_like(net, points.len(), kind)?;
         let (rows, cols) = lattice.shape();
         let closed = kind.closed();
-        // A node of an open lattice is the middle of what it stands for.
+        // A node of an open lattice is the middle of its cell.
         let along = |node: usize, count: usize, closed: bool| {
             (node as f64 + if closed { 0.0 } else { 0.5 }) / count as f64
         };
@@ -51,22 +42,24 @@ impl LearnedMap {
         let uv: Vec<DVec2> = (0..rows * cols).map(place).collect();
         let mut nodes = vec![DVec3::ZERO; uv.len()];
         surface.evaluate(&uv, &mut nodes, Outside::Refuse, observer)?;
-        Self::learn(points, lattice, Init::Given(nodes), observer)
+        Self::train(points, lattice, Init::Given(nodes), observer)
     }
 
-    /// From any start.
-    pub(super) fn learn(
+    /// Trains a map from any start.
+    pub(super) fn train(
         points: &[DVec3],
         lattice: Lattice,
         init: Init,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let sample = items_at(points, &even_sample(points, LEARNED));
+        let sample = items_at(points, &even_sample(points, SETTINGS.max_points));
+        let radius =
+            Schedule::Exponential { start: SETTINGS.start_radius, end: SETTINGS.end_radius };
         let options = SomOptions {
             init,
             kernel: Some(Kernel::Linear),
-            radius: Some(Schedule::Exponential { start: RADIUS.0, end: RADIUS.1 }),
-            epochs: Some(EPOCHS),
+            radius: Some(radius),
+            epochs: Some(SETTINGS.epochs),
             min_change: Some(f64::MIN_POSITIVE),
             ..SomOptions::default()
         };
@@ -74,7 +67,7 @@ impl LearnedMap {
         Ok(Self { map, sample })
     }
 
-    /// The map in the frame of the given points, as it would have been learned there.
+    /// The map in the frame of the given points, with the state that training there would leave.
     pub(super) fn in_given_frame(
         &self,
         frame: &Frame,
@@ -96,20 +89,21 @@ impl LearnedMap {
     }
 }
 
-/// A lattice like a net, with enough nodes for what is closed and few enough for the points.
-pub(super) fn lattice(net: (usize, usize), points: usize, kind: Kind) -> Result<Lattice> {
-    let (around_u, around_v) = kind.closed();
-    let least = |around| if around { AROUND } else { 3 };
-    let least = (least(around_u), least(around_v));
+/// A lattice of about the shape of a net: enough nodes around closed directions, and enough points
+/// for each node.
+fn lattice_like(net: (usize, usize), points: usize, kind: Kind) -> Result<Lattice> {
+    let (closed_u, closed_v) = kind.closed();
+    let least = |closed| if closed { SETTINGS.min_around } else { SETTINGS.min_side };
+    let least = (least(closed_u), least(closed_v));
     let net = (net.0.max(least.0), net.1.max(least.1));
-    let most = (points / POINTS_PER_NODE).max(least.0 * least.1) as f64;
+    let most = (points / SETTINGS.points_per_node).max(least.0 * least.1) as f64;
     let shrink = (most / (net.0 * net.1) as f64).sqrt().min(1.0);
     let side = |count: usize, least| whole(count as f64 * shrink).max(least);
-    grid((side(net.0, least.0), side(net.1, least.1)), kind)
+    lattice((side(net.0, least.0), side(net.1, least.1)), kind)
 }
 
-/// A lattice of so many rows and columns, closed as the kind is.
-pub(super) fn grid((rows, cols): (usize, usize), kind: Kind) -> Result<Lattice> {
+/// A lattice of these rows and columns that closes as the kind does.
+pub(super) fn lattice((rows, cols): (usize, usize), kind: Kind) -> Result<Lattice> {
     let topology = match kind.closed() {
         (false, _) => Topology::Sheet,
         (true, false) => Topology::Tube,

@@ -1,4 +1,4 @@
-//! A few points, evenly over space, from as many as there are.
+//! Samples of a cloud: even over space, by voxels, or random, by hashes.
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, DefaultHasher};
@@ -6,21 +6,17 @@ use std::hash::{BuildHasherDefault, DefaultHasher};
 use glam::DVec3;
 
 use super::bounds::{Bounds, POINTS_PER_REPORT};
+use super::settings::SampleSettings;
 use crate::error::Result;
 use crate::progress::Listen;
 
-/// Doublings of the smallest voxels until one holds all points.
-const DOUBLINGS: i32 = 20;
+const SETTINGS: SampleSettings = SampleSettings::STANDARD;
 
-/// Sizes of voxels between two doublings that [`even_sample`] tries: on a surface it takes seven
-/// tenths of the points that it may take, at least.
-const STEPS: i32 = 4;
-
-/// Chooses points evenly over space from a stream, in memory for twice as many as it keeps.
+/// An even sample of a stream of points, in memory for twice as many as it keeps.
 ///
-/// Space is cut into voxels, cubes whose sides are a power of two. Of each voxel the point with the
-/// lowest hash is kept; when there are too many voxels, their sides double. So what is kept depends
-/// on the points alone: neither on their order nor on how they were cut into chunks.
+/// Space is divided into voxels, cubes whose sides are a power of two. In each voxel the point with
+/// the lowest hash is kept. When there are too many voxels, their sides double. The sample depends
+/// on the points alone, neither on their order nor on their division into chunks.
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::EvenSample};
@@ -35,13 +31,14 @@ const STEPS: i32 = 4;
 pub struct EvenSample {
     most: usize,
     seen: u64,
-    /// Side of a voxel; 0 before there are more points than may be kept.
+    /// Side of a voxel; 0 while all points are kept.
     side: f64,
     voxels: Voxels,
-    /// The first points, as long as there are not too many.
+    /// All points, while there are few enough to keep them.
     first: Vec<Chosen>,
 }
 
+/// A point of a stream with its hash.
 #[derive(Clone, Copy, Debug)]
 struct Chosen {
     point: DVec3,
@@ -54,30 +51,30 @@ impl Chosen {
         Self { point, index, hash: hash(point) }
     }
 
-    /// In which order points are preferred; equal points by their place in the stream.
+    /// The sort key by which the lowest point is kept. Equal points differ by their index.
     fn rank(&self) -> (u64, [u64; 3], u64) {
         (self.hash, bits(self.point), self.index)
     }
 }
 
-/// The place of the voxel of this side that a point lies in.
+/// The integer coordinates of the voxel with this side that contains a point.
 fn voxel(point: DVec3, side: f64) -> [i64; 3] {
     #[expect(clippy::cast_possible_truncation, reason = "sides are chosen for numbers that fit")]
     (point / side).to_array().map(|along| along.floor() as i64)
 }
 
-/// A number that scatters whatever points do, and depends on nothing else.
+/// A hash of the coordinates: it scatters evenly, whatever the points.
 fn hash(point: DVec3) -> u64 {
     bits(point).into_iter().fold(0, |hash, bits| mix(hash ^ bits))
 }
 
-/// The bits of a point, by which equal ones are known.
+/// The bits of a point's coordinates; equal points have equal bits.
 fn bits(point: DVec3) -> [u64; 3] {
-    // Both zeros are one number.
+    // Adding 0 turns -0 into 0.
     (point + 0.0).to_array().map(f64::to_bits)
 }
 
-/// A bijection that scatters (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
+/// A bijective hash of 64 bits (`SplitMix64`: G. Steele, D. Lea, C. Flood, 2014).
 fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -85,34 +82,39 @@ fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The same numbers in each run, unlike those of a hash map by default.
+/// A hasher that is the same in each run, unlike the default of hash maps.
 type Fixed = BuildHasherDefault<DefaultHasher>;
 
-/// The points kept by voxel.
+/// The kept point of each voxel.
 type Voxels = HashMap<[i64; 3], Chosen, Fixed>;
 
 impl EvenSample {
-    /// Nothing yet; `most` points at most, one at least.
+    /// An empty sample that will keep at most `most` points, but at least one.
     #[must_use]
     pub fn new(most: usize) -> Self {
         Self { most: most.max(1), seen: 0, side: 0.0, voxels: Voxels::default(), first: Vec::new() }
     }
 
-    /// Looks at the next points of the stream.
+    /// Adds the next points of the stream.
     pub fn extend(&mut self, points: &[DVec3]) {
-        // Only who listens may stop it.
-        let _never = self.look_at(points, &mut || Ok(()));
+        // This closure never stops it.
+        let _never = self.extend_listening(points, &mut || Ok(()));
     }
 
-    /// The same, which may be stopped; it is of no use then.
-    pub(crate) fn look_at(&mut self, points: &[DVec3], listen: &mut Listen<'_>) -> Result<()> {
+    /// As [`Self::extend`], but `listen` may stop it. A stopped sample is incomplete.
+    pub(crate) fn extend_listening(
+        &mut self,
+        points: &[DVec3],
+        listen: &mut Listen<'_>,
+    ) -> Result<()> {
         for &point in points {
-            self.look_at_one(Chosen::new(point, self.seen), listen)?;
+            self.add_point(Chosen::new(point, self.seen), listen)?;
         }
         Ok(())
     }
 
-    fn look_at_one(&mut self, chosen: Chosen, listen: &mut Listen<'_>) -> Result<()> {
+    /// Adds a point, and doubles the voxels while there are too many.
+    fn add_point(&mut self, chosen: Chosen, listen: &mut Listen<'_>) -> Result<()> {
         self.seen += 1;
         if self.side > 0.0 {
             prefer(&mut self.voxels, self.side, chosen);
@@ -130,11 +132,11 @@ impl EvenSample {
         Ok(())
     }
 
-    /// The first voxels.
+    /// Sorts the first points into the smallest voxels that suffice.
     fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
         let points: Vec<DVec3> = self.first.iter().map(|chosen| chosen.point).collect();
         let Some(side) = side(&points, self.most, 1, listen)? else {
-            // Copies of one point: one is as good as all.
+            // All points are copies of one.
             self.first.truncate(1);
             return Ok(());
         };
@@ -159,6 +161,7 @@ impl EvenSample {
         Ok(())
     }
 
+    /// The kept points, in the order of the stream.
     fn chosen(&self) -> Vec<Chosen> {
         let mut chosen: Vec<Chosen> =
             self.first.iter().chain(self.voxels.values()).copied().collect();
@@ -166,34 +169,34 @@ impl EvenSample {
         chosen
     }
 
-    /// The points kept, in the order of the stream.
+    /// The kept points, in the order of the stream.
     #[must_use]
     pub fn points(&self) -> Vec<DVec3> {
         self.chosen().iter().map(|chosen| chosen.point).collect()
     }
 
-    /// Their places in the stream, ascending.
+    /// Their indices in the stream, ascending.
     #[must_use]
     pub fn indices(&self) -> Vec<u64> {
         self.chosen().iter().map(|chosen| chosen.index).collect()
     }
 
-    /// How many points came.
+    /// The number of points in the stream so far.
     #[must_use]
     pub fn seen(&self) -> u64 {
         self.seen
     }
 }
 
-/// The side of the smallest voxels of which at most so many hold points, of this many sizes for each
-/// doubling; `None` of copies of one point.
+/// The side of the smallest voxels of which at most `most` contain points. `steps` sizes are tried
+/// for each doubling. `None` if all points are copies of one.
 fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> Result<Option<f64>> {
     let Bounds { min, max } = Bounds::of(points);
     let extent = (max - min).max_element();
     if extent == 0.0 {
         return Ok(None);
     }
-    // Numbers of voxels stay far within 64 bits.
+    // Voxels below the rounding of coordinates are not tried, so that their numbers fit in 64 bits.
     let far = min.abs().max(max.abs()).max_element();
     let unit = extent.log2().ceil().exp2();
     let size = |step: i32| unit * (f64::from(step) / f64::from(steps)).exp2();
@@ -214,7 +217,7 @@ fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> R
         }
         Ok(true)
     };
-    let (mut small, mut large) = (-DOUBLINGS * steps, 0);
+    let (mut small, mut large) = (-SETTINGS.doublings * steps, 0);
     while !fit(large)? {
         (small, large) = (large, large + steps);
     }
@@ -225,13 +228,13 @@ fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> R
     Ok(Some(size(large)))
 }
 
-/// The items at these places.
+/// The items with these indices.
 pub(crate) fn items_at<T: Copy>(items: &[T], indices: &[u32]) -> Vec<T> {
     indices.iter().map(|&index| items[index as usize]).collect()
 }
 
-/// Places of `most` points of a cloud, any of them: as densely in some places as compared with others
-/// as all points lie. They depend on the points alone, not on their order.
+/// Indices of a random sample of `most` points, ascending. Its density follows that of the cloud.
+/// It depends on the points alone, not on their order.
 #[must_use]
 pub fn random_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     let mut keyed: Vec<(u64, u32)> = (0..).zip(points).map(|(i, p)| (hash(*p), i)).collect();
@@ -244,11 +247,11 @@ pub fn random_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     kept
 }
 
-/// The indices, ascending, of at most so many points, evenly over space.
+/// Indices of an even sample of at most `most` points, ascending.
 ///
-/// Space is cut into voxels as by [`EvenSample`], but in finer steps: on a surface at least seven
-/// tenths of `most` are chosen, if there are as many points. The choice does not depend on the
-/// points' order. O(n log n).
+/// Space is divided into voxels as by [`EvenSample`], but in finer steps. On a surface, at least
+/// seven tenths of `most` points are chosen, if there are as many. The sample does not depend on
+/// the points' order. O(n log n).
 ///
 /// ```
 /// use neurbs::{DVec3, cloud::even_sample};
@@ -262,8 +265,8 @@ pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     if points.len() <= most {
         return (0..).take(points.len()).collect();
     }
-    // Nobody listens, so that nothing fails.
-    let found = side(points, most.max(1), STEPS, &mut || Ok(()));
+    // This closure never stops it.
+    let found = side(points, most.max(1), SETTINGS.sizes_per_doubling, &mut || Ok(()));
     let Ok(Some(side)) = found else { return vec![0] };
     let mut voxels = Voxels::default();
     for (index, &point) in (0..).zip(points) {
@@ -275,7 +278,7 @@ pub fn even_sample(points: &[DVec3], most: usize) -> Vec<u32> {
     kept
 }
 
-/// Keeps the better one of a voxel's point and another.
+/// Keeps the lower one of a voxel's point and another.
 fn prefer(voxels: &mut Voxels, side: f64, chosen: Chosen) {
     let kept = voxels.entry(voxel(chosen.point, side)).or_insert(chosen);
     if chosen.rank() < kept.rank() {
@@ -298,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_and_order_do_not_matter() {
+    fn the_sample_does_not_depend_on_chunks_and_order() {
         let points = cloud();
         let sample = |points: &[DVec3], chunk: usize| {
             let mut sample = EvenSample::new(2000);
@@ -316,11 +319,11 @@ mod tests {
     }
 
     #[test]
-    fn voxels_are_as_small_as_there_is_room_for() {
-        for centre in [DVec3::ZERO, DVec3::new(700.0, -0.3, 1e3)] {
-            let place = |i: u32| centre - 0.5 + f64::from(i) * DVec3::new(0.754_9, 0.569_8, 0.131);
+    fn voxels_are_as_small_as_the_limit_allows() {
+        for center in [DVec3::ZERO, DVec3::new(700.0, -0.3, 1e3)] {
+            let place = |i: u32| center - 0.5 + f64::from(i) * DVec3::new(0.754_9, 0.569_8, 0.131);
             let points: Vec<DVec3> =
-                (0..3001).map(|i| centre + (place(i) - centre).fract()).collect();
+                (0..3001).map(|i| center + (place(i) - center).fract()).collect();
             let mut sample = EvenSample::new(3000);
             sample.extend(&points);
             let count = |side: f64| {
@@ -333,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn crowded_places_get_no_more_than_others() {
+    fn dense_regions_get_no_more_points_than_others() {
         let mut sample = EvenSample::new(2000);
         sample.extend(&cloud());
         let inner = sample.points().iter().filter(|p| (p.x - 5e6).hypot(p.y) < 0.5).count();
@@ -342,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn even_samples_are_full_and_the_same_in_any_order() {
+    fn even_samples_are_nearly_full_and_the_same_in_any_order() {
         let points: Vec<DVec3> = cloud().into_iter().step_by(7).collect();
         let backwards: Vec<DVec3> = points.iter().rev().copied().collect();
         for most in [100, 1000, 4000] {

@@ -1,24 +1,21 @@
-//! Weights by which a surface lets outliers go.
+//! Robust weights: points that the fitted surface shows to be outliers lose their weight.
 
 use glam::DVec3;
 
+use super::settings::OutlierSettings;
 use crate::cloud::{KdTree, Neighbor};
 use crate::error::Result;
 use crate::fit::{EXACT_ERROR, biweight, cutoff_distance, diameter};
 use crate::numeric::median;
 use crate::progress::Observer;
 
-/// Points around each whose distances from the surface say what is usual there: where a surface
-/// cannot follow a feature, all of them are far from it, and none is an outlier.
-const AROUND: usize = 16;
+const SETTINGS: OutlierSettings = OutlierSettings::STANDARD;
 
-/// Share of the way to the farthest of those that a point may be off the surface without having
-/// changed its shape.
-const SLIGHT: f64 = 0.1;
-
-/// Weights by Tukey's biweight (see [`biweights`](crate::fit::biweights)), where the usual distance
-/// is the median around a point, or of all points if that is more. Only points beyond the reach of
-/// all points' median, and beyond `least`, can lose weight.
+/// Weights by Tukey's biweight, see [`biweights`](crate::fit::biweights); `None` if no point loses
+/// weight.
+///
+/// The usual distance is the median around a point, or that of all points if it is larger. Only
+/// points farther away than `min_distance` and the reach of the median of all can lose weight.
 ///
 /// # Errors
 ///
@@ -26,11 +23,11 @@ const SLIGHT: f64 = 0.1;
 pub(super) fn outlier_weights(
     points: &[DVec3],
     distances: &[f64],
-    least: f64,
+    min_distance: f64,
     observer: &mut dyn Observer,
 ) -> Result<Option<Vec<f64>>> {
     let usual = median(distances.iter().copied()).max(EXACT_ERROR * diameter(points));
-    let near = cutoff_distance(usual).max(least);
+    let near = cutoff_distance(usual).max(min_distance);
     if distances.iter().all(|distance| *distance <= near) {
         return Ok(None);
     }
@@ -40,8 +37,9 @@ pub(super) fn outlier_weights(
         if distance <= near {
             return 1.0;
         }
-        tree.nearest_to(index, AROUND, found);
-        if distance <= SLIGHT * found.last().map_or(0.0, Neighbor::distance) {
+        tree.nearest_to(index, SETTINGS.k_neighbors, found);
+        let farthest = found.last().map_or(0.0, Neighbor::distance);
+        if distance <= SETTINGS.max_slight_ratio * farthest {
             return 1.0;
         }
         let around = median(found.iter().map(|near| distances[near.index as usize]));
@@ -56,7 +54,7 @@ mod tests {
     use crate::progress::Silent;
 
     #[test]
-    fn what_is_far_among_near_ones_goes_and_what_is_far_together_stays() {
+    fn single_far_points_lose_their_weight_and_groups_keep_it() {
         let points: Vec<DVec3> =
             (0..900_u32).map(|i| DVec3::new(f64::from(i / 30), f64::from(i % 30), 0.0)).collect();
         let mut distances = vec![0.01; 900];

@@ -1,28 +1,28 @@
-//! A division of points into disjoint parts, and the shortest links between the parts.
+//! Disjoint sets of points (union-find), and the shortest links between them.
 
 use rayon::prelude::*;
 
 use super::kd_tree::{KdTree, Neighbor};
 use crate::numeric::index;
 
-/// The label of a point that belongs to no part.
-pub(super) const NO_PART: u32 = u32::MAX;
+/// The label of a point that belongs to no set.
+pub(super) const NO_SET: u32 = u32::MAX;
 
-/// Points in parts that grow together (disjoint-set forest, united by the lower index).
-pub(super) struct Partition {
+/// A disjoint-set forest. Of two united sets, the lower root becomes the root.
+pub(super) struct DisjointSets {
     parents: Vec<u32>,
 }
 
-impl Partition {
-    /// Each of `count` points is a part of its own.
+impl DisjointSets {
+    /// Each of `count` points is a set of its own.
     pub(super) fn new(count: usize) -> Self {
         Self { parents: (0..).take(count).collect() }
     }
 
-    /// The first point of the part that a point belongs to.
+    /// The root of a point's set: its first point.
     pub(super) fn root(&mut self, mut point: u32) -> u32 {
         while self.parents[point as usize] != point {
-            // Paths to the root are halved.
+            // Path halving.
             let parent = self.parents[self.parents[point as usize] as usize];
             self.parents[point as usize] = parent;
             point = parent;
@@ -30,12 +30,13 @@ impl Partition {
         point
     }
 
+    /// Unites the sets of two points.
     pub(super) fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parents[a.max(b) as usize] = a.min(b);
     }
 
-    /// For each point the first of its part.
+    /// The root of each point's set.
     pub(super) fn roots(&mut self) -> Vec<u32> {
         (0..self.parents.len()).map(|point| self.root(index(point))).collect()
     }
@@ -49,19 +50,19 @@ pub(super) struct Link {
     pub(super) length: f64,
 }
 
-/// From each part, except for the largest, the shortest link to another one. Labels are those of the
-/// points of the tree, below their number or [`NO_PART`].
+/// Finds the shortest link from each set but the largest to another set. `labels` gives the set of
+/// each point of the tree, or [`NO_SET`].
 pub(super) fn shortest_links(tree: &KdTree<'_>, labels: &[u32]) -> Vec<Link> {
-    let mut parts: Vec<Vec<u32>> = vec![Vec::new(); labels.len()];
-    let labelled = (0..).zip(labels).filter(|(_, label)| **label != NO_PART);
-    labelled.for_each(|(point, label)| parts[*label as usize].push(point));
-    let largest = (0..parts.len()).rev().max_by_key(|&part| parts[part].len());
-    let shortest = |part: &[u32]| -> Option<Link> {
-        let own = labels[part[0] as usize];
-        let foreign = |to: u32| ![own, NO_PART].contains(&labels[to as usize]);
+    let mut sets: Vec<Vec<u32>> = vec![Vec::new(); labels.len()];
+    let labeled = (0..).zip(labels).filter(|(_, label)| **label != NO_SET);
+    labeled.for_each(|(point, label)| sets[*label as usize].push(point));
+    let largest = (0..sets.len()).rev().max_by_key(|&set| sets[set].len());
+    let shortest = |set: &[u32]| -> Option<Link> {
+        let own = labels[set[0] as usize];
+        let foreign = |to: u32| ![own, NO_SET].contains(&labels[to as usize]);
         let (mut best, mut found) = (None, Vec::new());
         let mut length = f64::INFINITY;
-        for &from in part {
+        for &from in set {
             let place = tree.points()[from as usize];
             tree.nearest_where(place, 1, length, &mut found, foreign);
             // Links of equal length do not replace one another.
@@ -73,7 +74,7 @@ pub(super) fn shortest_links(tree: &KdTree<'_>, labels: &[u32]) -> Vec<Link> {
         }
         best
     };
-    let others = parts.par_iter().enumerate();
-    let others = others.filter(|(part, points)| Some(*part) != largest && !points.is_empty());
-    others.filter_map(|(_, part)| shortest(part)).collect()
+    let others = sets.par_iter().enumerate();
+    let others = others.filter(|(set, points)| Some(*set) != largest && !points.is_empty());
+    others.filter_map(|(_, set)| shortest(set)).collect()
 }

@@ -1,86 +1,57 @@
-//! What is wrong with a surface beside its points, as numbers.
+//! Error terms of a surface against its points, as numbers: torn, uncovered, misaligned, folded,
+//! pinched.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::grid::CellGrid;
-use crate::cloud::{KdTree, Neighbor, hull};
+use super::cell_grid::CellGrid;
+use super::settings::TermSettings;
+use crate::cloud::{KdTree, Neighbor, convex_hull};
 use crate::error::Result;
 use crate::numeric::median;
 use crate::nurbs::{NurbsSurface, Outside};
 use crate::observe::Observations;
 use crate::progress::Silent;
 
-/// How a surface is compared with its points. Sources: the study that the scoreboard repeats.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TermSettings {
-    /// Cells along a side of the grid on which a surface is looked at.
-    pub cells: usize,
-    /// How many times longer than in space a link may be on the surface.
-    pub stretch: f64,
-    /// Distance from points at which a surface is uncovered, in the spacing there, and in
-    /// mean spacings of as many points over its area.
-    pub uncovered: (f64, f64),
-    /// Cosine between a cell's normal and the nearest local plane's under which it is misaligned.
-    pub misaligned: f64,
-    /// Thickness over width of a local plane that has a normal to compare with.
-    pub flat: f64,
-    /// Cosine between the normals of neighbouring cells under which the surface turns over.
-    pub turned: f64,
-}
-
-impl Default for TermSettings {
-    fn default() -> Self {
-        Self {
-            cells: 32,
-            stretch: 3.0,
-            uncovered: (1.5, 1.5),
-            misaligned: 0.5,
-            flat: 0.35,
-            turned: -0.2,
-        }
-    }
-}
-
-/// Shares of what is wrong.
+/// The error terms; 0 is best.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms {
-    /// Share of the links between neighbours that are far longer on the surface than in space.
+    /// Share of the links between neighbors that are far longer on the surface than in space.
     pub torn: f64,
-    /// Share of the area, among the points' parameters, that is far from all points.
+    /// Share of the area within the points' parameters that is far from all points.
     pub uncovered: f64,
     /// Share of the covered area whose normals disagree with the local planes.
     pub misaligned: f64,
-    /// Share of neighbouring cells whose normals turn over.
+    /// Share of neighboring cells whose normals turn over.
     pub folded: f64,
-    /// How far the ends of a tube are drawn together, 0 to 2.
+    /// Shrinkage of the ends of a tube below half its circumference: 2 if both end in a point.
     pub pinched: f64,
 }
 
-/// A surface beside the points that were observed, with their parameters on it.
-pub struct Compared<'a> {
+/// A surface and the observed points, with their parameters on it.
+pub struct Comparison<'a> {
     /// The observations.
     pub seen: &'a Observations<'a>,
-    /// A tree over as many points as may tell of folds, beside which the observed ones are few.
+    /// A tree over the larger sample by which folds are detected.
     pub tree: &'a KdTree<'a>,
     /// The surface.
     pub surface: &'a NurbsSurface,
-    /// Directions that close.
+    /// Whether u and v are closed.
     pub closed: [bool; 2],
     /// The points' parameters.
     pub uv: &'a [DVec2],
     /// Their distances from the surface.
     pub distances: &'a [f64],
-    /// The diagonal of the points' box, in the frame in which they were given.
+    /// The diagonal of the points' box in their given frame.
     pub diagonal: f64,
 }
 
-impl Compared<'_> {
-    /// All terms.
+impl Comparison<'_> {
+    /// Computes all terms.
     ///
     /// # Errors
     ///
-    /// Those of evaluation, which none of these meets.
+    /// Those of the surface's evaluation; parameters in the domain cause none.
     pub fn terms(&self, settings: &TermSettings) -> Result<Terms> {
         let grid = CellGrid::of(self.surface, settings.cells, &mut Silent)?;
         let inside = self.inside(&grid);
@@ -88,7 +59,7 @@ impl Compared<'_> {
         let area: f64 =
             grid.areas.iter().zip(&inside).filter(|(_, inside)| **inside).map(|(a, _)| a).sum();
         let usual = (area / self.uv.len() as f64).sqrt();
-        let (local, mean) = settings.uncovered;
+        let (local, mean) = (settings.max_local_gap, settings.max_mean_gap);
         let spacing = self.seen.local_spacing();
         let (mut uncovered, mut planar, mut misaligned) = (0.0, 0.0, 0.0);
         let planes = self.seen.planes();
@@ -97,22 +68,22 @@ impl Compared<'_> {
             let reach = (local * spacing[near.index as usize]).max(mean * usual);
             if near.distance() > reach {
                 uncovered += own;
-            } else if planes.flatness[near.index as usize] < settings.flat {
+            } else if planes.flatness[near.index as usize] < settings.max_flatness {
                 planar += own;
                 let cosine = grid.normals[cell].dot(planes.normals[near.index as usize]);
-                misaligned += if cosine.abs() < settings.misaligned { own } else { 0.0 };
+                misaligned += if cosine.abs() < settings.min_alignment { own } else { 0.0 };
             }
         }
         Ok(Terms {
             torn: self.torn(settings)?,
             uncovered: share(uncovered, area),
             misaligned: share(misaligned, planar),
-            folded: turned(&grid, settings),
+            folded: turned_share(&grid, settings),
             pinched: self.pinched(&grid),
         })
     }
 
-    /// Which cells lie among the points' parameters.
+    /// Whether each cell lies within the points' parameters.
     fn inside(&self, grid: &CellGrid) -> Vec<bool> {
         let (low, high) = self
             .uv
@@ -120,7 +91,7 @@ impl Compared<'_> {
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), uv| (l.min(*uv), h.max(*uv)));
         match self.closed {
             [false, false] => {
-                let hull = hull(self.uv);
+                let hull = convex_hull(self.uv);
                 let sides = || hull.iter().zip(hull.iter().cycle().skip(1));
                 let inside = |at: &DVec2| sides().all(|(a, b)| (b - a).perp_dot(*at - a) >= 0.0);
                 grid.uv.iter().map(inside).collect()
@@ -142,13 +113,12 @@ impl Compared<'_> {
         grid.places.par_iter().map_init(Vec::new, nearest).collect()
     }
 
-    /// Share of the links whose straight image in the parameters is, on the surface, far longer
-    /// than they are.
+    /// Share of the links that are torn: their straight image in the parameters is far longer on
+    /// the surface than they are in space.
     fn torn(&self, settings: &TermSettings) -> Result<f64> {
-        /// Parts in which the length of a way on the surface is measured.
-        const PARTS: usize = 4;
+        let parts = settings.link_parts;
         let (graph, points) = (self.seen.graph(), self.seen.points());
-        let least = 0.5 * self.seen.spacing();
+        let least = settings.min_link * self.seen.spacing();
         let steepest = self.steepest();
         let (mut links, mut limits, mut starts) = (0_usize, Vec::new(), Vec::new());
         for from in 0..points.len() {
@@ -156,7 +126,7 @@ impl Compared<'_> {
                 let to = edge.to as usize;
                 let way = self.wrapped(self.uv[to] - self.uv[from]);
                 let slack = self.distances[from] + self.distances[to];
-                let limit = settings.stretch * points[from].distance(points[to]).max(least);
+                let limit = settings.max_stretch * points[from].distance(points[to]).max(least);
                 let limit = limit + 2.0 * slack;
                 links += 1;
                 if (way.abs() * steepest).element_sum() > limit {
@@ -166,19 +136,19 @@ impl Compared<'_> {
             }
         }
         let at = |(from, way): &(DVec2, DVec2), part: usize| {
-            self.inside_domain(*from + *way * (part as f64 / PARTS as f64))
+            self.inside_domain(*from + *way * (part as f64 / parts as f64))
         };
         let uv: Vec<DVec2> =
-            starts.iter().flat_map(|way| (0..=PARTS).map(move |k| at(way, k))).collect();
+            starts.iter().flat_map(|way| (0..=parts).map(move |k| at(way, k))).collect();
         let mut places = vec![DVec3::ZERO; uv.len()];
         self.surface.evaluate(&uv, &mut places, Outside::Refuse, &mut Silent)?;
         let length =
             |way: &[DVec3]| way.windows(2).map(|ends| ends[0].distance(ends[1])).sum::<f64>();
-        let torn = places.chunks(PARTS + 1).zip(limits).filter(|(way, limit)| length(way) > *limit);
+        let torn = places.chunks(parts + 1).zip(limits).filter(|(way, limit)| length(way) > *limit);
         Ok(share(torn.count() as f64, links as f64))
     }
 
-    /// The largest derivatives by u and v that the control net allows.
+    /// Upper bounds of the derivatives by u and v, from the control net.
     fn steepest(&self) -> DVec2 {
         let ((rows, cols), net) = (self.surface.shape(), self.surface.control_points());
         let bound = |knots: &crate::nurbs::KnotVector, count: usize, step: usize, line: usize| {
@@ -199,19 +169,20 @@ impl Compared<'_> {
         )
     }
 
-    /// The short way round in closed directions.
+    /// A step in the parameters, taken the short way around closed directions.
     fn wrapped(&self, way: DVec2) -> DVec2 {
         let around = |d: usize| if self.closed[d] { way[d] - way[d].round() } else { way[d] };
         DVec2::new(around(0), around(1))
     }
 
+    /// Parameters moved into the domain: wrapped in closed directions, clamped in open ones.
     fn inside_domain(&self, uv: DVec2) -> DVec2 {
         let place =
             |d: usize| if self.closed[d] { uv[d].rem_euclid(1.0) } else { uv[d].clamp(0.0, 1.0) };
         DVec2::new(place(0), place(1))
     }
 
-    /// How far the ends of a tube, where its points end, are drawn together.
+    /// Shrinkage of the ends of a tube below half its median circumference.
     fn pinched(&self, grid: &CellGrid) -> f64 {
         if self.closed != [true, false] {
             return 0.0;
@@ -223,16 +194,17 @@ impl Compared<'_> {
     }
 }
 
-/// Share of neighbouring cells whose normals turn over.
-fn turned(grid: &CellGrid, settings: &TermSettings) -> f64 {
+/// Share of neighboring cells whose normals turn over.
+fn turned_share(grid: &CellGrid, settings: &TermSettings) -> f64 {
     let (mut turned, mut count) = (0.0, 0.0);
     for [a, b] in grid.neighbors() {
         count += 1.0;
-        turned += f64::from(grid.normals[a].dot(grid.normals[b]) < settings.turned);
+        turned += f64::from(grid.normals[a].dot(grid.normals[b]) < settings.max_turned_cosine);
     }
     share(turned, count)
 }
 
+/// A part over the whole; 0 of an empty whole.
 fn share(part: f64, whole: f64) -> f64 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
