@@ -1,6 +1,7 @@
 //! What a user should know about points or a surface: one enum, with stable codes.
 //!
 //! Nothing parses the messages. A program reads the variant, or its [`code`](Diagnostic::code).
+//! In a message, arguments stand between backticks: the command line shows its options instead.
 
 use std::fmt;
 
@@ -143,12 +144,12 @@ impl Cause {
     fn remedy(self) -> &'static str {
         match self {
             Self::MaxControlPoints => {
-                "the net has max_control_points control points: raise max_control_points"
+                "the net has as many control points as allowed: raise `max_control_points`"
             }
-            Self::Grid => "the net is too small: give a larger grid",
-            Self::Points => "the points do not determine a larger net: raise the tolerance",
-            Self::Defects => "closer fits fold or overshoot: raise the tolerance",
-            Self::Noise => "closer fits follow the noise: raise the tolerance",
+            Self::Grid => "the net is too small: give a larger `grid`",
+            Self::Points => "the points do not determine a larger net: raise the `tolerance`",
+            Self::Defects => "closer fits fold or overshoot: raise the `tolerance`",
+            Self::Noise => "closer fits follow the noise: raise the `tolerance`",
         }
     }
 }
@@ -245,33 +246,33 @@ impl Diagnostic {
         match *self {
             Self::Folded { share } => write!(
                 f,
-                "The surface folds over: {} of the neighboring normals turn over. Raise fairness, \
-                 use fewer control points, or give another kind.",
+                "The surface folds over: {} of the neighboring normals turn over. Raise \
+                 `fairness`, use fewer control points, or give another `kind`.",
                 Percent(share)
             ),
             Self::Overshoot { distance, diagonal } => write!(
                 f,
                 "The surface leaves the points' bounding box by {}, which is {} of its diagonal. \
-                 Raise fairness or use fewer control points.",
+                 Raise `fairness` or use fewer control points.",
                 Short(distance),
                 Percent(distance / diagonal)
             ),
             Self::Uncovered { share } => write!(
                 f,
-                "{} of the surface's area has no points near. Give kind 'sheet' if the points lie \
-                 on an open surface.",
+                "{} of the surface's area has no points near. Use `kind=\"sheet\"` if the points \
+                 lie on an open surface.",
                 Percent(share)
             ),
             Self::Torn { share } => write!(
                 f,
-                "{} of the neighboring points are far apart on the surface. Give another kind, or \
+                "{} of the neighboring points are far apart on the surface. Give another `kind`, or \
                  fit parts of the cloud.",
                 Percent(share)
             ),
             Self::KindDoubtful { asked, rms, diagonal } => write!(
                 f,
                 "The points do not look like kind '{asked}': their rms distance from it is {}, \
-                 which is {} of the diagonal. Use kind 'auto' or another one.",
+                 which is {} of the diagonal. Use `kind=\"auto\"` or another one.",
                 Short(rms),
                 Percent(rms / diagonal)
             ),
@@ -316,7 +317,7 @@ impl Diagnostic {
                     Some(component) => write!(f, "Only component {component} was fitted.")?,
                     None => f.write_str("One surface was fitted to all of them.")?,
                 }
-                f.write_str(" Choose with component, or fit each with component 'each'.")
+                f.write_str(" Choose one with `component`, or fit each: `component=\"each\"`.")
             }
             Self::MixedUnits { scale } => {
                 f.write_str("Axes look like mixed units: ")?;
@@ -327,31 +328,31 @@ impl Diagnostic {
                     .collect();
                 f.write_str(&words.join(", "))?;
                 f.write_str(
-                    " for the fit; results are in your units. Give axis_scale to decide it.",
+                    " for the fit; results are in your units. Give `axis_scale` to choose it.",
                 )
             }
             Self::LeftOut { count, points, together } => write!(
                 f,
-                "{count} of {points} points were left out as outliers{}. Turn clean and robust \
-                 off to keep them.",
+                "{count} of {points} points were left out as outliers{}. Use `clean=False` and \
+                 `robust=False` to keep them.",
                 if *together { ", and they lie together" } else { "" }
             ),
             Self::NoData { value, count } => write!(
                 f,
-                "{count} points with the no-data value {value} were left out. Turn clean off to \
-                 keep them."
+                "{count} points with the no-data value {value} were left out. Use \
+                 `clean=False` to keep them."
             ),
             Self::NotSettled { steps, change } => {
                 write!(f, "Training ended after {steps} steps")?;
                 if let Some(change) = change {
                     write!(f, ", while the lattice still moved {} an epoch", Short(*change))?;
                 }
-                f.write_str(". Raise max_steps or min_change.")
+                f.write_str(". Raise `max_steps` or `min_change`.")
             }
             Self::Overlapping { share } => write!(
                 f,
-                "{} of the points overlap along z, so a height field cannot follow them. Use kind \
-                 'sheet' or 'tube'.",
+                "{} of the points overlap along z, so a height field cannot follow them. Use \
+                 `kind=\"sheet\"` or `kind=\"tube\"`.",
                 Percent(*share)
             ),
             _ => Ok(()),

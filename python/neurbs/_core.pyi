@@ -57,6 +57,9 @@ __version__: str
 class NeurbsError(ValueError):
     """Bad input: the message says what must hold, what came, and what to do."""
 
+    argument: str | None
+    """The argument that the error is about, None if it is not about the value of one."""
+
 @final
 class Progress:
     """What a long job is doing at this moment."""

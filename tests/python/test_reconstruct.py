@@ -60,7 +60,7 @@ def test_what_cannot_be_held_is_a_warning(terrain_points: Points) -> None:
     assert result.report.ended_by == "max_control_points"
     (missed,) = (f for f in result.report.diagnostics if f.code == "tolerance-missed")
     assert missed.data["cause"] == "max_control_points"
-    assert "raise max_control_points" in missed.message
+    assert "raise `max_control_points`" in missed.message
 
 
 @pytest.mark.parametrize("kind", ["sheet", "tube", "torus"])
