@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
+from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report
 from neurbs.renamed import missing_attribute
 from neurbs.som import SelfOrganizingMap
@@ -118,14 +119,16 @@ class Reconstruction:
 def scattered(points: ArrayLike) -> NDArray[np.float64]:
     """Return scattered points as the core takes them, and refuse what is something else."""
     if isinstance(points, str | os.PathLike):
-        raise _core.NeurbsError(
-            f"points must be an array, got the path {os.fspath(points)!r}: "
-            "read it with neurbs.read_points"
+        raise argument_error(
+            "points",
+            f"must be an array, got the path {os.fspath(points)!r}: "
+            "read it with neurbs.read_points",
         )
     if _is_ordered(points):
-        raise _core.NeurbsError(
-            f"points must be scattered, of shape (n, 3), got an ordered grid of shape "
-            f"{np.shape(points)}: use NurbsSurface.interpolate or NurbsSurface.approximate"
+        raise argument_error(
+            "points",
+            f"must be scattered, of shape (n, 3), got an ordered grid of shape {np.shape(points)}: "
+            "use NurbsSurface.interpolate or NurbsSurface.approximate",
         )
     return _core.as_points(points)
 

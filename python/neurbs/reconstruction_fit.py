@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, diagnostics
 from neurbs import reconstruction_chunks as chunks
+from neurbs.errors import argument_error
 from neurbs.reconstruction import Reconstruction, scattered, wrapped
 from neurbs.renamed import without_old_keywords
 
@@ -220,7 +221,7 @@ def reconstruct(
     }
     if isinstance(component, str):
         if component != "each":
-            raise _core.NeurbsError(f"component must be a number or 'each', got {component!r}")
+            raise argument_error("component", f"must be a number or 'each', got {component!r}")
         found = _of_each(points, options, progress, start)
     elif isinstance(points, Iterator) or chunks.is_large_map(points):
         found = [_of_chunks(points, options, progress, start)]
@@ -240,7 +241,7 @@ def _of_each(
 ) -> list[Reconstruction]:
     """Fit each component by itself; the first one's time has the search for them."""
     if isinstance(points, Iterator) or chunks.is_large_map(points):
-        raise _core.NeurbsError("component must be left out where points come in chunks")
+        raise argument_error("component", "must be left out where points come in chunks")
     converted = scattered(points)
     kept = _core.clean(converted).kept if options["clean"] else np.arange(len(converted))
     sizes = _core.components(converted[kept], progress=progress).sizes
@@ -271,7 +272,7 @@ def _of_chunks(
     """Fit some of the points, and measure all chunk by chunk."""
     for name in ("weights", "component"):
         if options[name] is not None:
-            raise _core.NeurbsError(f"{name} must be left out where points come in chunks")
+            raise argument_error(name, "must be left out where points come in chunks")
     cloud = chunks.mapped(points)
     sample, places, diagonal = chunks.sampled(cloud)
     fitted = _of_scattered(sample, options, progress, start)

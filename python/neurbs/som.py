@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.errors import argument_error
 from neurbs.som_chunks import ChunkLearner
 from neurbs.som_estimator import Estimator
-from neurbs.som_learned import LearnedMap
+from neurbs.som_trained import TrainedMap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +24,7 @@ Schedule: TypeAlias = float | tuple[Any, ...] | Callable[[float], float]
 """How gain or radius change in time; see `SelfOrganizingMap`."""
 
 
-class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
+class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
     """A lattice of nodes that learns scattered points.
 
     A point moves the node nearest to it, its winner, and the winner's neighbours on the lattice,
@@ -312,10 +313,10 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         map again, to the last bit, with what `partial_fit` has seen of an epoch. A callable
         schedule is kept as the table of its values.
         """
-        from neurbs.som_state import write_state
+        from neurbs.som_archive import write_archive
 
         learned = self._learned()
-        write_state(path, self.get_params(), learned, self._pending, self._drawn)
+        write_archive(path, self.get_params(), learned, self._pending, self._drawn)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SelfOrganizingMap:
@@ -328,9 +329,9 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         OSError
             If it cannot be read.
         """
-        from neurbs.som_state import read_state
+        from neurbs.som_archive import read_archive
 
-        parameters, learned, pending, drawn = read_state(path)
+        parameters, learned, pending, drawn = read_archive(path)
         som = cls(**parameters)
         som._map, som._pending, som._drawn = learned, pending, drawn
         return som
@@ -344,11 +345,11 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         if isinstance(self.lattice, Lattice):
             return self.lattice
         if not isinstance(self.lattice, str) or self.lattice not in ("quad", "triangular"):
-            raise _core.NeurbsError(
-                f"lattice must be 'quad', 'triangular' or a Lattice, got {self.lattice!r}"
+            raise argument_error(
+                "lattice", f"must be 'quad', 'triangular' or a Lattice, got {self.lattice!r}"
             )
         if self.topology is None:
-            raise _core.NeurbsError("topology must be 'sheet', 'tube' or 'torus', got None")
+            raise argument_error("topology", "must be 'sheet', 'tube' or 'torus', got None")
         return Lattice.grid(self.rows, self.cols, cells=self.lattice, topology=self.topology)
 
     def _options(self) -> dict[str, Any]:

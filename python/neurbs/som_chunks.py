@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs.som_source import Draws, Source
+from neurbs.errors import argument_error
+from neurbs.som_stream import PointStream, Source
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -115,12 +116,12 @@ class ChunkLearner:
         >>> som.codebook_.shape
         (10, 10, 3)
         """
-        draws = Draws(source, self.seed)
+        draws = PointStream(source, self.seed)
         first = _core.as_points(draws(_FIRST_POINTS))
         if len(first) != _FIRST_POINTS:
-            raise _core.NeurbsError(
-                f"sampler must be a source of as many points as asked for, {_FIRST_POINTS}, "
-                f"got {len(first)}"
+            raise argument_error(
+                "sampler",
+                f"must return as many points as requested, {_FIRST_POINTS}, got {len(first)}",
             )
         self._start(first, chunks=True)
         return self._draw(draws, progress, observer)
@@ -141,13 +142,13 @@ class ChunkLearner:
             raise _core.NeurbsError(
                 "resume_distribution must be called after fit_distribution, got no distribution yet"
             )
-        draws = Draws(source, self.seed)
+        draws = PointStream(source, self.seed)
         draws.go_to(self._drawn)
         return self._draw(draws, progress, observer)
 
     def _draw(
         self,
-        draws: Draws,
+        draws: PointStream,
         progress: Callable[[_core.Progress], object] | None,
         observer: Callable[[_core.Epoch], object] | None,
     ) -> Self:

@@ -1,6 +1,7 @@
 """What several tests start from."""
 
 import inspect
+import json
 import os
 import signal
 import subprocess
@@ -10,12 +11,14 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import neurbs
+from neurbs import cli
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and so all processes that
 # they start and interrupt.
@@ -155,3 +158,30 @@ def random_surface() -> SurfaceMaker:
         return neurbs.NurbsSurface(rng.uniform(-1, 1, (*shape, 3)), weights, degree, vectors)
 
     return make
+
+
+class Outcome:
+    """Exit code and output of a command that ran within this process."""
+
+    def __init__(self, code: object, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    def json(self) -> Any:
+        """Return the one JSON document on stdout; NaN and infinities are not JSON."""
+
+        def refuse(name: str) -> None:
+            pytest.fail(f"{name} is not JSON")
+
+        return json.loads(self.out, parse_constant=refuse)
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Return a function that runs a command line within this process, faster than a new one."""
+
+    def run(*arguments: str | Path) -> Outcome:
+        with pytest.raises(SystemExit) as leaving:
+            cli.main(list(map(str, arguments)))
+        return Outcome(leaving.value.code, *capsys.readouterr())
+
+    return run

@@ -1,4 +1,4 @@
-"""Clouds that earlier versions got wrong, and the property that must hold for each."""
+"""Clouds that earlier versions got wrong, and the property that must have for each."""
 
 import itertools
 import os

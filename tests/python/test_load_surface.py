@@ -156,7 +156,7 @@ def test_several_surfaces_of_geomdl(tmp_path: Path) -> None:
         several.add(neurbs.to_geomdl(wavy(rational=rational)))
     exchange.export_json(several, str(tmp_path / "a.json"))
     assert len(neurbs.load_surfaces(tmp_path / "a.json")) == 2
-    with pytest.raises(NeurbsError, match=r"must hold one surface, got 2: .* load_surfaces"):
+    with pytest.raises(NeurbsError, match=r"must have one surface, got 2: .* load_surfaces"):
         neurbs.load_surface(tmp_path / "a.json")
 
 
@@ -280,7 +280,7 @@ def test_a_truncated_file_is_refused(
     [
         (lambda d: d.pop("shape"), "must be a surface as geomdl writes it, but 'shape' is missing"),
         (lambda d: d["shape"].update(type="curve"), "shape of type 'surface', got 'curve'"),
-        (lambda d: d["shape"].update(data=[]), "must hold at least one surface, but holds none"),
+        (lambda d: d["shape"].update(data=[]), "must have at least one surface, but holds none"),
         (lambda d: d["shape"]["data"][0].pop("degree_u"), "but 'degree_u' is missing"),
         (lambda d: d["shape"]["data"][0].update(size_u=4), "cannot reshape array"),
         (lambda d: d["shape"]["data"][0].update(knotvector_u=[0, 1]), "knot"),

@@ -201,7 +201,7 @@ def test_a_result_shows_its_deviation(result: Reconstruction) -> None:
     ("options", "message"),
     [
         ({"color": "red"}, "color must be one of height, deviation, .*, got 'red'"),
-        ({"color": "deviation"}, "color='deviation' must have points"),
+        ({"color": "deviation"}, "color must not be 'deviation' without points"),
         ({"tolerance": 0.0}, "tolerance must be positive and finite, got 0"),
         ({"tolerance": np.nan}, "tolerance must be positive and finite, got nan"),
         ({"backend": "vtk"}, "backend must be 'matplotlib' or 'pyvista', got 'vtk'"),
@@ -241,9 +241,9 @@ def test_a_map_is_drawn_with_its_edges(result: Reconstruction) -> None:
 
 
 def test_cells_are_coloured(result: Reconstruction) -> None:
-    assert legend(result.som.plot(color="u-matrix")) == "mean distance to the neighbours"
+    assert legend(result.som.plot(color="u-matrix")) == "mean distance to the neighbors"
     assert legend(result.som.plot(result.points, color="hits")) == "points nearest to a node"
-    with pytest.raises(NeurbsError, match="must have points to count"):
+    with pytest.raises(NeurbsError, match="color must not be 'hits' without points"):
         result.som.plot(color="hits")
     with pytest.raises(NeurbsError, match="color must be one of u-matrix, hits, got 'height'"):
         result.som.plot(color="height")
@@ -253,7 +253,7 @@ def test_a_graph_is_drawn(square: NDArray[np.float64]) -> None:
     ring = neurbs.Lattice.graph(20, [(i, (i + 1) % 20) for i in range(20)])
     som = neurbs.SelfOrganizingMap(lattice=ring).fit(square)
     assert som.plot().texts[0].get_text() == "20 nodes"
-    with pytest.raises(NeurbsError, match="must have a lattice with cells, got a graph"):
+    with pytest.raises(NeurbsError, match="color must be None for a graph"):
         som.plot(color="u-matrix")
 
 

@@ -101,9 +101,9 @@ def test_any_encoding_will_do(tmp_path: Path, encoding: str) -> None:
         ("4\n1 2 3\n", "line 1 must have columns x, y and z .* got column 1 only, '4'"),
         ("no,x,y,z\n1,2,3\n", "line 2 must have 4 columns, as the header in line 1 has, got 3"),
         ("x y z\n" + "m" * 99 + " 2 3\n", "line 2, column 1 .* got 'm{39}…'"),
-        ("", "must hold at least one point, but the file is empty"),
-        ("\n# only comments\n", "must hold at least one point, but the file is empty"),
-        ("# c\nx y z\n", "must hold at least one point, but ends after the header in line 2"),
+        ("", "must have at least one point, but the file is empty"),
+        ("\n# only comments\n", "must have at least one point, but the file is empty"),
+        ("# c\nx y z\n", "must have at least one point, but ends after the header in line 2"),
     ],
 )
 def test_a_damaged_table_is_located(tmp_path: Path, text: str, message: str) -> None:
@@ -129,7 +129,7 @@ def test_obj_gives_its_vertices_in_order(tmp_path: Path) -> None:
     [
         ("v 1 2 3\nf 1 1 1\nv 1 b 3\n", "line 3, column 3 must be a finite number, got 'b'"),
         ("v 1 2 3\nv 1 2\n", "line 2 must have 4 columns, as line 1 has, got 3"),
-        ("f 1 2 3\n", "must hold at least one point, but has no 'v' line"),
+        ("f 1 2 3\n", "must have at least one point, but has no 'v' line"),
     ],
 )
 def test_a_damaged_obj_is_located(tmp_path: Path, text: str, message: str) -> None:
@@ -257,11 +257,11 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
     [
         (ply("ascii", b"0 1 2 3\n0 1 b 3\n0 1 2 3\n"), "line 11, column 3 must .* got 'b'"),
         (ply("ascii", b"0 1 2 3\n0 1 2\n0 1 2 3\n"), "line 11 must have 4 columns, as line 10 has"),
-        (ply("ascii", b"0 1 2 3\n0 4 5 6\n"), "must hold 3 points, .* cut short after 2"),
-        (ply("ascii", b""), "must hold 3 points, as the file says, but is cut short after 0"),
-        (ply("binary_little_endian", vertices("<")[:-1]), "must hold 3 points, .* after 2"),
-        (ply("binary_little_endian", b"", count=10**14), "must hold 10{14} points, .* after 0"),
-        (ply("ascii", b"", count=0), "must hold at least one point, but has 0 vertices"),
+        (ply("ascii", b"0 1 2 3\n0 4 5 6\n"), "must have 3 points, .* cut short after 2"),
+        (ply("ascii", b""), "must have 3 points, as the file says, but is cut short after 0"),
+        (ply("binary_little_endian", vertices("<")[:-1]), "must have 3 points, .* after 2"),
+        (ply("binary_little_endian", b"", count=10**14), "must have 10{14} points, .* after 0"),
+        (ply("ascii", b"", count=0), "must have at least one point, but has 0 vertices"),
         (
             ply("ascii", b"").replace(b"double z", b"double w"),
             "vertices must have properties x, y and z and no lists",
@@ -357,11 +357,11 @@ def test_columns_are_found_by_what_is_written_above(
 
 def test_a_header_without_coordinates_asks_for_columns(tmp_path: Path) -> None:
     path = written(tmp_path / "p.csv", "id,time,x,y\n1,2,3,4\n")
-    with pytest.raises(NeurbsError, match=r"header in line 1 must name x, y and z, .* columns="):
+    with pytest.raises(NeurbsError, match=r"header in line 1 must name x, y and z, .* `columns`"):
         neurbs.read_points(path)
     assert neurbs.read_points(path, columns=["x", "y"]).tolist() == [[3, 4, 0]]
     path = written(tmp_path / "q.csv", "name,a,b\nfirst,1,2\n")
-    with pytest.raises(NeurbsError, match=r"line 2, column 1 .* got 'first': say with columns="):
+    with pytest.raises(NeurbsError, match=r"line 2, column 1 .* got 'first': choose .* `columns`"):
         neurbs.read_points(path)
 
 
@@ -405,7 +405,7 @@ def test_pts_of_several_scans(tmp_path: Path) -> None:
     assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
     assert cloud.colors is not None
     assert cloud.colors.tolist() == [[10, 20, 30], [1, 2, 3], [255, 255, 255]]
-    with pytest.raises(NeurbsError, match=r"must hold 3 points, .* but is cut short after 2"):
+    with pytest.raises(NeurbsError, match=r"must have 3 points, .* but is cut short after 2"):
         neurbs.read_points(written(tmp_path / "p.pts", text.replace("\n7 8 9 0 255 255 255", "")))
     assert neurbs.read_points(written(tmp_path / "p.pts", "1 2 3\n")).tolist() == [[1, 2, 3]]
     with pytest.raises(NeurbsError, match="must have columns x, y and z"):

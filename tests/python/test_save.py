@@ -22,7 +22,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 import neurbs
 from neurbs import NeurbsError, NurbsSurface, Reconstruction
 from neurbs.io import check_target
-from neurbs.io.replacement import replacement
+from neurbs.io.atomic_write import atomic_write
 
 MESHES = (".obj", ".ply", ".glb", ".stl", ".vtp", ".off")
 SURFACES = (".step", ".stp", ".igs", ".iges", ".3dm", ".json")
@@ -269,7 +269,7 @@ def test_permissions_are_those_of_any_new_file(
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 def test_a_failure_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
     path = existing(tmp_path / "a.txt")
-    with pytest.raises(error), replacement(path) as new:  # noqa: PT012
+    with pytest.raises(error), atomic_write(path) as new:  # noqa: PT012
         Path(new).write_text("half")
         raise error
     assert path.read_text() == "before"

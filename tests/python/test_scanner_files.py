@@ -179,10 +179,10 @@ def test_pcd_with_normals_and_padding(tmp_path: Path) -> None:
         ("DATA ascii", "DATA morse", "must start with a PCD header"),
         ("POINTS 2", "POINTS -2", "must start with a PCD header"),
         ("DATA ascii\n", "", "must start with a PCD header"),
-        ("POINTS 2", "POINTS 3", "must hold 3 points, as the file says, but is cut short after 2"),
+        ("POINTS 2", "POINTS 3", "must have 3 points, as the file says, but is cut short after 2"),
         ("4 5 6", "4 b 6", r"line 13, column 2 must be a finite number, got 'b'"),
         ("1.5 2 3", "1.5 2", r"line 12 must have 9 columns, got 8"),
-        ("DATA ascii", "DATA binary_compressed", "must hold 2 compressed points"),
+        ("DATA ascii", "DATA binary_compressed", "must have 2 compressed points"),
         ("1.5 2 3 0 0 1 658188 0 0\n4 5 6 0 1 0 0 0 0\n", "", "cut short after 0"),
     ],
 )
@@ -197,7 +197,7 @@ def test_a_damaged_pcd_is_refused(tmp_path: Path, old: str, new: str, message: s
 def test_a_count_beyond_all_memory_is_cut_short(tmp_path: Path) -> None:
     path = tmp_path / "a.pcd"
     path.write_text(PCD.replace("POINTS 2", f"POINTS {10**15}").replace("ascii", "binary"))
-    with pytest.raises(NeurbsError, match=r"must hold 10{15} points, .* cut short after"):
+    with pytest.raises(NeurbsError, match=r"must have 10{15} points, .* cut short after"):
         neurbs.read_points(path)
     write_las(tmp_path / "a.las", survey(9))
     content = bytearray((tmp_path / "a.las").read_bytes())
@@ -240,9 +240,9 @@ def test_an_esri_grid_as_rasterio_reads_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (ESRI + "1 2 3\n4 5\n", "must hold 6 points, .* cut short after 5"),
-        (ESRI + "1 2 3 4 5 6 7\n", "must hold 6 points, .* but holds 7"),
-        (ESRI + "1 2 3\n4 b 6\n", "line 8 must hold numbers, got 'b'"),
+        (ESRI + "1 2 3\n4 5\n", "must have 6 points, .* cut short after 5"),
+        (ESRI + "1 2 3 4 5 6 7\n", "must have 6 points, .* but holds 7"),
+        (ESRI + "1 2 3\n4 b 6\n", "line 8 must have numbers, got 'b'"),
         (ESRI + "-9999 " * 6, "at least one point, but all 6 are not finite or not measured"),
         (ESRI.replace("cellsize 10", "size 10"), "must start with ncols, nrows, xllcorner"),
         (ESRI.replace("nrows 2", "nrows b"), "must start with ncols, nrows, xllcorner"),

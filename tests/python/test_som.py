@@ -301,7 +301,7 @@ def test_an_interrupted_distribution_goes_on_to_the_same_bits(
             with pytest.raises(OSError, match="sensor"):
                 som.fit_distribution(broken)
         else:
-            with pytest.raises(neurbs.NeurbsError, match="chunks must hold"):
+            with pytest.raises(neurbs.NeurbsError, match="chunks must have"):
                 som.fit_distribution(sheet(777, seed) for seed in range(20))
         assert 0 < som.n_iter_ < expected.n_iter_
         som.save(tmp_path / "map.npz")
@@ -377,14 +377,14 @@ def test_distributions_from_samplers_and_chunks() -> None:
     chunks = (sheet(777, seed) for seed in range(10_000))
     som = SelfOrganizingMap(8, 8, epochs=10).fit_distribution(chunks)
     assert som.quantization_error(sheet()) < 0.06
-    with pytest.raises(neurbs.NeurbsError, match=r"chunks must hold at least \d+ points"):
+    with pytest.raises(neurbs.NeurbsError, match=r"chunks must have at least \d+ points"):
         SelfOrganizingMap(8, 8, epochs=10).fit_distribution(sheet(777, s) for s in range(20))
 
 
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        (lambda count, rng: sheet(count - 1), "sampler must be a source of as many points"),
+        (lambda count, rng: sheet(count - 1), "sampler must return as many points as requested"),
         (lambda count, rng: sheet(count) * np.nan, "points must be finite"),
         (lambda count, rng: "rubbish", "points must be real numbers"),
         (lambda count, rng: np.zeros((count, 3)), "points must differ"),

@@ -4,10 +4,10 @@ The suffix of a path picks the format, in any case of its letters. Heavy librari
 where they are used, so that importing this package costs nothing.
 """
 
-from neurbs.io.files import WRITABLE, check_target, save
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.points import READABLE, check_source, read_point_cloud, read_points
-from neurbs.io.surfaces import LOADABLE, load_surface, load_surfaces
+from neurbs.io.point_readers import READABLE, check_source, read_point_cloud, read_points
+from neurbs.io.surface_readers import LOADABLE, load_surface, load_surfaces
+from neurbs.io.writers import WRITABLE, check_target, save
 
 __all__ = [
     "LOADABLE",

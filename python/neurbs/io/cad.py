@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
+from neurbs.extras import require_for_file
 from neurbs.interop import from_opencascade
-from neurbs.io.extras import imported
 from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import symbol
 
@@ -31,7 +31,7 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
 
 def read_cad(path: Path) -> SurfaceFile:
     """Read the surface of each face, in the file's unit."""
-    imported(path, "OCP")
+    require_for_file(path, "OCP")
     with _quiet():
         reader, unit = (_step if path.suffix.lower() in _STEP else _iges)(path)
         reader.TransferRoots()

@@ -6,8 +6,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from neurbs.io.binary import row_blocks
 from neurbs.io.point_cloud import PointCloud
+from neurbs.io.row_blocks import row_blocks
 
 
 def write_csv(cloud: PointCloud, path: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -21,7 +21,7 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 def read_e57(path: Path, request: Request) -> PointSource:
     """Read the points of all scans, in their common frame."""
-    pye57 = imported(path, "pye57")
+    pye57 = require_for_file(path, "pye57")
 
     def damaged(error: Exception) -> NeurbsError:
         return NeurbsError(f"{path}: must be a whole E57 file, but is damaged: {error}")

@@ -45,7 +45,7 @@ def read_json(path: Path) -> SurfaceFile:
     try:
         shape = document["shape"]
         if shape["type"] != "surface":
-            raise NeurbsError(f"{path}: must hold a shape of type 'surface', got {shape['type']!r}")
+            raise NeurbsError(f"{path}: must have a shape of type 'surface', got {shape['type']!r}")
         items = shape["data"]
         surfaces = [_surface(path, item) for item in items]
         trimmed = sum(bool(item.get("trims")) for item in items)

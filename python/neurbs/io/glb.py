@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError
-from neurbs.io.binary import blocks_of, bounds, write_blocks
+from neurbs.io.row_blocks import blocks_of, bounds, write_blocks
 from neurbs.io.single_precision import check_single_precision
 
 if TYPE_CHECKING:

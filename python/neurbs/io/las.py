@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
 from neurbs.io.units import symbol
 
@@ -18,10 +18,10 @@ _COLORS = ("red", "green", "blue")
 
 def read_las(path: Path, request: Request) -> PointSource:
     """Read all returns."""
-    laspy = imported(path, "laspy")
+    laspy = require_for_file(path, "laspy")
     if request.attributes:
         # Without it, laspy knows no reference system at all.
-        imported(path, "pyproj")
+        require_for_file(path, "pyproj")
     damaged = NeurbsError(f"{path}: must be a whole LAS file, but is damaged or cut short")
     try:
         with laspy.open(path) as file:

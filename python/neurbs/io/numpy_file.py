@@ -80,7 +80,7 @@ def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:
     elif array.ndim != 2 or array.shape[1] not in (2, 3) or not len(array):
         raise NeurbsError(
             f"{path}: points must be an array of shape (n, 3) or (n, 2) with n ≥ 1, "
-            f"got shape {array.shape}: save such a one, or say with columns= which are coordinates"
+            f"got shape {array.shape}: save it so, or choose the coordinates with `columns`"
         )
     else:
         places = list(range(array.shape[1]))

@@ -22,7 +22,7 @@ def read_obj(path: Path, request: Request) -> PointSource:
 
     first = next(rows(), None)
     if first is None:
-        raise NeurbsError(f"{path}: must hold at least one point, but has no 'v' line")
+        raise NeurbsError(f"{path}: must have at least one point, but has no 'v' line")
     # Column 0 is the 'v' itself. A weight or a colour may follow the coordinates.
     colored = request.attributes and len(first[1].split()) == _WITH_COLORS
     colors = (4, 5, 6) if colored else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from neurbs.io.binary import blocks_of
+from neurbs.io.row_blocks import blocks_of
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh

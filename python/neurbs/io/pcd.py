@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
 from neurbs.io.table import Layout, open_text, read_blocks, shown
 
@@ -57,7 +57,7 @@ def read_pcd(path: Path, request: Request) -> PointSource:
     if header.missing(_AXES):
         raise NeurbsError(f"{path}: must have fields x, y and z, got {' '.join(header.names)}")
     if header.encoding == "binary_compressed":
-        lzf = imported(path, "lzf")
+        lzf = require_for_file(path, "lzf")
     tables = {
         "ascii": lambda: _ascii(path, header),
         "binary": lambda: _binary(path, header),
@@ -160,7 +160,7 @@ def _compressed(path: Path, header: _Header, lzf: Any) -> Iterator[_Fields]:
             data = lzf.decompress(packed, expected)
     if data is None or len(data) != expected:
         raise NeurbsError(
-            f"{path}: must hold {header.points} compressed points, as its header says, "
+            f"{path}: must have {header.points} compressed points, as its header says, "
             "but is damaged or cut short"
         )
     fields, start = {}, 0

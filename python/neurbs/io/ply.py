@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.binary import write_rows
 from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, whole
+from neurbs.io.row_blocks import write_rows
 from neurbs.io.table import Layout, open_text, read_blocks, shown
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def read_ply(path: Path, request: Request) -> PointSource:
             f"{path}: vertices must have properties x, y and z and no lists, but have {axes}{lists}"
         )
     if vertex.count == 0:
-        raise NeurbsError(f"{path}: must hold at least one point, but has 0 vertices")
+        raise NeurbsError(f"{path}: must have at least one point, but has 0 vertices")
     layout = Layout(
         points,
         vertex.columns(_NORMALS) if request.attributes else (),

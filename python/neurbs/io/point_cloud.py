@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.errors import argument_error
 
 BLOCK = 1 << 16
 """Rows that are worked on at once: little memory, and Ctrl-C is soon heard."""
@@ -70,7 +71,9 @@ class PointCloud:
         """Bring what users give into arrays of the right types, and check their shapes."""
         points = np.ascontiguousarray(self.points, np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
-            raise NeurbsError(f"points must be an array of shape (n, 3), got shape {points.shape}")
+            raise argument_error(
+                "points", f"must be an array of shape (n, 3), got shape {points.shape}"
+            )
         object.__setattr__(self, "points", points)
         shapes = {"normals": points.shape, "colors": points.shape, "distances": points.shape[:1]}
         for name, shape in shapes.items():
@@ -191,7 +194,7 @@ def whole(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:
         yield block
     if got != count:
         but = "is cut short after" if got < count else "holds"
-        raise NeurbsError(f"{path}: must hold {count} points, as the file says, but {but} {got}")
+        raise NeurbsError(f"{path}: must have {count} points, as the file says, but {but} {got}")
 
 
 @dataclass

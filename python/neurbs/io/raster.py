@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
 from neurbs.io.table import open_text
 from neurbs.io.text import read_text
@@ -26,8 +26,8 @@ _HEAD = 6
 
 def read_geotiff(path: Path, request: Request) -> PointSource:
     """Read the cells that have data; the value of the one band is z."""
-    rasterio = imported(path, "rasterio")
-    windows = imported(path, "rasterio.windows")
+    rasterio = require_for_file(path, "rasterio")
+    windows = require_for_file(path, "rasterio.windows")
     damaged = NeurbsError(f"{path}: must be a whole GeoTIFF, but is damaged or cut short")
     try:
         with _opened(rasterio, path) as file:
@@ -128,4 +128,4 @@ def _number(path: Path, line: int, word: str) -> float:
     try:
         return float(word)
     except ValueError:
-        raise NeurbsError(f"{path}: line {line} must hold numbers, got {word!r}") from None
+        raise NeurbsError(f"{path}: line {line} must have numbers, got {word!r}") from None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError, NurbsSurface
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.surface_file import SurfaceFile
 
 _UNITS = {
@@ -28,7 +28,7 @@ _VERSION = 7
 
 def write_3dm(surface: NurbsSurface, path: str, unit: str | None = None) -> None:
     """Write a surface, with all digits; its knots become clamped."""
-    rhino3dm = imported(Path(path), "rhino3dm")
+    rhino3dm = require_for_file(Path(path), "rhino3dm")
     surface = surface.clamped()
     rows, cols = surface.control_points.shape[:2]
     p, q = surface.degree
@@ -52,7 +52,7 @@ def write_3dm(surface: NurbsSurface, path: str, unit: str | None = None) -> None
 
 def read_3dm(path: Path) -> SurfaceFile:
     """Read all surfaces, those of the faces of solids among them."""
-    rhino3dm = imported(path, "rhino3dm")
+    rhino3dm = require_for_file(path, "rhino3dm")
     model = rhino3dm.File3dm.Read(str(path))
     if model is None:
         raise NeurbsError(f"{path}: must be a whole file of Rhino, but is damaged or cut short")

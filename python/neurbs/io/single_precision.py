@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.binary import blocks_of, bounds
+from neurbs.io.row_blocks import blocks_of, bounds
 
 _VISIBLE_ROUNDING = 1e-6
 """Share of a mesh's diagonal by which single precision may move a vertex without a warning.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from neurbs.io.binary import blocks_of, write_rows
+from neurbs.io.row_blocks import blocks_of, write_rows
 from neurbs.io.single_precision import check_single_precision
 
 if TYPE_CHECKING:

@@ -216,9 +216,9 @@ def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: 
 def _wrong_field(path: Path, number: int, column: int, field: str) -> NeurbsError:
     hint = ""
     if is_number(field) or field.lower() in _MISSING:
-        hint = ': remove or repair the line, or leave such lines out with nan="drop"'
+        hint = ': remove or repair the line, or leave it out with `nan="drop"`'
     elif field.replace("_", "").isalpha():
-        hint = ": say with columns= which columns hold the coordinates"
+        hint = ": choose the coordinates with `columns`"
     got = shown(field) if field else "nothing"
     return NeurbsError(
         f"{path}: line {number}, column {column + 1} must be a finite number, got {got}{hint}"

@@ -9,9 +9,9 @@ from itertools import islice
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.header import Header
 from neurbs.io.point_cloud import PointSource, Request, whole
 from neurbs.io.table import Layout, Rows, is_number, open_text, read_blocks, shown, split
+from neurbs.io.table_header import Header
 
 _COMMENT = re.compile("#|//")
 
@@ -90,7 +90,7 @@ def _table(path: Path, request: Request) -> _Table:
     rows = data_rows(path)
     number, text = next(rows, (0, ""))
     if not text:
-        raise NeurbsError(f"{path}: must hold at least one point, but the file is empty")
+        raise NeurbsError(f"{path}: must have at least one point, but the file is empty")
     if not _is_header(text):
         cut = _cut(text)
         named = Header.of(split(_comment_above(path, number), cut.separator), number)
@@ -101,7 +101,7 @@ def _table(path: Path, request: Request) -> _Table:
     number, text = next(rows, (0, ""))
     if not text:
         raise NeurbsError(
-            f"{path}: must hold at least one point, "
+            f"{path}: must have at least one point, "
             f"but ends after the header in line {header_number}"
         )
     header = Header.of(split(names, _cut(text).separator), header_number)

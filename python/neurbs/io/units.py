@@ -1,6 +1,7 @@
 """Units of length, as files name them."""
 
-from neurbs._core import LENGTH_UNITS, NeurbsError
+from neurbs._core import LENGTH_UNITS
+from neurbs.errors import argument_error
 
 _SYMBOLS = {
     "millimetre": "mm", "millimeter": "mm", "millimeters": "mm",
@@ -31,4 +32,4 @@ def check_unit(unit: str | None) -> None:
     """
     if unit is not None and unit not in LENGTH_UNITS:
         known = " or ".join(map(repr, LENGTH_UNITS))
-        raise NeurbsError(f"unit must be {known}, got {unit!r}")
+        raise argument_error("unit", f"must be {known}, got {unit!r}")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 from neurbs.io.vtk_legacy import check_whole
 
@@ -26,8 +26,8 @@ def read_vtk(path: Path, request: Request) -> PointSource:
     module, name = _READERS[path.suffix.lower()]
     if path.suffix.lower() == ".vtk":
         check_whole(path)
-    reader = getattr(imported(path, module), name)()
-    to_numpy = imported(path, "vtkmodules.util.numpy_support").vtk_to_numpy
+    reader = getattr(require_for_file(path, module), name)()
+    to_numpy = require_for_file(path, "vtkmodules.util.numpy_support").vtk_to_numpy
     reader.SetFileName(str(path))
     if (complaints := _run(path, reader)) or reader.GetOutputDataObject(0) is None:
         raise NeurbsError(
@@ -62,7 +62,7 @@ def read_vtk(path: Path, request: Request) -> PointSource:
 
 def _run(path: Path, reader: Any) -> str:
     """Run a reader; return its first complaint, which VTK would print and go on."""
-    core = imported(path, "vtkmodules.vtkCommonCore")
+    core = require_for_file(path, "vtkmodules.vtkCommonCore")
     window, before = core.vtkStringOutputWindow(), core.vtkOutputWindow.GetInstance()
     logger = core.vtkLogger
     core.vtkOutputWindow.SetInstance(window)

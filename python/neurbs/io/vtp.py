@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs.io.binary import blocks_of, row_blocks, write_blocks
+from neurbs.io.row_blocks import blocks_of, row_blocks, write_blocks
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh

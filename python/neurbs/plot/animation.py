@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
 from neurbs._core import NeurbsError
+from neurbs.errors import argument_error
 from neurbs.extras import require
-from neurbs.io.replacement import replacement
-from neurbs.plot.frame import INK, Frame, add_panel, new_figure, sample
-from neurbs.plot.scene import draw_lines, draw_points
+from neurbs.io.atomic_write import atomic_write
+from neurbs.plot.axes_box import INK, AxesBox, add_panel, new_figure, sample
+from neurbs.plot.matplotlib_scene import draw_lines, draw_points
 
 if TYPE_CHECKING:
     from neurbs import SelfOrganizingMap
@@ -89,14 +90,14 @@ def animate(
     require("matplotlib", "films")
     path = Path(path)
     if not 1 <= seconds <= 60:
-        raise NeurbsError(f"seconds must be between 1 and 60, got {seconds}")
+        raise argument_error("seconds", f"must be between 1 and 60, got {seconds}")
     writer = _writer(path)
     points = _core.as_points(points)
     epochs, lattices = _train(som, points)
     edges = np.array(som.lattice_.edges)
     figure = new_figure(_SIDE, _SIDE, _DPI)
-    frame = Frame.around(points, *lattices)
-    axes = add_panel(figure, frame, "", 0.0, 0.95)
+    box = AxesBox.around(points, *lattices)
+    axes = add_panel(figure, box, "", 0.0, 0.95)
     draw_points(axes, points[sample(len(points), _MOST_POINTS)])
     lines = draw_lines(axes, lattices[0][edges], float(np.clip(24 / len(edges) ** 0.5, 0.4, 1.1)))
     caption = figure.text(0.5, 0.92, "", ha="center", size=13, color=INK)
@@ -115,7 +116,7 @@ def animate(
             still = 0.0 if path.suffix.lower().startswith(".htm") else _STILL
             for _ in range(round(still * _FRAMES_A_SECOND)):
                 writer.grab_frame()
-        with replacement(path) as new:
+        with atomic_write(path) as new:
             shutil.copyfile(film, new)
     return som
 

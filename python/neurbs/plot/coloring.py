@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs._core import NeurbsError
-from neurbs.plot.frame import INK, number, view
+from neurbs.errors import argument_error
+from neurbs.plot.axes_box import INK, number, view
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
@@ -119,7 +119,7 @@ def coloring(
         measure the deviation of.
     """
     if tolerance is not None and not 0 < tolerance < np.inf:
-        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+        raise argument_error("tolerance", f"must be positive and finite, got {tolerance}")
     if color == "height":
         z = surface.evaluate_grid(u, v)[..., 2]
         return Coloring(z, z.min(), max(z.max(), z.min() + 1e-300), HEIGHTS, "")
@@ -127,7 +127,7 @@ def coloring(
         return Coloring(_stripes(surface, u, v), 0.0, 1.0, ("#15191d", "#fbfbf8"), "")
     if color == "deviation":
         if deviation is None:
-            raise NeurbsError("color='deviation' must have points to measure, got none")
+            raise argument_error("color", "must not be 'deviation' without points")
         values = deviation.over_surface(surface, u, v)
         limit = tolerance or _limit(values)
         label = f"deviation, {unit or 'in the unit of the points'} (local mean)"
@@ -137,7 +137,7 @@ def coloring(
         limit, power = _limit(values), "²" if color == "gaussian" else ""
         label = f"{'Gaussian' if power else 'mean'} curvature, 1/{unit or 'unit'}{power}"
         return Coloring(values, -limit, limit, SIDES, label)
-    raise NeurbsError(f"color must be one of {', '.join(COLORS)}, got {color!r}")
+    raise argument_error("color", f"must be one of {', '.join(COLORS)}, got {color!r}")
 
 
 def _limit(values: NDArray[np.float64]) -> float:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
-from neurbs.io.replacement import replacement
+from neurbs.errors import argument_error
+from neurbs.io.atomic_write import atomic_write
+from neurbs.plot.axes_box import AxesBox, add_panel, new_figure
 from neurbs.plot.coloring import Coloring
-from neurbs.plot.frame import Frame, add_panel, new_figure
-from neurbs.plot.scene import POINT, draw_lines, draw_net, draw_points, draw_surface
+from neurbs.plot.matplotlib_scene import POINT, draw_lines, draw_net, draw_points, draw_surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,7 +85,7 @@ def plot_reconstruction(
     """
     deviation = Deviation.of_result(result) if color == "deviation" else None
     if _is_pyvista(backend):
-        from neurbs.plot.vista import surface_plotter
+        from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
             result.surface,
@@ -96,19 +96,19 @@ def plot_reconstruction(
             unit=unit,
             isolines=isolines,
         )
-    frame = Frame.around(result.points, result.mesh.vertices)
-    figure = new_figure(2 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
+    box = AxesBox.around(result.points, result.mesh.vertices)
+    figure = new_figure(2 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
     lattice = result.som.codebook_
     share = _PANEL / figure.get_figwidth()
     title = f"{len(result.points):,} points, {_size(lattice)} lattice"
-    left = add_panel(figure, frame, title, 0.0, share)
+    left = add_panel(figure, box, title, 0.0, share)
     draw_points(left, result.points)
     draw_net(left, lattice)
     surface = result.surface
-    right = add_panel(figure, frame, _surface_title(surface), share, share)
+    right = add_panel(figure, box, _surface_title(surface), share, share)
     scale = draw_surface(
         right,
-        frame,
+        box,
         surface,
         color,
         points=result.points if color == "height" else None,
@@ -176,7 +176,7 @@ def plot_surface(
     needed = color == "deviation" and cloud is not None
     deviation = Deviation.of(surface, cloud) if needed and cloud is not None else None
     if _is_pyvista(backend):
-        from neurbs.plot.vista import surface_plotter
+        from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
             surface,
@@ -192,13 +192,13 @@ def plot_surface(
     drawn = [surface.tessellate(shape=(60, 60)).vertices]
     drawn += [net.reshape(-1, 3)] if control_net else []
     drawn += [] if cloud is None else [cloud]
-    frame = Frame.around(*drawn)
-    figure = new_figure(1.1 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
+    box = AxesBox.around(*drawn)
+    figure = new_figure(1.1 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, frame, _surface_title(surface), 0.0, share)
+    axes = add_panel(figure, box, _surface_title(surface), 0.0, share)
     scale = draw_surface(
         axes,
-        frame,
+        box,
         surface,
         color,
         points=cloud,
@@ -225,7 +225,7 @@ def plot_map(
     points : array_like of shape (n, 3), optional
         Points to draw with it.
     color : {"u-matrix", "hits"}, optional
-        What the cells of a lattice are coloured by: mean distance to the neighbours, or points
+        What the cells of a lattice are coloured by: mean distance to the neighbors, or points
         that a node is the nearest of.
 
     Returns
@@ -249,13 +249,13 @@ def plot_map(
     """
     cloud = None if points is None else _core.as_points(points)
     nodes = som.codebook_.reshape(-1, 3)
-    frame = Frame.around(nodes, *([] if cloud is None else [cloud]))
+    box = AxesBox.around(nodes, *([] if cloud is None else [cloud]))
     # Read as the map gives them: a graph has no rows.
     name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
     title = name if cloud is None else f"{name}, {len(cloud):,} points"
-    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), frame.height * _PANEL, _DPI)
+    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), box.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, frame, title, 0.0, share)
+    axes = add_panel(figure, box, title, 0.0, share)
     if cloud is not None:
         draw_points(axes, cloud)
     if color is not None:
@@ -283,18 +283,18 @@ def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
     """
     cloud = _core.as_points(points)
     if _is_pyvista(backend):
-        from neurbs.plot.vista import points_plotter
+        from neurbs.plot.pyvista_scene import points_plotter
 
         return points_plotter(cloud)
-    frame = Frame.around(cloud)
-    figure = new_figure(1.1 * _PANEL, frame.height * _PANEL, _DPI)
-    draw_points(add_panel(figure, frame, f"{len(cloud):,} points"), cloud)
+    box = AxesBox.around(cloud)
+    figure = new_figure(1.1 * _PANEL, box.height * _PANEL, _DPI)
+    draw_points(add_panel(figure, box, f"{len(cloud):,} points"), cloud)
     return figure
 
 
 def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
     """Write a figure as PNG; the file is whole or not there."""
-    with replacement(Path(path)) as new:
+    with atomic_write(Path(path)) as new:
         figure.savefig(new, format="png", dpi="figure")
 
 
@@ -302,15 +302,17 @@ def _node_values(
     som: SelfOrganizingMap, points: NDArray[np.float64] | None, color: str
 ) -> Coloring:
     if color not in _NODE_COLORS:
-        raise NeurbsError(f"color must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
+        raise argument_error("color", f"must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
     if som.codebook_.ndim != 3:
-        raise NeurbsError(f"color={color!r} must have a lattice with cells, got a graph")
+        raise argument_error(
+            "color", f"must be None for a graph, which has no cells, got {color!r}"
+        )
     if color == "hits":
         if points is None:
-            raise NeurbsError("color='hits' must have points to count, got none")
+            raise argument_error("color", "must not be 'hits' without points")
         values, label = som.hits(points).astype(float), "points nearest to a node"
     else:
-        values, label = som.u_matrix(), "mean distance to the neighbours"
+        values, label = som.u_matrix(), "mean distance to the neighbors"
     return Coloring(values, values.min(), max(values.max(), values.min() + 1e-300), _NODES, label)
 
 
@@ -335,7 +337,7 @@ def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> Non
 
 def _is_pyvista(backend: str) -> bool:
     if backend not in ("matplotlib", "pyvista"):
-        raise NeurbsError(f"backend must be 'matplotlib' or 'pyvista', got {backend!r}")
+        raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
     return backend == "pyvista"
 
 

@@ -9,8 +9,8 @@ import io
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from neurbs.plot.axes_box import number
 from neurbs.plot.figures import plot_map, plot_reconstruction, plot_surface
-from neurbs.plot.frame import number
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap

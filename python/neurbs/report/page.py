@@ -20,9 +20,10 @@ import neurbs
 from neurbs import _core, candidate
 from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
+from neurbs.errors import argument_error
 from neurbs.extras import require
-from neurbs.io.replacement import replacement
-from neurbs.report import view
+from neurbs.io.atomic_write import atomic_write
+from neurbs.report.figures import MAX_POINTS, convergence, histogram, scene
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
@@ -80,7 +81,7 @@ def write(
     if path.suffix.lower() not in (".html", ".htm"):
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise NeurbsError(f"{path}: a report is written as .html, got {got}")
-    with replacement(path) as new:
+    with atomic_write(path) as new:
         write_page(result, new, tolerance=tolerance, unit=unit, source=source)
 
 
@@ -96,13 +97,13 @@ def write_page(
     if tolerance is None:
         tolerance = result.settings.get("tolerance")
     if tolerance is not None and not 0 < tolerance < math.inf:
-        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+        raise argument_error("tolerance", f"must be positive and finite, got {tolerance}")
     offline: Any = require("plotly.offline", "reports")
     deviation = Deviation.of_result(result)
     figures = {
-        "view": view.scene(result, deviation, tolerance, unit),
-        "histogram": view.histogram(deviation, tolerance, unit),
-        "convergence": view.convergence(result, unit),
+        "view": scene(result, deviation, tolerance, unit),
+        "histogram": histogram(deviation, tolerance, unit),
+        "convergence": convergence(result, unit),
     }
     name = html.escape(Path(source).name) if source else "Reconstruction"
     content = Template(_resource("page.html")).substitute(
@@ -201,9 +202,9 @@ def _shown(points: int, inliers: int) -> str:
     """Say which points are shown, and which of them are measured."""
     left_out = points - inliers
     among = f"all but the {left_out:,} that do not count" if left_out else "all"
-    if inliers <= view.MOST_POINTS:
+    if inliers <= MAX_POINTS:
         return f"Of {points:,} points {among} are shown."
-    return f"A sample of {view.MOST_POINTS:,} of {points:,} points is shown; {among} are measured."
+    return f"A sample of {MAX_POINTS:,} of {points:,} points is shown; {among} are measured."
 
 
 def _length(value: float, unit: str) -> str:

@@ -54,7 +54,7 @@ def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> Nu
     surfaces = _load(path, unit)
     if len(surfaces) > 1:
         raise NeurbsError(
-            f"{path}: must hold one surface, got {len(surfaces)}: read all with load_surfaces"
+            f"{path}: must have one surface, got {len(surfaces)}: read all with load_surfaces"
         )
     return surfaces[0]
 
@@ -131,7 +131,7 @@ def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
         file = reader(path)
     if not file.surfaces:
         raise NeurbsError(
-            f"{path}: must hold at least one surface, but holds none: it may be cut short"
+            f"{path}: must have at least one surface, but holds none: it may be cut short"
         )
     if file.trimmed:
         warnings.warn(

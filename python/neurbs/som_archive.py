@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import BatchSums, Lattice, Map, NeurbsError
-from neurbs.io.replacement import replacement
+from neurbs.io.atomic_write import atomic_write
 
 
-def write_state(
+def write_archive(
     path: str | os.PathLike[str],
     parameters: dict[str, Any],
     learned: Map,
@@ -30,14 +30,14 @@ def write_state(
         "sums": np.frombuffer(b"" if pending is None else pending.to_bytes(), dtype=np.uint8),
         "drawn": np.array(json.dumps(drawn)),
     }
-    with replacement(Path(path)) as new, open(new, "wb") as file:
+    with atomic_write(Path(path)) as new, open(new, "wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
-def read_state(
+def read_archive(
     path: str | os.PathLike[str],
 ) -> tuple[dict[str, Any], Map, BatchSums | None, dict[str, Any] | None]:
-    """Read what `write_state` has written."""
+    """Read what `write_archive` has written."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             parameters = json.loads(str(archive["parameters"]))

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from neurbs import _core
 from neurbs._core import NeurbsError, NurbsSurface, TriangleMesh
+from neurbs.extras import check_installed
+from neurbs.io.atomic_write import atomic_write
 from neurbs.io.csv_table import write_csv
-from neurbs.io.extras import check_installed
 from neurbs.io.geomdl_json import write_json
 from neurbs.io.glb import write_glb
 from neurbs.io.off import write_off
 from neurbs.io.ply import write_ply, write_ply_points
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.replacement import replacement
 from neurbs.io.rhino import write_3dm
 from neurbs.io.stl import write_stl
 from neurbs.io.units import check_unit
@@ -108,7 +108,7 @@ def save(
             f"has not: it can be written as {fitting or 'nothing'}"
         )
     write = formats[part]
-    with replacement(path) as new:
+    with atomic_write(path) as new:
         if write in _WITH_UNIT:
             write(parts[part](), new, unit)
         else:

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs.extras import require
+from neurbs.plot.axes_box import INK, sample
 from neurbs.plot.coloring import NO_DATA, coloring
-from neurbs.plot.frame import INK, sample
-from neurbs.plot.scene import NET, POINT
+from neurbs.plot.matplotlib_scene import NET, POINT
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface

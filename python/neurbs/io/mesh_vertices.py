@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import Block, PointSource, Request
 
 
 def read_vertices(path: Path, request: Request) -> PointSource:
     """Read the vertices of all meshes and point clouds of a scene, where they are placed."""
-    trimesh = imported(path, "trimesh")
+    trimesh = require_for_file(path, "trimesh")
     try:
         scene = trimesh.load_scene(path, process=False)
     except MemoryError:
@@ -27,7 +27,7 @@ def read_vertices(path: Path, request: Request) -> PointSource:
         ) from None
     parts = [_part(scene, node, request) for node in scene.graph.nodes_geometry]
     if not any(len(part.points) for part in parts):
-        raise NeurbsError(f"{path}: must hold at least one point, but has no vertices")
+        raise NeurbsError(f"{path}: must have at least one point, but has no vertices")
     if path.suffix.lower() == ".stl":
         parts = [Block(_once(part.points)) for part in parts]
     if any(part.colors is None for part in parts):

@@ -9,20 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.errors import argument_error
 
 Source: TypeAlias = "Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike]"
 """A callable ``source(count, rng)`` that returns points of shape (count, 3), or chunks."""
 
 
-class Draws:
+class PointStream:
     """Points drawn from a source, as many as asked for, that can go on from a noted state."""
 
     def __init__(self, source: Source, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
         self._sampler = source if callable(source) else None
         if not callable(source) and not isinstance(source, Iterable):
-            raise _core.NeurbsError(
-                f"source must be a callable or an iterable of arrays, got {source!r}"
+            raise argument_error(
+                "source", f"must be a callable or an iterable of arrays, got {source!r}"
             )
         self._chunks = iter(()) if callable(source) else iter(source)
         self._left = np.empty((0, 3))
@@ -56,7 +57,7 @@ class Draws:
             except StopIteration:
                 needed = self._given + count
                 raise _core.NeurbsError(
-                    f"chunks must hold at least {needed} points for this training, "
+                    f"chunks must have at least {needed} points for this training, "
                     f"got {needed - missing}: give more, or lower epochs or max_steps"
                 ) from None
             parts.append(chunk)

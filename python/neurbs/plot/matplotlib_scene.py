@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from neurbs.plot.axes_box import INK, AxesBox, sample, view
 from neurbs.plot.coloring import Coloring, coloring
-from neurbs.plot.frame import INK, Frame, sample, view
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface
@@ -59,7 +59,7 @@ def draw_lines(
 
 def draw_surface(
     axes: Any,
-    frame: Frame,
+    box: AxesBox,
     surface: NurbsSurface,
     color: str,
     *,
@@ -86,12 +86,12 @@ def draw_surface(
     scale = coloring(surface, *centres, color, deviation=deviation, tolerance=tolerance, unit=unit)
     colours = scale.rgba().reshape(-1, 4)
     if color != "zebra":
-        colours[:, :3] *= _light(facets * frame.factor, scale.label)[:, None]
+        colours[:, :3] *= _light(facets * box.factor, scale.label)[:, None]
     # Lines and dots are drawn a facet's width before the surface that they lie on.
-    width = np.median(np.ptp(facets * frame.factor, axis=1), axis=0).max()
-    towards = width * view()[2] / frame.factor
-    lines = _isolines(surface, grid, frame, isolines)
-    dots = _diamonds(points, frame)
+    width = np.median(np.ptp(facets * box.factor, axis=1), axis=0).max()
+    towards = width * view()[2] / box.factor
+    lines = _isolines(surface, grid, box, isolines)
+    dots = _diamonds(points, box)
     counts = (len(lines), len(dots))
     fills = np.repeat([to_rgba(INK, 0.0), to_rgba(POINT)], counts, axis=0)
     strokes = np.repeat([to_rgba(INK, 0.3), to_rgba(POINT)], counts, axis=0)
@@ -108,12 +108,12 @@ def draw_surface(
 
 
 def _isolines(
-    surface: NurbsSurface, grid: NDArray[np.float64], frame: Frame, most: int
+    surface: NurbsSurface, grid: NDArray[np.float64], box: AxesBox, most: int
 ) -> NDArray[np.float64]:
     """Segments of isoparametric lines, about equally far apart in u and v."""
     if most == 0:
         return np.empty((0, 4, 3))
-    steps = [np.diff(grid, axis=axis) * frame.factor for axis in (0, 1)]
+    steps = [np.diff(grid, axis=axis) * box.factor for axis in (0, 1)]
     lengths = [np.linalg.norm(s, axis=2).sum(axis=axis).mean() for axis, s in enumerate(steps)]
     share = np.array(lengths) / max(lengths)
     u, v = (np.linspace(*ends, len(grid)) for ends in surface.domain)
@@ -126,12 +126,12 @@ def _isolines(
     return np.concatenate(segments)[:, [0, 1, 1, 0]]
 
 
-def _diamonds(points: NDArray[np.float64] | None, frame: Frame) -> NDArray[np.float64]:
+def _diamonds(points: NDArray[np.float64] | None, box: AxesBox) -> NDArray[np.float64]:
     """Dots that face the viewer, at some of the points."""
     if points is None:
         return np.empty((0, 4, 3))
     shown = points[sample(len(points), _FEW_POINTS)]
-    right, up, _ = view() * 0.0025 * np.linalg.norm(frame.drawn) / frame.factor
+    right, up, _ = view() * 0.0025 * np.linalg.norm(box.drawn) / box.factor
     corners: NDArray[np.float64] = np.stack([right, up, -right, -up])
     return shown[:, None] + corners
 

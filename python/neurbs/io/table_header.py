@@ -70,7 +70,7 @@ class Header:
         if len(axes) < 3 and tuple(axes) != (0, 1)[: len(axes)]:
             raise NeurbsError(
                 f"{path}: the header in line {self.line} must name x, y and z, got "
-                f"{', '.join(map(repr, self.names))}: say with columns= which hold the coordinates"
+                f"{', '.join(map(repr, self.names))}: choose the coordinates with `columns`"
             )
         return tuple(axes) if len(axes) == 3 else ()
 

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.errors import argument_error
 from neurbs.io.e57 import read_e57
 from neurbs.io.las import read_las
+from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
 from neurbs.io.pcd import read_pcd
@@ -23,7 +25,6 @@ from neurbs.io.ply import read_ply
 from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.text import read_pts, read_text
-from neurbs.io.vertices import read_vertices
 from neurbs.io.vtk import read_vtk
 
 
@@ -138,7 +139,7 @@ def read_points(
     """
     path = Path(path)
     if chunks is not None and not (isinstance(chunks, int) and chunks > 0):
-        raise NeurbsError(f"chunks must be an integer from 1, got {chunks!r}")
+        raise argument_error("chunks", f"must be an integer from 1, got {chunks!r}")
     request = _request(path, columns, nan)
     source = _opened(path, request)
     if chunks is not None:
@@ -197,12 +198,12 @@ def _request(
 ) -> Request:
     """Check the options."""
     if nan not in ("error", "drop"):
-        raise NeurbsError(f"nan must be 'error' or 'drop', got {nan!r}")
+        raise argument_error("nan", f"must be 'error' or 'drop', got {nan!r}")
     if columns is None:
         return Request(nan=nan)
     chosen = tuple(columns)
     if len(chosen) not in (2, 3) or not all(isinstance(c, str | int) for c in chosen):
-        raise NeurbsError(f"columns must be two or three names or numbers, got {columns!r}")
+        raise argument_error("columns", f"must be two or three names or numbers, got {columns!r}")
     if path.suffix.lower() not in _TABLES:
         raise NeurbsError(
             f"{path}: columns must be left to the file, unless it is {' '.join(_TABLES)}; "
@@ -259,7 +260,7 @@ def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block
             raise NeurbsError(
                 f"{path}: points must be finite, but point {first + index} (counted from 0) is "
                 f"{tuple(points[index].tolist())}: remove or repair it, or leave such points out "
-                'with nan="drop"'
+                'with `nan="drop"`'
             )
         first += len(points)
 
@@ -315,7 +316,7 @@ def _chunks(
 def _check_any(path: Path, points: int, dropped: int) -> None:
     if not points:
         got = f"all {dropped} are not finite or not measured" if dropped else "it is empty"
-        raise NeurbsError(f"{path}: must hold at least one point, but {got}")
+        raise NeurbsError(f"{path}: must have at least one point, but {got}")
 
 
 def warn_dropped(path: Path, dropped: int, kept: int) -> None:

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import Reconstruction
 from neurbs.deviation import Deviation
+from neurbs.plot.axes_box import INK, PALE, AxesBox, sample
 from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
-from neurbs.plot.frame import INK, PALE, Frame, sample
-from neurbs.plot.scene import NET
+from neurbs.plot.matplotlib_scene import NET
 
 _FACETS = 160
 """Facets along each side of the surface."""
@@ -24,7 +24,7 @@ _LIFT = 0.002
 """How far on either side of the surface those lines are drawn, as a share of the box's diagonal:
 what lies within it is hidden."""
 
-MOST_POINTS = 60_000
+MAX_POINTS = 60_000
 """Points in the page: 1.3 MB of it."""
 
 _BARS = 60
@@ -44,13 +44,13 @@ def scene(
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
     grid, normals = surface.normals_grid(u, v)
     points = result.points[result.inliers]
-    frame = Frame.around(points, grid.reshape(-1, 3))
+    box = AxesBox.around(points, grid.reshape(-1, 3))
     # Browsers draw in single precision: coordinates count from a near origin.
-    origin = np.array([frame.origin(axis) for axis in range(3)])
+    origin = np.array([box.origin(axis) for axis in range(3)])
     scale = coloring(
         surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
     )
-    chosen = sample(len(points), MOST_POINTS)
+    chosen = sample(len(points), MAX_POINTS)
     traces = [
         *_surfaces(grid - origin, scale),
         {
@@ -65,17 +65,17 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(grid, normals, frame) - origin, INK, 1.0, visible=True),
+        _lines("isolines", _isolines(grid, normals, box) - origin, INK, 1.0, visible=True),
         _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
     ]
     axes = {
         f"{'xyz'[axis]}axis": {
-            "title": {"text": frame.label(axis)},
-            "range": (np.array([frame.low[axis], frame.high[axis]]) - origin[axis]).tolist(),
+            "title": {"text": box.label(axis)},
+            "range": (np.array([box.low[axis], box.high[axis]]) - origin[axis]).tolist(),
             "backgroundcolor": "white",
             "gridcolor": PALE,
             "zeroline": False,
-            "nticks": int(2 + 4 * frame.drawn[axis] / frame.drawn.max()),
+            "nticks": int(2 + 4 * box.drawn[axis] / box.drawn.max()),
         }
         for axis in range(3)
     }
@@ -86,9 +86,7 @@ def scene(
         "scene": {
             **axes,
             "aspectmode": "manual",
-            "aspectratio": dict(
-                zip("xyz", (frame.drawn / frame.drawn.max()).tolist(), strict=True)
-            ),
+            "aspectratio": dict(zip("xyz", (box.drawn / box.drawn.max()).tolist(), strict=True)),
             "camera": {"eye": {"x": 0.85, "y": -1.25, "z": 0.95}, "center": {"z": -0.12}},
         },
     }
@@ -225,12 +223,12 @@ def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _isolines(
-    grid: NDArray[np.float64], normals: NDArray[np.float64], frame: Frame
+    grid: NDArray[np.float64], normals: NDArray[np.float64], box: AxesBox
 ) -> NDArray[np.float64]:
     """Lines on both sides of the surface, across it as it is drawn."""
-    across = normals / frame.factor
+    across = normals / box.factor
     across /= np.linalg.norm(across, axis=2, keepdims=True)
-    lift = _LIFT * np.linalg.norm(frame.drawn) * across / frame.factor
+    lift = _LIFT * np.linalg.norm(box.drawn) * across / box.factor
     sides = (grid + lift, grid - lift)
     along_v = [_broken(side[::_BETWEEN]) for side in sides]
     along_u = [_broken(side[:, ::_BETWEEN].swapaxes(0, 1)) for side in sides]

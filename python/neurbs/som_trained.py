@@ -9,7 +9,7 @@ from neurbs import _core
 from neurbs.som_estimator import not_fitted
 
 
-class LearnedMap:
+class TrainedMap:
     """The learned attributes and the measures of `neurbs.SelfOrganizingMap`."""
 
     _map: _core.Map

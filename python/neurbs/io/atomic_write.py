@@ -11,7 +11,7 @@ from pathlib import Path
 
 
 @contextmanager
-def replacement(path: Path) -> Iterator[str]:
+def atomic_write(path: Path) -> Iterator[str]:
     """Give a path beside `path`; the file written there takes its place at the end.
 
     If anything fails, Ctrl-C included, the new file is removed and what stood at `path` before
@@ -22,7 +22,7 @@ def replacement(path: Path) -> Iterator[str]:
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "a.txt")
-    ...     with replacement(file) as new:
+    ...     with atomic_write(file) as new:
     ...         _ = Path(new).write_text("whole")
     ...     file.read_text()
     'whole'

@@ -33,7 +33,7 @@ _ELEVATION, _AZIMUTH = np.radians([35.0, -60.0])
 
 
 @dataclass(frozen=True)
-class Frame:
+class AxesBox:
     """The box that is drawn, and how: true to scale but for the factor of each axis."""
 
     low: NDArray[np.float64]
@@ -41,8 +41,8 @@ class Frame:
     factor: NDArray[np.float64]
 
     @classmethod
-    def around(cls, *points: NDArray[np.float64]) -> Frame:
-        """Frame all these points."""
+    def around(cls, *points: NDArray[np.float64]) -> AxesBox:
+        """AxesBox all these points."""
         low = np.min([p.min(axis=0) for p in points], axis=0)
         high = np.max([p.max(axis=0) for p in points], axis=0)
         extent = high - low
@@ -123,35 +123,40 @@ def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
 
 
 def add_panel(
-    figure: Figure, frame: Frame, title: str, left: float = 0.0, width: float = 1.0
+    figure: Figure, box: AxesBox, title: str, left: float = 0.0, width: float = 1.0
 ) -> Any:
-    """Add a 3D view of the frame between `left` and `left + width` of the figure."""
+    """Add a 3D view of the box between `left` and `left + width` of the figure."""
     height = figure.get_figheight()
     # Wider than its share and shifted to the left: labels of z stand at the right.
     wide = 1.06 * width
-    side = min(height / frame.height, wide * figure.get_figwidth()) / height
+    side = min(height / box.height, wide * figure.get_figwidth()) / height
     # Lower than the middle: the title stands above. Where it leaves the figure, it is empty.
-    box = (left - 0.06 * width, 0.5 - 0.03 * side - 0.5 * _FILLED * side, wide, _FILLED * side)
-    axes: Any = figure.add_axes(box, projection="3d", computed_zorder=False)
+    rectangle = (
+        left - 0.06 * width,
+        0.5 - 0.03 * side - 0.5 * _FILLED * side,
+        wide,
+        _FILLED * side,
+    )
+    axes: Any = figure.add_axes(rectangle, projection="3d", computed_zorder=False)
     axes.set_proj_type("ortho")
     axes.view_init(np.degrees(_ELEVATION), np.degrees(_AZIMUTH))
     # As large as the panel allows with room for labels, in units of Matplotlib's default.
-    across, upwards = frame.seen
-    axes.set_box_aspect(frame.drawn, zoom=min(_ACROSS / across, _UPWARDS / upwards))
-    axes.set(**{f"{x}lim": limits for x, *limits in zip("xyz", frame.low, frame.high, strict=True)})
+    across, upwards = box.seen
+    axes.set_box_aspect(box.drawn, zoom=min(_ACROSS / across, _UPWARDS / upwards))
+    axes.set(**{f"{x}lim": limits for x, *limits in zip("xyz", box.low, box.high, strict=True)})
     for index, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        _label(axis, frame, index)
+        _label(axis, box, index)
     figure.text(left + 0.48 * width, 1 - 0.07 * side, title, ha="center", size=17, color=INK)
     return axes
 
 
-def _label(axis: Any, frame: Frame, index: int) -> None:
+def _label(axis: Any, box: AxesBox, index: int) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    origin = frame.origin(index)
-    axis.set_label_text(frame.label(index), size=13, color=INK)
+    origin = box.origin(index)
+    axis.set_label_text(box.label(index), size=13, color=INK)
     axis.labelpad = 4 if index == 2 else 9
-    ticks = 2 + 3 * frame.drawn[index] / frame.drawn.max()
+    ticks = 2 + 3 * box.drawn[index] / box.drawn.max()
     axis.set_major_locator(MaxNLocator(int(ticks), steps=[1, 2, 5, 10]))
     axis.set_major_formatter(FuncFormatter(lambda value, _: number(value - origin)))
     axis.set_tick_params(labelsize=11, labelcolor=INK, color=PALE, pad=2)
