@@ -1,4 +1,4 @@
-"""What a map draws points from: a sampler, or chunks of any lengths."""
+"""A stream of points for the training of a map: from a sampler, or from chunks of any lengths."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Source: TypeAlias = "Callable[[int, np.random.Generator], ArrayLike] | Iterable[
 
 
 class PointStream:
-    """Points drawn from a source, as many as asked for, that can go on from a noted state."""
+    """Points from a source in portions of any size; it can be restored to a saved state."""
 
     def __init__(self, source: Source, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
@@ -37,11 +37,11 @@ class PointStream:
 
     @property
     def state(self) -> dict[str, Any]:
-        """Where the source stands, as plain values."""
+        """The state of the stream as values for JSON."""
         return {"given": self._given, "rng": self._rng.bit_generator.state}
 
-    def go_to(self, state: dict[str, Any]) -> None:
-        """Go on where the source stood; chunks come from their beginning, and are skipped."""
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a state; chunks start from the first one, and used points are skipped."""
         if self._sampler is None:
             self._next(state["given"])
         else:
@@ -58,7 +58,7 @@ class PointStream:
                 needed = self._given + count
                 raise _core.NeurbsError(
                     f"chunks must have at least {needed} points for this training, "
-                    f"got {needed - missing}: give more, or lower epochs or max_steps"
+                    f"got {needed - missing}: give more, or lower `epochs` or `max_steps`"
                 ) from None
             parts.append(chunk)
             missing -= len(chunk)

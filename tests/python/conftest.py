@@ -115,7 +115,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture
 def terrain_points() -> NDArray[np.float64]:
-    """Scatter 400 points over a hilly square kilometre, in metres."""
+    """Scatter 400 points over a hilly square kilometer, in meters."""
     x, y = np.random.default_rng(1).uniform(0, 1000, (2, 400))
     z = 200 + 60 * np.sin(x / 170) * np.cos(y / 230) + 0.05 * x
     return np.column_stack([x, y, z])

@@ -44,18 +44,18 @@ def test_a_map_by_the_paper_with_a_schedule(
     assert (som.training, som.radius, som.seed) == ("online", ("gaussian", 3, 100), 4)
 
 
-def test_a_film_on_the_command_line(points_file: Path, tmp_path: Path, command: Command) -> None:
-    film = tmp_path / "a.gif"
-    words: list[str | Path] = ["-o", film, "--rows", "4", "--cols", "4", "-q"]
+def test_an_animation_is_written(points_file: Path, tmp_path: Path, command: Command) -> None:
+    animation = tmp_path / "a.gif"
+    words: list[str | Path] = ["-o", animation, "--rows", "4", "--cols", "4", "-q"]
     assert command("train", points_file, *words).code == 0
-    assert film.read_bytes().startswith(b"GIF89a")
+    assert animation.read_bytes().startswith(b"GIF89a")
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["-o", "a.step"], "'--output': a.step: a map is written as .npz .*, got the suffix"),
-        (["-o", "a.gif", "-o", "a.mp4"], "there must be at most one film, got 2"),
+        (["-o", "a.step"], "'--output': a.step: the suffix must be one of .npz .*, got the suffix"),
+        (["-o", "a.gif", "-o", "a.mp4"], "there must be at most one animation, got 2"),
         (["-o", "a.npz", "--rows", "1"], "--rows|rows"),
         (["-o", "a.npz", "--init", "magic"], "'--init': must be .*, got 'magic'"),
     ],
@@ -108,7 +108,7 @@ def test_surfaces_and_points_are_converted(
     )
     done = command("convert", points_file, tmp_path / "points.step")
     assert done.code == 1
-    assert "this file holds a surface, which a PointCloud has not" in done.err
+    assert "the content must be a surface, got a PointCloud" in done.err
 
 
 def test_points_are_compared(

@@ -64,8 +64,8 @@ SURFACES = {
     "one rational Bezier patch": make((4, 6), (3, 5), rational=True),
     "degree 9": make((12, 11), (9, 4), rational=True),
     "uneven knots": make((7, 6), (2, 3), rational=True, knots=UNEVEN),
-    "a millimetre": make((9, 9), (3, 3), rational=True, scale=1e-3),
-    "a kilometre far away": make((12, 12), (3, 3), rational=True, scale=1e3, offset=5e6),
+    "a millimeter": make((9, 9), (3, 3), rational=True, scale=1e-3),
+    "a kilometer far away": make((12, 12), (3, 3), rational=True, scale=1e3, offset=5e6),
     "far away, polynomial": make((12, 12), (3, 3), scale=1e3, offset=-7.8e6),
 }
 

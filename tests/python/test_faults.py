@@ -45,7 +45,7 @@ def normals(surface: neurbs.NurbsSurface, side: int = 60) -> Array:
 
 
 def facets(surface: neurbs.NurbsSurface) -> tuple[Array, Array]:
-    """Return the centres and areas of the cells of a grid of samples."""
+    """Return the centers and areas of the cells of a grid of samples."""
     grid = samples(surface)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     areas = np.linalg.norm(np.cross(c - a, d - b), axis=2) / 2
@@ -58,14 +58,14 @@ def area(surface: neurbs.NurbsSurface) -> float:
 
 
 def mean_spacing(points: Array) -> float:
-    """Return the side of a square that holds one point: 4 neighbours lie within 1.13 of it."""
+    """Return the side of a square that holds one point: 4 neighbors lie within 1.13 of it."""
     return float(np.median(cKDTree(points).query(points, k=5)[0][:, 4]) / 1.13)
 
 
 def covered_share(surface: neurbs.NurbsSurface, points: Array, spacings: float) -> float:
     """Return the share of a surface's area within some mean spacings of a point."""
-    centres, areas = facets(surface)
-    near = cKDTree(points).query(centres)[0] <= spacings * mean_spacing(points)
+    centers, areas = facets(surface)
+    near = cKDTree(points).query(centers)[0] <= spacings * mean_spacing(points)
     return float(areas[near].sum() / areas.sum())
 
 
@@ -81,7 +81,7 @@ def error(surface: neurbs.NurbsSurface, truth: Array) -> float:
 
 
 def turned_share(surface: neurbs.NurbsSurface) -> float:
-    """Return the share of neighbouring samples whose normals turn over."""
+    """Return the share of neighboring samples whose normals turn over."""
     unit = normals(surface)
     cosines = [np.sum(unit[1:] * unit[:-1], 2), np.sum(unit[:, 1:] * unit[:, :-1], 2)]
     return float(np.mean([np.mean(cosine < 0) for cosine in cosines]))

@@ -110,7 +110,7 @@ def test_units_are_written_and_read(tmp_path: Path, suffix: str, unit: str) -> N
 def test_opencascade_sees_the_size_of_every_unit(
     tmp_path: Path, suffix: str, unit: str | None
 ) -> None:
-    """It turns all units into millimetres."""
+    """It turns all units into millimeters."""
     ours, path = wavy(rational=False), tmp_path / f"a{suffix}"
     neurbs.save(ours, path, unit=unit)
     reader = STEPControl_Reader() if suffix == ".step" else IGESControl_Reader()
@@ -184,7 +184,7 @@ def test_solids_of_rhino_give_their_faces(tmp_path: Path) -> None:
     model.Objects.AddSphere(rhino3dm.Sphere(rhino3dm.Point3d(1, 2, 3), 4.0))
     model.Settings.ModelUnitSystem = rhino3dm.UnitSystem.Meters
     model.Write(str(tmp_path / "a.3dm"), 7)
-    with pytest.warns(UserWarning, match="2 of 4 faces are trimmed: their surfaces come whole"):
+    with pytest.warns(UserWarning, match="2 of 4 faces are trimmed: the result has"):
         surfaces = neurbs.load_surfaces(tmp_path / "a.3dm")
     areas = [surface.area() for surface in surfaces]
     assert areas[0] == pytest.approx(20 * np.pi)
@@ -280,7 +280,7 @@ def test_a_truncated_file_is_refused(
     [
         (lambda d: d.pop("shape"), "must be a surface as geomdl writes it, but 'shape' is missing"),
         (lambda d: d["shape"].update(type="curve"), "shape of type 'surface', got 'curve'"),
-        (lambda d: d["shape"].update(data=[]), "must have at least one surface, but holds none"),
+        (lambda d: d["shape"].update(data=[]), "must have at least one surface, but has none"),
         (lambda d: d["shape"]["data"][0].pop("degree_u"), "but 'degree_u' is missing"),
         (lambda d: d["shape"]["data"][0].update(size_u=4), "cannot reshape array"),
         (lambda d: d["shape"]["data"][0].update(knotvector_u=[0, 1]), "knot"),
@@ -316,7 +316,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(NeurbsError, match=r"suffix of \.json \.3dm .*, got the suffix '\.obj'"):
         neurbs.load_surface(tmp_path / "a.obj")
     neurbs.save(wavy(rational=False), tmp_path / "a.json")
-    with pytest.raises(NeurbsError, match="unit must be left out, for the file has none; got 'm'"):
+    with pytest.raises(NeurbsError, match="unit must be left out, as the file has none; got 'm'"):
         neurbs.load_surface(tmp_path / "a.json", unit="m")
     with pytest.raises(NeurbsError, match=r"unit must be 'mm' or .*, got 'parsec'"):
         neurbs.load_surface(tmp_path / "a.json", unit="parsec")

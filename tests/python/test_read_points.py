@@ -94,12 +94,12 @@ def test_any_encoding_will_do(tmp_path: Path, encoding: str) -> None:
         ("1 2 3\n4 5 1e999\n", "line 2, column 3 must be a finite number, got '1e999': remove"),
         ("1 2 3\n4 5 1_0\n", "line 2, column 3 must be a finite number, got '1_0'"),
         ("1 2 3 a\n4 x 6 b\n", "line 2, column 2 must be a finite number, got 'x'"),
-        ("1 2 3\n4 5\n", "line 2 must have 3 columns, as line 1 has, got 2: column 3 is missing"),
+        ("1 2 3\n4 5\n", "line 2 must have 3 columns, as in line 1, got 2: column 3 is missing"),
         ("1 2 3\n4 5 6 7\n", "line 2 must have 3 .* got 4: column 4, '7', is one too many"),
-        ("1 2 3 4\n5 6 7\n", "line 2 must have 4 columns, as line 1 has, got 3"),
+        ("1 2 3 4\n5 6 7\n", "line 2 must have 4 columns, as in line 1, got 3"),
         ("1\n2\n", "line 1 must have columns x, y and z .* got column 1 only, '1'"),
         ("4\n1 2 3\n", "line 1 must have columns x, y and z .* got column 1 only, '4'"),
-        ("no,x,y,z\n1,2,3\n", "line 2 must have 4 columns, as the header in line 1 has, got 3"),
+        ("no,x,y,z\n1,2,3\n", "line 2 must have 4 columns, as the header in line 1, got 3"),
         ("x y z\n" + "m" * 99 + " 2 3\n", "line 2, column 1 .* got 'm{39}…'"),
         ("", "must have at least one point, but the file is empty"),
         ("\n# only comments\n", "must have at least one point, but the file is empty"),
@@ -128,7 +128,7 @@ def test_obj_gives_its_vertices_in_order(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("v 1 2 3\nf 1 1 1\nv 1 b 3\n", "line 3, column 3 must be a finite number, got 'b'"),
-        ("v 1 2 3\nv 1 2\n", "line 2 must have 4 columns, as line 1 has, got 3"),
+        ("v 1 2 3\nv 1 2\n", "line 2 must have 4 columns, as in line 1, got 3"),
         ("f 1 2 3\n", "must have at least one point, but has no 'v' line"),
     ],
 )
@@ -187,7 +187,7 @@ def test_a_damaged_npy_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(NeurbsError, match="is cut short, damaged or made of Python objects"):
             neurbs.read_points(written(path, damaged))
-    with pytest.raises(NeurbsError, match="must be a NumPy array file, but does not start"):
+    with pytest.raises(NeurbsError, match="must be a NumPy array file, but has no header"):
         neurbs.read_points(written(path, b"1 2 3\n"))
     np.save(path, np.array([[{}, 1, 2]], dtype=object))
     with pytest.raises(NeurbsError, match="made of Python objects"):
@@ -256,9 +256,9 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
     ("content", "message"),
     [
         (ply("ascii", b"0 1 2 3\n0 1 b 3\n0 1 2 3\n"), "line 11, column 3 must .* got 'b'"),
-        (ply("ascii", b"0 1 2 3\n0 1 2\n0 1 2 3\n"), "line 11 must have 4 columns, as line 10 has"),
+        (ply("ascii", b"0 1 2 3\n0 1 2\n0 1 2 3\n"), "line 11 must have 4 columns, as in line 10"),
         (ply("ascii", b"0 1 2 3\n0 4 5 6\n"), "must have 3 points, .* cut short after 2"),
-        (ply("ascii", b""), "must have 3 points, as the file says, but is cut short after 0"),
+        (ply("ascii", b""), "must have 3 points, as in its header, but is cut short after 0"),
         (ply("binary_little_endian", vertices("<")[:-1]), "must have 3 points, .* after 2"),
         (ply("binary_little_endian", b"", count=10**14), "must have 10{14} points, .* after 0"),
         (ply("ascii", b"", count=0), "must have at least one point, but has 0 vertices"),
@@ -283,7 +283,7 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
             ply("binary_little_endian", vertices("<")).replace(
                 b"element vertex", FACES.encode() + b"\nelement vertex"
             ),
-            "vertices must come before any list, but element 'face'",
+            "vertices must come before elements with lists, but .face.",
         ),
         (
             ply("binary_little_endian", vertices("<")).replace(b"uchar class", b"list uchar int l"),
@@ -383,9 +383,12 @@ def test_columns_of_choice(
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        (("a", "b", "q"), r"columns must be of 0 to 2 or of 'a', 'b', 'c', got \('a', 'b', 'q'\)"),
-        ((1, 2, 3), r"columns must be of 0 to 2 .* got \(1, 2, 3\)"),
-        ((-1, 0, 1), r"columns must be of 0 to 2"),
+        (
+            ("a", "b", "q"),
+            "columns must be from 0 to 2 or of 'a', 'b', 'c', got",
+        ),
+        ((1, 2, 3), r"columns must be from 0 to 2 .* got \(1, 2, 3\)"),
+        ((-1, 0, 1), r"columns must be from 0 to 2"),
         (("a",), "columns must be two or three names or numbers, got"),
         ((1.5, 2, 3), "columns must be two or three names or numbers, got"),
     ],
@@ -395,7 +398,7 @@ def test_columns_that_are_not_there(tmp_path: Path, columns: Any, message: str) 
     with pytest.raises(NeurbsError, match=message):
         neurbs.read_points(path, columns=columns)
     path = written(tmp_path / "p.ply", ply("ascii", b""))
-    with pytest.raises(NeurbsError, match=r"columns must be left to the file, unless it is \.xyz"):
+    with pytest.raises(NeurbsError, match=r"columns must be left out, unless the file is \.xyz"):
         neurbs.read_points(path, columns=(0, 1, 2))
 
 
@@ -573,7 +576,7 @@ def test_npz_of_several_arrays(tmp_path: Path) -> None:
     np.save(tmp_path / "p.npy", np.arange(10).reshape(2, 5))
     assert neurbs.read_points(tmp_path / "p.npy", columns=(4, 0)).tolist() == [[4, 0, 0], [9, 5, 0]]
     path.write_bytes(b"PK\3\4 nonsense")
-    with pytest.raises(NeurbsError, match="must be a whole archive of NumPy arrays"):
+    with pytest.raises(NeurbsError, match="must be a complete archive of NumPy arrays"):
         neurbs.read_points(path)
 
 

@@ -69,7 +69,7 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     )
     far.write_report(tmp_path / "a.html", unit="m")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert "Of 401 points all but the 1 that do not count are shown." in page
+    assert "Of 401 points all except 1 that were left out of the fit are shown." in page
     assert f"{result.deviations.max():.4g} m" in page
     assert figures(page)["view"]["layout"]["scene"]["zaxis"]["range"][1] < 200
 
@@ -78,7 +78,11 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     ("options", "command", "call"),
     [
         ({"rational": True, "clean": False}, "--no-clean --rational", "clean=False, rational=True"),
-        ({"weights": np.ones(400)}, "# Not by a command: weights are an array.", "weights=weights"),
+        (
+            {"weights": np.ones(400)},
+            "# There is no command for this call, because weights is an array.",
+            "weights=weights",
+        ),
         ({"seed": 3, "init": "pca"}, "--init pca --seed 3", "init=&#x27;pca&#x27;, seed=3"),
     ],
 )
@@ -163,7 +167,7 @@ def test_a_unit_does_not_open_a_script(result: Reconstruction, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
-        ("a.pdf", {}, "a report is written as .html, got the suffix '.pdf'"),
+        ("a.pdf", {}, "a report must have the suffix .html, got the suffix '.pdf'"),
         ("a", {}, "got no suffix"),
         ("a.html", {"tolerance": -1}, "tolerance must be positive and finite, got -1"),
     ],
@@ -217,7 +221,7 @@ def pixels(element: Any) -> NDArray[np.int64]:
         return np.asarray(image.convert("RGB"), dtype=np.int64)
 
 
-def coloured(image: NDArray[np.int64]) -> float:
+def colored(image: NDArray[np.int64]) -> float:
     """Return the share of pixels that are clearly red or blue."""
     return float(np.mean(np.abs(image[..., 0] - image[..., 2]) > 40))
 
@@ -240,8 +244,8 @@ def test_a_browser_shows_it_and_turns_it(
     page.wait_for_selector("#view canvas")
     page.wait_for_timeout(1000)
     first = pixels(view)
-    # Surface and points are drawn, amid white, and the legend's colours stand beside.
-    assert coloured(first) > 0.03
+    # Surface and points are drawn, amid white, and the legend's colors stand beside.
+    assert colored(first) > 0.03
     assert 0.3 < np.mean((first > 250).all(axis=2)) < 0.95
     for figure in ("#histogram", "#convergence"):
         assert np.mean((pixels(page.locator(figure)) < 250).any(axis=2)) > 0.01
@@ -256,7 +260,7 @@ def test_a_browser_shows_it_and_turns_it(
     page.wait_for_timeout(1000)
     turned = pixels(view)
     assert np.mean((turned != first).any(axis=2)) > 0.05
-    assert coloured(turned) > 0.03
+    assert colored(turned) > 0.03
 
     page.locator("[data-switches=points]").uncheck()
     page.wait_for_timeout(1000)
@@ -264,7 +268,7 @@ def test_a_browser_shows_it_and_turns_it(
     assert np.mean((without != turned).any(axis=2)) > 0.002
     page.locator("[data-switches=surface]").uncheck()
     page.wait_for_timeout(1000)
-    assert coloured(pixels(view)) < 0.5 * coloured(without)
+    assert colored(pixels(view)) < 0.5 * colored(without)
 
     assert complaints == []
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []

@@ -78,12 +78,12 @@ def test_vtp_has_all_of_a_mesh(tmp_path: Path, result: Reconstruction) -> None:
     np.testing.assert_array_equal(vtk_to_numpy(attributes.GetArray("uv")), mesh.uv)
 
 
-@pytest.mark.parametrize(("unit", "metres"), [(None, 1), ("mm", 1e-3), ("in", 0.0254)])
-def test_glb_is_in_metres(tmp_path: Path, unit: str | None, metres: float) -> None:
+@pytest.mark.parametrize(("unit", "meters"), [(None, 1), ("mm", 1e-3), ("in", 0.0254)])
+def test_glb_is_in_meters(tmp_path: Path, unit: str | None, meters: float) -> None:
     mesh = plane().tessellate()
     neurbs.save(mesh, tmp_path / "a.glb", unit=unit)
     _, placed = loaded(tmp_path / "a.glb")
-    np.testing.assert_allclose(placed, metres * mesh.vertices, rtol=0, atol=1e-6 * metres)
+    np.testing.assert_allclose(placed, meters * mesh.vertices, rtol=0, atol=1e-6 * meters)
 
 
 def test_stl_has_the_normals_of_its_triangles(tmp_path: Path) -> None:
@@ -196,20 +196,20 @@ def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
         (
             plane().tessellate(),
             ".step",
-            "surface, which a TriangleMesh has not: .* as .obj .ply",
+            "surface, got a TriangleMesh: .* as .obj .ply",
         ),
-        (plane().tessellate(), ".png", "picture, which a TriangleMesh has not"),
+        (plane().tessellate(), ".png", "picture, got a TriangleMesh"),
         (
             plane(),
             ".png",
-            "picture, which a NurbsSurface has not: .* as .step .stp .igs .iges .3dm .json .obj",
+            "picture, got a NurbsSurface: .* as .step .stp .igs .iges .3dm .json .obj",
         ),
-        (POINTS, ".obj", "surface or a mesh, which a PointCloud has not: .* as .ply .csv"),
-        (np.zeros((3, 3)), ".stl", "mesh, which a ndarray has not: it can be written as nothing"),
+        (POINTS, ".obj", "surface or a mesh, got a PointCloud: .* as .ply .csv"),
+        (np.zeros((3, 3)), ".stl", "mesh, got a ndarray: it can be written as nothing"),
     ],
 )
 def test_a_thing_in_the_wrong_file(tmp_path: Path, thing: Any, suffix: str, message: str) -> None:
-    with pytest.raises(NeurbsError, match=f"a{suffix}: this file holds a {message}"):
+    with pytest.raises(NeurbsError, match=f"a{suffix}: the content must be a {message}"):
         neurbs.save(thing, tmp_path / f"a{suffix}")
     assert list(tmp_path.iterdir()) == []
 

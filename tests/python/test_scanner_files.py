@@ -82,7 +82,7 @@ def test_las_keeps_every_point(tmp_path: Path, suffix: str) -> None:
     points = survey(BLOCKS)
     write_las(tmp_path / f"a{suffix}", points)
     read = neurbs.read_points(tmp_path / f"a{suffix}")
-    # The format counts in steps of its scale, here a millimetre.
+    # The format counts in steps of its scale, here a millimeter.
     np.testing.assert_allclose(read, points, rtol=0, atol=1e-9)
     assert read.flags.c_contiguous
     assert read.flags.owndata
@@ -179,7 +179,7 @@ def test_pcd_with_normals_and_padding(tmp_path: Path) -> None:
         ("DATA ascii", "DATA morse", "must start with a PCD header"),
         ("POINTS 2", "POINTS -2", "must start with a PCD header"),
         ("DATA ascii\n", "", "must start with a PCD header"),
-        ("POINTS 2", "POINTS 3", "must have 3 points, as the file says, but is cut short after 2"),
+        ("POINTS 2", "POINTS 3", "must have 3 points, as in its header, but is cut short after 2"),
         ("4 5 6", "4 b 6", r"line 13, column 2 must be a finite number, got 'b'"),
         ("1.5 2 3", "1.5 2", r"line 12 must have 9 columns, got 8"),
         ("DATA ascii", "DATA binary_compressed", "must have 2 compressed points"),
@@ -241,7 +241,7 @@ def test_an_esri_grid_as_rasterio_reads_it(tmp_path: Path) -> None:
     ("content", "message"),
     [
         (ESRI + "1 2 3\n4 5\n", "must have 6 points, .* cut short after 5"),
-        (ESRI + "1 2 3 4 5 6 7\n", "must have 6 points, .* but holds 7"),
+        (ESRI + "1 2 3 4 5 6 7\n", "must have 6 points, .* but has 7"),
         (ESRI + "1 2 3\n4 b 6\n", "line 8 must have numbers, got 'b'"),
         (ESRI + "-9999 " * 6, "at least one point, but all 6 are not finite or not measured"),
         (ESRI.replace("cellsize 10", "size 10"), "must start with ncols, nrows, xllcorner"),
@@ -255,7 +255,7 @@ def test_a_damaged_esri_grid_is_refused(tmp_path: Path, content: str, message: s
         neurbs.read_points(path)
 
 
-def test_geotiff_gives_the_centres_of_its_cells(tmp_path: Path) -> None:
+def test_geotiff_gives_the_centers_of_its_cells(tmp_path: Path) -> None:
     heights = np.random.default_rng(0).random((300, 400)).astype(np.float32)
     heights[0, 1], heights[2, 3] = -9999, np.nan
     write_geotiff(tmp_path / "a.tif", heights)
@@ -269,7 +269,7 @@ def test_geotiff_gives_the_centres_of_its_cells(tmp_path: Path) -> None:
     write_geotiff(tmp_path / "b.tiff", np.ones((5, 5), np.int16), crs=None)
     assert neurbs.read_point_cloud(tmp_path / "b.tiff").crs is None
     write_geotiff(tmp_path / "c.tif", np.zeros((3, 5, 5), np.uint8))
-    with pytest.raises(NeurbsError, match="must have one band, of heights, got 3"):
+    with pytest.raises(NeurbsError, match="must have one band of heights, got 3"):
         neurbs.read_points(tmp_path / "c.tif")
 
 
@@ -288,8 +288,8 @@ def test_vtk_written_by_meshio(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.vtp", "nonsense", "must be a whole VTK file, .* syntax error"),
-        ("a.vtk", "nonsense", "must be a whole VTK file"),
+        ("a.vtp", "nonsense", "must be a complete VTK file, .* syntax error"),
+        ("a.vtk", "nonsense", "must be a complete VTK file"),
         (
             "a.vtk",
             "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 9 float\n0 0\n",

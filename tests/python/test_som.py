@@ -116,7 +116,7 @@ def test_manners_of_an_estimator() -> None:
     np.testing.assert_array_equal(som.fit(points).codebook_, first)
     assert repr(SelfOrganizingMap(3, 4)) == "SelfOrganizingMap(rows=3, cols=4)"
     assert not first.flags.writeable
-    with pytest.raises(AttributeError, match="has not learned yet: call fit"):
+    with pytest.raises(AttributeError, match="is not trained yet: call fit"):
         SelfOrganizingMap().predict(points)
 
 
@@ -185,7 +185,7 @@ def test_a_stopped_training_resumes_to_the_same_bits(tmp_path: Path) -> None:
         np.testing.assert_array_equal(kept.codebook_, expected.codebook_)
 
 
-def test_ctrl_c_keeps_what_was_learned() -> None:
+def test_ctrl_c_keeps_the_trained_steps() -> None:
     som = SelfOrganizingMap(30, 30, training="online", max_steps=10**9, min_change=1e-300)
     threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT)).start()
     start = time.perf_counter()
@@ -384,7 +384,7 @@ def test_distributions_from_samplers_and_chunks() -> None:
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        (lambda count, rng: sheet(count - 1), "sampler must return as many points as requested"),
+        (lambda count, rng: sheet(count - 1), "source must return as many points as requested"),
         (lambda count, rng: sheet(count) * np.nan, "points must be finite"),
         (lambda count, rng: "rubbish", "points must be real numbers"),
         (lambda count, rng: np.zeros((count, 3)), "points must differ"),
@@ -396,7 +396,7 @@ def test_samplers_that_return_rubbish(source: Any, message: str) -> None:
         SelfOrganizingMap(5, 5).fit_distribution(source)
 
 
-def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
+def test_a_sampler_that_fails_later_keeps_the_trained_steps() -> None:
     calls = 0
 
     def failing(count: int, rng: np.random.Generator) -> Points:

@@ -35,8 +35,8 @@ def test_meshes_keep_their_tolerance(tolerance: float) -> None:
     assert 0.5 * tolerance < mesh.max_deviation <= tolerance
     uv = np.random.default_rng(1).random((20_000, 2))
     assert mesh.deviation(surface.evaluate(uv)).max() <= mesh.max_deviation
-    centres = mesh.vertices[mesh.triangles].mean(axis=1)
-    assert surface.closest_points(centres).distances.max() <= mesh.max_deviation
+    centers = mesh.vertices[mesh.triangles].mean(axis=1)
+    assert surface.closest_points(centers).distances.max() <= mesh.max_deviation
     np.testing.assert_allclose(mesh.vertices, surface.evaluate(mesh.uv), atol=1e-13)
     np.testing.assert_allclose(mesh.normals, surface.normals(mesh.uv), atol=1e-12)
 

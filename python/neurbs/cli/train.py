@@ -17,7 +17,7 @@ from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
 from neurbs.plot import save_picture
 
-_MAP, _PICTURE, _FILMS = ".npz", ".png", (".gif", ".mp4", ".html")
+_MAP, _PICTURE, _ANIMATIONS = ".npz", ".png", (".gif", ".mp4", ".html")
 
 
 OPTIONS = (
@@ -114,7 +114,7 @@ def train(
             "-o",
             metavar="OUT",
             help="File to write; give it again for another. The map: .npz; a picture: .png; "
-            "a film of the training: .gif .mp4 .html",
+            "an animation of the training: .gif .mp4 .html",
             readable=False,
         ),
     ],
@@ -135,14 +135,14 @@ def train(
     **options: Any,
 ) -> None:
     """Train a `neurbs.SelfOrganizingMap` with the points of a file."""
-    films = [path for path in output if path.suffix.lower() in _FILMS]
-    check_outputs(context, output, [points], check=lambda path: _check(context, path, films))
+    animations = [path for path in output if path.suffix.lower() in _ANIMATIONS]
+    check_outputs(context, output, [points], check=lambda path: _check(context, path, animations))
     check_points(context, points)
     cloud = read_points(points, columns, nan)
     given = values(options)
     som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)
-    if films:
-        som.animate(cloud, films[0])
+    if animations:
+        som.animate(cloud, animations[0])
     else:
         with progress_bar(not quiet) as progress:
             som.fit(cloud, progress=progress)
@@ -168,16 +168,16 @@ def train(
         print_table(rows | {"written": ", ".join(files)})
 
 
-def _check(context: typer.Context, path: Path, films: list[Path]) -> None:
-    known = (_MAP, _PICTURE, *_FILMS)
+def _check(context: typer.Context, path: Path, animations: list[Path]) -> None:
+    known = (_MAP, _PICTURE, *_ANIMATIONS)
     if path.suffix.lower() not in known:
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        message = f"{path}: a map is written as {' '.join(known)}, got {got}"
+        message = f"{path}: the suffix must be one of {' '.join(known)}, got {got}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
-    if len(films) > 1:
-        message = f"there must be at most one film, got {len(films)}"
+    if len(animations) > 1:
+        message = f"there must be at most one animation, got {len(animations)}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
-    # `check_target` knows no .npz and no films; folder and permissions are the same for a picture.
+    # `check_target` does not know .npz and animations; a picture needs the same permissions.
     check_target(path.with_suffix(_PICTURE))
 
 

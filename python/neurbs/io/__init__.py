@@ -1,7 +1,7 @@
-"""Files in and out: points and surfaces are read, these and meshes and pictures are written.
+"""Readers of points and surfaces; writers of points, surfaces, meshes, pictures and reports.
 
-The suffix of a path picks the format, in any case of its letters. Heavy libraries are imported
-where they are used, so that importing this package costs nothing.
+The suffix of a path selects the format, in upper or lower case. Large libraries are imported when
+they are used.
 """
 
 from neurbs.io.point_cloud import PointCloud

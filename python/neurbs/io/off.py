@@ -1,4 +1,4 @@
-"""OFF: the plainest of mesh formats, in text with all digits."""
+"""Meshes as OFF, a text format, with all digits."""
 
 from __future__ import annotations
 

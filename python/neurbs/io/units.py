@@ -1,4 +1,4 @@
-"""Units of length, as files name them."""
+"""Units of length and their names in files."""
 
 from neurbs._core import LENGTH_UNITS
 from neurbs.errors import argument_error
@@ -23,12 +23,12 @@ def symbol(name: str) -> str:
 
 
 def check_unit(unit: str | None) -> None:
-    """Check that a file can be in this unit.
+    """Check that files can have a unit.
 
     Raises
     ------
     NeurbsError
-        If it is not one of `LENGTH_UNITS`.
+        If the unit is not one of `LENGTH_UNITS`.
     """
     if unit is not None and unit not in LENGTH_UNITS:
         known = " or ".join(map(repr, LENGTH_UNITS))
