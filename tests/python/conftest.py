@@ -1,4 +1,4 @@
-"""What several tests start from."""
+"""Fixtures that several test files use."""
 
 import inspect
 import json
@@ -20,30 +20,29 @@ from numpy.typing import NDArray
 import neurbs
 from neurbs import cli
 
-# A shell that starts the tests in the background has them ignore Ctrl-C, and so all processes that
-# they start and interrupt.
+# Tests that a shell starts in the background ignore Ctrl-C, and so do the processes they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-PROMISE = 0.2
-"""Seconds within which Ctrl-C is answered, where nothing else is to be done."""
+MAX_SECONDS = 0.2
+"""Longest time from Ctrl-C to KeyboardInterrupt, in seconds."""
 
 TRIES = 3
-"""The best of so many answers counts: machines that are shared take time away."""
+"""Number of tries, of which the fastest is used, as shared machines lose time."""
 
 
 def worked() -> float:
-    """Return the seconds that this process has worked on each processor, whatever others did."""
+    """Return the processor time of this process in seconds, per processor."""
     return time.process_time() / (os.cpu_count() or 1)
 
 
 @pytest.fixture
 def answers_ctrl_c() -> Callable[..., bool]:
-    """Return what says whether a job answers Ctrl-C, some seconds after its start, in time."""
+    """Return a function that checks whether a job handles a Ctrl-C in time."""
 
     def repeat(job: Callable[[], object]) -> None:
-        # Again and again, as a fast machine may be done before Ctrl-C.
+        # Repeated, as a fast machine may finish the job before Ctrl-C.
         while True:
             job()
 
@@ -64,7 +63,7 @@ def answers_ctrl_c() -> Callable[..., bool]:
             timer.join()
 
     def answers(job: Callable[[], object], after: float = 0.1) -> bool:
-        return any(delay(job, after) < PROMISE for _ in range(TRIES))
+        return any(delay(job, after) < MAX_SECONDS for _ in range(TRIES))
 
     return answers
 
@@ -93,7 +92,7 @@ except KeyboardInterrupt:
 
 @pytest.fixture
 def unanswered() -> Callable[..., float]:
-    """Return what says how long a job in a process of its own goes on after Ctrl-C."""
+    """Return a function that measures how long a job in another process runs after Ctrl-C."""
 
     def seconds(before: str, job: str, delay: float) -> float:
         script = INTERRUPTED.format(
@@ -123,7 +122,7 @@ def terrain_points() -> NDArray[np.float64]:
 
 @pytest.fixture(scope="session")
 def result() -> neurbs.Reconstruction:
-    """Reconstruct a small surface; coordinates are large, as a survey's are."""
+    """Reconstruct a small surface with large coordinates, as in surveys."""
     x, y = np.random.default_rng(2).uniform(0, 100, (2, 400))
     points = np.column_stack([x + 5e6, y + 7.5e6, 120 + 10 * np.sin(x / 17) * np.cos(y / 23)])
     return neurbs.reconstruct(points, grid=(9, 7))

@@ -65,7 +65,7 @@ def test_json_has_no_infinite_numbers(points_file: Path, tmp_path: Path, command
     assert done.json()["report"]["converged"] is False
 
 
-def test_strict_tells_a_missed_tolerance_by_its_exit_code(
+def test_strict_exits_with_4_for_a_missed_tolerance(
     points_file: Path, tmp_path: Path, command: Command
 ) -> None:
     target = tmp_path / "a.step"
@@ -248,7 +248,7 @@ def test_points_are_not_overwritten(tmp_path: Path, command: Command) -> None:
     assert path.read_text() == "v 1 2 3\n"
 
 
-def test_faults_of_its_own_are_one_message_too(
+def test_an_internal_error_is_one_message(
     points_file: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

@@ -1,4 +1,4 @@
-"""The commands beside `reconstruct`: train, tessellate, convert, compare, info, view."""
+"""The commands train, tessellate, convert, compare, info and view."""
 
 import re
 from collections.abc import Callable
@@ -126,7 +126,9 @@ def test_points_are_compared(
     assert b"distance" in target.read_bytes()[:1000]
 
 
-def test_the_gate_closes(surface_file: Path, points_file: Path, command: Command) -> None:
+def test_compare_exits_with_3_outside_the_tolerance(
+    surface_file: Path, points_file: Path, command: Command
+) -> None:
     words: list[str | Path] = ["compare", surface_file, points_file, "--tolerance"]
     median = np.median(
         neurbs.load_surface(surface_file).closest_points(neurbs.read_points(points_file)).distances
@@ -140,9 +142,7 @@ def test_the_gate_closes(surface_file: Path, points_file: Path, command: Command
     assert command(*words, "1", "--share", "2").code == 2
 
 
-def test_info_says_what_a_file_holds(
-    surface_file: Path, points_file: Path, command: Command
-) -> None:
+def test_info_describes_a_file(surface_file: Path, points_file: Path, command: Command) -> None:
     of_surface = command("info", surface_file, "--json").json()
     assert of_surface["kind"] == "surface"
     assert of_surface["net"] == [8, 8]

@@ -18,7 +18,7 @@ Command = Callable[..., Any]
 
 @pytest.fixture
 def scans(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
-    """Write a folder of two scans and a file that is none, and a folder for their surfaces."""
+    """Write a folder of two scans and a damaged file, and a folder for surfaces."""
     folder = tmp_path / "scans"
     folder.mkdir()
     for name in ("a", "c"):
@@ -28,7 +28,7 @@ def scans(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
     return folder
 
 
-def test_one_that_fails_does_not_stop_the_others(
+def test_a_failed_file_does_not_stop_the_others(
     scans: Path, tmp_path: Path, command: Command
 ) -> None:
     files = sorted(scans.iterdir())
@@ -143,7 +143,7 @@ def test_the_unit_of_the_points_is_that_of_the_surface(tmp_path: Path, command: 
     assert "'--unit': must be 'mm'" in done.err
 
 
-def test_a_file_has_the_options(points_file: Path, tmp_path: Path, command: Command) -> None:
+def test_options_are_read_from_a_file(points_file: Path, tmp_path: Path, command: Command) -> None:
     target = tmp_path / "a.step"
     config = tmp_path / "settings.toml"
     config.write_text(
@@ -158,7 +158,7 @@ def test_a_file_has_the_options(points_file: Path, tmp_path: Path, command: Comm
     assert document["report"]["degree"] == [2, 2]
 
 
-def test_the_command_line_goes_before_the_file(
+def test_the_command_line_overrides_the_file(
     points_file: Path, tmp_path: Path, command: Command
 ) -> None:
     config = tmp_path / "settings.toml"
@@ -194,7 +194,7 @@ def test_wrong_settings(
     assert not (tmp_path / "a.step").exists()
 
 
-def test_settings_that_are_not_there(points_file: Path, command: Command) -> None:
+def test_a_missing_settings_file(points_file: Path, command: Command) -> None:
     done = command("reconstruct", points_file, "-o", "a.step", "--config", "no.toml")
     assert done.code == 1
     assert done.err == "neurbs: error: no.toml: No such file or directory\n"

@@ -32,7 +32,7 @@ Command = Callable[..., Any]
 
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run the command as users do."""
+    """Run the command in a process."""
     command = [*COMMAND, *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert "Traceback" not in done.stderr + done.stdout
@@ -89,7 +89,7 @@ posix = pytest.mark.skipif(os.name == "nt", reason="there are no pseudo terminal
 
 
 def on_terminal(*arguments: str | Path, interrupt: bool = False) -> tuple[int, str, str]:
-    """Run the command with a terminal for stderr: its exit code, stdout, and what is drawn."""
+    """Run the command with a terminal as stderr; return exit code, stdout and stderr."""
     import pty
 
     ours, theirs = pty.openpty()
@@ -102,7 +102,7 @@ def on_terminal(*arguments: str | Path, interrupt: bool = False) -> tuple[int, s
     )
     os.close(theirs)
     seen = b""
-    with suppress(OSError):  # So Linux says that the other side has closed.
+    with suppress(OSError):  # Linux raises this when the other side has closed.
         while chunk := os.read(ours, 65536):
             seen += chunk
             if interrupt and b"error" in seen:
@@ -134,7 +134,7 @@ def test_a_terminal_has_a_bar(points_file: Path, tmp_path: Path) -> None:
 
 
 @posix
-def test_a_terminal_may_be_left_alone(points_file: Path, tmp_path: Path) -> None:
+def test_quiet_draws_no_bar(points_file: Path, tmp_path: Path) -> None:
     target = tmp_path / "a.obj"
     done = on_terminal("reconstruct", points_file, "-o", target, "--quiet", *QUICK)
     assert done == (0, "", "")
@@ -181,7 +181,7 @@ def test_points_come_in_every_format(
 @posix
 @pytest.mark.parametrize("seen", ["numpy", "typer", "neurbs.cli"])
 def test_ctrl_c_while_libraries_are_loaded(seen: str) -> None:
-    # Python tells each module that it has loaded: so the test knows that it is in the midst.
+    # Python prints each module after its import, so the test can interrupt in between.
     command = [sys.executable, "-X", "importtime", "-m", "neurbs", "--help"]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
@@ -204,7 +204,7 @@ def test_ctrl_c_at_any_moment_of_the_start(points_file: Path, tmp_path: Path) ->
     words = ["reconstruct-paper", str(points_file), "-o", str(tmp_path / "a.step"), *ENDLESS]
     for tenth in range(1, 8):
         process = subprocess.Popen([*COMMAND, *words], stderr=subprocess.PIPE, text=True)
-        # Before that it is Python alone, which answers in its own way.
+        # Before that, Python itself handles Ctrl-C.
         wait_for_the_program(process)
         time.sleep(tenth / 20)
         process.send_signal(signal.SIGINT)
@@ -213,7 +213,7 @@ def test_ctrl_c_at_any_moment_of_the_start(points_file: Path, tmp_path: Path) ->
 
 
 def wait_for_the_program(process: subprocess.Popen[str]) -> None:
-    """Wait until the process handles SIGINT in Python code of ours, as Linux tells."""
+    """Wait until the process has loaded NumPy and handles SIGINT itself."""
     status = Path(f"/proc/{process.pid}/maps")
     if not status.exists():
         time.sleep(0.2)

@@ -1,4 +1,4 @@
-"""Files that are not what they seem: cut short, or leading elsewhere."""
+"""Files that are cut short, or refer to other files."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Pictures: their size, what they show, that proportions are told; animations; notebooks."""
+"""Pictures: size, content, proportions; animations; notebooks."""
 
 import re
 import shutil
@@ -46,7 +46,7 @@ def test_the_file_is_a_figure_of(result: Reconstruction, tmp_path: Path) -> None
     result.save(tmp_path / "a.png")
     image = imread(tmp_path / "a.png")[:, :, :3]
     assert image.shape[1:] == (1600, 3)
-    # Hills are flat: the picture is no higher than they need.
+    # The hills are flat, so the picture is low.
     assert 600 < len(image) < 700
     for panel in np.split(image, 2, axis=1):
         white = (panel == 1).all(axis=2)
@@ -54,7 +54,7 @@ def test_the_file_is_a_figure_of(result: Reconstruction, tmp_path: Path) -> None
         # Nothing is cut off: the margins are white.
         assert white[:, :4].all()
         assert white[[0, -1]].all()
-    # Shades of a lit surface, against a few colors and their mixtures.
+    # A lit surface has many shades.
     numbers = (image * 255).astype(int) @ [1, 256, 65536]
     left, right = (len(np.unique(half)) for half in np.split(numbers, 2, axis=1))
     assert right > 2 * left > 200
@@ -66,7 +66,7 @@ def test_the_same_result_gives_the_same_file(result: Reconstruction, tmp_path: P
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_titles_tell_what_is_shown(result: Reconstruction) -> None:
+def test_titles_name_the_content(result: Reconstruction) -> None:
     titles = [text.get_text() for text in figure_of(result).texts]
     assert titles == ["400 points, 9 × 7 lattice", "NURBS surface, 9 × 7 control points, degree 3"]
 
@@ -81,7 +81,7 @@ def test_a_short_axis_is_exaggerated_and_says_so(square: NDArray[np.float64], ax
     scale[axis] = 0.025
     figure = figure_of(reconstructed(square * scale))
     expected = ["x", "y", "z"]
-    # A quarter of the longer sides is shown, whatever the surface's border adds.
+    # The drawn side is a quarter of the longer ones, plus the border of the surface.
     expected[axis] += r" × [\d.]+"
     assert all(map(re.fullmatch, expected, labels(figure)))
     shares = np.array([panel._box_aspect for panel in figure.axes])  # type: ignore[attr-defined]
@@ -129,7 +129,7 @@ def dome() -> neurbs.NurbsSurface:
 
 
 def facets(figure: Figure) -> NDArray[np.float64]:
-    """Read the colors of the drawn facets as the picture has them."""
+    """Return the colors of the drawn facets."""
     (drawn,) = (c for c in figure.axes[0].collections if isinstance(c, Poly3DCollection))
     return np.asarray(drawn._facecolor3d)
 
@@ -162,7 +162,7 @@ def test_a_deviation_has_its_sign_and_its_place(rng: np.random.Generator) -> Non
     assert blue == pytest.approx(0.5, abs=0.05)
 
 
-def test_where_there_are_no_points_it_is_grey(rng: np.random.Generator) -> None:
+def test_places_without_points_are_gray(rng: np.random.Generator) -> None:
     plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
     deviation = Deviation.of(plane, rng.random((3000, 3)) * [0.4, 1, 1])
     values = deviation.over_surface(plane, np.array([0.1, 0.9]), np.array([0.5]))
@@ -257,7 +257,7 @@ def test_a_graph_is_drawn(square: NDArray[np.float64]) -> None:
         som.plot(color="u-matrix")
 
 
-# Films
+# Animations
 
 
 @pytest.mark.parametrize(
@@ -288,11 +288,11 @@ def test_the_lattice_unfolds_in_the_animation(square: NDArray[np.float64], tmp_p
         animation.seek(14)
         last = np.array(animation.convert("RGB"))
         with pytest.raises(EOFError):
-            animation.seek(15)  # The last one stands longer instead.
+            animation.seek(15)  # The last frame is shown for longer instead.
         assert animation.size == (512, 512)
 
     def width(image: NDArray[np.uint8]) -> float:
-        """Measure how far the blue lattice spreads."""
+        """Return the extent of the blue lattice."""
         red, _, blue = np.moveaxis(image.astype(int), 2, 0)
         return float(np.nonzero(blue - red > 60)[1].std())
 
@@ -330,7 +330,7 @@ def test_an_animation_without_ffmpeg(
 # Notebooks
 
 
-def test_results_show_themselves(result: Reconstruction) -> None:
+def test_results_have_html_for_notebooks(result: Reconstruction) -> None:
     shown: list[tuple[Any, list[str]]] = [
         (result, ["Reconstruction", "400", "control points"]),
         (result.surface, ["NurbsSurface", "net 9 × 7"]),

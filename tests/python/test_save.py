@@ -1,4 +1,4 @@
-"""Results to files: read back by other readers, whole or not there."""
+"""Results to files: content, and atomic writing."""
 
 import os
 import re
@@ -39,7 +39,7 @@ def existing(path: Path) -> Path:
 
 
 def loaded(path: Path) -> tuple[Any, NDArray[np.float64]]:
-    """Read a mesh as others do, and where its vertices are placed in the scene."""
+    """Read a mesh with trimesh, with its vertices in the frame of the scene."""
     scene = trimesh.load(path, force="scene", process=False)
     (node,) = scene.graph.nodes_geometry
     transform, name = scene.graph[node]
@@ -140,7 +140,7 @@ def test_an_unknown_unit(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_stl_says_what_it_loses(tmp_path: Path, result: Reconstruction) -> None:
+def test_stl_warns_of_lost_digits(tmp_path: Path, result: Reconstruction) -> None:
     with pytest.warns(
         UserWarning, match=r"moves vertices by up to 0\.\d+ .*\.ply, \.obj and \.glb"
     ) as seen:
@@ -318,7 +318,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, suffix: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True
     )
-    # Rhino's library does not say what the system has said.
+    # Rhino's library hides the error of the system.
     reasons = {".3dm": "Rhino's library cannot write this file"}
     assert done.stdout.strip() == f"{path} {reasons.get(suffix, 'File too large')}"
     assert path.read_text() == "before"
@@ -349,7 +349,7 @@ def test_ctrl_c_is_answered_while_a_large_mesh_is_written(
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_is_not_lost_in_a_library(unanswered: Callable[..., float], tmp_path: Path) -> None:
-    """Interrupt while trimesh is imported, which swallows what is raised then."""
+    """Interrupt the import of trimesh, which catches all exceptions."""
     path = tmp_path / "a.stl"
     neurbs.save(plane().tessellate(), path)
     assert unanswered("", f"neurbs.read_points({str(path)!r})", 0.03) > 0

@@ -1,4 +1,4 @@
-"""Points in files of scanners, grids and simulations, written by libraries that are not ours."""
+"""Points in files of scanners, grids and simulations, written by other libraries."""
 
 import re
 import sys
@@ -23,7 +23,7 @@ import neurbs
 from neurbs import NeurbsError
 
 BLOCKS = 150_000
-"""More points than are worked on at once."""
+"""More points than one block."""
 
 
 def survey(n: int) -> NDArray[np.float64]:
@@ -82,14 +82,14 @@ def test_las_keeps_every_point(tmp_path: Path, suffix: str) -> None:
     points = survey(BLOCKS)
     write_las(tmp_path / f"a{suffix}", points)
     read = neurbs.read_points(tmp_path / f"a{suffix}")
-    # The format counts in steps of its scale, here a millimeter.
+    # The format stores multiples of its scale, here a millimeter.
     np.testing.assert_allclose(read, points, rtol=0, atol=1e-9)
     assert read.flags.c_contiguous
     assert read.flags.owndata
 
 
 @pytest.mark.parametrize(("crs", "unit"), [(32633, "m"), (2225, "US survey foot")])
-def test_las_knows_more(tmp_path: Path, crs: int, unit: str) -> None:
+def test_las_has_attributes(tmp_path: Path, crs: int, unit: str) -> None:
     write_las(tmp_path / "a.las", survey(9), crs=crs)
     cloud = neurbs.read_point_cloud(tmp_path / "a.las")
     assert cloud.crs == f"EPSG:{crs}"
@@ -213,7 +213,7 @@ ESRI = "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_valu
 
 
 @pytest.mark.parametrize("body", ["1 2 3\n4 -9999 6\n", "1 2\n3 4 -9999\n6", "1,0 2 3 4 -9999 6"])
-def test_an_esri_grid_is_told_from_a_table(tmp_path: Path, body: str) -> None:
+def test_an_esri_grid_is_distinguished_from_a_table(tmp_path: Path, body: str) -> None:
     path = tmp_path / "a.asc"
     path.write_text(ESRI + body)
     cloud = neurbs.read_point_cloud(path)
@@ -329,7 +329,7 @@ def test_meshes_give_their_vertices_where_they_are_placed(tmp_path: Path) -> Non
     assert cloud.unit == "m"
 
 
-# Damage, and libraries that are not there
+# Damaged files and missing libraries
 
 SCANS: dict[str, Callable[[Path], None]] = {
     ".las": lambda path: write_las(path, survey(5000)),
@@ -386,12 +386,12 @@ def test_a_missing_library_is_named(
 
 
 class Missing:
-    """Finds no module of this name, and keeps others from finding it."""
+    """Import finder that hides a module."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def find_spec(self, name: str, *_: object) -> None:
-        """Answer as Python does when nobody finds a module."""
+        """Raise the error of Python for a missing module."""
         if name.partition(".")[0] == self.name:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)

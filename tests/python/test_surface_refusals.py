@@ -1,4 +1,4 @@
-"""What is no curve, no surface and no argument is refused, and the message says why."""
+"""Bad arguments of curves and surfaces, and the messages of their errors."""
 
 from collections.abc import Callable
 from typing import Any
@@ -80,7 +80,9 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
 
 
 @pytest.mark.parametrize(("call", "argument", "message"), REFUSALS, ids=lambda x: str(x)[:40])
-def test_it_is_refused(call: Callable[[Any], object], argument: Any, message: str) -> None:
+def test_bad_arguments_are_refused(
+    call: Callable[[Any], object], argument: Any, message: str
+) -> None:
     with pytest.raises(NeurbsError, match=message):
         call(argument)
 

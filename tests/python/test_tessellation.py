@@ -1,4 +1,4 @@
-"""Adaptive meshes, and what can be asked of a mesh."""
+"""Adaptive meshes and the methods of a mesh."""
 
 import subprocess
 import sys
@@ -50,7 +50,7 @@ def test_tolerances_are_lengths_or_shares() -> None:
         np.testing.assert_array_equal(mesh.vertices, default.vertices)
 
 
-def test_a_mesh_measures_itself_as_trimesh_does() -> None:
+def test_measures_of_a_mesh_agree_with_trimesh() -> None:
     mesh = NurbsSurface.torus([5, 5, 5], 3, 1).tessellate(0.001)
     other = mesh.to_trimesh()
     assert isinstance(other, trimesh.Trimesh)
@@ -138,7 +138,7 @@ def test_a_graph_is_no_mesh() -> None:
         som.fit(np.random.default_rng(0).random((50, 3))).mesh()
 
 
-def test_meshes_save_themselves(tmp_path: Path) -> None:
+def test_meshes_have_a_method_save(tmp_path: Path) -> None:
     mesh = waves().tessellate(0.1)
     mesh.save(tmp_path / "mesh.ply")
     loaded = trimesh.load(tmp_path / "mesh.ply", process=False)
@@ -186,7 +186,7 @@ def test_impossible_limits_are_refused(keywords: dict[str, object], message: str
         waves().tessellate(**keywords)  # type: ignore[arg-type]
 
 
-def test_progress_is_told() -> None:
+def test_progress_is_reported() -> None:
     seen: list[Progress] = []
     waves().tessellate(0.01, progress=seen.append)
     assert {progress.stage for progress in seen} == {"tessellation"}
