@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import os
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,9 @@ from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report
 from neurbs.renamed import missing_attribute
 from neurbs.som import SelfOrganizingMap
+
+if TYPE_CHECKING:
+    from neurbs.io import PointCloud
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,6 +79,23 @@ class Reconstruction:
         from neurbs import io
 
         io.save(self, path)
+
+    def _file_parts(self) -> dict[str, Callable[[], Any]]:
+        """Return the parts that files can store, in order of preference, for `neurbs.save`."""
+        return {
+            "mesh": lambda: self.mesh,
+            "surface": lambda: self.surface,
+            "points": self._with_distances,
+            "picture": lambda: self,
+            "report": lambda: self,
+        }
+
+    def _with_distances(self) -> PointCloud:
+        """Return the points with their distances to the surface."""
+        from neurbs.io import PointCloud
+
+        distances = self.surface.closest_points(self.points).distances
+        return PointCloud(self.points, distances=distances)
 
     def plot(
         self,

@@ -154,9 +154,6 @@ def check_target(path: str | os.PathLike[str]) -> None:
 
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
     """Return the parts of an object that files can store, in order of preference."""
-    # Imported here, because `neurbs.reconstruction` uses this module.
-    from neurbs.reconstruction import Reconstruction
-
     match thing:
         case TriangleMesh():
             return {"mesh": lambda: thing}
@@ -164,20 +161,9 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
             return {"surface": lambda: thing, "mesh": thing.tessellate}
         case PointCloud():
             return {"points": lambda: thing}
-        case Reconstruction():
-            return {
-                "mesh": lambda: thing.mesh,
-                "surface": lambda: thing.surface,
-                "points": lambda: _points(thing),
-                "picture": lambda: thing,
-                "report": lambda: thing,
-            }
-    return {}
-
-
-def _points(result: Reconstruction) -> PointCloud:
-    distances = result.surface.closest_points(result.points).distances
-    return PointCloud(result.points, distances=distances)
+    # Not by its class, as the module of `Reconstruction` uses this one.
+    parts: Callable[[], dict[str, Callable[[], Any]]] = getattr(thing, "_file_parts", dict)
+    return parts()
 
 
 def _write_report(result: Reconstruction, path: str) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import base64
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from neurbs import Reconstruction
 from neurbs.deviation import Deviation
 from neurbs.plot.axes_box import INK, PALE, AxesBox, sample
 from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
 from neurbs.plot.matplotlib_scene import NET
+
+if TYPE_CHECKING:
+    from neurbs import Reconstruction
 
 _FACETS = 160
 """Facets along each side of the surface."""
