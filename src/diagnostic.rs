@@ -1,13 +1,13 @@
-//! What a user should know about points or a surface: one enum, with stable codes.
+//! Diagnostics: findings about points or a surface, one enum with stable codes.
 //!
-//! Nothing parses the messages. A program reads the variant, or its [`code`](Diagnostic::code).
+//! A program should read the variant or its [`code`](Diagnostic::code), not parse the message.
 //! In a message, arguments stand between backticks: the command line shows its options instead.
 
 use std::fmt;
 
 use crate::chart::Kind;
 
-/// A finding about points or about the surface through them. Lengths are in the points' unit,
+/// A finding about points or about the surface fitted to them. Lengths are in the points' unit,
 /// shares are from 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Diagnostic {
@@ -23,7 +23,7 @@ pub enum Diagnostic {
         /// Diagonal of the box.
         diagonal: f64,
     },
-    /// Part of a closed surface has no points near.
+    /// A part of a closed surface has no points near.
     Uncovered {
         /// Share of the area.
         share: f64,
@@ -46,28 +46,28 @@ pub enum Diagnostic {
     OneSided,
     /// The points lie in two layers that the surface does not separate.
     TwoLayers {
-        /// Root mean square distance of points that were left out of the fit.
+        /// Root mean square distance of held-out points.
         held_out: f64,
         /// Noise of the points.
         noise: f64,
     },
     /// The cloud has several components.
     Components {
-        /// Points of each, the largest first.
+        /// Number of points of each component, the largest first.
         sizes: Vec<usize>,
-        /// The one that was fitted; `None`: all together.
+        /// The component that was fitted; `None`: all together.
         fitted: Option<usize>,
     },
     /// The axes look like different units.
     MixedUnits {
-        /// What each coordinate was divided by for the fit.
+        /// Divisor of each coordinate for the fit.
         scale: [f64; 3],
     },
     /// Points were left out as outliers: many of them, or a group.
     LeftOut {
-        /// How many.
+        /// Number of points left out.
         count: usize,
-        /// Points of the cloud.
+        /// Number of points of the cloud.
         points: usize,
         /// Whether they lie together.
         together: bool,
@@ -76,23 +76,23 @@ pub enum Diagnostic {
     NoData {
         /// The value.
         value: f64,
-        /// How many points have it.
+        /// Number of points that have it.
         count: usize,
     },
     /// Points lie farther from the surface than the tolerance.
     ToleranceMissed {
         /// The tolerance.
         tolerance: f64,
-        /// Points that lie farther away.
+        /// Number of points farther away.
         missed: usize,
-        /// Points that were fitted.
+        /// Number of fitted points.
         points: usize,
-        /// Why no closer surface was found.
+        /// The reason why no closer surface was found.
         cause: Cause,
     },
-    /// The kind that was asked for does not fit the points.
+    /// The requested kind does not fit the points.
     KindDoubtful {
-        /// The kind that was asked for.
+        /// The requested kind.
         asked: Kind,
         /// Root mean square distance of the points from the surface.
         rms: f64,
@@ -101,7 +101,7 @@ pub enum Diagnostic {
     },
     /// Training ended before the map settled.
     NotSettled {
-        /// Steps made.
+        /// Number of training steps.
         steps: u64,
         /// Largest move of a node in the last epoch; `None` if no epoch was finished.
         change: Option<f64>,
@@ -113,10 +113,10 @@ pub enum Diagnostic {
     },
 }
 
-/// Why a tolerance was missed.
+/// The reason why a tolerance was missed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The net has as many control points as were allowed.
+    /// The net has the largest number of control points allowed.
     MaxControlPoints,
     /// The size of the net was given.
     Grid,
@@ -141,21 +141,22 @@ impl Cause {
         }
     }
 
+    /// The cause and its remedy, for the message.
     fn remedy(self) -> &'static str {
         match self {
             Self::MaxControlPoints => {
-                "the net has as many control points as allowed: raise `max_control_points`"
+                "The net has the largest size allowed: raise `max_control_points`"
             }
-            Self::Grid => "the net is too small: give a larger `grid`",
-            Self::Points => "the points do not determine a larger net: raise the `tolerance`",
-            Self::Defects => "closer fits fold or overshoot: raise the `tolerance`",
-            Self::Noise => "closer fits follow the noise: raise the `tolerance`",
+            Self::Grid => "The given `grid` is too small: give a larger one",
+            Self::Points => "The points do not determine a larger net: raise the `tolerance`",
+            Self::Defects => "Closer fits fold or overshoot: raise the `tolerance`",
+            Self::Noise => "Closer fits follow the noise: raise the `tolerance`",
         }
     }
 }
 
 impl Diagnostic {
-    /// Each code, with its meaning in one line.
+    /// Each code with its meaning in one line.
     ///
     /// ```
     /// use neurbs::Diagnostic;
@@ -205,7 +206,7 @@ impl Diagnostic {
         }
     }
 
-    /// Whether a surface with this finding is not valid.
+    /// Whether this finding makes a surface invalid.
     ///
     /// ```
     /// use neurbs::Diagnostic;
@@ -242,12 +243,13 @@ impl fmt::Display for Diagnostic {
 }
 
 impl Diagnostic {
+    /// Writes the message of a finding about the surface.
     fn write_about_surface(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Folded { share } => write!(
                 f,
                 "The surface folds over: {} of the neighboring normals turn over. Raise \
-                 `fairness`, use fewer control points, or give another `kind`.",
+                 `fairness`, use fewer control points, or use another `kind`.",
                 Percent(share)
             ),
             Self::Overshoot { distance, diagonal } => write!(
@@ -265,7 +267,7 @@ impl Diagnostic {
             ),
             Self::Torn { share } => write!(
                 f,
-                "{} of the neighboring points are far apart on the surface. Give another `kind`, or \
+                "{} of the neighboring points are far apart on the surface. Use another `kind`, or \
                  fit parts of the cloud.",
                 Percent(share)
             ),
@@ -278,8 +280,7 @@ impl Diagnostic {
             ),
             Self::ToleranceMissed { tolerance, missed, points, cause } => write!(
                 f,
-                "Tolerance {} not reached: {missed} of {points} points are farther away. Cause and \
-                 remedy: {}.",
+                "Tolerance {} not reached: {missed} of {points} points are farther away. {}.",
                 Short(tolerance),
                 cause.remedy()
             ),
@@ -287,6 +288,7 @@ impl Diagnostic {
         }
     }
 
+    /// Writes the message of a finding about the points.
     fn write_about_points(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Thick { rms, diagonal } => write!(
@@ -385,7 +387,7 @@ impl fmt::Display for Short {
     }
 }
 
-/// A share in percent.
+/// A share, written in percent.
 struct Percent(f64);
 
 impl fmt::Display for Percent {
@@ -394,7 +396,7 @@ impl fmt::Display for Percent {
     }
 }
 
-/// Numbers of points, of which the first few are written.
+/// Numbers of points, of which only the first are written.
 struct Points<'a>(&'a [usize]);
 
 impl fmt::Display for Points<'_> {

@@ -32,7 +32,7 @@ impl fmt::Display for NoData {
         write!(
             f,
             "{count} points have {} = {value}, far from all others, as if that stood for no data: they \
-             are left out; `clean=False` keeps them",
+             are left out; clean=False keeps them",
             ["x", "y", "z"][*axis]
         )
     }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::arrays::{self, Numbers};
 use super::call;
-use super::errors::argument_error;
+use super::errors::NeurbsError;
 use super::surface::NurbsSurface;
 use crate::nurbs::ClosestPointSlices;
 
@@ -100,7 +100,7 @@ impl NurbsSurface {
         };
         if converged.len() != count {
             let got = format!("{} of them", converged.len());
-            return Err(argument_error("out", format!("out must be of {count} points, got {got}")));
+            return Err(NeurbsError::new_err(format!("out must be of {count} points, got {got}")));
         }
         {
             let points = points.as_slice()?;

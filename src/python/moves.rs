@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use super::arguments::optional_real;
 use super::arrays::{self, Numbers};
 use super::call;
-use super::errors::argument_error;
+use super::errors::NeurbsError;
 use super::evaluation::Array;
 use super::knots::step;
 use super::surface::NurbsSurface;
@@ -21,8 +21,8 @@ pub(super) fn affine(matrix: &Bound<'_, PyAny>) -> PyResult<DAffine3> {
     let numbers = Numbers::new(matrix, "matrix", expected, shapes)?;
     let rows: &[[f64; 4]] = numbers.as_slice()?;
     if rows.get(3).is_some_and(|row| *row != [0.0, 0.0, 0.0, 1.0]) {
-        let message = format!("matrix must end in [0, 0, 0, 1], got {:?}", rows[3]);
-        return Err(argument_error("matrix", message));
+        let got = format!("{:?}", rows[3]);
+        return Err(NeurbsError::new_err(format!("matrix must end in [0, 0, 0, 1], got {got}")));
     }
     let column = |j: usize| DVec3::new(rows[0][j], rows[1][j], rows[2][j]);
     Ok(DAffine3::from_cols(column(0), column(1), column(2), column(3)))
