@@ -48,7 +48,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: NurbsCurve(x, np.full(4, 1e200)), np.full((4, 3), 1e200), "multiplied by its"),
     (NurbsCurve, np.empty((0, 3)), "more than the degree, 3, got 0"),
     (NurbsCurve.interpolate, np.empty((0, 3)), "more than the degree, 3, got 0"),
-    (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbors"),
+    (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbou?rs"),
     (lambda x: NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0], x), 7, "a full turn"),
     (NurbsCurve.from_dict, {}, "a dict with control_points"),
     (NurbsSurface.from_dict, 7, "a dict with control_points"),
