@@ -1,6 +1,7 @@
 //! Diagnostics: findings about points or a surface, one enum with stable codes.
 //!
 //! A program should read the variant or its [`code`](Diagnostic::code), not parse the message.
+//! In a message, arguments stand between backticks: the command line shows its options instead.
 
 use std::fmt;
 
@@ -144,12 +145,12 @@ impl Cause {
     fn remedy(self) -> &'static str {
         match self {
             Self::MaxControlPoints => {
-                "The net has the largest size allowed: raise max_control_points"
+                "The net has the largest size allowed: raise `max_control_points`"
             }
-            Self::Grid => "The given grid is too small: give a larger one",
-            Self::Points => "The points do not determine a larger net: raise the tolerance",
-            Self::Defects => "Closer fits fold or overshoot: raise the tolerance",
-            Self::Noise => "Closer fits follow the noise: raise the tolerance",
+            Self::Grid => "The given `grid` is too small: give a larger one",
+            Self::Points => "The points do not determine a larger net: raise the `tolerance`",
+            Self::Defects => "Closer fits fold or overshoot: raise the `tolerance`",
+            Self::Noise => "Closer fits follow the noise: raise the `tolerance`",
         }
     }
 }
@@ -247,33 +248,33 @@ impl Diagnostic {
         match *self {
             Self::Folded { share } => write!(
                 f,
-                "The surface folds over: {} of the neighboring normals turn over. Raise fairness, \
-                 use fewer control points, or use another kind.",
+                "The surface folds over: {} of the neighboring normals turn over. Raise \
+                 `fairness`, use fewer control points, or use another `kind`.",
                 Percent(share)
             ),
             Self::Overshoot { distance, diagonal } => write!(
                 f,
                 "The surface leaves the points' bounding box by {}, which is {} of its diagonal. \
-                 Raise fairness or use fewer control points.",
+                 Raise `fairness` or use fewer control points.",
                 Short(distance),
                 Percent(distance / diagonal)
             ),
             Self::Uncovered { share } => write!(
                 f,
-                "{} of the surface's area has no points near. Use kind 'sheet' if the points lie \
-                 on an open surface.",
+                "{} of the surface's area has no points near. Use `kind=\"sheet\"` if the points \
+                 lie on an open surface.",
                 Percent(share)
             ),
             Self::Torn { share } => write!(
                 f,
-                "{} of the neighboring points are far apart on the surface. Use another kind, or \
+                "{} of the neighboring points are far apart on the surface. Use another `kind`, or \
                  fit parts of the cloud.",
                 Percent(share)
             ),
             Self::KindDoubtful { asked, rms, diagonal } => write!(
                 f,
                 "The points do not look like kind '{asked}': their rms distance from it is {}, \
-                 which is {} of the diagonal. Use kind 'auto' or another one.",
+                 which is {} of the diagonal. Use `kind=\"auto\"` or another one.",
                 Short(rms),
                 Percent(rms / diagonal)
             ),
@@ -318,7 +319,7 @@ impl Diagnostic {
                     Some(component) => write!(f, "Only component {component} was fitted.")?,
                     None => f.write_str("One surface was fitted to all of them.")?,
                 }
-                f.write_str(" Choose with component, or fit each with component 'each'.")
+                f.write_str(" Choose one with `component`, or fit each: `component=\"each\"`.")
             }
             Self::MixedUnits { scale } => {
                 f.write_str("Axes look like mixed units: ")?;
@@ -329,31 +330,31 @@ impl Diagnostic {
                     .collect();
                 f.write_str(&words.join(", "))?;
                 f.write_str(
-                    " for the fit; results are in your units. Give axis_scale to decide it.",
+                    " for the fit; results are in your units. Give `axis_scale` to choose it.",
                 )
             }
             Self::LeftOut { count, points, together } => write!(
                 f,
-                "{count} of {points} points were left out as outliers{}. Turn clean and robust \
-                 off to keep them.",
+                "{count} of {points} points were left out as outliers{}. Use `clean=False` and \
+                 `robust=False` to keep them.",
                 if *together { ", and they lie together" } else { "" }
             ),
             Self::NoData { value, count } => write!(
                 f,
-                "{count} points with the no-data value {value} were left out. Turn clean off to \
-                 keep them."
+                "{count} points with the no-data value {value} were left out. Use \
+                 `clean=False` to keep them."
             ),
             Self::NotSettled { steps, change } => {
                 write!(f, "Training ended after {steps} steps")?;
                 if let Some(change) = change {
                     write!(f, ", while the lattice still moved {} an epoch", Short(*change))?;
                 }
-                f.write_str(". Raise max_steps or min_change.")
+                f.write_str(". Raise `max_steps` or `min_change`.")
             }
             Self::Overlapping { share } => write!(
                 f,
-                "{} of the points overlap along z, so a height field cannot follow them. Use kind \
-                 'sheet' or 'tube'.",
+                "{} of the points overlap along z, so a height field cannot follow them. Use \
+                 `kind=\"sheet\"` or `kind=\"tube\"`.",
                 Percent(*share)
             ),
             _ => Ok(()),

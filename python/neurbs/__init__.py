@@ -210,19 +210,19 @@ _HOMES = {
     "som": ("SelfOrganizingMap",),
     "versions": ("show_versions",),
 }
-"""The modules that hold the public names; `_core` holds all others."""
+"""For each module its public names; all others are in `_core`."""
 
 _MODULES = ("io", "plot", "report")
-"""Modules that users know by name."""
+"""Public modules."""
 
 
-if not TYPE_CHECKING:  # A checker knows all names, and finds those that are misspelt.
+if not TYPE_CHECKING:  # Type checkers must report misspelt names.
 
     def __getattr__(name: str) -> object:
-        """Import what is asked for when it is asked for first (PEP 562).
+        """Import a public name when it is first used (PEP 562).
 
-        So the command can answer Ctrl-C before NumPy is loaded, and nobody waits for what is not
-        used.
+        The command line can then answer Ctrl-C before NumPy is loaded, and unused modules cost no
+        time.
         """
         if name in _MODULES:
             return importlib.import_module(f"neurbs.{name}")
@@ -241,6 +241,6 @@ def __dir__() -> list[str]:
 
 
 if "numpy" in sys.modules or any("neurbs." in option for option in sys.warnoptions):
-    # Who has loaded NumPy has points, and the first call need not wait for what takes them.
-    # An option -W that names a class of ours applies from here on.
+    # A program that has loaded NumPy will soon call `reconstruct`: import it now, not then.
+    # An option -W that names a warning of neurbs is applied by this import.
     importlib.import_module("neurbs.reconstruction_fit")

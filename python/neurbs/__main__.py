@@ -1,6 +1,6 @@
 """The command `neurbs`, and `python -m neurbs`.
 
-Ctrl-C is answered before NumPy and Typer are loaded, which takes a quarter of a second.
+Ctrl-C is handled before NumPy and Typer are loaded, which takes a quarter of a second.
 """
 
 import os
@@ -13,7 +13,7 @@ _INTERRUPTED = 130
 
 def main() -> None:
     """Run the command line and leave Python with its exit code."""
-    # Who starts a program with Ctrl-C ignored, as `nohup` does, means it.
+    # Ctrl-C stays ignored if it is ignored at the start, as under `nohup`.
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _leave)
     from neurbs.cli import main as run
@@ -23,15 +23,15 @@ def main() -> None:
     except SystemExit as leaving:
         if leaving.code != _INTERRUPTED:
             raise
-        # Python takes a Ctrl-C that came while it evaluated a text, as dataclasses and annotations
-        # are, for one that nobody has handled, and would end by the signal instead of the code.
+        # After a Ctrl-C while Python compiled a string, as for dataclasses and annotations, Python
+        # takes it for unhandled and would exit by the signal, not with this code.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(_INTERRUPTED)
 
 
 def _leave(_number: int, _frame: object) -> None:
-    """Leave at once: while libraries are loaded, nothing is begun that would have to be undone."""
+    """Exit at once: while libraries are loaded there is nothing to clean up."""
     if "--json" in sys.argv:
         document = b'{"error": {"type": "KeyboardInterrupt", "message": "interrupted"}}\n'
         os.write(1, document)

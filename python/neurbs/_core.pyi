@@ -57,6 +57,9 @@ __version__: str
 class NeurbsError(ValueError):
     """Invalid input. The message gives the requirement, the value received, and what to do."""
 
+    argument: str | None
+    """The argument that the error is about, None if it is not about the value of one."""
+
 @final
 class Progress:
     """The current state of a long job."""

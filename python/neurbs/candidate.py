@@ -1,4 +1,4 @@
-"""The hypotheses among which a surface is chosen."""
+"""The hypotheses about a surface, each with its score."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from neurbs import _core
 
 @dataclasses.dataclass(frozen=True)
 class Candidate:
-    """A hypothesis about the surface, its score, and what became of it.
+    """A hypothesis about the surface, with its score and outcome.
 
     Attributes
     ----------
     chart : str
-        The chart that put the points on a parameter domain.
+        The chart: the method that gives each point its parameters (u, v).
     kind : {"height", "sheet", "tube", "torus"}
         The kind of surface.
     direction : (float, float, float) or None
-        The direction of the heights, of a height field.
+        For a height field the direction of the heights.
     score : float or None
-        The score, the lowest of which wins; None if it was not computed.
+        The score; the lowest wins. None if it was not computed.
     terms : dict of str to float
         The weighted terms whose sum is the score.
     rank : int or None
-        Place in the ranking, the first being 1; None without a score.
+        Place in the ranking from 1; None without a score.
     outcome : str
-        ``"chosen"``, or why it lost.
+        ``"chosen"``, or the reason why it was not.
     """
 
     chart: str
@@ -43,7 +43,7 @@ class Candidate:
 
 
 def of_core(found: Iterable[dict[str, Any]]) -> tuple[Candidate, ...]:
-    """Wrap the candidates of the core."""
+    """Convert candidates from the core."""
     return tuple(Candidate(**candidate) for candidate in found)
 
 
@@ -52,7 +52,7 @@ COLUMNS = ("rank", "chart", "kind", "score", "outcome")
 
 
 def rows(candidates: Iterable[Candidate]) -> list[tuple[str, str, str, str, str]]:
-    """Return the table of candidates as texts."""
+    """Return the cells of a table of candidates."""
     return [
         (
             "–" if one.rank is None else str(one.rank),
@@ -66,7 +66,7 @@ def rows(candidates: Iterable[Candidate]) -> list[tuple[str, str, str, str, str]
 
 
 def table(candidates: Iterable[Candidate]) -> str:
-    """Return the table of candidates, a line for each, in columns."""
+    """Return a table of candidates as text, one line each."""
     texts = rows(candidates)
     widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
     lines = (
@@ -82,7 +82,7 @@ def candidates(
     *,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> list[Candidate]:
-    """Rank the hypotheses about points, without the fit of the final surface.
+    """Rank the hypotheses about the surface of points, without a final fit.
 
     Parameters
     ----------
@@ -101,7 +101,8 @@ def candidates(
     Raises
     ------
     NeurbsError
-        If the points cannot be a surface, or the kind is unknown.
+        If no surface fits the points (fewer than four distinct ones, or all on one line), or the
+        kind is unknown.
 
     Examples
     --------

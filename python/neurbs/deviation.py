@@ -1,4 +1,4 @@
-"""How far points lie from a surface, and on which side."""
+"""Signed distances of points from a surface."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction
 
 _CHUNK = 1_000_000
-"""Points whose normals are held at a time."""
+"""Points whose normals are computed at a time, to bound the memory."""
 
-_POINTS_A_BIN = 6
-"""Points that a bin of the map over (u, v) holds on average."""
+_POINTS_PER_BIN = 6
+"""Mean number of points in a bin over (u, v)."""
 
-_MOST_BINS = 128
-"""Bins along each side of that map at most."""
+_MAX_BINS = 128
+"""Largest number of bins along u and along v."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Deviation:
     Attributes
     ----------
     uv : ndarray of shape (n, 2)
-        Parameters of each point's foot on the surface.
+        Parameters of each point's projection onto the surface.
     signed : ndarray of shape (n,)
-        Distance from point to foot, positive on the side that the normal points to.
+        Distance from each point to its projection, positive on the side of the normal.
     """
 
     uv: NDArray[np.float64]
@@ -61,18 +61,18 @@ class Deviation:
         (0.3536, 0.4, 0.5)
         """
         points = _core.as_points(points)
-        feet = surface.closest_points(points)
-        return cls._with_sides(surface, points, feet.uv, feet.distances)
+        projections = surface.closest_points(points)
+        return cls._with_signs(surface, points, projections.uv, projections.distances)
 
     @classmethod
     def of_result(cls, result: Reconstruction) -> Deviation:
-        """Return the deviation of a result's inliers; what it has measured itself is not again."""
+        """Return the deviation of a result's inliers, without measuring it again."""
         inliers = result.inliers
         measured = (result.points[inliers], result.uv[inliers], result.deviations[inliers])
-        return cls._with_sides(result.surface, *measured)
+        return cls._with_signs(result.surface, *measured)
 
     @classmethod
-    def _with_sides(
+    def _with_signs(
         cls,
         surface: NurbsSurface,
         points: NDArray[np.float64],
@@ -95,12 +95,12 @@ class Deviation:
 
     @property
     def rms(self) -> float:
-        """Root of the mean of the squared distances."""
+        """Root mean square of the distances."""
         return float(np.sqrt(np.mean(self.signed**2)))
 
     @property
     def mean(self) -> float:
-        """Mean of the signed distances: zero where the surface runs amid its points."""
+        """Mean of the signed distances; 0 if the points lie evenly on both sides."""
         return float(self.signed.mean())
 
     @property
@@ -109,11 +109,11 @@ class Deviation:
         return float(self.distances.max())
 
     def percentiles(self, *shares: float) -> dict[float, float]:
-        """Return the distances that these shares, in per cent, of the points do not exceed."""
+        """Return percentiles of the distances, for shares from 0 to 100."""
         return dict(zip(shares, np.percentile(self.distances, shares).tolist(), strict=True))
 
     def within(self, tolerance: float) -> float:
-        """Return the share of points, from 0 to 1, that are at most `tolerance` away."""
+        """Return the share of points, from 0 to 1, whose distance is at most `tolerance`."""
         return float(np.mean(self.distances <= tolerance))
 
     def over_surface(
@@ -124,16 +124,16 @@ class Deviation:
         Parameters
         ----------
         surface : NurbsSurface
-            The surface that was measured.
+            The surface from which the deviation was measured.
         u, v : ndarray of shape (n_u,) and (n_v,)
             Parameters.
 
         Returns
         -------
         ndarray of shape (n_u, n_v)
-            NaN where there is no point nearby.
+            NaN where no points are near.
         """
-        bins = int(np.clip(np.sqrt(len(self.signed) / _POINTS_A_BIN), 2, _MOST_BINS))
+        bins = int(np.clip(np.sqrt(len(self.signed) / _POINTS_PER_BIN), 2, _MAX_BINS))
         low, high = np.transpose(surface.domain)
         row, col = np.clip((self.uv - low) / (high - low) * bins, 0, bins - 1).astype(int).T
         cell, shape = row * bins + col, bins * bins
@@ -141,7 +141,7 @@ class Deviation:
         sums: NDArray[np.float64]
         counts = np.bincount(cell, minlength=shape).astype(float).reshape(bins, bins)
         sums = np.bincount(cell, self.signed, minlength=shape).astype(float).reshape(bins, bins)
-        # Places of the parameters among the centres of bins.
+        # Fractional indices of the parameters between the centers of bins.
         at_u = (u - low[0]) / (high[0] - low[0]) * bins - 0.5
         at_v = (v - low[1]) / (high[1] - low[1]) * bins - 0.5
         weight, total = (_sampled(_smoothed(grid), at_u, at_v) for grid in (counts, sums))
@@ -149,7 +149,7 @@ class Deviation:
 
 
 def _smoothed(grid: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mix each cell with its neighbours, 1 : 2 : 1 in both directions."""
+    """Smooth a grid with weights 1, 2, 1 in both directions."""
     for _ in range(2):
         padded = np.pad(grid, ((1, 1), (0, 0)))
         grid = (padded[:-2] + 2 * padded[1:-1] + padded[2:]).T / 4
@@ -159,7 +159,7 @@ def _smoothed(grid: NDArray[np.float64]) -> NDArray[np.float64]:
 def _sampled(
     grid: NDArray[np.float64], rows: NDArray[np.float64], cols: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Interpolate a grid linearly, and constantly beyond its border."""
+    """Interpolate a grid linearly, with constant values beyond its border."""
     for places in (rows, cols):
         places = np.clip(places, 0, len(grid) - 1)
         first = np.minimum(places.astype(int), len(grid) - 2)

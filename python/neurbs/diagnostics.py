@@ -1,4 +1,4 @@
-"""What a user should know about points and surfaces: diagnostics, and the warnings of them."""
+"""Diagnostics about points and surfaces, and their warnings."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from neurbs import _core
 
 
 class NeurbsWarning(UserWarning):
-    """The base of all warnings about points and surfaces; `code` says which one it is.
+    """The base class of all warnings about points and surfaces.
 
-    Each code of `Diagnostic` has a subclass, which a program can filter.
+    Each code of `Diagnostic` has a subclass, which programs can filter.
 
     Attributes
     ----------
@@ -38,18 +38,18 @@ class NeurbsWarning(UserWarning):
 
 
 _OTHER_NAMES = {"not-settled": "ConvergenceWarning"}
-"""Classes that are not named after their code."""
+"""Names of classes that differ from their code."""
 
 
 def _category(code: str, meaning: str) -> type[NeurbsWarning]:
-    """Make the class of a code: ``FoldedWarning`` of ``folded``."""
+    """Make the warning class of a code: ``FoldedWarning`` for ``folded``."""
     name = _OTHER_NAMES.get(code) or "".join(map(str.title, code.split("-"))) + "Warning"
     members = {"__doc__": meaning, "__module__": "neurbs", "code": code}
     return type(name, (NeurbsWarning,), members)
 
 
 CATEGORIES = {code: _category(code, meaning) for code, meaning in _core.DIAGNOSTIC_CODES}
-"""For each code the class of its warning."""
+"""The warning class of each code."""
 
 ClosedBodyWarning = CATEGORIES["closed-body"]
 ComponentsWarning = CATEGORIES["components"]
@@ -70,14 +70,14 @@ UncoveredWarning = CATEGORIES["uncovered"]
 
 
 _ACTIONS = ("default", "always", "all", "ignore", "module", "once", "error")
-"""What an option ``-W`` may ask for; its first letters suffice."""
+"""Actions of an option ``-W``, which may be abbreviated."""
 
 
 def _apply_options(options: Iterable[str]) -> None:
-    """Apply the options ``-W`` that name classes of this package.
+    """Apply the options ``-W`` that name warning classes of this package.
 
-    Python reads them before it can import packages, says that they are invalid, and ignores them.
-    Filters that a program has set go before.
+    Python cannot import packages when it reads its options: it reports such a class as invalid and
+    ignores it. Filters that a program has set take precedence.
     """
     classes = {f"neurbs.{category.__name__}": category for category in CATEGORIES.values()}
     classes["neurbs.NeurbsWarning"] = NeurbsWarning
@@ -100,11 +100,11 @@ class Diagnostic:
     code : str
         The stable code; ``neurbs.NeurbsWarning`` has a subclass for each.
     message : str
-        Cause and remedy in words.
+        Cause and remedy; arguments stand between backticks.
     data : dict of str to object
         The numbers: shares from 0 to 1, lengths in the points' unit.
     is_defect : bool
-        Whether a surface with this finding is not valid.
+        Whether this finding makes a surface invalid.
     """
 
     code: str
@@ -118,12 +118,12 @@ class Diagnostic:
 
 
 def of_core(found: Iterable[tuple[str, str, dict[str, Any], bool]]) -> tuple[Diagnostic, ...]:
-    """Wrap what the core has found."""
+    """Convert findings from the core."""
     return tuple(Diagnostic(*finding) for finding in found)
 
 
 def warn(diagnostics: Iterable[Diagnostic], *, stacklevel: int) -> None:
-    """Issue a warning for each diagnostic, on behalf of a caller so many calls away."""
+    """Issue a warning for each diagnostic; `stacklevel` is relative to the caller."""
     for found in diagnostics:
         warnings.warn(found.message, CATEGORIES[found.code], stacklevel=stacklevel + 1)
 
@@ -134,14 +134,14 @@ def validate(
     *,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> list[Diagnostic]:
-    """Find the defects of a surface beside its points.
+    """Find the defects of a surface, given the points that it should fit.
 
     Parameters
     ----------
     surface : NurbsSurface
         A surface of any origin.
     points : array_like of shape (n, 3) or (n, 2)
-        The points that it shall follow.
+        The points that it should fit.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -153,7 +153,7 @@ def validate(
     Raises
     ------
     NeurbsError
-        If the points cannot be a surface.
+        If no surface fits the points: fewer than four distinct ones, or all on one line.
 
     Examples
     --------

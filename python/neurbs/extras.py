@@ -1,21 +1,44 @@
-"""Libraries that only some need: the extras of the package."""
+"""Optional libraries, which the extras of the package install."""
+
+from __future__ import annotations
 
 import importlib
+import importlib.util
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import EXTRAS
+
+_EXTRAS = {
+    "OCP": ("cadquery-ocp-novtk", "cad"),
+    "laspy": ("laspy[lazrs]", "io"),
+    "lzf": ("python-neo-lzf", "io"),
+    "matplotlib": ("matplotlib", "plot"),
+    "plotly": ("plotly", "report"),
+    "pye57": ("pye57", "io"),
+    "pyproj": ("pyproj", "io"),
+    "pyvista": ("pyvista", "view"),
+    "rasterio": ("rasterio", "io"),
+    "rhino3dm": ("rhino3dm", "cad"),
+    "vtkmodules": ("vtk", "vtk"),
+}
+"""For each optional library its package and the extra of neurbs that installs it."""
 
 
 def require(module: str, purpose: str) -> ModuleType:
-    """Import a library of an extra, or say which installation brings it.
+    """Import a module of an optional library, or raise with the command that installs it.
 
     Parameters
     ----------
     module : str
         Name of the module.
     purpose : str
-        What needs it, as a plural: "pictures".
+        The things that need it, as a plural: "pictures".
 
     Examples
     --------
@@ -26,9 +49,62 @@ def require(module: str, purpose: str) -> ModuleType:
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        library = module.partition(".")[0]
-        if (error.name or "").partition(".")[0] != library:
+        if not _is_missing(module, error):
             raise
-        package, extra = EXTRAS[library]
-        message = f"{purpose} need {package}: pip install 'neurbs[{extra}]'"
-        raise NeurbsError(message) from None
+        raise _not_installed(purpose, module) from None
+
+
+def require_for_file(path: Path, module: str) -> Any:
+    """Import a module that reads or writes a file, or raise with the command that installs it.
+
+    Ctrl-C is delayed until the import ends, because some libraries catch KeyboardInterrupt while
+    they import their own parts.
+    """
+    with _interrupts_delayed():
+        try:
+            return importlib.import_module(module)
+        except ModuleNotFoundError as error:
+            if not _is_missing(module, error):
+                raise
+            raise _not_installed(_files(path), module) from None
+
+
+def check_installed(path: Path, library: str) -> None:
+    """Raise if the library that a file needs is not installed; it is not imported."""
+    if importlib.util.find_spec(library) is None:
+        raise _not_installed(_files(path), library)
+
+
+def _is_missing(module: str, error: ModuleNotFoundError) -> bool:
+    """Whether an import failed because the optional library itself is not installed."""
+    library = module.partition(".")[0]
+    return library in _EXTRAS and (error.name or "").partition(".")[0] == library
+
+
+def _files(path: Path) -> str:
+    return f"{path}: {path.suffix.lower()} files"
+
+
+def _not_installed(purpose: str, module: str) -> NeurbsError:
+    package, extra = _EXTRAS[module.partition(".")[0]]
+    return NeurbsError(f"{purpose} need {package}: pip install 'neurbs[{extra}]'")
+
+
+@contextmanager
+def _interrupts_delayed() -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    interrupted = False
+
+    def note(_number: int, _frame: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.default_int_handler)
+    if interrupted:
+        raise KeyboardInterrupt

@@ -1,4 +1,4 @@
-"""Surfaces from and to other NURBS libraries, which are imported only when asked for."""
+"""Surfaces from and to other NURBS libraries, which are imported when they are used."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ def to_geomdl(surface: NurbsSurface) -> Any:
     Returns
     -------
     geomdl.NURBS.Surface or geomdl.BSpline.Surface
-        The former if the surface is rational.
+        `NURBS.Surface` if the surface is rational.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def to_geomdl(surface: NurbsSurface) -> Any:
 
 
 def from_geomdl(surface: Any) -> NurbsSurface:
-    """Take a geomdl surface.
+    """Convert a geomdl surface.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def from_geomdl(surface: Any) -> NurbsSurface:
     Raises
     ------
     NeurbsError
-        If net, weights and knots do not belong together.
+        If net, weights and knots do not fit together.
 
     Examples
     --------
@@ -127,7 +127,7 @@ def to_splipy(surface: NurbsSurface) -> Any:
 
 
 def from_splipy(surface: Any) -> NurbsSurface:
-    """Take a Splipy surface.
+    """Convert a Splipy surface.
 
     Parameters
     ----------
@@ -137,12 +137,12 @@ def from_splipy(surface: Any) -> NurbsSurface:
     Returns
     -------
     NurbsSurface
-        With the same knots; the net of a periodic surface repeats its first rows, as it must.
+        With the same knots; the net of a periodic surface repeats its first rows.
 
     Raises
     ------
     NeurbsError
-        If net, weights and knots do not belong together.
+        If net, weights and knots do not fit together.
 
     Examples
     --------
@@ -153,7 +153,7 @@ def from_splipy(surface: Any) -> NurbsSurface:
     """
     net = np.asarray(surface.controlpoints, float)
     for axis, basis in enumerate(surface.bases):
-        # Splipy leaves the repeated rows out: one more than there are continuous derivatives.
+        # Splipy omits the repeated rows: the number of continuous derivatives plus one.
         first = net.take(range(basis.periodic + 1), axis)
         net = np.concatenate([net, first], axis)
     weights = net[..., -1] if surface.rational else None
@@ -164,7 +164,7 @@ def from_splipy(surface: Any) -> NurbsSurface:
 
 
 def to_opencascade(surface: NurbsSurface) -> Any:
-    """Make an OpenCASCADE surface (of the package OCP, version 8).
+    """Make an OpenCASCADE surface of the package OCP, version 8.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def to_opencascade(surface: NurbsSurface) -> Any:
 
 
 def from_opencascade(surface: Any) -> NurbsSurface:
-    """Take an OpenCASCADE surface (of the package OCP, version 8).
+    """Convert an OpenCASCADE surface of the package OCP, version 8.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ def from_opencascade(surface: Any) -> NurbsSurface:
 
 
 def _opencascade_knots(knots: NDArray[np.float64]) -> tuple[Any, Any]:
-    """Distinct knots and how often they stand."""
+    """Return the distinct knots and their multiplicities."""
     from OCP.collections import Array1_double, Array1_int
 
     distinct, counts = np.unique(knots, return_counts=True)
@@ -263,7 +263,7 @@ def _opencascade_knots(knots: NDArray[np.float64]) -> tuple[Any, Any]:
 
 
 def _net(surface: NurbsSurface) -> NDArray[np.float64]:
-    """Control points, of a rational surface as (w x, w y, w z, w)."""
+    """Return the control points, for a rational surface as (w x, w y, w z, w)."""
     if surface.weights is None:
         return surface.control_points
     weights = surface.weights[..., None]
@@ -271,6 +271,6 @@ def _net(surface: NurbsSurface) -> NDArray[np.float64]:
 
 
 def _in_space(net: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Control points with z = 0 where they have none."""
+    """Return control points in space; points in the plane get z = 0."""
     missing = 3 - net.shape[-1]
     return np.pad(net, [(0, 0), (0, 0), (0, missing)]) if missing > 0 else net

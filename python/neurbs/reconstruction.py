@@ -1,4 +1,4 @@
-"""What a reconstruction returns."""
+"""The result of a reconstruction."""
 
 from __future__ import annotations
 
@@ -6,25 +6,30 @@ import dataclasses
 import functools
 import os
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, candidate, diagnostics
+from neurbs.errors import argument_error
 from neurbs.reconstruction_report import Report
 from neurbs.renamed import missing_attribute
 from neurbs.som import SelfOrganizingMap
 
+if TYPE_CHECKING:
+    from neurbs.io import PointCloud
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """What `reconstruct` returns, everything in the points' own frame and unit.
+    """The result of `reconstruct`, in the coordinates and the unit of the points.
 
     Attributes
     ----------
     points : ndarray of shape (n, 3)
-        The points: a read-only view of the array that was given, or of its conversion.
+        The points: a read-only view of the given array, or of its conversion to float64.
     surface : NurbsSurface
         The surface.
     som : SelfOrganizingMap
@@ -32,17 +37,17 @@ class Reconstruction:
     uv : ndarray of shape (n, 2)
         Parameters of each point's projection onto the surface.
     deviations : ndarray of shape (n,)
-        Each point's distance from there.
+        Distance of each point to its projection.
     inliers : ndarray of bool, shape (n,)
-        True for points used in the fit and their duplicates. False for outliers, points without
-        weight and those of other components.
+        True for points used in the fit and their duplicates. False for outliers, points with
+        weight 0 and points of other components.
     report : Report
-        How it went.
+        The figures of the fit, its candidates and diagnostics.
     settings : dict of str to object
-        The options that it was made with.
+        The options of the call.
     history : list of (str, int, float)
-        How the error fell: stage, step and error in the points' unit, for each epoch of the
-        training and each step of what comes after it.
+        Stage, step and error in the points' unit, for each epoch of the training and each later
+        step.
     """
 
     points: NDArray[np.float64] = dataclasses.field(repr=False)
@@ -55,25 +60,42 @@ class Reconstruction:
     settings: dict[str, Any] = dataclasses.field(default_factory=dict, repr=False)
     history: list[tuple[str, int, float]] = dataclasses.field(default_factory=list, repr=False)
 
-    if not TYPE_CHECKING:  # A checker knows all attributes.
+    if not TYPE_CHECKING:  # Type checkers must report missing attributes.
 
         def __getattr__(self, name: str) -> Any:
-            """Refuse a missing attribute; the error for an old name gives the new one."""
+            """Raise for a missing attribute; for an old name the error gives the new one."""
             raise missing_attribute("'Reconstruction' object", name)
 
     @functools.cached_property
     def mesh(self) -> _core.TriangleMesh:
-        """The surface as triangles, none farther from it than 0.001 of the net's diagonal.
+        """The surface as triangles, as ``surface.tessellate`` makes them by default.
 
-        Made when it is asked for first; ``surface.tessellate`` makes others.
+        It is made when it is first used.
         """
         return self.surface.tessellate()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write surface, mesh or picture to a file; the suffix picks, as in `neurbs.save`."""
+        """Write surface, mesh, picture or report to a file, by its suffix: see `neurbs.save`."""
         from neurbs import io
 
         io.save(self, path)
+
+    def _file_parts(self) -> dict[str, Callable[[], Any]]:
+        """Return the parts that files can store, in order of preference, for `neurbs.save`."""
+        return {
+            "mesh": lambda: self.mesh,
+            "surface": lambda: self.surface,
+            "points": self._with_distances,
+            "picture": lambda: self,
+            "report": lambda: self,
+        }
+
+    def _with_distances(self) -> PointCloud:
+        """Return the points with their distances to the surface."""
+        from neurbs.io import PointCloud
+
+        distances = self.surface.closest_points(self.points).distances
+        return PointCloud(self.points, distances=distances)
 
     def plot(
         self,
@@ -104,7 +126,7 @@ class Reconstruction:
         unit: str = "",
         source: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Write a page that shows surface, deviations and settings: see `neurbs.report.write`."""
+        """Write a page with surface, deviations and settings: see `neurbs.report.write`."""
         from neurbs import report
 
         report.write(self, path, tolerance=tolerance, unit=unit, source=source)
@@ -116,16 +138,18 @@ class Reconstruction:
 
 
 def scattered(points: ArrayLike) -> NDArray[np.float64]:
-    """Return scattered points as the core takes them, and refuse what is something else."""
+    """Return scattered points as an array for the core; raise for anything else."""
     if isinstance(points, str | os.PathLike):
-        raise _core.NeurbsError(
-            f"points must be an array, got the path {os.fspath(points)!r}: "
-            "read it with neurbs.read_points"
+        raise argument_error(
+            "points",
+            f"must be an array, got the path {os.fspath(points)!r}: "
+            "read it with neurbs.read_points",
         )
     if _is_ordered(points):
-        raise _core.NeurbsError(
-            f"points must be scattered, of shape (n, 3), got an ordered grid of shape "
-            f"{np.shape(points)}: use NurbsSurface.interpolate or NurbsSurface.approximate"
+        raise argument_error(
+            "points",
+            f"must be scattered, of shape (n, 3), got an ordered grid of shape {np.shape(points)}: "
+            "use NurbsSurface.interpolate or NurbsSurface.approximate",
         )
     return _core.as_points(points)
 
@@ -133,20 +157,20 @@ def scattered(points: ArrayLike) -> NDArray[np.float64]:
 def wrapped(
     points: NDArray[np.float64], found: _core._Found, options: dict[str, Any], start: float
 ) -> Reconstruction:
-    """Make a result of what the core has found since a start."""
+    """Make a result from the output of the core; `start` is the time of the call."""
     surface, trained, uv, deviations, inliers, facts, history = found
     training = ("seed", "max_steps", "reach", "min_change")
     som = SelfOrganizingMap._of_core(trained, **{name: options.get(name) for name in training})
     facts["candidates"] = candidate.of_core(facts["candidates"])
     facts["diagnostics"] = diagnostics.of_core(facts["diagnostics"])
-    facts["seconds"] = _accounted(facts["seconds"], start)
+    facts["seconds"] = _with_python(facts["seconds"], start)
     return Reconstruction(
         _read_only(points), surface, som, uv, deviations, inliers, Report(**facts), options, history
     )
 
 
-def _accounted(seconds: dict[str, float], start: float) -> dict[str, float]:
-    """Add what the core's stages leave of the time since a start."""
+def _with_python(seconds: dict[str, float], start: float) -> dict[str, float]:
+    """Add the time since `start` that is not in a stage of the core."""
     rest = time.perf_counter() - start - sum(seconds.values())
     return seconds | {"python": max(rest, 0.0)}
 
@@ -154,7 +178,7 @@ def _accounted(seconds: dict[str, float], start: float) -> dict[str, float]:
 def _is_ordered(points: ArrayLike) -> bool:
     try:
         return np.ndim(points) == 3 and np.shape(points)[2] == 3
-    except ValueError:  # Rows that differ in length: whoever converts them says what is wrong.
+    except ValueError:  # Rows of different lengths; the conversion to an array reports them.
         return False
 
 

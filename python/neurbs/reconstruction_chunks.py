@@ -12,23 +12,23 @@ from neurbs import _core
 
 Floats: TypeAlias = NDArray[np.float64]
 
-MOST = 1 << 20
-"""A surface is fitted to this many points at most, evenly over space."""
+MAX_SAMPLE = 1 << 20
+"""Most points that a surface is fitted to; of more, an even sample is taken."""
 
 _CHUNK = 1 << 18
-"""Points that are read at a time from a memory map."""
+"""Points read at a time from a memory map."""
 
 _BINS = 1 << 12
-"""Bins of a histogram that quantiles are found in."""
+"""Bins of the histograms for quantiles."""
 
 
 def is_large_map(points: object) -> bool:
-    """Say whether points are a memory map of more than a surface is fitted to."""
-    return isinstance(points, np.memmap) and points.ndim == 2 and len(points) > MOST
+    """Whether points are a memory map with more points than the sample has."""
+    return isinstance(points, np.memmap) and points.ndim == 2 and len(points) > MAX_SAMPLE
 
 
 def spooled(chunks: Iterable[ArrayLike]) -> Floats:
-    """Return the points of all chunks, as a map of a file that goes with the process."""
+    """Write the points of all chunks to a temporary file and return its memory map."""
     import tempfile
 
     count = 0
@@ -44,7 +44,7 @@ def spooled(chunks: Iterable[ArrayLike]) -> Floats:
 
 
 def mapped(points: Any) -> Floats:
-    """Return points that come in chunks as one array, which need not be in memory."""
+    """Return points in chunks as one array, which may be a memory map."""
     if not isinstance(points, np.memmap):
         return spooled(points)
     if points.dtype == np.float64 and points.shape[1:] == (3,) and points.flags.c_contiguous:
@@ -53,8 +53,8 @@ def mapped(points: Any) -> Floats:
 
 
 def sampled(points: Floats) -> tuple[Floats, NDArray[np.int64], float]:
-    """Return those points that a surface is fitted to, their places, and the box's diagonal."""
-    sample = _core.EvenSample(MOST)
+    """Return an even sample, its indices, and the diagonal of the bounding box of all points."""
+    sample = _core.EvenSample(MAX_SAMPLE)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for part in slices(points):
         chunk = np.asarray(points[part])
@@ -63,8 +63,8 @@ def sampled(points: Floats) -> tuple[Floats, NDArray[np.int64], float]:
     return sample.points, sample.indices, float(np.linalg.norm(high - low))
 
 
-def scratch(shape: tuple[int, ...], dtype: type) -> NDArray[Any]:
-    """Make an array in a file that has no name and goes with the process."""
+def temporary_array(shape: tuple[int, ...], dtype: type) -> NDArray[Any]:
+    """Return an array in a temporary file."""
     import tempfile
 
     with tempfile.TemporaryFile() as file:
@@ -72,16 +72,16 @@ def scratch(shape: tuple[int, ...], dtype: type) -> NDArray[Any]:
 
 
 def slices(points: Floats) -> Iterator[slice]:
-    """Cut an array into pieces that memory holds."""
+    """Return slices of an array that fit in memory."""
     for start in range(0, len(points), _CHUNK):
         yield slice(start, start + _CHUNK)
 
 
 class Summary:
-    """What can be said of the distances that count, piece by piece."""
+    """Statistics of the distances of inliers, computed slice by slice."""
 
-    def __init__(self, distances: Floats, counted: NDArray[np.bool_]) -> None:
-        self._distances, self._counted = distances, counted
+    def __init__(self, distances: Floats, inliers: NDArray[np.bool_]) -> None:
+        self._distances, self._inliers = distances, inliers
         self.count = sum(map(len, self._parts()))
         squares = sum(float(np.sum(part**2)) for part in self._parts())
         self.rms = float(np.sqrt(squares / self.count))
@@ -89,14 +89,14 @@ class Summary:
 
     def _parts(self) -> Iterator[Floats]:
         for part in slices(self._distances):
-            yield np.asarray(self._distances[part])[self._counted[part]]
+            yield np.asarray(self._distances[part])[self._inliers[part]]
 
     def share_within(self, tolerance: float) -> float:
-        """Return the share of those that do not exceed a tolerance."""
+        """Return the share of distances that are at most `tolerance`."""
         return sum(int((part <= tolerance).sum()) for part in self._parts()) / self.count
 
     def quantile(self, share: float) -> float:
-        """Return the least distance that this share does not exceed, bin by bin, to 12 digits."""
+        """Return a quantile of the distances to 12 digits, by repeated histograms."""
         rank = int(np.ceil(share * self.count))
         low, high = 0.0, self.max
         while high - low > 1e-12 * high:
@@ -119,11 +119,11 @@ def measured(
     sample: NDArray[np.int64],
     of_sample: tuple[Floats, Floats, NDArray[np.bool_]],
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Return parameters, distances and inliers of all points; those of the sample are known."""
-    thinned = len(sample) < len(points)
-    uv = scratch((len(points), 2), np.float64)
-    distances = scratch((len(points),), np.float64)
-    inliers = scratch((len(points),), np.bool_)
+    """Return parameters, distances and inliers of all points, given those of the sample."""
+    is_sampled = len(sample) < len(points)
+    uv = temporary_array((len(points), 2), np.float64)
+    distances = temporary_array((len(points),), np.float64)
+    inliers = temporary_array((len(points),), np.bool_)
     known = np.zeros(len(points), dtype=bool)
     known[sample] = True
     uv[sample], distances[sample], inliers[sample] = of_sample
@@ -131,7 +131,7 @@ def measured(
     for part in slices(points):
         others = np.flatnonzero(~known[part]) + part.start
         if len(others):
-            feet = surface.closest_points(np.asarray(points[others]))
-            uv[others], distances[others] = feet.uv, feet.distances
-            inliers[others] = thinned & (feet.distances <= limit)
+            projections = surface.closest_points(np.asarray(points[others]))
+            uv[others], distances[others] = projections.uv, projections.distances
+            inliers[others] = is_sampled & (projections.distances <= limit)
     return uv, distances, inliers

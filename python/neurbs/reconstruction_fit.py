@@ -1,4 +1,4 @@
-"""The whole job: scattered points in, a surface out."""
+"""`neurbs.reconstruct`: scattered points to a surface."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core, diagnostics
 from neurbs import reconstruction_chunks as chunks
+from neurbs.errors import argument_error
 from neurbs.reconstruction import Reconstruction, scattered, wrapped
 from neurbs.renamed import without_old_keywords
 
-_FEWEST = 4
-"""Points of the smallest component that may be a surface."""
+_MIN_POINTS = 4
+"""Fewest points of a component that a surface is fitted to."""
 
 
 @overload
@@ -91,69 +92,67 @@ def reconstruct(
 ) -> Reconstruction | list[Reconstruction]:
     """Turn scattered points into a NURBS surface.
 
-    Duplicates are merged and gross outliers left out. Charts propose how the points may lie on a
-    surface; coarse fits of the proposals are scored, and the best is refined: least squares with
-    fairness pull a B-spline surface to the points, while their parameters follow it. A height field
-    is fitted as z = f(x, y). A self-organizing map learns the points from the coarse surface.
+    Duplicates are merged and gross outliers left out. Each chart proposes parameters (u, v) for the
+    points. A coarse fit of each proposal gets a score, and the best is refined: a B-spline surface
+    is fitted by least squares with fairness, and the parameters of the points are corrected. A
+    height field is fitted as z = f(x, y). A self-organizing map is trained from the coarse surface.
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         At least four distinct points, finite, not all on one line; two columns lie in z = 0. A
-        C-contiguous float64 array is used as it is, anything else is converted once. To more than
-        2^20 points, as many are fitted, evenly over space; all are measured. An iterator of
-        chunks, or a larger memory map, is read chunk by chunk, in bounded memory, to the same
-        result. Points in order, of shape (r, c, 3), belong to `NurbsSurface.interpolate` or
-        `NurbsSurface.approximate`.
+        C-contiguous float64 array is used without a copy, anything else is converted once. Of more
+        than 2^20 points, a sample of this size that is even in space is fitted, and all are
+        measured. An iterator of chunks, or a larger memory map, is read chunk by chunk in bounded
+        memory, with the same result. For an ordered grid of shape (r, c, 3) use
+        `NurbsSurface.interpolate` or `NurbsSurface.approximate`.
     tolerance : float, optional
-        Distance from the surface within which all points shall lie, in their unit: the net grows
-        until they do, or a diagnostic says why it did not. A tolerance never makes a surface
-        worse. By default the net grows until cross-validation says that it would follow noise.
+        Largest distance from a point to the surface, in the points' unit. The net grows until all
+        points are within it, or a diagnostic gives the reason why not. A tolerance never makes a
+        surface worse. By default the net grows until, by cross-validation, it would follow noise.
     kind : {"auto", "sheet", "height", "tube", "torus"}, default "auto"
         The kind of surface: open (sheet, or height for z = f(x, y)), closed in u (tube) or in both
-        directions (torus). Closed directions are smooth across the seam. By default the candidate
-        with the best score decides; ``report.candidates`` has all of them. The automatic choice
-        may find heights along another direction, which is ``report.direction``.
+        directions (torus). Closed directions are smooth across the seam. By default it is the kind
+        of the candidate with the best score; ``report.candidates`` has all of them. The automatic
+        choice may find heights along another direction, given by ``report.direction``.
     component : int or {"each"}, optional
-        Which component of the cloud is fitted, 0 being the largest, or ``"each"`` for each by
-        itself. By default all together, with a warning if there are several; see
+        The component of the cloud to fit, 0 being the largest, or ``"each"`` for a surface of each.
+        By default one surface is fitted to all, with a warning if there are several; see
         `neurbs.components`.
     axis_scale : (float, float, float), optional
-        What each coordinate is divided by for the fit, where axes have different units. The result
+        Divisors of the three coordinates for the fit, where axes have different units. The result
         is in the points' units. By default 1, unless the extents show mixed units.
     grid : (int, int), optional
-        Rows and columns of the control net. Their product is a budget, split by `aspect`.
+        Rows and columns of the control net. With ``aspect="data"`` only their product is kept.
     degree : int, default 3
-        Degree of the surface in both directions, lowered where the net has too few rows or columns
-        for it.
+        Degree of the surface in both directions; lower where the net has too few rows or columns.
     init : {"auto", "geodesic", "pca"} or array_like of shape (rows, cols, 3), default "auto"
-        Where the nodes of the map lie before it learns: on the best candidate, on the best by
-        distances along the surface, on the best over a plane, or as given. A candidate of another
-        chart is used where there is none.
+        Start of the nodes of the map: on the best candidate (``"auto"``), on the best by distances
+        along the surface (``"geodesic"``), on the best over a plane (``"pca"``), or given
+        positions. Without a candidate of that sort, the best of the others is used.
     weights : array_like of shape (n,), optional
-        What each point's squared distance counts; points with 0 are left out. By default 1.
+        Weights of the squared distances; points with weight 0 are left out. By default 1.
     clean : bool, default True
-        Whether duplicates are merged and gross outliers left out first; see `neurbs.clean`.
+        Whether to merge duplicates and leave out gross outliers first; see `neurbs.clean`.
     robust : bool, default True
-        Whether points that the fitted surface shows to be outliers lose their weight, by Tukey's
-        biweight.
+        Whether to lower the weights of outliers of the fitted surface, by Tukey's biweight.
     rational : bool, default False
-        Whether the weights of the control points are optimized at last, for what is round: it is
-        kept where it is better.
+        Whether to optimize the weights of the control points at the end, for round shapes. The
+        rational surface is kept if it fits better.
     fairness : float, optional
-        Weight of the energy of bending: 1 gives it as large a say as all points together. By
-        default generalized cross-validation chooses it.
+        Weight of the bending energy: 1 makes it as important as all points together. By default
+        it is chosen by generalized cross-validation.
     border : float, optional
-        About how far the surface goes on beyond the points where it is open, in their mean
-        spacings: less where their border is sure, more where it is in doubt or they are sparse; by
-        default 0.5. Heights end with the points.
+        Extension of an open surface beyond the points, in mean spacings of the points, by default
+        0.5. It is smaller where the border of the points is certain, and larger where it is
+        uncertain or the points are sparse. A height field ends with the points.
     max_control_points : int, default 40000
-        Control points at most, when the net grows.
+        Most control points of a net that grows.
     aspect : {"data", "fixed"}, default "data"
-        How a budget of control points is split between rows and columns: by the lengths of the
-        surface along both, or as given.
+        Ratio of rows to columns: by the lengths of the surface in both directions, or as `grid`
+        gives it.
     seed : int, default 0
-        Seed of everything random; the same seed gives the same bits.
+        Seed of all random numbers; the same seed gives the same bits.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -161,24 +160,24 @@ def reconstruct(
     -------
     Reconstruction
         Surface, trained map, the points' parameters and deviations, and the report. With
-        ``component="each"`` a list, one for each component that has points enough, the largest
-        first.
+        ``component="each"`` a list, one for each component with enough points, the largest first.
 
     Raises
     ------
     NeurbsError
-        If the points cannot be a surface, or an option is out of its range.
+        If no surface fits the points (fewer than four distinct ones, or all on one line), or an
+        option is out of its range.
     KeyboardInterrupt
         On Ctrl-C, at once.
 
     Warns
     -----
     NeurbsWarning
-        Once for each of ``report.diagnostics``; each code has a subclass.
+        One for each of ``report.diagnostics``; each code has a subclass.
 
     See Also
     --------
-    candidates : The ranked hypotheses alone.
+    candidates : The ranked hypotheses without a final fit.
     reconstruct_paper : The paper's method.
     recover_net : Exact recovery of a net from points of its surface.
 
@@ -220,14 +219,14 @@ def reconstruct(
     }
     if isinstance(component, str):
         if component != "each":
-            raise _core.NeurbsError(f"component must be a number or 'each', got {component!r}")
+            raise argument_error("component", f"must be a number or 'each', got {component!r}")
         found = _of_each(points, options, progress, start)
     elif isinstance(points, Iterator) or chunks.is_large_map(points):
         found = [_of_chunks(points, options, progress, start)]
     else:
         found = [_of_scattered(scattered(points), options, progress, start)]
     for result in found:
-        # To who called this function, which is wrapped once.
+        # The caller is one level farther away, because this function is wrapped.
         diagnostics.warn(result.report.diagnostics, stacklevel=3)
     return found if isinstance(component, str) else found[0]
 
@@ -238,15 +237,15 @@ def _of_each(
     progress: Callable[[_core.Progress], object] | None,
     start: float,
 ) -> list[Reconstruction]:
-    """Fit each component by itself; the first one's time has the search for them."""
+    """Fit each component; the time of the first includes the search for components."""
     if isinstance(points, Iterator) or chunks.is_large_map(points):
-        raise _core.NeurbsError("component must be left out where points come in chunks")
+        raise argument_error("component", "must be left out for points in chunks")
     converted = scattered(points)
     kept = _core.clean(converted).kept if options["clean"] else np.arange(len(converted))
     sizes = _core.components(converted[kept], progress=progress).sizes
     found = []
     for component, size in enumerate(sizes):
-        if size >= _FEWEST:
+        if size >= _MIN_POINTS:
             own = options | {"component": component}
             found.append(_of_scattered(converted, own, progress, start))
             start = time.perf_counter()
@@ -268,29 +267,29 @@ def _of_chunks(
     progress: Callable[[_core.Progress], object] | None,
     start: float,
 ) -> Reconstruction:
-    """Fit some of the points, and measure all chunk by chunk."""
+    """Fit an even sample of the points, and measure all of them chunk by chunk."""
     for name in ("weights", "component"):
         if options[name] is not None:
-            raise _core.NeurbsError(f"{name} must be left out where points come in chunks")
+            raise argument_error(name, "must be left out for points in chunks")
     cloud = chunks.mapped(points)
-    sample, places, diagonal = chunks.sampled(cloud)
+    sample, indices, diagonal = chunks.sampled(cloud)
     fitted = _of_scattered(sample, options, progress, start)
-    begun = time.perf_counter()
+    measure_start = time.perf_counter()
     known = (fitted.uv, fitted.deviations, fitted.inliers)
-    uv, deviations, inliers = chunks.measured(fitted.surface, cloud, places, known)
-    near = chunks.Summary(deviations, inliers)
+    uv, deviations, inliers = chunks.measured(fitted.surface, cloud, indices, known)
+    summary = chunks.Summary(deviations, inliers)
     tolerance = options["tolerance"]
     seconds = fitted.report.seconds
     report = dataclasses.replace(
         fitted.report,
         points=len(cloud),
-        inliers=near.count,
+        inliers=summary.count,
         diagonal=diagonal,
-        rms=near.rms,
-        max=near.max,
-        percentiles={percent: near.quantile(percent / 100) for percent in (50, 90, 95, 99)},
-        within=None if tolerance is None else near.share_within(tolerance),
-        seconds=seconds | {"measure": seconds["measure"] + time.perf_counter() - begun},
+        rms=summary.rms,
+        max=summary.max,
+        percentiles={percent: summary.quantile(percent / 100) for percent in (50, 90, 95, 99)},
+        within=None if tolerance is None else summary.share_within(tolerance),
+        seconds=seconds | {"measure": seconds["measure"] + time.perf_counter() - measure_start},
     )
     return dataclasses.replace(
         fitted, points=cloud, uv=uv, deviations=deviations, inliers=inliers, report=report

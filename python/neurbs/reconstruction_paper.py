@@ -1,4 +1,4 @@
-"""The paper's method."""
+"""`neurbs.reconstruct_paper`: the method of Hoffmann and Várady (1998)."""
 
 from __future__ import annotations
 
@@ -24,35 +24,34 @@ def reconstruct_paper(
     seed: int = 0,
     progress: Callable[[_core.Progress], object] | None = None,
 ) -> Reconstruction:
-    """Turn scattered points into a surface by the paper's method alone.
+    """Turn scattered points into a surface by the paper's method.
 
-    A Kohonen network learns the points (section 4 of the paper). Its lattice becomes the control
-    net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
+    A Kohonen network is trained with the points (section 4 of the paper). Its lattice becomes the
+    control net of a clamped B-spline surface, a grid to interpolate, or a Bézier net (section 5).
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         At least four distinct points, finite, not all on one line; two columns lie in z = 0.
     grid : (int, int), optional
-        Rows and columns of the lattice: by default four nodes for each of few points, at least 400
-        nodes for many, and up to 2500. A Bézier surface has from 2 to 10 of each, by default up to
-        10.
+        Rows and columns of the lattice. By default there are four nodes for each point, at least
+        400 for many points and at most 2500. A Bézier surface has from 2 to 10 rows and columns.
     degree : int, default 3
-        Degree of the surface in both directions, lowered where the lattice has too few rows or
-        columns for it. A Bézier surface's degrees are one less than rows and columns.
+        Degree of the surface in both directions; lower where the lattice has too few rows or
+        columns. The degrees of a Bézier surface are one less than rows and columns.
     surface : {"control-net", "interpolate", "bezier"}, default "control-net"
-        What the lattice is to the surface: the control net of a clamped B-spline surface, the
-        points that such a surface passes through, or the control net of one Bézier surface.
+        Use of the lattice: as the control net of a clamped B-spline surface, as points that a
+        B-spline surface interpolates, or as the control net of one Bézier surface.
     max_steps : int, optional
-        Steps of training at most; by default 500 for each node.
+        Most steps of training; by default 500 for each node.
     reach : float, optional
-        A point is on the lattice when a node is at most this far, in the points' unit; by default
-        0.001 of the diagonal of their bounding box. When all are, training ends.
+        A point is on the lattice when a node is within this distance, in the points' unit; by
+        default 0.001 of the diagonal of their bounding box. Training ends when all points are.
     min_change : float, optional
         Training ends when no node has moved farther than this during an epoch, in the points'
         unit; by default 0.05 of the lattice's mean spacing.
     seed : int, default 0
-        Seed of everything random; the same seed gives the same bits.
+        Seed of all random numbers; the same seed gives the same bits.
     progress : callable, optional
         Called some 25 times a second with a `Progress`. An exception that it raises ends the job.
 
@@ -64,14 +63,15 @@ def reconstruct_paper(
     Raises
     ------
     NeurbsError
-        If the points cannot be a surface, or an option is out of its range.
+        If no surface fits the points (fewer than four distinct ones, or all on one line), or an
+        option is out of its range.
     KeyboardInterrupt
         On Ctrl-C, at once.
 
     Warns
     -----
     ConvergenceWarning
-        If training ended because its steps were over.
+        If training ended after `max_steps`, before the lattice settled.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""How a reconstruction went."""
+"""The report of a reconstruction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from neurbs.renamed import missing_attribute
 
 @dataclasses.dataclass(frozen=True)
 class Report:
-    """How a reconstruction went.
+    """The figures of a reconstruction: points, fit, candidates, training, time.
 
     Attributes
     ----------
@@ -26,59 +26,59 @@ class Report:
     degree : (int, int)
         Degrees of the surface in u and v.
     inliers : int
-        Points that were used in the fit, merged duplicates among them.
+        Points used in the fit, including merged duplicates.
     rms, max : float
-        Root mean square and largest of the inliers' deviations, in their unit.
+        Root mean square and largest of the inliers' deviations, in the points' unit.
     percentiles : dict of int to float
-        For 50, 90, 95 and 99 percent of the inliers, how far away they are at most.
+        The 50th, 90th, 95th and 99th percentiles of the inliers' deviations.
     tolerance : float or None
-        The tolerance that was asked for.
+        The given tolerance.
     within : float or None
-        Share of the inliers that lie within it.
+        Share of the inliers within the tolerance.
     ended_by : str
-        What ended the growth of the net: ``"tolerance"`` (all points lie within it), ``"noise"``
-        (a larger net would follow the noise of the points), ``"exact"`` (the error is too small to
-        matter), ``"grid"`` (its size was given, or larger nets have defects),
-        ``"points"`` (they cannot hold more) or ``"max_control_points"``.
+        Reason why the net stopped growing: ``"tolerance"`` (all points are within it), ``"noise"``
+        (a larger net would follow the noise of the points), ``"exact"`` (the error is
+        negligible), ``"grid"`` (the size was given, or larger nets have defects), ``"points"``
+        (the points do not determine a larger net) or ``"max_control_points"``.
     fairness : float or None
-        Weight of the fairness that the fit ended with; None if nothing was fitted.
+        Weight of the fairness in the last fit; None for the paper's method, which fits nothing.
     iterations : int
-        Solutions for the control net.
+        Number of least-squares solutions for the control net.
     kind : {"height", "sheet", "tube", "torus"}
         The kind of surface.
     direction : (float, float, float) or None
-        The direction of the heights, of a height field.
+        For a height field the direction of the heights.
     axis_scale : (float, float, float)
-        What each coordinate was divided by for the fit; 1 unless the axes have different units.
+        Divisors of the coordinates in the fit; 1 unless the axes have different units.
     valid : bool
         Whether the surface has no defects.
     converged : bool
-        Whether the tolerance, if there was one, is reached. By the paper's method: whether
-        training ended by itself, not because its steps were over.
+        Whether the tolerance is reached, or none was given. By the paper's method: whether
+        training ended before `max_steps`.
     candidates : tuple of Candidate
-        Every hypothesis with its score and why it lost, the best first.
+        Every hypothesis with its score and outcome, the best first.
     diagnostics : tuple of Diagnostic
-        What one should know, each with a stable code.
+        Findings about points and surface, each with a stable code.
     duplicates : int
-        Points that lie where others do and were merged with them.
+        Points at the position of another point, which were merged with it.
     outliers : int
-        Points that were left out as outliers: far from their neighbours, or from the surface.
-        Points with a no-data value are among them.
+        Points that were left out because they are far from their neighbors or from the surface,
+        or have a no-data value.
     steps : int
-        Steps made in training the map: presentations by the paper's method, else epochs.
+        Steps of training: presentations by the paper's method, else epochs.
     ordered_at : int
-        The step from which on its radius was less than an edge.
+        First step at which the radius was less than one edge.
     stopped_by : str
-        What ended the training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
+        Reason for the end of training: ``"reached"``, ``"settled"`` or ``"max_steps"``.
     reached : int
-        How many points are on the lattice.
+        Number of points on the lattice.
     change : float or None
-        Largest move of a lattice node during the last epoch, in the points' unit; None if not even
-        one was finished.
+        Largest move of a lattice node during the last epoch, in the points' unit; None if no epoch
+        was finished.
     quantization_error : float
         Mean distance from a point to the nearest lattice node, in the points' unit.
     seconds : dict of str to float
-        Wall time of each stage; their sum is that of the whole call.
+        Wall time of each stage; the sum is the time of the call.
     """
 
     points: int
@@ -111,18 +111,18 @@ class Report:
     quantization_error: float
     seconds: dict[str, float]
 
-    if not TYPE_CHECKING:  # A checker knows all attributes.
+    if not TYPE_CHECKING:  # Type checkers must report missing attributes.
 
         def __getattr__(self, name: str) -> Any:
-            """Refuse a missing attribute; the error for an old name gives the new one."""
+            """Raise for a missing attribute; for an old name the error gives the new one."""
             raise missing_attribute("'Report' object", name)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of it as plain values, as JSON has them."""
+        """Return all attributes as values for JSON."""
         return {name: _plain(value) for name, value in dataclasses.asdict(self).items()}
 
     def lines(self) -> dict[str, str]:
-        """Return the main figures in words; the candidates take a line each."""
+        """Return the main figures as texts; the candidates take a line each."""
         rows, cols = self.grid
         within = "" if self.within is None else f", {100 * self.within:.4g} % within the tolerance"
         used = "" if self.inliers == self.points else f", {self.inliers:,} of them used"
@@ -162,7 +162,7 @@ class Report:
         return ", ".join(words)
 
     def __str__(self) -> str:
-        """Return the main figures as a table to be read, and the diagnostics."""
+        """Return the main figures and the diagnostics as a table."""
         lines = [
             *self.lines().items(),
             *((found.code, found.message) for found in self.diagnostics),
@@ -171,7 +171,7 @@ class Report:
 
 
 def aligned(lines: Iterable[tuple[str, str]]) -> list[str]:
-    """Return names and texts in two columns; further lines of a text stand below its first."""
+    """Return the lines of two columns, names and texts; a text may have several lines."""
     pairs = list(lines)
     width = max(len(name) for name, _ in pairs) + 2
     return [
@@ -182,7 +182,7 @@ def aligned(lines: Iterable[tuple[str, str]]) -> list[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value with lists for tuples, as JSON has it."""
+    """Return a value with lists instead of tuples."""
     match value:
         case dict():
             return {name: _plain(part) for name, part in value.items()}
@@ -194,14 +194,14 @@ def _plain(value: Any) -> Any:
 _WHY_STOPPED = {
     "reached": "all points are on the lattice",
     "settled": "the lattice has settled",
-    "max_steps": "the steps were over",
+    "max_steps": "max_steps was reached",
 }
 
 _WHY_ENDED = {
     "tolerance": "all points lie within the tolerance",
     "noise": "a larger net would follow the noise",
-    "exact": "a larger net would not be seen",
-    "grid": "the net was given",
-    "points": "the points hold no larger net",
+    "exact": "the error is negligible",
+    "grid": "the size of the net was given, or larger nets have defects",
+    "points": "the points do not determine a larger net",
     "max_control_points": "max_control_points was reached",
 }

@@ -1,4 +1,4 @@
-"""Names that have changed: the error for an old one gives the new one."""
+"""Old names: the error for each gives the new name."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ _NEW = {
         "warnings": "diagnostics",
     },
 }
-"""For each owner its old names, and what they are now."""
+"""For each owner its old names and the new ones."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def missing_attribute(owner: str, name: str) -> AttributeError:
-    """Return the error for an attribute that an owner does not have."""
+    """Return the error for an attribute that does not exist."""
     new = _NEW[owner].get(name)
     hint = f": it is now {new}" if new else ""
     return AttributeError(f"{owner} has no attribute {name!r}{hint}")
 
 
 def without_old_keywords(function: Function) -> Function:
-    """Refuse old keywords of a function with an error that gives the new ones."""
+    """Make a function raise for an old keyword, with an error that gives the new one."""
     owner = f"{function.__name__}()"
     known = inspect.signature(function).parameters
     old = {name: new for name, new in _NEW[owner].items() if name not in known}

@@ -1,4 +1,4 @@
-"""The Kohonen network as an estimator."""
+"""The self-organizing map of Kohonen as an estimator in the style of scikit-learn."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.errors import argument_error
 from neurbs.som_chunks import ChunkLearner
 from neurbs.som_estimator import Estimator
-from neurbs.som_learned import LearnedMap
+from neurbs.som_trained import TrainedMap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,88 +21,88 @@ if TYPE_CHECKING:
 Lattice = _core.Lattice
 
 Schedule: TypeAlias = float | tuple[Any, ...] | Callable[[float], float]
-"""How gain or radius change in time; see `SelfOrganizingMap`."""
+"""A gain or radius as a function of the step; see `SelfOrganizingMap`."""
 
 
-class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
-    """A lattice of nodes that learns scattered points.
+class SelfOrganizingMap(Estimator, ChunkLearner, TrainedMap):
+    """A lattice of nodes that is trained with scattered points.
 
-    A point moves the node nearest to it, its winner, and the winner's neighbours on the lattice,
-    so that nodes come to the points and stay in order. Training is either Kohonen's batch map,
-    which looks at all points in each epoch, or online, one point at a time, as in the paper
-    (`SelfOrganizingMap.paper` sets all of that).
+    A point moves its nearest node, the winner, and the neighbors of the winner on the lattice. The
+    nodes approach the points and stay in order. Training is either Kohonen's batch map, with all
+    points in each epoch, or online, with one point at a time as in the paper. All settings of the
+    paper: `SelfOrganizingMap.paper`.
 
     Parameters
     ----------
     rows, cols : int, default 20
-        Nodes along the two sides of the lattice, at least 2 each (3 where it is closed).
+        Rows and columns of the lattice, at least 2 each, and 3 in a closed direction.
     topology : {"sheet", "tube", "torus"}, default "sheet"
-        Whether rows, or rows and columns, are closed to rings.
+        Closed directions of the lattice: none, rows, or rows and columns.
     lattice : {"quad", "triangular"} or Lattice, default "quad"
-        Whether inner nodes have four or six neighbours; a `Lattice` (as from `Lattice.graph`)
-        overrides `rows`, `cols` and `topology`.
+        Neighbors of an inner node: four or six. A `Lattice`, as from `Lattice.graph`, overrides
+        `rows`, `cols` and `topology`.
     training : {"batch", "online"}, default "batch"
-        How nodes learn.
+        Training with all points in each epoch, or with one point in each step.
     init : str or array_like, default "pca"
-        Where the nodes are before: in order on the principal plane (``"pca"``; closed lattices by
-        angles about the principal axes), in order by distances along the surface
-        (``"geodesic"``), whichever of these two suits the points better (``"auto"``: layers that
-        touch mislead distances along the surface), small random values around the centroid
-        (``"centroid"``), the densest cluster (``"densest-cluster"``) or the origin
-        (``"random"``); or an array of positions.
+        Start of the nodes: ``"pca"``, in order on the principal plane, closed lattices by angles
+        about the principal axes; ``"geodesic"``, in order by distances along the surface;
+        ``"auto"``, the better of these two, as touching layers distort distances along the
+        surface; small random values around the centroid (``"centroid"``), the densest cluster
+        (``"densest-cluster"``) or the origin (``"random"``); or an array of positions.
     neighborhood : {"gaussian", "bubble"}, default "gaussian"
-        How much neighbours follow the winner: ``exp(-(d / radius)² / 2)`` at a distance of d
-        cells, or fully as far as `radius` edges reach.
+        How far neighbors follow the winner: by the factor ``exp(-(d / radius)² / 2)`` at a distance
+        of d cells, or fully within `radius` edges.
     kernel : {"mean", "linear"}, optional
-        What a node makes of the points around it in batch training: their weighted mean, or the
+        New position of a node in batch training: the weighted mean of the points around it, or the
         value of a line fitted to them, which does not shrink the lattice at its border. By default
-        linear where it can be: with Gaussian neighbourhoods on quadrilateral grids.
+        linear for Gaussian neighborhoods on quadrilateral grids, else the mean.
     presentation : {"random", "skip-reached", "shuffled"}, default "random"
-        Which points are presented in online training: any; once the radius is zero, none that the
-        lattice has reached; or all in each epoch, in random order.
+        Points presented in online training: any at random; once the radius is zero, only those not
+        yet on the lattice; or all in each epoch, in random order.
     gain, radius : number, tuple or callable, optional
-        The share of their way that nodes move in online training, and how far on the lattice the
-        neighbourhood reaches, in cells. A number is constant; ``("linear", start, end)``,
-        ``("exponential", start, end)`` and ``("table", values)`` go from the first step to the
-        last; ``("gaussian", start, scale)`` is the paper's, with its scale q or s in steps, where
-        parts left out or None are calculated. A callable gets the share of the training that is
-        done, from 0 to 1; it is asked at 4097 places beforehand. By default the gain is the
-        paper's, and the radius falls exponentially from a quarter of the longer side (at most a
-        sixth of a closed one) to 0.7, or as the paper's if the neighbourhood is a bubble.
+        The gain is the share of the way to the point that nodes move in online training. The radius
+        is the reach of the neighborhood on the lattice, in cells. A number is constant.
+        ``("linear", start, end)``, ``("exponential", start, end)`` and ``("table", values)`` run
+        from the first step to the last. ``("gaussian", start, scale)`` is the paper's schedule with
+        its scale q or s in steps; parts that are None or left out are calculated. A callable takes
+        the share of the training that is done, from 0 to 1; it is evaluated at 4097 places before
+        the training. By default the gain is the paper's, and the radius falls exponentially from a
+        quarter of the longer side (at most a sixth of a closed one) to 0.7, or is the paper's for a
+        bubble.
     epochs : int, optional
-        Passes over the points, by default 20 in batch training and as `max_steps` says online.
+        Passes over the points, by default 20 in batch training, and given by `max_steps` online.
     max_steps : int, optional
-        Steps after which training ends in any case: epochs of batch training, presentations of
-        online training; for the latter by default 500 for each node.
+        Most steps of training: epochs of batch training, presentations of online training. The
+        default for online training is 500 for each node.
     reach : float, optional
-        A point is on the lattice when a node is at most this far, in the points' unit; by default
-        0.001 of the diagonal of their bounding box. When all are, training ends.
+        A point is on the lattice when a node is within this distance, in the points' unit; by
+        default 0.001 of the diagonal of their bounding box. Training ends when all points are.
     min_change : float, optional
-        Training ends when no node has moved farther than this during an epoch (online: as many
-        steps as there are points, but at most five for each node) after the radius has become zero
-        or ceased to change, in the points' unit; by default 0.05 of the lattice's mean spacing,
-        which is the diagonal divided by the square root of the number of nodes.
+        Training ends when no node has moved farther than this during an epoch, after the radius
+        has become zero or constant; in the points' unit. An epoch of online training has as many
+        steps as there are points, at most five for each node. The default is 0.05 of the lattice's
+        mean spacing: the diagonal divided by the square root of the number of nodes.
     seed : int, default 0
-        The same seed gives the same bits, on any number of threads.
+        Seed of all random numbers; the same seed gives the same bits, on any number of threads.
 
     Attributes
     ----------
     codebook_ : ndarray of shape (rows, cols, 3), or (nodes, 3) for a graph
-        The nodes' positions, read-only.
+        The positions of the nodes, read-only.
     n_iter_ : int
-        Steps made.
+        Number of steps.
     converged_ : bool
-        Whether training ended by itself, not because its steps were over.
+        Whether training ended before `max_steps`.
     stopped_by_ : str
-        What ended it: ``"reached"`` (all points are on the lattice), ``"settled"`` (the lattice
-        does not move any more), ``"max_steps"``, or ``"unfinished"``: it was interrupted or is
-        fed chunk by chunk.
+        Reason for the end of training: ``"reached"`` (all points are on the lattice),
+        ``"settled"`` (no node moves farther than `min_change`), ``"max_steps"``, or
+        ``"unfinished"`` (training was interrupted or is done in chunks).
     ordered_at_ : int
-        The paper's t₀: the step from which on the radius is less than an edge.
+        The paper's t₀: the first step at which the radius was less than one edge.
     reached_ : int
-        How many points are on the lattice.
+        Number of points on the lattice.
     change_ : float or None
-        Largest move of a node during the last epoch, in the points' unit; None if not even one was
+        Largest move of a node during the last epoch, in the points' unit; None if no epoch was
         finished.
     error_ : float or None
         Mean distance from points to their winners during the last epoch, in the points' unit.
@@ -166,18 +167,18 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
 
     @classmethod
     def paper(cls, points: ArrayLike, **parameters: Any) -> SelfOrganizingMap:
-        """Return a map with all the paper's settings for these points, not yet trained.
+        """Return an untrained map with the paper's settings for these points.
 
-        Online training with a bubble, both radius and gain Gaussians of time, a start around the
-        centroid, random presentation; four nodes for each of few points, and a convenient number
-        (at least 400, at most 2500) for many.
+        Training is online with a bubble. Radius and gain are Gaussian functions of the step, the
+        start is around the centroid, and the presentation is random. There are four nodes for each
+        point, at least 400 for many points and at most 2500.
 
         Parameters
         ----------
         points : array_like of shape (n, 3) or (n, 2)
-            The points that it will learn; only their number counts here.
+            The points to train with; only their number is used here.
         **parameters
-            What shall be otherwise, as the constructor has it.
+            Parameters of the constructor that replace the paper's settings.
 
         Examples
         --------
@@ -202,26 +203,26 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         checkpoint: str | os.PathLike[str] | None = None,
         checkpoint_seconds: float = 60.0,
     ) -> SelfOrganizingMap:
-        """Learn the points, forgetting what was learned before.
+        """Train with points, from a new start.
 
-        An epoch of batch training costs O(n log m + m (rows + cols)) for n points and m nodes of a
-        grid, a step of online training O(m).
+        For n points and m nodes of a grid, an epoch of batch training costs
+        O(n log m + m (rows + cols)), and a step of online training O(m).
 
         Parameters
         ----------
         points : array_like of shape (n, 3) or (n, 2)
             At least four distinct points, not all on one line; two columns lie in z = 0.
         y : object
-            Not used; scikit-learn's pipelines pass it.
+            Not used; for pipelines of scikit-learn.
         progress : callable, optional
             Called some 25 times a second with a `Progress`. An exception that it raises ends the
             training.
         observer : callable, optional
-            Called at the end of each epoch with an `Epoch`, which has its error, radius and
-            lattice. An exception that it raises ends the training.
+            Called at the end of each epoch with an `Epoch`: its error, radius and lattice. An
+            exception that it raises ends the training.
         checkpoint : path, optional
-            A file to which the map is saved every `checkpoint_seconds` and at the end; `load` it
-            and `resume` the training with the same result as without an interruption.
+            A file to which the map is saved every `checkpoint_seconds` and at the end. With `load`
+            and `resume` the training continues to the same result as without an interruption.
         checkpoint_seconds : float, default 60
             Seconds between two saves.
 
@@ -233,9 +234,10 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         Raises
         ------
         NeurbsError
-            If the points cannot be a surface, or a parameter is out of its range.
+            If there are fewer than four distinct points, all lie on one line, or a parameter is out
+            of its range.
         KeyboardInterrupt
-            On Ctrl-C, at once. What was learned so far is kept, and `resume` goes on from there.
+            On Ctrl-C, at once. The trained steps are kept, and `resume` continues from there.
         """
         points = _core.as_points(points)
         return self.start(points).resume(
@@ -247,9 +249,9 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         )
 
     def start(self, points: ArrayLike) -> SelfOrganizingMap:
-        """Lay the lattice out before any training, forgetting what was learned.
+        """Place the nodes for these points, without training.
 
-        What is learned is the start then, and `resume` trains it: `fit` is the two of them.
+        `fit` is `start` followed by `resume`.
         """
         self._map = _core.Map(_core.as_points(points), self._lattice(), self._options())
         return self
@@ -263,15 +265,15 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         checkpoint: str | os.PathLike[str] | None = None,
         checkpoint_seconds: float = 60.0,
     ) -> SelfOrganizingMap:
-        """Go on with an interrupted or loaded training, to the same result as without a break.
+        """Continue an interrupted or loaded training, with the same result as without a break.
 
-        Parameters are those of `fit`; the points must be the same too.
+        The parameters are those of `fit`; the points must be the same.
         """
         points = _core.as_points(points)
         seconds = None if checkpoint is None else checkpoint_seconds
         ended = False
         while not ended:
-            ended = self._learned().train(
+            ended = self._trained().train(
                 points, progress=progress, observer=observer, seconds=seconds
             )
             if checkpoint is not None:
@@ -279,23 +281,23 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         return self
 
     def fit_predict(self, points: ArrayLike, y: object = None) -> NDArray[np.int64]:
-        """Learn the points and return the number of each one's nearest node."""
+        """Train with points and return the number of each point's nearest node."""
         return self.fit(points).predict(points)
 
     def fit_transform(self, points: ArrayLike, y: object = None) -> NDArray[np.float64]:
-        """Learn the points and return each one's place on the lattice, as `transform` does."""
+        """Train with points and return each point's place on the lattice, as `transform` does."""
         return self.fit(points).transform(points)
 
     def animate(
         self, points: ArrayLike, path: str | os.PathLike[str], *, seconds: float = 6.0
     ) -> SelfOrganizingMap:
-        """Learn the points as `fit` does, and write a film of it: see `neurbs.plot.animate`."""
+        """Train as `fit` does, and write an animation of it: see `neurbs.plot.animate`."""
         from neurbs.plot import animate
 
         return animate(self, points, path, seconds=seconds)
 
     def plot(self, points: ArrayLike | None = None, *, color: str | None = None) -> Figure:
-        """Draw the map, with the points if they are given: see `neurbs.plot.plot_map`."""
+        """Draw the map and optionally points: see `neurbs.plot.plot_map`."""
         from neurbs.plot import plot_map
 
         return plot_map(self, points, color=color)
@@ -306,49 +308,48 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
         return map_html(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map, with its training, to a NumPy archive (.npz).
+        """Write the map and the state of its training to a NumPy archive (.npz).
 
-        The archive holds `codebook`, `parameters` (JSON) and the state from which `load` makes the
-        map again, to the last bit, with what `partial_fit` has seen of an epoch. A callable
-        schedule is kept as the table of its values.
+        The archive has the arrays `codebook` and `parameters` (JSON), and the state for `load`,
+        which restores the map to the last bit, with the unfinished epoch of `partial_fit`. A
+        callable schedule is saved as a table of its values.
         """
-        from neurbs.som_state import write_state
+        from neurbs.som_archive import write_archive
 
-        learned = self._learned()
-        write_state(path, self.get_params(), learned, self._pending, self._drawn)
+        write_archive(path, self.get_params(), self._trained(), self._pending, self._stream_state)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SelfOrganizingMap:
-        """Return the map that `save` has written.
+        """Return a map from an archive that `save` has written.
 
         Raises
         ------
         NeurbsError
-            If the file is not such an archive.
+            If the file is not an archive of a map.
         OSError
-            If it cannot be read.
+            If the file cannot be read.
         """
-        from neurbs.som_state import read_state
+        from neurbs.som_archive import read_archive
 
-        parameters, learned, pending, drawn = read_state(path)
+        parameters, trained, pending, stream_state = read_archive(path)
         som = cls(**parameters)
-        som._map, som._pending, som._drawn = learned, pending, drawn
+        som._map, som._pending, som._stream_state = trained, pending, stream_state
         return som
 
     def _start(self, points: NDArray[np.float64], *, chunks: bool = False) -> None:
-        """Forget what was learned, and lay the nodes out for these points."""
+        """Place the nodes for these points and drop any unfinished training."""
         self._map = _core.Map(points, self._lattice(), self._options(), chunks=chunks)
-        self._pending = self._drawn = None
+        self._pending = self._stream_state = None
 
     def _lattice(self) -> Lattice:
         if isinstance(self.lattice, Lattice):
             return self.lattice
         if not isinstance(self.lattice, str) or self.lattice not in ("quad", "triangular"):
-            raise _core.NeurbsError(
-                f"lattice must be 'quad', 'triangular' or a Lattice, got {self.lattice!r}"
+            raise argument_error(
+                "lattice", f"must be 'quad', 'triangular' or a Lattice, got {self.lattice!r}"
             )
         if self.topology is None:
-            raise _core.NeurbsError("topology must be 'sheet', 'tube' or 'torus', got None")
+            raise argument_error("topology", "must be 'sheet', 'tube' or 'torus', got None")
         return Lattice.grid(self.rows, self.cols, cells=self.lattice, topology=self.topology)
 
     def _options(self) -> dict[str, Any]:
@@ -356,7 +357,7 @@ class SelfOrganizingMap(Estimator, ChunkLearner, LearnedMap):
 
     @classmethod
     def _of_core(cls, trained: _core.Map, **parameters: Any) -> SelfOrganizingMap:
-        """Wrap a map that the core has trained by the paper's method."""
+        """Return a map that the core has trained, with the paper's settings."""
         rows, cols = trained.lattice.shape
         settings = _core.som_options(paper=True)
         som = cls(**({"rows": rows, "cols": cols} | settings | parameters))

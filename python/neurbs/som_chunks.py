@@ -1,4 +1,4 @@
-"""Points that come in chunks, or from a distribution, in constant memory."""
+"""Training of a map with chunks of points or a distribution, in constant memory."""
 
 from __future__ import annotations
 
@@ -9,45 +9,47 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs.som_source import Draws, Source
+from neurbs.errors import argument_error
+from neurbs.som_stream import PointStream, Source
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-_FIRST_POINTS = 4096
-"""Points of a distribution that decide the start of the nodes, as the core's own sampler has it."""
+_START_POINTS = 4096
+"""Points of a distribution that the start of the nodes is computed from, as in the core."""
 
 
 class ChunkLearner:
-    """How `neurbs.SelfOrganizingMap` learns points that are never there all at once."""
+    """The training of `neurbs.SelfOrganizingMap` with points that are not in memory at once."""
 
     training: str
     seed: int
     _map: _core.Map
-    # Sums of an epoch that `partial_fit` has begun, and where a distribution's source stands.
+    # Sums of the unfinished epoch of `partial_fit`, and the state of the stream of a distribution.
     _pending: _core.BatchSums | None = None
-    _drawn: dict[str, Any] | None = None
+    _stream_state: dict[str, Any] | None = None
 
     if TYPE_CHECKING:
 
         def _start(self, points: NDArray[np.float64], *, chunks: bool = False) -> None: ...
-        def _learned(self) -> _core.Map: ...
+        def _trained(self) -> _core.Map: ...
 
     def partial_fit(self, points: ArrayLike, y: object = None, *, end_epoch: bool = True) -> Self:
-        """Learn a chunk of points, going on from what was learned before.
+        """Continue the training with a chunk of points.
 
-        Online training presents each of them once. Batch training takes the chunk as a part of an
-        epoch: any split of the same points into chunks gives the same bits. Gain and radius go on
-        falling from call to call.
+        Online training presents each point once. In batch training the chunk is part of an epoch:
+        any split of the same points into chunks gives the same bits. Gain and radius continue to
+        fall from call to call.
 
         Parameters
         ----------
         points : array_like of shape (n, 3) or (n, 2)
-            The chunk. The first one decides the start of the nodes: it should be spread over all.
+            The chunk. The start of the nodes is computed from the first one, which should cover the
+            whole cloud.
         y : object
             Not used.
         end_epoch : bool, default True
-            Whether batch training ends its epoch after this chunk, and moves the lattice.
+            Whether to end the epoch of batch training after this chunk and move the lattice.
 
         Examples
         --------
@@ -73,10 +75,10 @@ class ChunkLearner:
         return self.end_epoch() if end_epoch else self
 
     def end_epoch(self) -> Self:
-        """End an epoch of batch training that `partial_fit` has begun, and move the lattice."""
+        """End the epoch of batch training that `partial_fit` has started, and move the lattice."""
         if self._pending is None:
             raise _core.NeurbsError("end_epoch must be called after partial_fit, got no points yet")
-        self._learned().learn(self._pending)
+        self._trained().learn(self._pending)
         self._pending = None
         return self
 
@@ -87,24 +89,24 @@ class ChunkLearner:
         progress: Callable[[_core.Progress], object] | None = None,
         observer: Callable[[_core.Epoch], object] | None = None,
     ) -> Self:
-        """Learn a distribution of any length in constant memory, forgetting what was learned.
+        """Train with a distribution of any length in constant memory, from a new start.
 
-        The first 4096 points decide the start. An epoch is 32 points a node, at least 4096.
-        Training ends when the lattice has settled or the steps are over.
+        The start of the nodes is computed from the first 4096 points. An epoch has 32 points for
+        each node, at least 4096. Training ends when the lattice has settled or after `max_steps`.
 
         Parameters
         ----------
         source : callable or iterable of arrays
-            ``source(count, rng)`` draws points of shape (count, 3), with `rng` a NumPy Generator
-            of the map's seed; or chunks of points, as many as the training needs.
+            A callable ``source(count, rng)`` that returns points of shape (count, 3), with a NumPy
+            Generator of the map's seed; or chunks with as many points as the training needs.
         progress, observer : callable, optional
             As for `fit`.
 
         Raises
         ------
         NeurbsError
-            If the source draws anything but as many finite points as it was asked for, or its
-            chunks end before the training. What was learned so far, in whole epochs, is kept.
+            If a callable does not return `count` finite points, or the chunks end before the
+            training. The finished epochs are kept.
 
         Examples
         --------
@@ -115,15 +117,15 @@ class ChunkLearner:
         >>> som.codebook_.shape
         (10, 10, 3)
         """
-        draws = Draws(source, self.seed)
-        first = _core.as_points(draws(_FIRST_POINTS))
-        if len(first) != _FIRST_POINTS:
-            raise _core.NeurbsError(
-                f"sampler must be a source of as many points as asked for, {_FIRST_POINTS}, "
-                f"got {len(first)}"
+        stream = PointStream(source, self.seed)
+        first = _core.as_points(stream(_START_POINTS))
+        if len(first) != _START_POINTS:
+            raise argument_error(
+                "source",
+                f"must return as many points as requested, {_START_POINTS}, got {len(first)}",
             )
         self._start(first, chunks=True)
-        return self._draw(draws, progress, observer)
+        return self._train_on(stream, progress, observer)
 
     def resume_distribution(
         self,
@@ -132,30 +134,30 @@ class ChunkLearner:
         progress: Callable[[_core.Progress], object] | None = None,
         observer: Callable[[_core.Epoch], object] | None = None,
     ) -> Self:
-        """Go on with an interrupted or loaded `fit_distribution`, to the same bits as without.
+        """Continue an interrupted or loaded `fit_distribution`, with the same bits as without.
 
-        A sampler is given the same random numbers as if there had been no break. Chunks must come
-        from their beginning: those already learned are skipped.
+        A callable gets the same random numbers as without a break. Chunks must start from the
+        first one again: those of finished epochs are skipped.
         """
-        if self._drawn is None:
+        if self._stream_state is None:
             raise _core.NeurbsError(
-                "resume_distribution must be called after fit_distribution, got no distribution yet"
+                "resume_distribution must be called after fit_distribution, which was not called"
             )
-        draws = Draws(source, self.seed)
-        draws.go_to(self._drawn)
-        return self._draw(draws, progress, observer)
+        stream = PointStream(source, self.seed)
+        stream.restore(self._stream_state)
+        return self._train_on(stream, progress, observer)
 
-    def _draw(
+    def _train_on(
         self,
-        draws: Draws,
+        stream: PointStream,
         progress: Callable[[_core.Progress], object] | None,
         observer: Callable[[_core.Epoch], object] | None,
     ) -> Self:
         def note(epoch: _core.Epoch) -> None:
-            self._drawn = draws.state
+            self._stream_state = stream.state
             if observer is not None:
                 observer(epoch)
 
-        self._drawn = draws.state
-        self._learned().train_on_distribution(draws, progress=progress, observer=note)
+        self._stream_state = stream.state
+        self._trained().train_on_distribution(stream, progress=progress, observer=note)
         return self

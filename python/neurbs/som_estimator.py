@@ -1,4 +1,4 @@
-"""The manners of a scikit-learn estimator, without scikit-learn."""
+"""The interface of a scikit-learn estimator, without scikit-learn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def not_fitted(message: str) -> AttributeError:
-    """Return the error of what has not learned yet: scikit-learn's own where that is in use."""
+    """Return the error for an untrained map: scikit-learn's, if it is imported."""
     if "sklearn" in sys.modules:
         from sklearn.exceptions import NotFittedError
 
@@ -24,13 +24,13 @@ def not_fitted(message: str) -> AttributeError:
 
 
 class Estimator:
-    """Parameters by name; what scikit-learn asks of an estimator, for its pipelines and clones."""
+    """Parameters by name, and the methods that scikit-learn's pipelines and clones call."""
 
     _map: _core.Map
     stopped_by_: str
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return the parameters by name, as scikit-learn does; `deep` changes nothing."""
+        """Return the parameters by name; `deep` has no effect."""
         return {name: getattr(self, name) for name in self._parameters()}
 
     def set_params(self, **parameters: Any) -> Self:
@@ -44,11 +44,11 @@ class Estimator:
         return self
 
     def __sklearn_is_fitted__(self) -> bool:
-        """Say whether it has learned, for scikit-learn."""
+        """Return whether the map is trained, for scikit-learn."""
         return hasattr(self, "_map")
 
     def __repr__(self) -> str:
-        """Say what it is, and whether it has learned."""
+        """Return the changed parameters and the state of the training."""
         defaults = {**type(self)().get_params(), "rows": None, "cols": None}
         changed = [
             f"{name}={value!r}"
@@ -59,7 +59,7 @@ class Estimator:
         return f"{type(self).__name__}({', '.join(changed + state)})"
 
     def __sklearn_tags__(self) -> Any:
-        """Describe what it learns from, for scikit-learn."""
+        """Return the tags of the estimator, for scikit-learn."""
         from sklearn.utils import InputTags, Tags, TargetTags, TransformerTags
 
         return Tags(

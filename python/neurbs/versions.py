@@ -1,4 +1,4 @@
-"""What is installed, for reports of faults."""
+"""Versions of the installed libraries, for bug reports."""
 
 import platform
 import sys
@@ -19,7 +19,7 @@ _LIBRARIES = (
     "geomdl",
     "splipy",
 )
-"""Distributions that neurbs is made of or works with."""
+"""neurbs, its dependencies and the libraries that it works with."""
 
 
 def show_versions() -> None:
@@ -42,7 +42,7 @@ def show_versions() -> None:
 
 
 def installed_version(distribution: str) -> str | None:
-    """Return the version of an installed distribution, None if it is not there."""
+    """Return the version of a distribution, or None if it is not installed."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:

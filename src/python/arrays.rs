@@ -14,7 +14,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use super::errors::{NeurbsError, is_about_input};
+use super::errors::{argument_error, is_about_input};
 
 /// Real numbers from Python, as float64 in C order.
 pub(super) struct Numbers<'py>(PyReadonlyArrayDyn<'py, f64>);
@@ -31,7 +31,7 @@ impl<'py> Numbers<'py> {
         shapes: &[&[Option<usize>]],
     ) -> PyResult<Self> {
         let fail =
-            |got: String| NeurbsError::new_err(format!("{name} must be {expected}, got {got}"));
+            |got: String| argument_error(name, format!("{name} must be {expected}, got {got}"));
         let numpy = value.py().import("numpy")?;
         // Masked values must not be used as numbers. `numpy.ma` is only looked up if it is loaded
         // already, because importing it takes as long as a small fit.
@@ -204,7 +204,7 @@ pub(super) fn output_of<'py, T: Element>(
     let fail = |got: String| {
         let dtype = T::get_dtype(py);
         let must = format!("a writeable, C-contiguous {dtype} array of shape {shape:?}");
-        NeurbsError::new_err(format!("out must be {must}, got {got}"))
+        argument_error("out", format!("out must be {must}, got {got}"))
     };
     let Ok(array) = out.cast::<PyArrayDyn<T>>() else {
         let got = out.getattr("dtype").map_or_else(
@@ -227,9 +227,8 @@ pub(super) fn writable<'py, T: Element, D: Dimension>(
     array: &Bound<'py, PyArray<T, D>>,
 ) -> PyResult<PyReadwriteArray<'py, T, D>> {
     array.try_readwrite().map_err(|error| {
-        NeurbsError::new_err(format!(
-            "out must be writeable and share no memory with inputs: {error}"
-        ))
+        let message = format!("out must be writeable and share no memory with inputs: {error}");
+        argument_error("out", message)
     })
 }
 

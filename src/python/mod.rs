@@ -96,6 +96,8 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // The value of errors that are not about one argument.
+        module.py().get_type::<NeurbsError>().setattr("argument", module.py().None())?;
         module.add("DIAGNOSTIC_CODES", crate::diagnostic::Diagnostic::CODES.to_vec())?;
         module.add("LENGTH_UNITS", super::export::length_units(module.py())?)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))

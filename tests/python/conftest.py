@@ -1,6 +1,7 @@
-"""What several tests start from."""
+"""Fixtures that several test files use."""
 
 import inspect
+import json
 import os
 import signal
 import subprocess
@@ -10,37 +11,38 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import neurbs
+from neurbs import cli
 
-# A shell that starts the tests in the background has them ignore Ctrl-C, and so all processes that
-# they start and interrupt.
+# Tests that a shell starts in the background ignore Ctrl-C, and so do the processes they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-PROMISE = 0.2
-"""Seconds within which Ctrl-C is answered, where nothing else is to be done."""
+MAX_SECONDS = 0.2
+"""Longest time from Ctrl-C to KeyboardInterrupt, in seconds."""
 
 TRIES = 3
-"""The best of so many answers counts: machines that are shared take time away."""
+"""Number of tries, of which the fastest is used, as shared machines lose time."""
 
 
 def worked() -> float:
-    """Return the seconds that this process has worked on each processor, whatever others did."""
+    """Return the processor time of this process in seconds, per processor."""
     return time.process_time() / (os.cpu_count() or 1)
 
 
 @pytest.fixture
 def answers_ctrl_c() -> Callable[..., bool]:
-    """Return what says whether a job answers Ctrl-C, some seconds after its start, in time."""
+    """Return a function that checks whether a job handles a Ctrl-C in time."""
 
     def repeat(job: Callable[[], object]) -> None:
-        # Again and again, as a fast machine may be done before Ctrl-C.
+        # Repeated, as a fast machine may finish the job before Ctrl-C.
         while True:
             job()
 
@@ -61,7 +63,7 @@ def answers_ctrl_c() -> Callable[..., bool]:
             timer.join()
 
     def answers(job: Callable[[], object], after: float = 0.1) -> bool:
-        return any(delay(job, after) < PROMISE for _ in range(TRIES))
+        return any(delay(job, after) < MAX_SECONDS for _ in range(TRIES))
 
     return answers
 
@@ -90,7 +92,7 @@ except KeyboardInterrupt:
 
 @pytest.fixture
 def unanswered() -> Callable[..., float]:
-    """Return what says how long a job in a process of its own goes on after Ctrl-C."""
+    """Return a function that measures how long a job in another process runs after Ctrl-C."""
 
     def seconds(before: str, job: str, delay: float) -> float:
         script = INTERRUPTED.format(
@@ -112,7 +114,7 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture
 def terrain_points() -> NDArray[np.float64]:
-    """Scatter 400 points over a hilly square kilometre, in metres."""
+    """Scatter 400 points over a hilly square kilometer, in meters."""
     x, y = np.random.default_rng(1).uniform(0, 1000, (2, 400))
     z = 200 + 60 * np.sin(x / 170) * np.cos(y / 230) + 0.05 * x
     return np.column_stack([x, y, z])
@@ -120,7 +122,7 @@ def terrain_points() -> NDArray[np.float64]:
 
 @pytest.fixture(scope="session")
 def result() -> neurbs.Reconstruction:
-    """Reconstruct a small surface; coordinates are large, as a survey's are."""
+    """Reconstruct a small surface with large coordinates, as in surveys."""
     x, y = np.random.default_rng(2).uniform(0, 100, (2, 400))
     points = np.column_stack([x + 5e6, y + 7.5e6, 120 + 10 * np.sin(x / 17) * np.cos(y / 23)])
     return neurbs.reconstruct(points, grid=(9, 7))
@@ -155,3 +157,30 @@ def random_surface() -> SurfaceMaker:
         return neurbs.NurbsSurface(rng.uniform(-1, 1, (*shape, 3)), weights, degree, vectors)
 
     return make
+
+
+class Outcome:
+    """Exit code and output of a command that ran within this process."""
+
+    def __init__(self, code: object, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    def json(self) -> Any:
+        """Return the one JSON document on stdout; NaN and infinities are not JSON."""
+
+        def refuse(name: str) -> None:
+            pytest.fail(f"{name} is not JSON")
+
+        return json.loads(self.out, parse_constant=refuse)
+
+
+@pytest.fixture
+def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Return a function that runs a command line within this process, faster than a new one."""
+
+    def run(*arguments: str | Path) -> Outcome:
+        with pytest.raises(SystemExit) as leaving:
+            cli.main(list(map(str, arguments)))
+        return Outcome(leaving.value.code, *capsys.readouterr())
+
+    return run

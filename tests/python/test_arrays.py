@@ -1,4 +1,4 @@
-"""The boundary: what arrays come in, what arrays go out, and who owns their memory."""
+"""Arrays as arguments and results: conversion, memory and `out`."""
 
 import tracemalloc
 
@@ -96,7 +96,7 @@ def test_the_input_is_left_alone(terrain_points: Points) -> None:
     ],
     ids=str,
 )
-def test_what_stands_for_no_points_is_refused(given: object, got: str) -> None:
+def test_other_objects_are_refused_as_points(given: object, got: str) -> None:
     with pytest.raises(NeurbsError, match="points must be real numbers of shape") as error:
         neurbs.reconstruct(given)  # type: ignore[call-overload]
     assert got in str(error.value)
@@ -117,7 +117,7 @@ def test_properties_are_read_only_views() -> None:
 
 
 def test_large_results_live_in_memory_of_numpy() -> None:
-    # NumPy reports what it allocates to tracemalloc; memory of Rust does not show there.
+    # tracemalloc measures memory of NumPy, not of Rust.
     tracemalloc.start()
     try:
         mesh = surface().tessellate(shape=(600, 500))

@@ -1,4 +1,4 @@
-"""Files that are not what they seem: cut short, or leading elsewhere."""
+"""Files that are cut short, or refer to other files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -99,5 +99,5 @@ def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.G
         <SimpleSource><SourceFilename relativeToVRT="0">{secret}</SourceFilename>
         <SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>"""
     )
-    with pytest.raises(neurbs.NeurbsError, match="must be a whole GeoTIFF"):
+    with pytest.raises(neurbs.NeurbsError, match="must be a complete GeoTIFF"):
         neurbs.read_points(leading)

@@ -101,7 +101,7 @@ def test_candidates_are_ranked(rng: np.random.Generator) -> None:
 CANDIDATES = (
     Candidate("plane z", "height", (0.0, 0.0, 1.0), 0.41, {"held_out": 0.41}, 1, "chosen"),
     Candidate("isomap", "sheet", None, 0.9312, {"held_out": 0.93}, 2, "score"),
-    Candidate("centre line", "tube", None, None, {}, None, "a gap of 90 degrees"),
+    Candidate("center line", "tube", None, None, {}, None, "a gap of 90 degrees"),
 )
 
 
@@ -116,7 +116,7 @@ def test_the_report_has_the_candidates(result: Reconstruction, tmp_path: Path) -
         "1  plane z      height  0.410  chosen"
     ]
     assert lines[start + 1].strip() == "2  isomap       sheet   0.931  score"
-    assert lines[start + 2].strip() == "–  centre line  tube    –      a gap of 90 degrees"
+    assert lines[start + 2].strip() == "–  center line  tube    –      a gap of 90 degrees"
     assert "not valid: thick" in str(report)
     plain = report.to_dict()
     assert plain["candidates"][0]["direction"] == [0.0, 0.0, 1.0]

@@ -1,4 +1,4 @@
-"""The pages of the documentation say nothing that does not run."""
+"""The examples, links and pictures of the documentation."""
 
 import re
 from pathlib import Path
@@ -29,7 +29,7 @@ def test_the_examples_of_a_page_run(
         exec(example, names)
 
 
-def test_what_the_pages_link_to_is_there() -> None:
+def test_links_of_the_pages_exist() -> None:
     for page in ALL:
         for target in re.findall(r"\]\(\s*([^)#\s]+)", page.read_text(encoding="utf-8")):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
@@ -39,7 +39,7 @@ def test_every_picture_is_made_by_a_script() -> None:
     scripts = [*DOCS.glob("*.py"), *(DOCS.parent / "examples").glob("*.py")]
     sources = "".join(script.read_text(encoding="utf-8") for script in scripts)
     for picture in (DOCS / "images").iterdir():
-        # The stem: scripts that name their picture by the caller do so by it.
+        # By the stem, as some scripts take the name of the picture as an argument.
         assert picture.stem in sources, picture.name
 
 

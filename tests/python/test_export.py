@@ -21,7 +21,7 @@ from neurbs import NurbsSurface, Reconstruction
 
 
 def only_face(path: Path) -> Any:
-    """Read the one valid face of a file, as OpenCASCADE's surface."""
+    """Read the only face of a file as a surface of OpenCASCADE."""
     reader = STEPControl_Reader() if path.suffix == ".step" else IGESControl_Reader()
     assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
     reader.TransferRoots()
@@ -46,7 +46,7 @@ def knots(surface: Any, direction: str) -> NDArray[np.float64]:
 
 
 def make(shape: tuple[int, int], degree: tuple[int, int], **options: Any) -> NurbsSurface:
-    """Make a wavy sheet of one unit, moved and scaled."""
+    """Make a wavy sheet of size 1, then scale and move it."""
     rng = np.random.default_rng(shape[0])
     x, y = np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij")
     net = np.stack([x, y, 0.3 * rng.random(shape)], axis=2) + 0.01 * rng.random((*shape, 3))
@@ -64,8 +64,8 @@ SURFACES = {
     "one rational Bezier patch": make((4, 6), (3, 5), rational=True),
     "degree 9": make((12, 11), (9, 4), rational=True),
     "uneven knots": make((7, 6), (2, 3), rational=True, knots=UNEVEN),
-    "a millimetre": make((9, 9), (3, 3), rational=True, scale=1e-3),
-    "a kilometre far away": make((12, 12), (3, 3), rational=True, scale=1e3, offset=5e6),
+    "a millimeter": make((9, 9), (3, 3), rational=True, scale=1e-3),
+    "a kilometer far away": make((12, 12), (3, 3), rational=True, scale=1e3, offset=5e6),
     "far away, polynomial": make((12, 12), (3, 3), scale=1e3, offset=-7.8e6),
 }
 
@@ -105,7 +105,7 @@ def test_a_reconstruction_is_one_valid_face(result: Reconstruction, tmp_path: Pa
 
 
 def test_unclamped_surfaces_end_where_they_end(tmp_path: Path) -> None:
-    """The boundary of the face is that of the domain, not that of the net."""
+    """The boundary of the face is the boundary of the domain, not of the net."""
     ours = make((7, 8), (3, 3), rational=True, scale=1e3, knots=(np.arange(11.0), np.arange(12.0)))
     neurbs.save(ours, tmp_path / "a.step")
     neurbs.save(ours, tmp_path / "a.igs")

@@ -1,4 +1,4 @@
-"""Clouds that earlier versions got wrong, and the property that must hold for each."""
+"""Clouds that earlier versions fitted wrongly, with a property that each result must have."""
 
 import itertools
 import os
@@ -27,12 +27,12 @@ SPARSE = pytest.mark.xfail(reason="two of its thirty sparse points are taken for
 
 
 def seeds(own: int) -> list[int]:
-    """Return the seed of the fault as reported, and five others."""
+    """Return the seed of the reported fault, and five others."""
     return [own, *(seed for seed in range(20, 25))]
 
 
 def samples(surface: neurbs.NurbsSurface, side: int = 300) -> Array:
-    """Return places of a surface on a grid of parameters, of shape (side, side, 3)."""
+    """Return points of a surface on a grid of parameters, of shape (side, side, 3)."""
     u, v = (np.linspace(*ends, side) for ends in surface.domain)
     return surface.evaluate_grid(u, v)
 
@@ -45,7 +45,7 @@ def normals(surface: neurbs.NurbsSurface, side: int = 60) -> Array:
 
 
 def facets(surface: neurbs.NurbsSurface) -> tuple[Array, Array]:
-    """Return the centres and areas of the cells of a grid of samples."""
+    """Return the centers and areas of the cells of a grid of samples."""
     grid = samples(surface)
     a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
     areas = np.linalg.norm(np.cross(c - a, d - b), axis=2) / 2
@@ -58,14 +58,14 @@ def area(surface: neurbs.NurbsSurface) -> float:
 
 
 def mean_spacing(points: Array) -> float:
-    """Return the side of a square that holds one point: 4 neighbours lie within 1.13 of it."""
+    """Return the mean spacing: the side of the square for one point, from 4 neighbors."""
     return float(np.median(cKDTree(points).query(points, k=5)[0][:, 4]) / 1.13)
 
 
 def covered_share(surface: neurbs.NurbsSurface, points: Array, spacings: float) -> float:
     """Return the share of a surface's area within some mean spacings of a point."""
-    centres, areas = facets(surface)
-    near = cKDTree(points).query(centres)[0] <= spacings * mean_spacing(points)
+    centers, areas = facets(surface)
+    near = cKDTree(points).query(centers)[0] <= spacings * mean_spacing(points)
     return float(areas[near].sum() / areas.sum())
 
 
@@ -75,13 +75,13 @@ def distances(surface: neurbs.NurbsSurface, truth: Array) -> Array:
 
 
 def error(surface: neurbs.NurbsSurface, truth: Array) -> float:
-    """Return the root mean square distance of the truth, without the largest 0.5 %."""
+    """Return the rms distance to the true surface, without the largest 0.5 %."""
     all_ = np.sort(distances(surface, truth))
     return float(np.sqrt(np.mean(all_[: int(0.995 * len(all_))] ** 2)))
 
 
 def turned_share(surface: neurbs.NurbsSurface) -> float:
-    """Return the share of neighbouring samples whose normals turn over."""
+    """Return the share of neighboring samples whose normals turn over."""
     unit = normals(surface)
     cosines = [np.sum(unit[1:] * unit[:-1], 2), np.sum(unit[:, 1:] * unit[:, :-1], 2)]
     return float(np.mean([np.mean(cosine < 0) for cosine in cosines]))
@@ -93,7 +93,7 @@ def assert_kept(result: neurbs.Reconstruction, tolerance: float) -> None:
 
 
 def noisy_waves(number: int, sigma: float, seed: int) -> tuple[Array, Array]:
-    """Return points of waves with noise in z, and a grid of the waves themselves."""
+    """Return points of waves with noise in z, and a grid of the waves without noise."""
     rng = np.random.default_rng(seed)
     x, y = rng.random((2, number))
     points = np.column_stack(
@@ -109,7 +109,7 @@ def test_noise_beyond_the_spacing_leaves_the_surface_smooth(seed: int) -> None:
     result = neurbs.reconstruct(points)
     assert result.report.valid
     assert turned_share(result.surface) == 0
-    # The waves themselves have 1.057.
+    # The waves without noise have 1.057.
     assert area(result.surface) == pytest.approx(1.057, rel=0.05)
     asked = neurbs.reconstruct(points, kind="height")
     assert error(result.surface, truth) <= 1.3 * error(asked.surface, truth)
@@ -142,11 +142,11 @@ def test_sparse_regions_are_kept(seed: int) -> None:
     points = np.column_stack([xy, 0.3 * np.sin(3 * xy[:, 0]) * np.cos(2 * xy[:, 1])])
     result = neurbs.reconstruct(points)
     assert result.inliers.all()
-    # The last of 30 random points lies a little before x = 1.
+    # The last of 30 random points is slightly before x = 1.
     assert samples(result.surface)[..., 0].max() >= points[:, 0].max() - 0.01
 
 
-@pytest.mark.xfail(reason="the surface through six points overshoots, which no tolerance excuses")
+@pytest.mark.xfail(reason="the surface through six points overshoots")
 def test_six_exact_points_keep_a_tolerance() -> None:
     points = np.array(
         [
@@ -223,7 +223,7 @@ def test_between_sweeps_the_surface_stays_at_the_truth(seed: int, tolerance: flo
     x, y = np.meshgrid(np.linspace(100, 900, 81), np.linspace(low[1], high[1], 81), indexing="ij")
     truth = np.stack([x, y, x / 20 * np.sin(y / 3)], -1)
     assert distances(surface, truth).max() <= 1
-    # Nor does it leave the truth: the distance to it, to first order.
+    # The distance to the true surface, to first order.
     places = samples(surface).reshape(-1, 3)
     x, y, z = places[((places >= low) & (places <= high))[:, :2].all(axis=1)].T
     slope = np.hypot(np.sin(y / 3) / 20, x / 60 * np.cos(y / 3))
@@ -231,13 +231,13 @@ def test_between_sweeps_the_surface_stays_at_the_truth(seed: int, tolerance: flo
 
 
 @pytest.mark.parametrize("seed", seeds(0))
-def test_a_height_field_that_is_asked_for_has_one_height_everywhere(seed: int) -> None:
+def test_kind_height_has_one_height_at_each_place(seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.uniform(0, 0.25, 22), rng.uniform(0, 0.9, 22)
     z = np.where(rng.random(22) < 0.25, rng.uniform(0.3, 1, 22), 0.0)
     result = neurbs.reconstruct(np.column_stack([x, y, z]), kind="height")
     assert result.report.kind == "height"
-    # One z at each (x, y): the surface never turns upright.
+    # One z for each (x, y): no normal is horizontal.
     assert (normals(result.surface)[..., 2] > 0).all()
     extent = np.ptp(samples(result.surface).reshape(-1, 3), axis=0)
     assert (extent[:2] >= 0.9 * np.ptp([x, y], axis=1)).all()
@@ -254,12 +254,12 @@ def test_four_points_make_a_surface(tolerance: float | None) -> None:
 
 def test_a_height_field_leaves_out_the_same_outliers_as_the_default() -> None:
     i, j = np.mgrid[0:9, 0:9]
-    wild = abs(i - 4) + abs(j - 4) >= 7
-    z = np.where(wild, 130 + 0.1 * ((i + 2 * j) % 5), 0.05 * i * j / 8)
+    outlier = abs(i - 4) + abs(j - 4) >= 7
+    z = np.where(outlier, 130 + 0.1 * ((i + 2 * j) % 5), 0.05 * i * j / 8)
     points = np.column_stack([10.0 * i.ravel(), 10.0 * j.ravel(), z.ravel()])
     kinds: tuple[Literal["auto", "height"], ...] = ("auto", "height")
     default, asked = (neurbs.reconstruct(points, kind=kind) for kind in kinds)
-    good = ~wild.ravel()
+    good = ~outlier.ravel()
     np.testing.assert_array_equal(default.inliers, good)
     np.testing.assert_array_equal(asked.inliers, good)
     assert asked.deviations[good].max() <= max(1.3 * default.deviations[good].max(), 0.01)
@@ -327,7 +327,7 @@ def test_squares_that_cross_are_reported(rng: np.random.Generator) -> None:
     assert neurbs.reconstruct(points).report.diagnostics
 
 
-def test_a_torus_asked_of_a_plain_sheet_is_reported(rng: np.random.Generator) -> None:
+def test_kind_torus_for_a_flat_sheet_is_reported(rng: np.random.Generator) -> None:
     x, y = rng.random((2, 1000))
     points = np.column_stack([x, y, 0.1 * np.sin(3 * x)])
     report = neurbs.reconstruct(points, kind="torus").report

@@ -17,7 +17,7 @@ def heights(rng: np.random.Generator, count: int, noise: float = 0.0) -> Points:
 
 
 def domain(surface: neurbs.NurbsSurface) -> Points:
-    """Return the lowest and the highest corner of the rectangle that heights are over."""
+    """Return the lower and the upper corner of the base rectangle of heights."""
     corners: Points = surface.evaluate([(0.0, 0.0), (1.0, 1.0)])[:, :2]
     return corners
 
@@ -36,12 +36,12 @@ def test_exact_heights_are_met_as_by_scipy(rng: np.random.Generator) -> None:
     inside = 0.05 + 0.9 * rng.random((500, 2))
     uv = (inside - low) / (high - low)
     ours = found.surface.evaluate(uv)
-    # The plane's coordinates are those of the parameters, to the last digits.
+    # The parameters are linear in x and y, up to rounding.
     np.testing.assert_allclose(ours[:, :2], inside, atol=1e-14)
     np.testing.assert_allclose(ours[:, 2], spline.ev(*inside.T), atol=3 * rms)
 
 
-def test_the_ground_ends_where_rows_do_and_beyond_scattered_points(
+def test_the_base_domain_ends_with_rows_and_extends_beyond_scattered_points(
     rng: np.random.Generator,
 ) -> None:
     scattered = heights(rng, 400)
@@ -64,8 +64,8 @@ def test_noisy_heights_are_met_better_than_by_scipy(rng: np.random.Generator) ->
     truth = heights(rng, 2000)
     inside = truth[np.abs(truth[:, :2] - 0.5).max(axis=1) < 0.45]
     low, high = domain(surface)
-    feet = (inside[:, :2] - low) / (high - low)
-    own = np.sqrt(np.mean((surface.evaluate(feet)[:, 2] - inside[:, 2]) ** 2))
+    uv = (inside[:, :2] - low) / (high - low)
+    own = np.sqrt(np.mean((surface.evaluate(uv)[:, 2] - inside[:, 2]) ** 2))
     other = np.sqrt(np.mean((spline.ev(inside[:, 0], inside[:, 1]) - inside[:, 2]) ** 2))
     assert own < 0.7 * other
     assert own < 0.006
@@ -80,21 +80,21 @@ def test_a_missing_quarter_is_spanned(rng: np.random.Generator) -> None:
     assert z.max() < points[:, 2].max() + 0.3
 
 
-def test_weights_let_points_go(rng: np.random.Generator) -> None:
+def test_points_with_weight_0_are_ignored(rng: np.random.Generator) -> None:
     points = heights(rng, 1000)
-    spoilt = points.copy()
-    spoilt[:100, 2] += 3
+    shifted = points.copy()
+    shifted[:100, 2] += 3
     weights = np.r_[np.zeros(100), np.ones(900)]
-    found = neurbs.fit_heights(spoilt, (8, 8), weights=weights)
+    found = neurbs.fit_heights(shifted, (8, 8), weights=weights)
     assert np.abs(found.residuals[100:]).max() < 2e-3
 
 
-def test_any_direction_will_do(rng: np.random.Generator) -> None:
+def test_heights_along_any_direction(rng: np.random.Generator) -> None:
     points = heights(rng, 1500)[:, [2, 0, 1]]
     found = neurbs.fit_heights(points, (10, 10), up=(5, 0, 0))
     assert np.abs(found.residuals).max() < 1e-3
-    feet = found.surface.evaluate(found.uv)
-    np.testing.assert_allclose(feet[:, 1:], points[:, 1:], atol=1e-13)
+    fitted = found.surface.evaluate(found.uv)
+    np.testing.assert_allclose(fitted[:, 1:], points[:, 1:], atol=1e-13)
 
 
 def rotation(axis: int, degrees: float) -> Points:
@@ -107,11 +107,11 @@ def rotation(axis: int, degrees: float) -> Points:
     return turn
 
 
-def test_heights_that_are_asked_for_keep_x_and_y(rng: np.random.Generator) -> None:
+def test_kind_height_keeps_x_and_y(rng: np.random.Generator) -> None:
     points = heights(rng, 400) @ rotation(2, 35).T
     result = neurbs.reconstruct(points, kind="height")
     assert result.report.direction == (0, 0, 1)
-    # The rectangle turns with the points; the net lies evenly over it, so that no height overhangs.
+    # The rectangle is rotated with the points; the net is uniform over it, so nothing overhangs.
     knots = result.surface.knots
     u, v = (np.array([k[i + 1 : i + 4].mean() for i in range(len(k) - 4)]) for k in knots)
     flat = result.surface.control_points[..., :2]
@@ -137,7 +137,7 @@ def rms(surface: neurbs.NurbsSurface, points: Points) -> float:
     return float(np.sqrt(np.mean(surface.closest_points(points).distances ** 2)))
 
 
-def test_round_things_are_met_by_few_control_points(rng: np.random.Generator) -> None:
+def test_round_shapes_need_few_control_points(rng: np.random.Generator) -> None:
     uv = rng.random((2000, 2))
     longitude, latitude = 1.2 * uv[:, 0], 1.2 * uv[:, 1] - 0.6
     plane = np.cos(latitude)
@@ -161,7 +161,7 @@ def test_fitted_weights_are_never_worse(rng: np.random.Generator) -> None:
             assert rms(freed, points) <= rms(polynomial, points)
 
 
-def test_given_fairness_counts_as_much_whatever_tells_slopes(rng: np.random.Generator) -> None:
+def test_fairness_has_the_same_effect_for_any_slope_data(rng: np.random.Generator) -> None:
     points = heights(rng, 30_000, 0.01)
     result = neurbs.reconstruct(points, grid=(8, 8), kind="height", fairness=0.1)
     assert result.report.fairness == pytest.approx(0.1, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Surfaces from files, and round trips: what we write others read, and what they write we read."""
+"""Surfaces from files: round trips, and files of other libraries."""
 
 import importlib.util
 import json
@@ -62,7 +62,7 @@ def same(ours: NurbsSurface, theirs: NurbsSurface, *, scale: float = 1.0) -> Non
 
 
 def write_shape(path: Path, shape: Any) -> None:
-    """Write as OpenCASCADE does."""
+    """Write a file with OpenCASCADE."""
     if path.suffix == ".step":
         step = STEPControl_Writer()
         step.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
@@ -79,7 +79,7 @@ def write_shape(path: Path, shape: Any) -> None:
 
 @pytest.mark.parametrize("rational", [False, True])
 @pytest.mark.parametrize("suffix", EVERY)
-def test_what_is_saved_is_loaded(tmp_path: Path, suffix: str, rational: bool) -> None:
+def test_saved_surfaces_are_loaded(tmp_path: Path, suffix: str, rational: bool) -> None:
     path = tmp_path / f"a{suffix}"
     for offset in (0.0, 5e6):
         ours = wavy(rational=rational, offset=offset)
@@ -110,7 +110,7 @@ def test_units_are_written_and_read(tmp_path: Path, suffix: str, unit: str) -> N
 def test_opencascade_sees_the_size_of_every_unit(
     tmp_path: Path, suffix: str, unit: str | None
 ) -> None:
-    """It turns all units into millimetres."""
+    """OpenCASCADE converts all units to millimeters."""
     ours, path = wavy(rational=False), tmp_path / f"a{suffix}"
     neurbs.save(ours, path, unit=unit)
     reader = STEPControl_Reader() if suffix == ".step" else IGESControl_Reader()
@@ -128,12 +128,12 @@ def test_opencascade_sees_the_size_of_every_unit(
         [[p.X(), p.Y(), p.Z()] for p in found], expected, rtol=0, atol=1e-3 * scale
     )
     faces = TopExp_Explorer(shape, TopAbs_FACE)
-    # The file claims a millionth of the net's size.
+    # The tolerance in the file is a millionth of the net's size.
     size = scale * np.linalg.norm(np.ptp(ours.control_points, axis=(0, 1)))
     assert BRep_Tool.Tolerance_s(TopoDS.Face(faces.Current())) <= 1e-6 * size
 
 
-# Readers that are not ours
+# Other readers
 
 
 @pytest.mark.parametrize("rational", [False, True])
@@ -156,7 +156,7 @@ def test_several_surfaces_of_geomdl(tmp_path: Path) -> None:
         several.add(neurbs.to_geomdl(wavy(rational=rational)))
     exchange.export_json(several, str(tmp_path / "a.json"))
     assert len(neurbs.load_surfaces(tmp_path / "a.json")) == 2
-    with pytest.raises(NeurbsError, match=r"must hold one surface, got 2: .* load_surfaces"):
+    with pytest.raises(NeurbsError, match=r"must have one surface, got 2: .* load_surfaces"):
         neurbs.load_surface(tmp_path / "a.json")
 
 
@@ -184,7 +184,7 @@ def test_solids_of_rhino_give_their_faces(tmp_path: Path) -> None:
     model.Objects.AddSphere(rhino3dm.Sphere(rhino3dm.Point3d(1, 2, 3), 4.0))
     model.Settings.ModelUnitSystem = rhino3dm.UnitSystem.Meters
     model.Write(str(tmp_path / "a.3dm"), 7)
-    with pytest.warns(UserWarning, match="2 of 4 faces are trimmed: their surfaces come whole"):
+    with pytest.warns(UserWarning, match="2 of 4 faces are trimmed: the result has"):
         surfaces = neurbs.load_surfaces(tmp_path / "a.3dm")
     areas = [surface.area() for surface in surfaces]
     assert areas[0] == pytest.approx(20 * np.pi)
@@ -192,7 +192,7 @@ def test_solids_of_rhino_give_their_faces(tmp_path: Path) -> None:
 
 
 def records(path: Path) -> dict[str, list[list[str]]]:
-    """Read the statements of an OBJ file, as its specification says."""
+    """Read the statements of an OBJ file by its specification."""
     found: dict[str, list[list[str]]] = {}
     for line in path.read_text().replace("\\\n", " ").splitlines():
         key, *values = line.split()
@@ -202,7 +202,7 @@ def records(path: Path) -> dict[str, list[list[str]]]:
 
 @pytest.mark.parametrize("rational", [False, True])
 def test_obj_has_the_surface_itself(tmp_path: Path, rational: bool) -> None:
-    """Evaluate it with geomdl, from what the file says."""
+    """Evaluate the surface with geomdl, from the statements of the file."""
     ours = wavy(rational=rational)
     neurbs.save(ours, tmp_path / "a.obj")
     found = records(tmp_path / "a.obj")
@@ -237,7 +237,7 @@ def test_the_faces_of_a_box_are_six_surfaces(tmp_path: Path, suffix: str) -> Non
 
 
 @pytest.mark.parametrize("suffix", CAD)
-def test_trimmed_faces_are_said_to_be(tmp_path: Path, suffix: str) -> None:
+def test_trimmed_faces_are_a_warning(tmp_path: Path, suffix: str) -> None:
     box = BRepPrimAPI_MakeBox(10.0, 20.0, 30.0).Shape()
     corner = BRepPrimAPI_MakeCylinder(3.0, 50.0).Shape()
     path = tmp_path / f"a{suffix}"
@@ -258,7 +258,7 @@ def test_a_periodic_surface_becomes_clamped(tmp_path: Path) -> None:
     assert surface.area() == pytest.approx(20 * np.pi)
 
 
-# What cannot be read
+# Files that cannot be read
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9])
@@ -280,7 +280,7 @@ def test_a_truncated_file_is_refused(
     [
         (lambda d: d.pop("shape"), "must be a surface as geomdl writes it, but 'shape' is missing"),
         (lambda d: d["shape"].update(type="curve"), "shape of type 'surface', got 'curve'"),
-        (lambda d: d["shape"].update(data=[]), "must hold at least one surface, but holds none"),
+        (lambda d: d["shape"].update(data=[]), "must have at least one surface, but has none"),
         (lambda d: d["shape"]["data"][0].pop("degree_u"), "but 'degree_u' is missing"),
         (lambda d: d["shape"]["data"][0].update(size_u=4), "cannot reshape array"),
         (lambda d: d["shape"]["data"][0].update(knotvector_u=[0, 1]), "knot"),
@@ -316,7 +316,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(NeurbsError, match=r"suffix of \.json \.3dm .*, got the suffix '\.obj'"):
         neurbs.load_surface(tmp_path / "a.obj")
     neurbs.save(wavy(rational=False), tmp_path / "a.json")
-    with pytest.raises(NeurbsError, match="unit must be left out, for the file has none; got 'm'"):
+    with pytest.raises(NeurbsError, match="unit must be left out, as the file has none; got 'm'"):
         neurbs.load_surface(tmp_path / "a.json", unit="m")
     with pytest.raises(NeurbsError, match=r"unit must be 'mm' or .*, got 'parsec'"):
         neurbs.load_surface(tmp_path / "a.json", unit="parsec")

@@ -1,4 +1,4 @@
-"""What commands write: never over what is read, never two results to one name."""
+"""Outputs of commands: they replace no input and have different names."""
 
 import os
 from pathlib import Path
@@ -10,7 +10,7 @@ from neurbs import cli
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
-    """Return the message of a command that must not begin."""
+    """Return the message of a command that is refused before it starts."""
     with pytest.raises(SystemExit) as exit:
         cli.main(list(map(str, arguments)))
     assert exit.value.code == 2

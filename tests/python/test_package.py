@@ -15,7 +15,7 @@ PYTHON = Path(__file__).parents[2] / "python"
 
 
 def python(program: str) -> str:
-    """Run a program in a Python of its own, and return what it prints."""
+    """Run a program in another Python process, and return its output."""
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True, timeout=60
     )
@@ -50,7 +50,7 @@ def test_nothing_is_imported_before_it_is_used() -> None:
     assert "numpy" in loaded[1]
 
 
-def test_a_first_call_waits_for_no_more_than_it_needs() -> None:
+def test_a_first_call_imports_only_what_it_uses() -> None:
     program = """
         import sys
         import numpy as np
@@ -141,7 +141,7 @@ def test_types_are_complete_and_find_mistakes(tmp_path: Path) -> None:
     pytest.importorskip("mypy", reason="mypy is not installed")
     (tmp_path / "program.py").write_text(USER_PROGRAM, encoding="utf-8")
     (tmp_path / "mistakes.py").write_text(MISTAKES, encoding="utf-8")
-    # What is wrong inside the package is not the user's concern, wherever it lies.
+    # Errors inside the package are not reported to users.
     flags = ["--strict", "--follow-imports=silent", "--no-error-summary"]
     command = [sys.executable, "-m", "mypy", *flags, "."]
     done = subprocess.run(
@@ -149,7 +149,7 @@ def test_types_are_complete_and_find_mistakes(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         cwd=tmp_path,
-        # Where the package is not installed, but used in place.
+        # For a package that is not installed.
         env=os.environ | {"MYPYPATH": str(PYTHON)},
         timeout=600,
     )

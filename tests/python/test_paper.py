@@ -61,7 +61,7 @@ def test_too_few_steps_are_a_warning(terrain_points: Points) -> None:
     assert not result.som.converged_
 
 
-def test_progress_is_told(terrain_points: Points) -> None:
+def test_progress_is_reported(terrain_points: Points) -> None:
     seen: list[Progress] = []
     neurbs.reconstruct_paper(terrain_points, grid=(20, 20), progress=seen.append)
     assert [s.stage for s in seen[:1]] == ["checking"]
@@ -74,13 +74,13 @@ def test_progress_is_told(terrain_points: Points) -> None:
 
 def test_other_threads_run_meanwhile() -> None:
     points = np.random.default_rng(0).random((5000, 3))
-    counted = 0
+    calls = 0
     done = threading.Event()
 
     def count() -> None:
-        nonlocal counted
+        nonlocal calls
         while not done.is_set():
-            counted += 1
+            calls += 1
             time.sleep(0.001)
 
     thread = threading.Thread(target=count)
@@ -88,8 +88,8 @@ def test_other_threads_run_meanwhile() -> None:
     neurbs.reconstruct_paper(points, grid=(30, 30), max_steps=200_000)
     done.set()
     thread.join()
-    # With the GIL held there would be none but the first and the last.
-    assert counted > 20
+    # If the GIL were held there would be only the first and the last call.
+    assert calls > 20
 
 
 FEW = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]

@@ -1,4 +1,4 @@
-"""Pictures: their size, what they show, that proportions are told; films; notebooks."""
+"""Pictures: size, content, proportions; animations; notebooks."""
 
 import re
 import shutil
@@ -46,7 +46,7 @@ def test_the_file_is_a_figure_of(result: Reconstruction, tmp_path: Path) -> None
     result.save(tmp_path / "a.png")
     image = imread(tmp_path / "a.png")[:, :, :3]
     assert image.shape[1:] == (1600, 3)
-    # Hills are flat: the picture is no higher than they need.
+    # The hills are flat, so the picture is low.
     assert 600 < len(image) < 700
     for panel in np.split(image, 2, axis=1):
         white = (panel == 1).all(axis=2)
@@ -54,7 +54,7 @@ def test_the_file_is_a_figure_of(result: Reconstruction, tmp_path: Path) -> None
         # Nothing is cut off: the margins are white.
         assert white[:, :4].all()
         assert white[[0, -1]].all()
-    # Shades of a lit surface, against a few colours and their mixtures.
+    # A lit surface has many shades.
     numbers = (image * 255).astype(int) @ [1, 256, 65536]
     left, right = (len(np.unique(half)) for half in np.split(numbers, 2, axis=1))
     assert right > 2 * left > 200
@@ -66,7 +66,7 @@ def test_the_same_result_gives_the_same_file(result: Reconstruction, tmp_path: P
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-def test_titles_tell_what_is_shown(result: Reconstruction) -> None:
+def test_titles_name_the_content(result: Reconstruction) -> None:
     titles = [text.get_text() for text in figure_of(result).texts]
     assert titles == ["400 points, 9 × 7 lattice", "NURBS surface, 9 × 7 control points, degree 3"]
 
@@ -81,14 +81,14 @@ def test_a_short_axis_is_exaggerated_and_says_so(square: NDArray[np.float64], ax
     scale[axis] = 0.025
     figure = figure_of(reconstructed(square * scale))
     expected = ["x", "y", "z"]
-    # A quarter of the longer sides is shown, whatever the surface's border adds.
+    # The drawn side is a quarter of the longer ones, plus the border of the surface.
     expected[axis] += r" × [\d.]+"
     assert all(map(re.fullmatch, expected, labels(figure)))
     shares = np.array([panel._box_aspect for panel in figure.axes])  # type: ignore[attr-defined]
     np.testing.assert_allclose(shares.min(axis=1) / shares.max(axis=1), 0.25, rtol=0.02)
 
 
-def test_coordinates_far_away_are_labelled_from_near(result: Reconstruction) -> None:
+def test_coordinates_far_away_are_labeled_from_near(result: Reconstruction) -> None:
     x, y, z = labels(figure_of(result))
     assert (x, y) == ("x − 5,000,000", "y − 7,500,000")
     assert z.startswith("z × ")
@@ -114,7 +114,7 @@ def test_pyplot_is_left_alone(result: Reconstruction) -> None:
     assert plt.get_fignums() == []
 
 
-# Colours and legends
+# Colors and legends
 
 
 def legend(figure: Figure) -> str:
@@ -129,7 +129,7 @@ def dome() -> neurbs.NurbsSurface:
 
 
 def facets(figure: Figure) -> NDArray[np.float64]:
-    """Read the colours of the drawn facets as the picture has them."""
+    """Return the colors of the drawn facets."""
     (drawn,) = (c for c in figure.axes[0].collections if isinstance(c, Poly3DCollection))
     return np.asarray(drawn._facecolor3d)
 
@@ -156,13 +156,13 @@ def test_a_deviation_has_its_sign_and_its_place(rng: np.random.Generator) -> Non
     values = Deviation.of(plane, points).over_surface(plane, t, t)
     np.testing.assert_allclose(values[:3], 0.2)
     np.testing.assert_allclose(values[-3:], -0.1)
-    colours = facets(plane.plot(points, isolines=0))
-    red, blue = (colours[:, 0] > colours[:, 2]).mean(), (colours[:, 2] > colours[:, 0]).mean()
+    colors = facets(plane.plot(points, isolines=0))
+    red, blue = (colors[:, 0] > colors[:, 2]).mean(), (colors[:, 2] > colors[:, 0]).mean()
     assert red == pytest.approx(0.5, abs=0.05)
     assert blue == pytest.approx(0.5, abs=0.05)
 
 
-def test_where_there_are_no_points_it_is_grey(rng: np.random.Generator) -> None:
+def test_places_without_points_are_gray(rng: np.random.Generator) -> None:
     plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
     deviation = Deviation.of(plane, rng.random((3000, 3)) * [0.4, 1, 1])
     values = deviation.over_surface(plane, np.array([0.1, 0.9]), np.array([0.5]))
@@ -178,8 +178,8 @@ def test_the_scale_of_a_sphere_is_its_curvature(dome: neurbs.NurbsSurface) -> No
 
 
 def test_stripes_are_black_and_white(dome: neurbs.NurbsSurface) -> None:
-    colours = facets(dome.plot(color="zebra", isolines=0))
-    dark, bright = (colours[:, 0] < 0.2).mean(), (colours[:, 0] > 0.9).mean()
+    colors = facets(dome.plot(color="zebra", isolines=0))
+    dark, bright = (colors[:, 0] < 0.2).mean(), (colors[:, 0] > 0.9).mean()
     assert dark > 0.2
     assert bright > 0.2
 
@@ -201,7 +201,7 @@ def test_a_result_shows_its_deviation(result: Reconstruction) -> None:
     ("options", "message"),
     [
         ({"color": "red"}, "color must be one of height, deviation, .*, got 'red'"),
-        ({"color": "deviation"}, "color='deviation' must have points"),
+        ({"color": "deviation"}, "color must not be 'deviation' without points"),
         ({"tolerance": 0.0}, "tolerance must be positive and finite, got 0"),
         ({"tolerance": np.nan}, "tolerance must be positive and finite, got nan"),
         ({"backend": "vtk"}, "backend must be 'matplotlib' or 'pyvista', got 'vtk'"),
@@ -240,10 +240,10 @@ def test_a_map_is_drawn_with_its_edges(result: Reconstruction) -> None:
     assert len(lines._segments3d) == 9 * 6 + 8 * 7
 
 
-def test_cells_are_coloured(result: Reconstruction) -> None:
-    assert legend(result.som.plot(color="u-matrix")) == "mean distance to the neighbours"
+def test_cells_are_colored(result: Reconstruction) -> None:
+    assert legend(result.som.plot(color="u-matrix")) == "mean distance to the neighbors"
     assert legend(result.som.plot(result.points, color="hits")) == "points nearest to a node"
-    with pytest.raises(NeurbsError, match="must have points to count"):
+    with pytest.raises(NeurbsError, match="color must not be 'hits' without points"):
         result.som.plot(color="hits")
     with pytest.raises(NeurbsError, match="color must be one of u-matrix, hits, got 'height'"):
         result.som.plot(color="height")
@@ -253,46 +253,46 @@ def test_a_graph_is_drawn(square: NDArray[np.float64]) -> None:
     ring = neurbs.Lattice.graph(20, [(i, (i + 1) % 20) for i in range(20)])
     som = neurbs.SelfOrganizingMap(lattice=ring).fit(square)
     assert som.plot().texts[0].get_text() == "20 nodes"
-    with pytest.raises(NeurbsError, match="must have a lattice with cells, got a graph"):
+    with pytest.raises(NeurbsError, match="color must be None for a graph"):
         som.plot(color="u-matrix")
 
 
-# Films
+# Animations
 
 
 @pytest.mark.parametrize(
     ("suffix", "start"), [(".gif", b"GIF89a"), (".html", b"\n<link"), (".mp4", b"\0\0\0")]
 )
-def test_a_film_is_written(
+def test_an_animation_is_written(
     suffix: str, start: bytes, square: NDArray[np.float64], tmp_path: Path
 ) -> None:
     if suffix == ".mp4" and shutil.which("ffmpeg") is None:
         pytest.skip("ffmpeg is not installed")
-    film = tmp_path / f"film{suffix}"
+    animation = tmp_path / f"animation{suffix}"
     som = neurbs.SelfOrganizingMap(4, 3)
-    assert som.animate(square, film, seconds=1) is som
-    assert film.read_bytes().startswith(start)
-    assert list(tmp_path.iterdir()) == [film]
+    assert som.animate(square, animation, seconds=1) is som
+    assert animation.read_bytes().startswith(start)
+    assert list(tmp_path.iterdir()) == [animation]
     np.testing.assert_array_equal(
         som.codebook_, neurbs.SelfOrganizingMap(4, 3).fit(square).codebook_
     )
 
 
-def test_the_lattice_unfolds_in_the_film(square: NDArray[np.float64], tmp_path: Path) -> None:
+def test_the_lattice_unfolds_in_the_animation(square: NDArray[np.float64], tmp_path: Path) -> None:
     from PIL import Image
 
     som = neurbs.SelfOrganizingMap(6, 6, init="centroid")
     som.animate(square, tmp_path / "a.gif", seconds=1)
-    with Image.open(tmp_path / "a.gif") as film:
-        first = np.array(film.convert("RGB"))
-        film.seek(14)
-        last = np.array(film.convert("RGB"))
+    with Image.open(tmp_path / "a.gif") as animation:
+        first = np.array(animation.convert("RGB"))
+        animation.seek(14)
+        last = np.array(animation.convert("RGB"))
         with pytest.raises(EOFError):
-            film.seek(15)  # The last one stands longer instead.
-        assert film.size == (512, 512)
+            animation.seek(15)  # The last frame is shown for longer instead.
+        assert animation.size == (512, 512)
 
     def width(image: NDArray[np.uint8]) -> float:
-        """Measure how far the blue lattice spreads."""
+        """Return the extent of the blue lattice."""
         red, _, blue = np.moveaxis(image.astype(int), 2, 0)
         return float(np.nonzero(blue - red > 60)[1].std())
 
@@ -302,12 +302,16 @@ def test_the_lattice_unfolds_in_the_film(square: NDArray[np.float64], tmp_path: 
 @pytest.mark.parametrize(
     ("name", "seconds", "message"),
     [
-        ("a.avi", 2, "a film is written as .gif .mp4 .html, got the suffix '.avi'"),
+        (
+            "a.avi",
+            2,
+            "an animation must have the suffix .gif, .* got the suffix '.avi'",
+        ),
         ("a", 2, "got no suffix"),
         ("a.gif", 0, "seconds must be between 1 and 60, got 0"),
     ],
 )
-def test_films_that_are_refused(
+def test_animations_that_are_refused(
     name: str, seconds: float, message: str, square: NDArray[np.float64], tmp_path: Path
 ) -> None:
     with pytest.raises(NeurbsError, match=message):
@@ -315,7 +319,7 @@ def test_films_that_are_refused(
     assert not any(tmp_path.iterdir())
 
 
-def test_a_film_without_ffmpeg(
+def test_an_animation_without_ffmpeg(
     square: NDArray[np.float64], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("matplotlib.animation.FFMpegWriter.isAvailable", lambda: False)
@@ -326,7 +330,7 @@ def test_a_film_without_ffmpeg(
 # Notebooks
 
 
-def test_results_show_themselves(result: Reconstruction) -> None:
+def test_results_have_html_for_notebooks(result: Reconstruction) -> None:
     shown: list[tuple[Any, list[str]]] = [
         (result, ["Reconstruction", "400", "control points"]),
         (result.surface, ["NurbsSurface", "net 9 × 7"]),

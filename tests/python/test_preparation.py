@@ -31,7 +31,7 @@ def wave(rng: np.random.Generator, count: int, noise: float = 0.0) -> Points:
 
 
 def rolled(rng: np.random.Generator, count: int, share: float, noise: float = 0.0) -> Points:
-    """Scatter points over this share of a cylinder of radius 1 and height 2."""
+    """Scatter points over a share of a cylinder of radius 1 and height 2."""
     turn, z = rng.random((2, count))
     angle = 2 * np.pi * share * turn
     points = np.column_stack([np.cos(angle), np.sin(angle), 2 * z])

@@ -1,4 +1,4 @@
-"""The README says nothing that does not run."""
+"""The examples and links of the README."""
 
 import re
 from pathlib import Path
@@ -18,13 +18,13 @@ def test_the_python_example_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert (tmp_path / "terrain.step").read_text().startswith("ISO-10303-21;")
 
 
-def test_start_holds_two_commands() -> None:
+def test_start_has_two_commands() -> None:
     start = README.split("## Start")[1].split("\n## ")[0]
     commands = re.findall(r"```sh\n(.*?)\n```", start, re.DOTALL)
     assert len(commands) == start.count("```") / 2 == 2
     assert all("\n" not in command for command in commands)
 
 
-def test_what_the_readme_links_to_is_there() -> None:
+def test_links_of_the_readme_exist() -> None:
     for target in re.findall(r"\]\(([^)]+)\)", README):
         assert (ROOT / target).exists(), target

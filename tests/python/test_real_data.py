@@ -37,7 +37,7 @@ def test_stacked_horizons_are_components() -> None:
     points = neurbs.read_points(Path(FOLDER or "", "npy", "claudius_all4.npy"))
     labels = neurbs.components(points).labels
     horizons = [neurbs.read_points(path) for path in CLOUDS if path.stem.startswith("claudius_h")]
-    # The lower two horizons come within two spacings of each other: they are one component.
+    # The lower two horizons are within two spacings of each other, so they are one component.
     expected = sorted([len(horizons[0]), len(horizons[1]), len(horizons[2]) + len(horizons[3])])
     sizes = np.bincount(labels[labels >= 0])
     np.testing.assert_allclose(sorted(sizes)[-3:], expected, rtol=0.02)

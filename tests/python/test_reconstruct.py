@@ -1,4 +1,4 @@
-"""The whole job from Python: options, errors, progress, Ctrl-C."""
+"""`neurbs.reconstruct`: arguments, errors, progress, Ctrl-C."""
 
 import inspect
 import os
@@ -23,7 +23,7 @@ JACKSBORO = Path(__file__).parents[2] / "examples" / "jacksboro.xyz"
 
 
 @pytest.mark.parametrize("steep", [False, True])
-def test_a_tolerance_that_is_kept_unasked_is_kept_when_asked_for(steep: bool) -> None:
+def test_a_tolerance_that_already_holds_changes_nothing(steep: bool) -> None:
     points = neurbs.read_points(JACKSBORO)
     if steep:
         u, v = np.random.default_rng(1).random((2, 2000))
@@ -36,7 +36,7 @@ def test_a_tolerance_that_is_kept_unasked_is_kept_when_asked_for(steep: bool) ->
     assert result.deviations.max() <= tolerance
 
 
-def test_a_fit_tells_how_good_it_is(terrain_points: Points) -> None:
+def test_the_report_measures_the_fit(terrain_points: Points) -> None:
     result = neurbs.reconstruct(terrain_points, tolerance=2.0)
     report = result.report
     assert report.ended_by == "tolerance"
@@ -52,7 +52,7 @@ def test_a_fit_tells_how_good_it_is(terrain_points: Points) -> None:
         assert words in str(report)
 
 
-def test_what_cannot_be_held_is_a_warning(terrain_points: Points) -> None:
+def test_a_missed_tolerance_is_a_warning(terrain_points: Points) -> None:
     message = r"Tolerance 1\.000e-6 not reached: \d+ of"
     with pytest.warns(neurbs.ToleranceMissedWarning, match=message):
         result = neurbs.reconstruct(terrain_points, tolerance=1e-6, max_control_points=50)
@@ -60,11 +60,11 @@ def test_what_cannot_be_held_is_a_warning(terrain_points: Points) -> None:
     assert result.report.ended_by == "max_control_points"
     (missed,) = (f for f in result.report.diagnostics if f.code == "tolerance-missed")
     assert missed.data["cause"] == "max_control_points"
-    assert "raise max_control_points" in missed.message
+    assert "raise `max_control_points`" in missed.message
 
 
 @pytest.mark.parametrize("kind", ["sheet", "tube", "torus"])
-def test_kinds_close_what_they_should(kind: str, rng: np.random.Generator) -> None:
+def test_each_kind_closes_its_directions(kind: str, rng: np.random.Generator) -> None:
     u, v = rng.random((2, 900))
     a, b = 2 * np.pi * u, 2 * np.pi * v
     r = 1 + 0.3 * np.cos(b)
@@ -193,7 +193,7 @@ def test_options_out_of_range_are_refused(option: str, value: object, message: s
         neurbs.reconstruct(FEW, **{option: value})  # type: ignore[call-overload]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory as Linux has them")
+@pytest.mark.skipif(sys.platform != "linux", reason="memory limits of Linux")
 def test_too_little_memory_is_an_error_and_no_crash() -> None:
     script = """
         import resource
@@ -221,7 +221,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
     assert run.stdout.count("a lattice of 16000000 nodes takes about 8.2 GB of memory") == 3
 
 
-def test_lists_and_arrays_do_as_well_as_tuples(terrain_points: Points) -> None:
+def test_lists_and_arrays_are_accepted_for_tuples(terrain_points: Points) -> None:
     for grid in ([6, 7], np.array([6, 7])):
         result = neurbs.reconstruct(  # type: ignore[call-overload]
             terrain_points, grid=grid, aspect="fixed"
@@ -246,7 +246,7 @@ def test_an_exception_in_the_callback_ends_the_job(terrain_points: Points) -> No
         neurbs.reconstruct(terrain_points, progress=fail)
 
 
-def test_progress_tells_the_share_of_the_whole_job(terrain_points: Points) -> None:
+def test_progress_reports_the_share_of_the_whole_job(terrain_points: Points) -> None:
     shares = []
     neurbs.reconstruct(terrain_points, progress=lambda progress: shares.append(progress.share))
     assert all(share is not None for share in shares)
@@ -281,7 +281,7 @@ LONG_JOBS = {
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("job", LONG_JOBS)
 def test_ctrl_c_is_answered(job: str, unanswered: Callable[..., float], tmp_path: Path) -> None:
-    """Interrupt a long job in a process of its own, and measure how long the answer takes."""
+    """Interrupt a long job in another process, and measure the time to its end."""
     before = f"""
         rng = np.random.default_rng(0)
         points, many = rng.random((3000, 3)), rng.random((50_000, 3))
@@ -289,7 +289,7 @@ def test_ctrl_c_is_answered(job: str, unanswered: Callable[..., float], tmp_path
         surface = neurbs.NurbsSurface(rng.random((20, 20, 3)))
         uv = rng.random((4_000_000, 2))
         if {job!r} == "check points":
-            # A line, refused only when all of it has been seen; then again.
+            # Points on a line, which are refused after all have been read.
             line = np.linspace(0, 1, 3_000_000)[:, None] * [[1.0, 2.0, 3.0]]
             check, neurbs.reconstruct = neurbs.reconstruct, lambda points: refused(points)
         if {job!r} == "measure":

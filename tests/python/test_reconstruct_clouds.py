@@ -1,4 +1,4 @@
-"""Clouds as they come: outliers, duplicates, weights, closed bodies, heights."""
+"""Clouds with outliers, duplicates, weights or closed shapes; height fields; chunks."""
 
 import warnings
 from pathlib import Path
@@ -13,7 +13,7 @@ Points = NDArray[np.float64]
 
 
 def fold(rng: np.random.Generator, count: int, noise: float = 0.0) -> Points:
-    """Scatter points over an S-shaped fold, which no direction is up for."""
+    """Scatter points over an S-shaped fold, which is no height field along any direction."""
     t, y = 3 * np.pi * (rng.random(count) - 0.5), 2 * rng.random(count)
     points = np.column_stack([np.sin(t), y, np.sign(t) * (np.cos(t) - 1)])
     return points + noise * rng.standard_normal(points.shape)
@@ -92,7 +92,7 @@ def test_what_closes_is_found_out(rng: np.random.Generator) -> None:
         assert result.report.rms < 2e-3 * result.report.diagonal
 
 
-def test_free_weights_meet_a_cylinder_with_few_control_points(rng: np.random.Generator) -> None:
+def test_fitted_weights_fit_a_cylinder_with_few_control_points(rng: np.random.Generator) -> None:
     angle, z = 2.5 * rng.random(1500), 2 * rng.random(1500)
     points = np.column_stack([np.cos(angle), np.sin(angle), z])
     plain = neurbs.reconstruct(points, grid=(4, 4), aspect="fixed")

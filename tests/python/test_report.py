@@ -1,4 +1,4 @@
-"""The report: one file, what it says, and that a browser shows it."""
+"""The report: content of the page, and its display in a browser."""
 
 import json
 import re
@@ -40,7 +40,7 @@ def figures(page: str) -> Any:
     return json.loads(data.replace("<\\/", "</"))
 
 
-def test_it_says_what_was_measured(page: str, result: Reconstruction) -> None:
+def test_the_page_has_the_measures(page: str, result: Reconstruction) -> None:
     distances = result.surface.closest_points(result.points).distances
     rms = np.sqrt(np.mean(distances**2))
     for words in (
@@ -54,7 +54,7 @@ def test_it_says_what_was_measured(page: str, result: Reconstruction) -> None:
         assert words in page
 
 
-def test_it_says_how_to_repeat_it(page: str) -> None:
+def test_the_page_has_the_command(page: str) -> None:
     assert "neurbs reconstruct &#x27;a scan.xyz&#x27; -o out.step --grid 9 7" in page
     assert "neurbs.reconstruct(points, grid=(9, 7))" in page
 
@@ -69,7 +69,7 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     )
     far.write_report(tmp_path / "a.html", unit="m")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert "Of 401 points all but the 1 that do not count are shown." in page
+    assert "Of 401 points all except 1 that were left out of the fit are shown." in page
     assert f"{result.deviations.max():.4g} m" in page
     assert figures(page)["view"]["layout"]["scene"]["zaxis"]["range"][1] < 200
 
@@ -78,7 +78,11 @@ def test_outliers_are_left_out(result: Reconstruction, tmp_path: Path) -> None:
     ("options", "command", "call"),
     [
         ({"rational": True, "clean": False}, "--no-clean --rational", "clean=False, rational=True"),
-        ({"weights": np.ones(400)}, "# Not by a command: weights are an array.", "weights=weights"),
+        (
+            {"weights": np.ones(400)},
+            "# There is no command for this call, because weights is an array.",
+            "weights=weights",
+        ),
         ({"seed": 3, "init": "pca"}, "--init pca --seed 3", "init=&#x27;pca&#x27;, seed=3"),
     ],
 )
@@ -92,7 +96,7 @@ def test_each_kind_of_setting_can_be_repeated(
     assert f"neurbs.reconstruct(points, grid=(9, 7), {call})" in page
 
 
-def test_the_histogram_holds_all_points(page: str) -> None:
+def test_the_histogram_has_all_points(page: str) -> None:
     (bars,) = figures(page)["histogram"]["data"]
     assert numbers(bars["y"]).sum() == pytest.approx(100, abs=1e-4)
 
@@ -118,7 +122,7 @@ def test_digits_far_from_the_origin_are_kept(page: str, result: Reconstruction) 
     np.testing.assert_allclose(shown, result.points - [5e6, 7.5e6, 0], atol=1e-4)
 
 
-def test_holes_are_grey(tmp_path: Path, rng: np.random.Generator) -> None:
+def test_holes_are_gray(tmp_path: Path, rng: np.random.Generator) -> None:
     x, y = rng.random((2, 4000))
     cloud = np.column_stack([x, y, 0.1 * np.sin(5 * x)])
     ring = np.hypot(x - 0.5, y - 0.5) > 0.25
@@ -150,7 +154,7 @@ def test_names_are_no_markup(result: Reconstruction, tmp_path: Path) -> None:
 
 
 def test_a_unit_does_not_open_a_script(result: Reconstruction, tmp_path: Path) -> None:
-    # In a script, this keeps "</script>" from ending it.
+    # An escaped "</script>" does not end the script.
     unit = "<!--<script>"
     result.write_report(tmp_path / "a.html", unit=unit)
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
@@ -163,12 +167,12 @@ def test_a_unit_does_not_open_a_script(result: Reconstruction, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
-        ("a.pdf", {}, "a report is written as .html, got the suffix '.pdf'"),
+        ("a.pdf", {}, "a report must have the suffix .html, got the suffix '.pdf'"),
         ("a", {}, "got no suffix"),
         ("a.html", {"tolerance": -1}, "tolerance must be positive and finite, got -1"),
     ],
 )
-def test_what_is_refused(
+def test_wrong_arguments_are_refused(
     name: str, options: dict[str, Any], message: str, result: Reconstruction, tmp_path: Path
 ) -> None:
     with pytest.raises(NeurbsError, match=message):
@@ -189,19 +193,19 @@ def test_without_plotly_it_says_what_to_install(
 # In a browser
 
 PATIENCE = 300_000
-"""Milliseconds: a busy machine without a graphics card draws slowly."""
+"""Longest time to draw, in milliseconds; a busy machine without a graphics card is slow."""
 
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    """Start a headless Chromium: playwright's own, or the system's."""
+    """Start a headless Chromium, of playwright or of the system."""
     sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     with sync.sync_playwright() as playwright:
         own = Path(playwright.chromium.executable_path)
         system = next(filter(None, map(shutil.which, ("chromium", "google-chrome"))), None)
         if not own.exists() and system is None:
             pytest.skip("there is no browser: playwright install chromium")
-        # A container has neither a graphics card nor users for a sandbox.
+        # A container has no graphics card and no sandbox.
         flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
         chromium = playwright.chromium.launch(
             executable_path=None if own.exists() else system, args=flags
@@ -217,12 +221,12 @@ def pixels(element: Any) -> NDArray[np.int64]:
         return np.asarray(image.convert("RGB"), dtype=np.int64)
 
 
-def coloured(image: NDArray[np.int64]) -> float:
+def colored(image: NDArray[np.int64]) -> float:
     """Return the share of pixels that are clearly red or blue."""
     return float(np.mean(np.abs(image[..., 0] - image[..., 2]) > 40))
 
 
-def test_a_browser_shows_it_and_turns_it(
+def test_a_browser_shows_and_rotates_the_surface(
     result: Reconstruction, tmp_path: Path, browser: Any
 ) -> None:
     report = tmp_path / "report.html"
@@ -240,8 +244,8 @@ def test_a_browser_shows_it_and_turns_it(
     page.wait_for_selector("#view canvas")
     page.wait_for_timeout(1000)
     first = pixels(view)
-    # Surface and points are drawn, amid white, and the legend's colours stand beside.
-    assert coloured(first) > 0.03
+    # Surface, points and legend are drawn on white.
+    assert colored(first) > 0.03
     assert 0.3 < np.mean((first > 250).all(axis=2)) < 0.95
     for figure in ("#histogram", "#convergence"):
         assert np.mean((pixels(page.locator(figure)) < 250).any(axis=2)) > 0.01
@@ -256,7 +260,7 @@ def test_a_browser_shows_it_and_turns_it(
     page.wait_for_timeout(1000)
     turned = pixels(view)
     assert np.mean((turned != first).any(axis=2)) > 0.05
-    assert coloured(turned) > 0.03
+    assert colored(turned) > 0.03
 
     page.locator("[data-switches=points]").uncheck()
     page.wait_for_timeout(1000)
@@ -264,7 +268,7 @@ def test_a_browser_shows_it_and_turns_it(
     assert np.mean((without != turned).any(axis=2)) > 0.002
     page.locator("[data-switches=surface]").uncheck()
     page.wait_for_timeout(1000)
-    assert coloured(pixels(view)) < 0.5 * coloured(without)
+    assert colored(pixels(view)) < 0.5 * colored(without)
 
     assert complaints == []
     assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []

@@ -1,4 +1,4 @@
-"""Results to files: read back by other readers, whole or not there."""
+"""Results to files: content, and atomic writing."""
 
 import os
 import re
@@ -22,7 +22,7 @@ from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
 import neurbs
 from neurbs import NeurbsError, NurbsSurface, Reconstruction
 from neurbs.io import check_target
-from neurbs.io.replacement import replacement
+from neurbs.io.atomic_write import atomic_write
 
 MESHES = (".obj", ".ply", ".glb", ".stl", ".vtp", ".off")
 SURFACES = (".step", ".stp", ".igs", ".iges", ".3dm", ".json")
@@ -39,7 +39,7 @@ def existing(path: Path) -> Path:
 
 
 def loaded(path: Path) -> tuple[Any, NDArray[np.float64]]:
-    """Read a mesh as others do, and where its vertices are placed in the scene."""
+    """Read a mesh with trimesh, with its vertices in the frame of the scene."""
     scene = trimesh.load(path, force="scene", process=False)
     (node,) = scene.graph.nodes_geometry
     transform, name = scene.graph[node]
@@ -78,12 +78,12 @@ def test_vtp_has_all_of_a_mesh(tmp_path: Path, result: Reconstruction) -> None:
     np.testing.assert_array_equal(vtk_to_numpy(attributes.GetArray("uv")), mesh.uv)
 
 
-@pytest.mark.parametrize(("unit", "metres"), [(None, 1), ("mm", 1e-3), ("in", 0.0254)])
-def test_glb_is_in_metres(tmp_path: Path, unit: str | None, metres: float) -> None:
+@pytest.mark.parametrize(("unit", "meters"), [(None, 1), ("mm", 1e-3), ("in", 0.0254)])
+def test_glb_is_in_meters(tmp_path: Path, unit: str | None, meters: float) -> None:
     mesh = plane().tessellate()
     neurbs.save(mesh, tmp_path / "a.glb", unit=unit)
     _, placed = loaded(tmp_path / "a.glb")
-    np.testing.assert_allclose(placed, metres * mesh.vertices, rtol=0, atol=1e-6 * metres)
+    np.testing.assert_allclose(placed, meters * mesh.vertices, rtol=0, atol=1e-6 * meters)
 
 
 def test_stl_has_the_normals_of_its_triangles(tmp_path: Path) -> None:
@@ -140,7 +140,7 @@ def test_an_unknown_unit(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_stl_says_what_it_loses(tmp_path: Path, result: Reconstruction) -> None:
+def test_stl_warns_of_lost_digits(tmp_path: Path, result: Reconstruction) -> None:
     with pytest.warns(
         UserWarning, match=r"moves vertices by up to 0\.\d+ .*\.ply, \.obj and \.glb"
     ) as seen:
@@ -196,20 +196,20 @@ def test_a_surface_is_tessellated_with_its_defaults(tmp_path: Path) -> None:
         (
             plane().tessellate(),
             ".step",
-            "surface, which a TriangleMesh has not: .* as .obj .ply",
+            "surface, got a TriangleMesh: .* as .obj .ply",
         ),
-        (plane().tessellate(), ".png", "picture, which a TriangleMesh has not"),
+        (plane().tessellate(), ".png", "picture, got a TriangleMesh"),
         (
             plane(),
             ".png",
-            "picture, which a NurbsSurface has not: .* as .step .stp .igs .iges .3dm .json .obj",
+            "picture, got a NurbsSurface: .* as .step .stp .igs .iges .3dm .json .obj",
         ),
-        (POINTS, ".obj", "surface or a mesh, which a PointCloud has not: .* as .ply .csv"),
-        (np.zeros((3, 3)), ".stl", "mesh, which a ndarray has not: it can be written as nothing"),
+        (POINTS, ".obj", "surface or a mesh, got a PointCloud: .* as .ply .csv"),
+        (np.zeros((3, 3)), ".stl", "mesh, got a ndarray: it can be written as nothing"),
     ],
 )
 def test_a_thing_in_the_wrong_file(tmp_path: Path, thing: Any, suffix: str, message: str) -> None:
-    with pytest.raises(NeurbsError, match=f"a{suffix}: this file holds a {message}"):
+    with pytest.raises(NeurbsError, match=f"a{suffix}: the content must be a {message}"):
         neurbs.save(thing, tmp_path / f"a{suffix}")
     assert list(tmp_path.iterdir()) == []
 
@@ -269,7 +269,7 @@ def test_permissions_are_those_of_any_new_file(
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 def test_a_failure_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
     path = existing(tmp_path / "a.txt")
-    with pytest.raises(error), replacement(path) as new:  # noqa: PT012
+    with pytest.raises(error), atomic_write(path) as new:  # noqa: PT012
         Path(new).write_text("half")
         raise error
     assert path.read_text() == "before"
@@ -318,7 +318,7 @@ def test_a_full_disk_leaves_what_was_there(tmp_path: Path, suffix: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True
     )
-    # Rhino's library does not say what the system has said.
+    # Rhino's library hides the error of the system.
     reasons = {".3dm": "Rhino's library cannot write this file"}
     assert done.stdout.strip() == f"{path} {reasons.get(suffix, 'File too large')}"
     assert path.read_text() == "before"
@@ -349,7 +349,7 @@ def test_ctrl_c_is_answered_while_a_large_mesh_is_written(
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_is_not_lost_in_a_library(unanswered: Callable[..., float], tmp_path: Path) -> None:
-    """Interrupt while trimesh is imported, which swallows what is raised then."""
+    """Interrupt the import of trimesh, which catches all exceptions."""
     path = tmp_path / "a.stl"
     neurbs.save(plane().tessellate(), path)
     assert unanswered("", f"neurbs.read_points({str(path)!r})", 0.03) > 0

@@ -1,4 +1,4 @@
-"""Points in files of scanners, grids and simulations, written by libraries that are not ours."""
+"""Points in files of scanners, grids and simulations, written by other libraries."""
 
 import re
 import sys
@@ -23,7 +23,7 @@ import neurbs
 from neurbs import NeurbsError
 
 BLOCKS = 150_000
-"""More points than are worked on at once."""
+"""More points than one block."""
 
 
 def survey(n: int) -> NDArray[np.float64]:
@@ -82,14 +82,14 @@ def test_las_keeps_every_point(tmp_path: Path, suffix: str) -> None:
     points = survey(BLOCKS)
     write_las(tmp_path / f"a{suffix}", points)
     read = neurbs.read_points(tmp_path / f"a{suffix}")
-    # The format counts in steps of its scale, here a millimetre.
+    # The format stores multiples of its scale, here a millimeter.
     np.testing.assert_allclose(read, points, rtol=0, atol=1e-9)
     assert read.flags.c_contiguous
     assert read.flags.owndata
 
 
 @pytest.mark.parametrize(("crs", "unit"), [(32633, "m"), (2225, "US survey foot")])
-def test_las_knows_more(tmp_path: Path, crs: int, unit: str) -> None:
+def test_las_has_attributes(tmp_path: Path, crs: int, unit: str) -> None:
     write_las(tmp_path / "a.las", survey(9), crs=crs)
     cloud = neurbs.read_point_cloud(tmp_path / "a.las")
     assert cloud.crs == f"EPSG:{crs}"
@@ -179,10 +179,10 @@ def test_pcd_with_normals_and_padding(tmp_path: Path) -> None:
         ("DATA ascii", "DATA morse", "must start with a PCD header"),
         ("POINTS 2", "POINTS -2", "must start with a PCD header"),
         ("DATA ascii\n", "", "must start with a PCD header"),
-        ("POINTS 2", "POINTS 3", "must hold 3 points, as the file says, but is cut short after 2"),
+        ("POINTS 2", "POINTS 3", "must have 3 points, as in its header, but is cut short after 2"),
         ("4 5 6", "4 b 6", r"line 13, column 2 must be a finite number, got 'b'"),
         ("1.5 2 3", "1.5 2", r"line 12 must have 9 columns, got 8"),
-        ("DATA ascii", "DATA binary_compressed", "must hold 2 compressed points"),
+        ("DATA ascii", "DATA binary_compressed", "must have 2 compressed points"),
         ("1.5 2 3 0 0 1 658188 0 0\n4 5 6 0 1 0 0 0 0\n", "", "cut short after 0"),
     ],
 )
@@ -197,7 +197,7 @@ def test_a_damaged_pcd_is_refused(tmp_path: Path, old: str, new: str, message: s
 def test_a_count_beyond_all_memory_is_cut_short(tmp_path: Path) -> None:
     path = tmp_path / "a.pcd"
     path.write_text(PCD.replace("POINTS 2", f"POINTS {10**15}").replace("ascii", "binary"))
-    with pytest.raises(NeurbsError, match=r"must hold 10{15} points, .* cut short after"):
+    with pytest.raises(NeurbsError, match=r"must have 10{15} points, .* cut short after"):
         neurbs.read_points(path)
     write_las(tmp_path / "a.las", survey(9))
     content = bytearray((tmp_path / "a.las").read_bytes())
@@ -213,7 +213,7 @@ ESRI = "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_valu
 
 
 @pytest.mark.parametrize("body", ["1 2 3\n4 -9999 6\n", "1 2\n3 4 -9999\n6", "1,0 2 3 4 -9999 6"])
-def test_an_esri_grid_is_told_from_a_table(tmp_path: Path, body: str) -> None:
+def test_an_esri_grid_is_distinguished_from_a_table(tmp_path: Path, body: str) -> None:
     path = tmp_path / "a.asc"
     path.write_text(ESRI + body)
     cloud = neurbs.read_point_cloud(path)
@@ -240,9 +240,9 @@ def test_an_esri_grid_as_rasterio_reads_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (ESRI + "1 2 3\n4 5\n", "must hold 6 points, .* cut short after 5"),
-        (ESRI + "1 2 3 4 5 6 7\n", "must hold 6 points, .* but holds 7"),
-        (ESRI + "1 2 3\n4 b 6\n", "line 8 must hold numbers, got 'b'"),
+        (ESRI + "1 2 3\n4 5\n", "must have 6 points, .* cut short after 5"),
+        (ESRI + "1 2 3 4 5 6 7\n", "must have 6 points, .* but has 7"),
+        (ESRI + "1 2 3\n4 b 6\n", "line 8 must have numbers, got 'b'"),
         (ESRI + "-9999 " * 6, "at least one point, but all 6 are not finite or not measured"),
         (ESRI.replace("cellsize 10", "size 10"), "must start with ncols, nrows, xllcorner"),
         (ESRI.replace("nrows 2", "nrows b"), "must start with ncols, nrows, xllcorner"),
@@ -255,7 +255,7 @@ def test_a_damaged_esri_grid_is_refused(tmp_path: Path, content: str, message: s
         neurbs.read_points(path)
 
 
-def test_geotiff_gives_the_centres_of_its_cells(tmp_path: Path) -> None:
+def test_geotiff_gives_the_centers_of_its_cells(tmp_path: Path) -> None:
     heights = np.random.default_rng(0).random((300, 400)).astype(np.float32)
     heights[0, 1], heights[2, 3] = -9999, np.nan
     write_geotiff(tmp_path / "a.tif", heights)
@@ -269,7 +269,7 @@ def test_geotiff_gives_the_centres_of_its_cells(tmp_path: Path) -> None:
     write_geotiff(tmp_path / "b.tiff", np.ones((5, 5), np.int16), crs=None)
     assert neurbs.read_point_cloud(tmp_path / "b.tiff").crs is None
     write_geotiff(tmp_path / "c.tif", np.zeros((3, 5, 5), np.uint8))
-    with pytest.raises(NeurbsError, match="must have one band, of heights, got 3"):
+    with pytest.raises(NeurbsError, match="must have one band of heights, got 3"):
         neurbs.read_points(tmp_path / "c.tif")
 
 
@@ -288,8 +288,8 @@ def test_vtk_written_by_meshio(tmp_path: Path, suffix: str) -> None:
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("a.vtp", "nonsense", "must be a whole VTK file, .* syntax error"),
-        ("a.vtk", "nonsense", "must be a whole VTK file"),
+        ("a.vtp", "nonsense", "must be a complete VTK file, .* syntax error"),
+        ("a.vtk", "nonsense", "must be a complete VTK file"),
         (
             "a.vtk",
             "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 9 float\n0 0\n",
@@ -329,7 +329,7 @@ def test_meshes_give_their_vertices_where_they_are_placed(tmp_path: Path) -> Non
     assert cloud.unit == "m"
 
 
-# Damage, and libraries that are not there
+# Damaged files and missing libraries
 
 SCANS: dict[str, Callable[[Path], None]] = {
     ".las": lambda path: write_las(path, survey(5000)),
@@ -386,12 +386,12 @@ def test_a_missing_library_is_named(
 
 
 class Missing:
-    """Finds no module of this name, and keeps others from finding it."""
+    """Import finder that hides a module."""
 
     def __init__(self, name: str) -> None:
         self.name = name
 
     def find_spec(self, name: str, *_: object) -> None:
-        """Answer as Python does when nobody finds a module."""
+        """Raise the error of Python for a missing module."""
         if name.partition(".")[0] == self.name:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)

@@ -1,4 +1,4 @@
-"""The estimator: its manners, its maths against SciPy, its errors, and what it keeps."""
+"""The map: estimator interface, comparison with SciPy, errors, saving and resuming."""
 
 import copy
 import inspect
@@ -72,7 +72,7 @@ def test_measures_agree_with_scipy() -> None:
     np.testing.assert_allclose(som.u_matrix()[5, 5], expected, rtol=1e-14)
 
 
-def test_parametrize_gives_the_foot_on_the_lattice() -> None:
+def test_parametrize_gives_the_projection_onto_the_lattice() -> None:
     points = sheet()
     som = SelfOrganizingMap(10, 12).fit(points)
     out = np.empty((len(points), 2))
@@ -83,11 +83,11 @@ def test_parametrize_gives_the_foot_on_the_lattice() -> None:
     cell = np.minimum(place.astype(int), [8, 10])
     s, t = (place - cell).T[:, :, None]
     g, (i, j) = som.codebook_, cell.T
-    foot = (1 - s) * ((1 - t) * g[i, j] + t * g[i, j + 1]) + s * (
+    projection = (1 - s) * ((1 - t) * g[i, j] + t * g[i, j + 1]) + s * (
         (1 - t) * g[i + 1, j] + t * g[i + 1, j + 1]
     )
     nearest = cKDTree(g.reshape(-1, 3)).query(points[inside])[0]
-    distances = np.linalg.norm(foot - points[inside], axis=1)
+    distances = np.linalg.norm(projection - points[inside], axis=1)
     assert (distances <= nearest + 1e-12).all()
     assert distances.mean() < 0.2 * nearest.mean()
     with pytest.raises(neurbs.NeurbsError, match="extrapolation must be from 0 to 1"):
@@ -96,7 +96,7 @@ def test_parametrize_gives_the_foot_on_the_lattice() -> None:
         som.parametrize(points, extrapolation=True)
 
 
-def test_manners_of_an_estimator() -> None:
+def test_the_map_is_an_estimator() -> None:
     base = pytest.importorskip("sklearn.base")
     array = np.zeros((4, 4, 3))
     som = SelfOrganizingMap(4, 4, init=array, gain=("linear", 0.5, 0.0), seed=3)
@@ -116,7 +116,7 @@ def test_manners_of_an_estimator() -> None:
     np.testing.assert_array_equal(som.fit(points).codebook_, first)
     assert repr(SelfOrganizingMap(3, 4)) == "SelfOrganizingMap(rows=3, cols=4)"
     assert not first.flags.writeable
-    with pytest.raises(AttributeError, match="has not learned yet: call fit"):
+    with pytest.raises(AttributeError, match="is not trained yet: call fit"):
         SelfOrganizingMap().predict(points)
 
 
@@ -185,7 +185,7 @@ def test_a_stopped_training_resumes_to_the_same_bits(tmp_path: Path) -> None:
         np.testing.assert_array_equal(kept.codebook_, expected.codebook_)
 
 
-def test_ctrl_c_keeps_what_was_learned() -> None:
+def test_ctrl_c_keeps_the_trained_steps() -> None:
     som = SelfOrganizingMap(30, 30, training="online", max_steps=10**9, min_change=1e-300)
     threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT)).start()
     start = time.perf_counter()
@@ -203,9 +203,9 @@ def test_ctrl_c_keeps_what_was_learned() -> None:
         ({"init": "geodesic", "rows": 50, "cols": 50}, 1_000_000),
         ({"lattice": "triangular", "rows": 150, "cols": 150}, 100_000),
         ({"lattice": "triangular", "rows": 150, "cols": 150, "training": "online"}, 100_000),
-        # The radius is so wide at first that all nodes meet in the middle, equally near to all.
+        # With a large radius all nodes move to the middle, at equal distances from the points.
         ({"neighborhood": "bubble", "rows": 150, "cols": 150}, 200_000),
-        # A ring, to whose nodes the points in its middle are equally near.
+        # Points in the middle of a ring are at equal distances from its nodes.
         ({"lattice": Lattice.graph(9000, [(i, (i + 1) % 9000) for i in range(9000)])}, 100_000),
     ],
 )
@@ -230,7 +230,7 @@ def test_the_observer_sees_error_radius_and_lattice() -> None:
 
 
 @pytest.mark.parametrize("training", ["batch", "online"])
-def test_a_callable_schedule_is_what_it_computes(training: str) -> None:
+def test_a_callable_schedule_equals_the_formula(training: str) -> None:
     points = sheet(300)
     options: dict[str, Any] = {"training": training, "epochs": 5}
     named = SelfOrganizingMap(5, 5, radius=("linear", 3.0, 1.0), gain=0.2, **options)
@@ -259,7 +259,7 @@ def test_any_split_into_chunks_gives_the_same_bits() -> None:
         som.end_epoch()
 
 
-def test_half_an_epoch_is_saved_and_goes_on(tmp_path: Path) -> None:
+def test_an_unfinished_epoch_is_saved_and_continued(tmp_path: Path) -> None:
     points = sheet(3000)
     expected = SelfOrganizingMap(6, 6)
     som = SelfOrganizingMap(6, 6)
@@ -274,7 +274,7 @@ def test_half_an_epoch_is_saved_and_goes_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("training", ["batch", "online"])
-def test_an_interrupted_distribution_goes_on_to_the_same_bits(
+def test_an_interrupted_distribution_continues_to_the_same_bits(
     training: str, tmp_path: Path
 ) -> None:
     def chunks() -> Any:
@@ -301,7 +301,7 @@ def test_an_interrupted_distribution_goes_on_to_the_same_bits(
             with pytest.raises(OSError, match="sensor"):
                 som.fit_distribution(broken)
         else:
-            with pytest.raises(neurbs.NeurbsError, match="chunks must hold"):
+            with pytest.raises(neurbs.NeurbsError, match="chunks must have"):
                 som.fit_distribution(sheet(777, seed) for seed in range(20))
         assert 0 < som.n_iter_ < expected.n_iter_
         som.save(tmp_path / "map.npz")
@@ -311,7 +311,7 @@ def test_an_interrupted_distribution_goes_on_to_the_same_bits(
         SelfOrganizingMap().resume_distribution(square)
 
 
-def test_winners_and_places_are_written_where_wanted() -> None:
+def test_winners_and_parameters_are_written_to_out() -> None:
     points = sheet()
     som = SelfOrganizingMap(6, 7, init="auto").fit(points)
     out = np.empty(len(points), dtype=np.int64)
@@ -325,7 +325,7 @@ def test_winners_and_places_are_written_where_wanted() -> None:
     )
 
 
-def test_it_is_a_step_of_a_pipeline() -> None:
+def test_a_map_is_a_step_of_a_pipeline() -> None:
     pipeline = pytest.importorskip("sklearn.pipeline")
     preprocessing = pytest.importorskip("sklearn.preprocessing")
     points = sheet()
@@ -346,7 +346,7 @@ def test_check_estimator_fails_only_for_tables_that_are_no_points() -> None:
         results = checks.check_estimator(SelfOrganizingMap(4, 4, epochs=3), on_fail=None)
     failed = {r["check_name"]: str(r["exception"]) for r in results if r["status"] == "failed"}
     assert sum(r["status"] == "passed" for r in results) >= 30
-    # Two or three columns only, a plane's and a space's points alike; messages in our own words.
+    # The map takes two or three columns only, and its messages differ from scikit-learn's.
     width = {
         "check_n_features_in",
         "check_n_features_in_after_fitting",
@@ -377,26 +377,26 @@ def test_distributions_from_samplers_and_chunks() -> None:
     chunks = (sheet(777, seed) for seed in range(10_000))
     som = SelfOrganizingMap(8, 8, epochs=10).fit_distribution(chunks)
     assert som.quantization_error(sheet()) < 0.06
-    with pytest.raises(neurbs.NeurbsError, match=r"chunks must hold at least \d+ points"):
+    with pytest.raises(neurbs.NeurbsError, match=r"chunks must have at least \d+ points"):
         SelfOrganizingMap(8, 8, epochs=10).fit_distribution(sheet(777, s) for s in range(20))
 
 
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        (lambda count, rng: sheet(count - 1), "sampler must be a source of as many points"),
+        (lambda count, rng: sheet(count - 1), "source must return as many points as requested"),
         (lambda count, rng: sheet(count) * np.nan, "points must be finite"),
         (lambda count, rng: "rubbish", "points must be real numbers"),
         (lambda count, rng: np.zeros((count, 3)), "points must differ"),
         (5, "source must be a callable or an iterable of arrays, got 5"),
     ],
 )
-def test_samplers_that_return_rubbish(source: Any, message: str) -> None:
+def test_bad_samplers_are_refused(source: Any, message: str) -> None:
     with pytest.raises(neurbs.NeurbsError, match=message):
         SelfOrganizingMap(5, 5).fit_distribution(source)
 
 
-def test_a_sampler_that_fails_later_keeps_what_was_learned() -> None:
+def test_a_sampler_that_fails_later_keeps_the_trained_steps() -> None:
     calls = 0
 
     def failing(count: int, rng: np.random.Generator) -> Points:
@@ -461,7 +461,7 @@ def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) 
         (1, [], "nodes must be from 2"),
     ],
 )
-def test_graphs_that_are_none(nodes: int, edges: Any, message: str) -> None:
+def test_bad_graphs_are_refused(nodes: int, edges: Any, message: str) -> None:
     with pytest.raises(neurbs.NeurbsError, match=message):
         neurbs.Lattice.graph(nodes, edges)
 

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 
 def knots(rng: np.random.Generator, degree: int, count: int) -> Array:
-    """Make clamped knots on [-1, 2], some of them repeated as often as may be."""
+    """Make clamped knots on [-1, 2], some with the largest multiplicity."""
     inner = rng.choice(np.linspace(-0.9, 1.9, count), count - degree - 1)
     values, times = np.unique(inner, return_counts=True)
     inner = np.repeat(values, np.minimum(times, degree))

@@ -1,4 +1,4 @@
-"""Closest points, against dense samples and closed forms."""
+"""Closest points, compared with dense samples and closed forms."""
 
 from collections.abc import Callable
 
@@ -45,17 +45,19 @@ def test_no_sample_is_closer_than_the_closest_point(
     if isinstance(surface, tuple):
         surface = random_surface(surface, 4)
     points = np.random.default_rng(1).uniform(-1.7, 1.7, (400, 3))
-    feet = surface.closest_points(points)
-    # Newton's method does not always come to its end in its number of steps; the distances, which
-    # are compared above, are right all the same.
-    assert feet.converged.mean() > 0.99
-    np.testing.assert_allclose(surface.evaluate(feet.uv), feet.points, rtol=0, atol=1e-13)
-    distances = np.linalg.norm(feet.points - points, axis=1)
-    np.testing.assert_allclose(feet.distances, distances, rtol=0, atol=1e-14)
+    projections = surface.closest_points(points)
+    # Newton's method does not always converge within its steps, but the distances, which are
+    # compared above, are right.
+    assert projections.converged.mean() > 0.99
+    np.testing.assert_allclose(
+        surface.evaluate(projections.uv), projections.points, rtol=0, atol=1e-13
+    )
+    distances = np.linalg.norm(projections.points - points, axis=1)
+    np.testing.assert_allclose(projections.distances, distances, rtol=0, atol=1e-14)
     t = np.linspace(0, 1, 500)
     samples = surface.evaluate_grid(t, t).reshape(-1, 3)
     sampled = cKDTree(samples).query(points)[0]
-    assert (feet.distances <= sampled + 1e-12).all()
+    assert (projections.distances <= sampled + 1e-12).all()
 
 
 def test_closest_points_of_a_torus_are_exact() -> None:
@@ -63,8 +65,8 @@ def test_closest_points_of_a_torus_are_exact() -> None:
     points = np.random.default_rng(2).uniform(-5, 5, (2000, 3))
     ring = np.hypot(points[:, 0], points[:, 1])
     exact = np.abs(np.hypot(ring - 3, points[:, 2]) - 1)
-    feet = torus.closest_points(points)
-    np.testing.assert_allclose(feet.distances, exact, rtol=0, atol=1e-12)
-    # The seams are no borders.
+    projections = torus.closest_points(points)
+    np.testing.assert_allclose(projections.distances, exact, rtol=0, atol=1e-12)
+    # The surface continues across its seams.
     beside = torus.closest_points([[4.5, 1e-9, 0.3], [4.5, -1e-9, 0.3]])
     np.testing.assert_allclose(beside.distances[0], beside.distances[1], rtol=0, atol=1e-9)

@@ -1,4 +1,4 @@
-"""The docstrings of curves and surfaces: complete, and their examples run."""
+"""The docstrings of curves and surfaces: complete, with examples that run."""
 
 import doctest
 import inspect
@@ -43,7 +43,7 @@ def test_docstrings_are_complete(kind: type, name: str) -> None:
         assert arguments == named
 
 
-def test_help_tells_what_a_surface_is() -> None:
+def test_help_describes_a_surface() -> None:
     doc = inspect.getdoc(neurbs.NurbsSurface)
     assert doc is not None
     for section in ["Parameters", "Attributes", "Raises", "See Also", "Notes", "Examples"]:

@@ -108,8 +108,8 @@ def test_a_weight_counts_as_so_many_points(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(weighted.control_points, repeated.control_points, atol=1e-11)
 
 
-def test_much_fairness_leaves_what_does_not_bend(rng: np.random.Generator) -> None:
-    # What has no thin-plate energy is linear in u and v: its least squares are the limit.
+def test_large_fairness_gives_a_surface_without_bending(rng: np.random.Generator) -> None:
+    # A surface without thin-plate energy is linear in u and v; the limit is its least-squares fit.
     uv, points = scattered(rng, 400)
     weights = rng.uniform(0.1, 2, 400)
     surface = neurbs.NurbsSurface.fit(points, uv, net=(8, 7), weights=weights, fairness=1e8)
@@ -136,14 +136,14 @@ def test_fairness_trades_distance_for_bending(rng: np.random.Generator) -> None:
     assert (np.diff(bends) < 0).all()
 
 
-def test_fairness_fills_what_points_leave_open(rng: np.random.Generator) -> None:
+def test_fairness_fills_holes(rng: np.random.Generator) -> None:
     uv, points = scattered(rng, 4000)
     hole = (np.abs(uv - [0.6, 0.5]) < 0.15).all(axis=1)
     with pytest.raises(neurbs.NeurbsError, match="raise fairness"):
         neurbs.NurbsSurface.fit(points[~hole], uv[~hole], net=(30, 30), fairness=0)
     surface = neurbs.NurbsSurface.fit(points[~hole], uv[~hole], net=(30, 30))
     assert np.abs(surface.evaluate(uv[~hole]) - points[~hole]).max() < 1e-3
-    # Inside the hole the surface is as flat as its border allows: no bulge, no dent.
+    # Inside the hole the surface is flat, within the heights of the border.
     assert np.abs(surface.evaluate(uv[hole]) - points[hole]).max() < 0.1
     flat = points * [1, 1, 0] + uv[:, :1] * [0, 0, 2]
     plane = neurbs.NurbsSurface.fit(flat[~hole], uv[~hole], net=(30, 30))
@@ -180,8 +180,8 @@ def test_threads_do_not_change_a_bit() -> None:
         closed = neurbs.NurbsSurface.fit(points, uv, net=(15, 14), closed=True)
         met = neurbs.NurbsSurface.interpolate(grid)
         area = np.array([met.area(accuracy=1e-3)])
-        feet = fitted.closest_points(points[:2000])
-        for array in [*(s.control_points for s in (fitted, closed, met)), area, feet.uv]:
+        projections = fitted.closest_points(points[:2000])
+        for array in [*(s.control_points for s in (fitted, closed, met)), area, projections.uv]:
             sys.stdout.buffer.write(array.tobytes())
     """
     one, two, seven = (run(code, RAYON_NUM_THREADS=threads) for threads in "127")
@@ -189,8 +189,10 @@ def test_threads_do_not_change_a_bit() -> None:
     assert one == two == seven
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="peak memory is asked for with resource")
-def test_memory_of_a_fit_hardly_grows_with_the_points() -> None:
+@pytest.mark.skipif(
+    sys.platform == "win32", reason="peak memory is measured with the module resource"
+)
+def test_memory_of_a_fit_grows_little_with_the_points() -> None:
     code = """if True:
         import resource, numpy as np, neurbs
         n = 2_000_000
@@ -202,5 +204,5 @@ def test_memory_of_a_fit_hardly_grows_with_the_points() -> None:
     """
     unit = 1 if sys.platform == "darwin" else 1024
     grown = int(run(code)) * unit
-    # A short record for each point is enough; a dense row of 400 numbers would be 3,200 bytes.
+    # A dense row of 400 numbers for each point would take 3,200 bytes.
     assert grown < 200 * 2_000_000

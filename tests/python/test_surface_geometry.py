@@ -1,4 +1,4 @@
-"""Shapes whose places, normals, curvatures, areas and seams are known."""
+"""Shapes with known points, normals, curvatures, areas and seams."""
 
 import numpy as np
 import pytest
@@ -19,16 +19,16 @@ def test_a_sphere_is_a_sphere(scale: float) -> None:
     np.testing.assert_allclose(np.linalg.norm(points / radius, axis=-1), 1, rtol=0, atol=1e-14)
     np.testing.assert_allclose(normals, points / radius, rtol=0, atol=1e-14)
     bends = sphere.curvatures_grid(T, T[1:-1])
-    # Second derivatives are by the square of the domain's length larger than the radius.
+    # Second derivatives are the radius times the square of the domain's length.
     np.testing.assert_allclose(bends.gaussian * radius**2, 1, rtol=0, atol=2e-13)
     np.testing.assert_allclose(bends.mean * radius, -1, rtol=0, atol=1e-13)
     assert sphere.area(accuracy=1e-12) == pytest.approx(4 * np.pi * radius**2, rel=1e-12)
     low, high = sphere.bounding_box()
     np.testing.assert_allclose(np.r_[low, high] / radius, [-1] * 3 + [1] * 3, rtol=0, atol=1e-10)
     points = np.random.default_rng(0).normal(size=(200, 3)) * scale
-    feet = sphere.closest_points(points)
+    projections = sphere.closest_points(points)
     distances = np.abs(np.linalg.norm(points / scale, axis=1) - 3)
-    np.testing.assert_allclose(feet.distances / scale, distances, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(projections.distances / scale, distances, rtol=0, atol=1e-13)
 
 
 def test_a_torus_is_a_torus() -> None:
@@ -98,14 +98,14 @@ def test_closed_directions_have_no_seam(degree: int, rational: bool) -> None:
             np.testing.assert_allclose(bends[0].mean, bends[1].mean, rtol=0, atol=1e-11 * scale)
 
 
-def test_closest_points_go_on_beyond_a_smooth_seam() -> None:
+def test_closest_points_cross_a_smooth_seam() -> None:
     turns = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     net = [[[np.cos(t), np.sin(t), z] for z in (0, 1)] for t in turns]
     tube = neurbs.NurbsSurface(net, degree=(3, 1), closed=(True, False))
     at = [[0, 0.5]]
     seam, out, along = tube.evaluate(at), tube.normals(at), tube.derivatives(at, 1)[:, 1, 0]
     beside = np.vstack([seam + 0.4 * out + 1e-7 * side * along for side in (1, -1)])
-    feet = tube.closest_points(beside)
-    assert feet.converged.all()
-    np.testing.assert_allclose(feet.distances, 0.4, rtol=0, atol=1e-12)
-    assert set(np.round(feet.uv[:, 0])) == {0.0, 1.0}
+    projections = tube.closest_points(beside)
+    assert projections.converged.all()
+    np.testing.assert_allclose(projections.distances, 0.4, rtol=0, atol=1e-12)
+    assert set(np.round(projections.uv[:, 0])) == {0.0, 1.0}

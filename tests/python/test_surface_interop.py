@@ -1,4 +1,4 @@
-"""Surfaces of other libraries, there and back; and surfaces as plain data."""
+"""Surfaces of other libraries, round trips, and surfaces as dicts."""
 
 import copy
 import json
@@ -30,7 +30,7 @@ def torus(rng: np.random.Generator) -> neurbs.NurbsSurface:
 
 
 def tube(rng: np.random.Generator) -> neurbs.NurbsSurface:
-    """Close smoothly in u: the knots are periodic, not clamped."""
+    """Make a surface that is smoothly closed in u, with periodic knots."""
     net, weights = rng.normal(size=(7, 4, 3)), rng.uniform(0.1, 10, (7, 4))
     return neurbs.NurbsSurface(net, weights, (3, 2), closed=(True, False))
 
@@ -41,11 +41,11 @@ LIBRARIES = ["geomdl", "splipy", "opencascade"]
 
 @pytest.mark.parametrize("library", LIBRARIES)
 @pytest.mark.parametrize("make", MAKERS)
-def test_surfaces_come_back_as_they_went(library: str, make: Maker) -> None:
+def test_surfaces_are_equal_after_a_round_trip(library: str, make: Maker) -> None:
     surface = make(np.random.default_rng(0))
     other = getattr(neurbs, f"to_{library}")(surface)
     again = getattr(neurbs, f"from_{library}")(other)
-    # Splipy and OpenCASCADE take clamped knots.
+    # Splipy and OpenCASCADE need clamped knots.
     kept = surface if library == "geomdl" else surface.clamped()
     assert again.degree == surface.degree
     assert again.closed == surface.closed
@@ -100,7 +100,7 @@ def test_periodic_surfaces_of_opencascade_are_taken(rng: np.random.Generator) ->
     np.testing.assert_allclose(again.evaluate_grid(t, t), surface.evaluate_grid(t, t), atol=1e-13)
 
 
-def test_other_libraries_are_imported_only_when_asked_for() -> None:
+def test_other_libraries_are_imported_when_used() -> None:
     code = "import sys, neurbs; print([m for m in ('geomdl', 'splipy', 'OCP') if m in sys.modules])"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
     assert loaded.stdout.strip() == b"[]"
@@ -138,8 +138,8 @@ def test_out_takes_results_and_refuses_what_does_not_fit(rng: np.random.Generato
     bends = surface.curvatures(uv)
     assert surface.curvatures(uv[::-1], out=bends) is bends
     np.testing.assert_allclose(bends.gaussian, surface.curvatures(uv[::-1]).gaussian)
-    feet = surface.closest_points(rng.random((4, 3)))
-    assert surface.closest_points(rng.random((4, 3)), out=feet) is feet
+    projections = surface.closest_points(rng.random((4, 3)))
+    assert surface.closest_points(rng.random((4, 3)), out=projections) is projections
     first, second = np.empty((5, 2, 2)), np.empty((5, 2, 2))
     forms = surface.fundamental_forms(uv, out=(first, second))
     assert forms[0] is first
@@ -158,10 +158,10 @@ def test_out_takes_results_and_refuses_what_does_not_fit(rng: np.random.Generato
     with pytest.raises(neurbs.NeurbsError, match="out must be"):
         surface.curvatures(uv[:3], out=bends)
     with pytest.raises(neurbs.NeurbsError, match="out must be"):
-        surface.closest_points(rng.random((9, 3)), out=feet)
+        surface.closest_points(rng.random((9, 3)), out=projections)
 
 
-def test_outside_the_domain_raises_unless_asked_for() -> None:
+def test_outside_the_domain_raises_without_extrapolate() -> None:
     plane = neurbs.NurbsSurface.plane([0, 0, 0], [1, 0, 0], [0, 1, 0])
     with pytest.raises(neurbs.NeurbsError, match=r"u must be inside the domain \[0, 1\], got 2"):
         plane.evaluate([[2, 0.5]])

@@ -11,7 +11,7 @@ import neurbs
 Array = NDArray[np.float64]
 Answers = Callable[..., bool]
 
-# Sides of nets and grids: control points by the ten thousands, and by the millions.
+# Sides of nets and grids, with tens of thousands and with millions of control points.
 SIDE = 300
 LARGE = 1500
 

@@ -1,4 +1,4 @@
-"""The kernel beside SciPy, geomdl, OpenCASCADE and exact arithmetic, on random surfaces."""
+"""Random surfaces, compared with SciPy, geomdl, OpenCASCADE and exact arithmetic."""
 
 from collections.abc import Callable
 from fractions import Fraction
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Maker = Callable[[tuple[int, int], int], neurbs.NurbsSurface]
 Table = dict[tuple[int, int], Array]
 
-# Share of the size by which two exact evaluations may differ.
+# Largest difference of two evaluations, relative to the size.
 EXACT = 1e-12
 
 DEGREES = [(p, q) for p in range(1, 6) for q in range(1, 6)]
@@ -34,7 +34,7 @@ def homogeneous(surface: neurbs.NurbsSurface) -> Array:
 
 
 def quotients(table: Table) -> Table:
-    """Differentiate the surface, from the derivatives of its homogeneous form."""
+    """Return derivatives of the surface from those of its homogeneous form."""
     result: Table = {}
     for (k, m), value in sorted(table.items()):
         sums = value[..., :3]
@@ -48,7 +48,7 @@ def quotients(table: Table) -> Table:
 
 
 def unit_normals(by_u: Array, by_v: Array) -> tuple[Array, Array]:
-    """Cross the tangents; also say how much the direction doubts them."""
+    """Return the cross product of the tangents, and the error of its direction."""
     cross = np.cross(by_u, by_v)
     length = np.linalg.norm(cross, axis=-1, keepdims=True)
     lengths = np.linalg.norm(by_u, axis=-1) * np.linalg.norm(by_v, axis=-1)
@@ -129,7 +129,7 @@ def test_points_normals_and_curvatures_are_those_of_opencascade(
             error = np.abs(derivatives[at, i, j] - expected).max()
             assert error <= EXACT * (scale.max() + size(surface)), (i, j)
         np.testing.assert_allclose(ours.normals[at], normal, rtol=0, atol=EXACT * doubt[at])
-        # The curvatures of a point are right as shares of the largest among them.
+        # Errors are relative to the largest curvature of a point.
         bend = np.abs(ours.principal[at]).max()
         expected = np.array([theirs.MaxCurvature(), theirs.MinCurvature()])
         for got, wanted, scale in [
@@ -141,7 +141,7 @@ def test_points_normals_and_curvatures_are_those_of_opencascade(
 
 
 def exact_basis(knots: Array, degree: int, u: float, order: int) -> list[list[Fraction]]:
-    """Evaluate all basis functions and their derivatives by definition, without rounding."""
+    """Evaluate all basis functions and derivatives by definition, in exact arithmetic."""
     t, at = [Fraction(knot) for knot in knots.tolist()], Fraction(u)
     span = max(i for i in range(degree, len(t) - degree - 1) if t[i] <= at)
 
@@ -166,7 +166,7 @@ def exact_basis(knots: Array, degree: int, u: float, order: int) -> list[list[Fr
 
 
 def exact_derivatives(surface: neurbs.NurbsSurface, u: float, v: float) -> Table:
-    """Differentiate twice in fractions: arrays of objects that have no rounding."""
+    """Return derivatives to the second order in exact fractions."""
     rows = exact_basis(surface.knots[0], surface.degree[0], u, 2)
     columns = exact_basis(surface.knots[1], surface.degree[1], v, 2)
     assert surface.weights is not None

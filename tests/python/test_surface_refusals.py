@@ -1,4 +1,4 @@
-"""What is no curve, no surface and no argument is refused, and the message says why."""
+"""Bad arguments of curves and surfaces, and the messages of their errors."""
 
 from collections.abc import Callable
 from typing import Any
@@ -48,7 +48,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: NurbsCurve(x, np.full(4, 1e200)), np.full((4, 3), 1e200), "multiplied by its"),
     (NurbsCurve, np.empty((0, 3)), "more than the degree, 3, got 0"),
     (NurbsCurve.interpolate, np.empty((0, 3)), "more than the degree, 3, got 0"),
-    (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbours"),
+    (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbou?rs"),
     (lambda x: NurbsCurve.arc([0, 0, 0], [1, 0, 0], [0, 1, 0], x), 7, "a full turn"),
     (NurbsCurve.from_dict, {}, "a dict with control_points"),
     (NurbsSurface.from_dict, 7, "a dict with control_points"),
@@ -80,7 +80,9 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
 
 
 @pytest.mark.parametrize(("call", "argument", "message"), REFUSALS, ids=lambda x: str(x)[:40])
-def test_it_is_refused(call: Callable[[Any], object], argument: Any, message: str) -> None:
+def test_bad_arguments_are_refused(
+    call: Callable[[Any], object], argument: Any, message: str
+) -> None:
     with pytest.raises(NeurbsError, match=message):
         call(argument)
 

@@ -1,4 +1,4 @@
-"""Adaptive meshes, and what can be asked of a mesh."""
+"""Adaptive meshes and the methods of a mesh."""
 
 import subprocess
 import sys
@@ -35,8 +35,8 @@ def test_meshes_keep_their_tolerance(tolerance: float) -> None:
     assert 0.5 * tolerance < mesh.max_deviation <= tolerance
     uv = np.random.default_rng(1).random((20_000, 2))
     assert mesh.deviation(surface.evaluate(uv)).max() <= mesh.max_deviation
-    centres = mesh.vertices[mesh.triangles].mean(axis=1)
-    assert surface.closest_points(centres).distances.max() <= mesh.max_deviation
+    centers = mesh.vertices[mesh.triangles].mean(axis=1)
+    assert surface.closest_points(centers).distances.max() <= mesh.max_deviation
     np.testing.assert_allclose(mesh.vertices, surface.evaluate(mesh.uv), atol=1e-13)
     np.testing.assert_allclose(mesh.normals, surface.normals(mesh.uv), atol=1e-12)
 
@@ -50,7 +50,7 @@ def test_tolerances_are_lengths_or_shares() -> None:
         np.testing.assert_array_equal(mesh.vertices, default.vertices)
 
 
-def test_a_mesh_measures_itself_as_trimesh_does() -> None:
+def test_measures_of_a_mesh_agree_with_trimesh() -> None:
     mesh = NurbsSurface.torus([5, 5, 5], 3, 1).tessellate(0.001)
     other = mesh.to_trimesh()
     assert isinstance(other, trimesh.Trimesh)
@@ -138,7 +138,7 @@ def test_a_graph_is_no_mesh() -> None:
         som.fit(np.random.default_rng(0).random((50, 3))).mesh()
 
 
-def test_meshes_save_themselves(tmp_path: Path) -> None:
+def test_meshes_have_a_method_save(tmp_path: Path) -> None:
     mesh = waves().tessellate(0.1)
     mesh.save(tmp_path / "mesh.ply")
     loaded = trimesh.load(tmp_path / "mesh.ply", process=False)
@@ -186,7 +186,7 @@ def test_impossible_limits_are_refused(keywords: dict[str, object], message: str
         waves().tessellate(**keywords)  # type: ignore[arg-type]
 
 
-def test_progress_is_told() -> None:
+def test_progress_is_reported() -> None:
     seen: list[Progress] = []
     waves().tessellate(0.01, progress=seen.append)
     assert {progress.stage for progress in seen} == {"tessellation"}

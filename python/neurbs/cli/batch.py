@@ -1,4 +1,4 @@
-"""Files of points to files of surfaces, one or many: what `reconstruct` commands share."""
+"""The job of the `reconstruct` commands: files of points to files of surfaces, one or many."""
 
 from __future__ import annotations
 
@@ -15,17 +15,10 @@ import typer
 import neurbs
 from neurbs import Reconstruction, io
 from neurbs._core import LENGTH_UNITS
-from neurbs.cli.command import (
-    FAILED,
-    NOT_MET,
-    failure,
-    failure_message,
-    print_json,
-    print_table,
-)
-from neurbs.cli.options import blamed
+from neurbs.cli.command import FAILED, NOT_MET, print_json, print_table
+from neurbs.cli.inputs import check_points, read_point_cloud
+from neurbs.cli.messages import failure, option_argument, with_options
 from neurbs.cli.outputs import check_outputs
-from neurbs.cli.points import check_points, read_point_cloud
 from neurbs.cli.progress import progress_bar
 from neurbs.io.units import check_unit
 
@@ -43,8 +36,8 @@ Output: TypeAlias = Annotated[
         "--output",
         "-o",
         metavar="OUT",
-        help="File to write; give it again for another. With several files of points, or a / "
-        f"at its end, the folder for their results. {_WRITABLE}",
+        help="File to write; give it again for another. With several files of points, or a / at "
+        f"its end: the folder for the results. {_WRITABLE}",
     ),
 ]
 Suffix: TypeAlias = Annotated[
@@ -52,7 +45,7 @@ Suffix: TypeAlias = Annotated[
     typer.Option(
         "--suffix",
         metavar="SUFFIX",
-        help="What is written into a folder; give it again for another (default: .step)",
+        help="Suffix of the files in a folder; give it again for another (default: .step)",
     ),
 ]
 Strict: TypeAlias = Annotated[
@@ -60,8 +53,8 @@ Strict: TypeAlias = Annotated[
     typer.Option(
         "--strict",
         metavar="",
-        help="Exit with 4 if a result has not converged (the tolerance is missed) or is not valid; "
-        "files are written all the same",
+        help="Exit with code 4 if a result misses the tolerance or is not valid; its files are "
+        "still written",
     ),
 ]
 
@@ -81,7 +74,7 @@ def run(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Read each file, call the function with the options given, write the results, report.
+    """Call a function on each file of points and write its results.
 
     Returns
     -------
@@ -93,25 +86,26 @@ def run(
     jobs = _jobs(context, files, output, suffix, unit, batch=batch)
     written = [target for targets in jobs.values() for target in targets]
     sources = [file for file, targets in jobs.items() for _ in targets] if batch else []
-    # Of each component come files of its own.
-    each = given.get("component") == "each"
-    check_outputs(context, written, files, sources=sources, numbered=each)
+    numbered = given.get("component") == "each"
+    check_outputs(context, written, files, sources=sources, numbered=numbered)
     documents: list[dict[str, Any]] = []
     met = True
     for file, targets in jobs.items():
         try:
-            cloud = read_point_cloud(context, file, columns, nan)
-            name = file.name if batch else ""
-            with blamed(context, given), progress_bar(not quiet, name) as progress:
+            cloud = read_point_cloud(file, columns, nan)
+            with progress_bar(not quiet, file.name if batch else "") as progress:
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
                 _write(result, written, unit, cloud.unit, file)
         except (neurbs.NeurbsError, OSError, MemoryError) as error:
-            if not batch:
+            wrong_option = isinstance(error, neurbs.NeurbsError) and option_argument(context, error)
+            if wrong_option or not batch:
                 raise
-            documents.append({"input": str(file), "error": failure(error)})
-            print(f"neurbs: error: {_named(file, failure_message(error))}", file=sys.stderr)
+            entry = failure(error)
+            entry["message"] = with_options(context, entry["message"])
+            documents.append({"input": str(file), "error": entry})
+            print(f"neurbs: error: {_with_name(file, entry['message'])}", file=sys.stderr)
             continue
         for result, written in results:
             names = [str(target) for target in written]
@@ -139,21 +133,20 @@ def _jobs(
     *,
     batch: bool,
 ) -> dict[Path, list[Path]]:
-    """Return what is to be written for each file, after a check that it can be."""
+    """Return the files to write for each file of points, after checks of both."""
     places = [Path(place) for place in output]
     jobs = {file: _targets(context, file, places, suffix, batch=batch) for file in files}
     for file, targets in jobs.items():
         for target in targets:
-            with blamed(context, {"unit": unit}):
-                # The legend of a report may have any.
-                check_unit(None if _is_report(target) else unit)
+            # A report shows any unit in its legend.
+            check_unit(None if _is_report(target) else unit)
         if not batch:
             check_points(context, file)
     return jobs
 
 
 def _expanded(path: Path) -> list[Path]:
-    """Find what a pattern stands for, which not all shells do."""
+    """Return the files that match a pattern; not all shells expand them."""
     if path.exists() or not glob.has_magic(str(path)):
         return [path]
     return sorted(map(Path, glob.glob(str(path)))) or [path]
@@ -192,7 +185,7 @@ def _targets(
 def _numbered(
     found: Reconstruction | list[Reconstruction], targets: list[Path]
 ) -> list[tuple[Reconstruction, list[Path]]]:
-    """Give each result its files: of each component come files of its own, numbered."""
+    """Return each result with its files, which are numbered for a list of results."""
     if not isinstance(found, list):
         return [(found, targets)]
     return [
@@ -208,7 +201,7 @@ def _write(
     unit_of_points: str | None,
     source: Path,
 ) -> None:
-    """Write the files, in the unit that was given, or else in that of the points if it is known."""
+    """Write the files of a result, in the given unit or else in the unit of the points."""
     for target in targets:
         if _is_report(target):
             result.write_report(target, unit=unit or unit_of_points or "", source=source)
@@ -221,7 +214,7 @@ def _is_report(target: Path) -> bool:
     return target.suffix.lower() in io.WRITABLE["report"]
 
 
-def _named(file: Path, message: str) -> str:
+def _with_name(file: Path, message: str) -> str:
     return message if message.startswith(str(file)) else f"{file}: {message}"
 
 

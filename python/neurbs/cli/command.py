@@ -1,4 +1,4 @@
-"""The command as a program: exit codes, messages, signals."""
+"""The command `neurbs` as a program: exit codes, output, signals."""
 
 from __future__ import annotations
 
@@ -6,23 +6,32 @@ import json
 import os
 import signal
 import sys
-import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NoReturn, TypeVar
 
 import typer
 
 import neurbs
+from neurbs.cli.messages import Command, failure_message, usage_message, warnings_printed
 
 FAILED, WRONG_USAGE, OUTSIDE, NOT_MET, INTERRUPTED, TERMINATED = 1, 2, 3, 4, 130, 143
 """Exit codes other than 0."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
+
+
+def command(summary: str, *examples: str) -> Callable[[Function], Function]:
+    """Make a function a command of `app`, with a help text of a summary and examples."""
+    label = "Examples" if len(examples) > 1 else "Example"
+    text = f"{summary}\n\n{label}: {'; '.join(examples)}"
+    return app.command(cls=Command, help=text)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -31,90 +40,62 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What follows the command's name; by default what Python was called with.
+        The words after the command's name, by default those of the process.
     """
     for stream in (sys.stdout, sys.stderr):
-        # The name of a file may hold what the terminal's encoding does not.
+        # Names of files may have characters that the terminal's encoding lacks.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    # Leaves what is half done as Ctrl-C does: cleaned up.
+    # As after Ctrl-C, unfinished files are removed.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(TERMINATED))
     code = _run(sys.argv[1:] if arguments is None else list(arguments))
     try:
         print(end="", flush=True)
     except OSError:
-        # This has been reported; but Python would try again on leaving, and complain once more.
+        # This was reported. Else Python flushes again at exit and reports it twice.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     sys.exit(code)
 
 
 def print_json(document: Any) -> None:
-    """Print one JSON document, at once."""
+    """Print a JSON document and flush."""
     print(json.dumps(document), flush=True)
 
 
 def print_table(lines: dict[str, str]) -> None:
-    """Print names and what they are, one below the other, at once."""
+    """Print names and texts in two columns and flush."""
     from neurbs.reconstruction_report import aligned
 
     print("\n".join(aligned(lines.items())), flush=True)
 
 
-def failure(error: Exception) -> dict[str, str]:
-    """Return what a JSON document says of a failure."""
-    return {"type": type(error).__name__, "message": failure_message(error)}
-
-
-def failure_message(error: Exception) -> str:
-    """Say in one line what has failed."""
-    match error:
-        case OSError(strerror=str(reason), filename=str(name)):
-            return f"{name}: {reason}"
-        case OSError(strerror=str(reason)):
-            return reason
-        case neurbs.NeurbsError() | OSError():
-            return str(error)
-        case MemoryError():
-            return "there is not enough memory for this job"
-        case Warning():
-            return f"a warning, which Python was told to take for an error: {error}"
-    return f"{type(error).__name__}: {error} (this is a fault of neurbs, please report it)"
-
-
 def _run(arguments: list[str]) -> int:
-    """Run a command, and turn what it raises into a message and an exit code."""
+    """Run a command and return its exit code; an exception becomes a message."""
     code, kind, message = INTERRUPTED, "KeyboardInterrupt", "interrupted"
     try:
-        with _interrupts_raised(), _warnings_as_messages():
-            command = typer.main.get_command(app)
-            returned = command.main(arguments, prog_name="neurbs", standalone_mode=False)
-        # This is also Typer's own answer to Ctrl-C.
+        with _interrupts_raised(), warnings_printed():
+            program = typer.main.get_command(app)
+            returned = program.main(arguments, prog_name="neurbs", standalone_mode=False)
+        # Typer returns this code after Ctrl-C.
         if returned != INTERRUPTED:
             return int(returned or 0)
     except KeyboardInterrupt:
         pass
     except typer.TyperException as error:
-        code, kind, message = WRONG_USAGE, "UsageError", _usage_message(error)
+        code, kind, message = WRONG_USAGE, "UsageError", usage_message(error)
     except Exception as error:
         code, kind, message = FAILED, type(error).__name__, failure_message(error)
     print(f"neurbs: error: {message}" if code != INTERRUPTED else message, file=sys.stderr)
-    # Looked for by hand: a wrong command line has no parsed options.
+    # A wrong command line has no parsed options.
     if "--json" in arguments:
         with suppress(OSError):
             print_json({"error": {"type": kind, "message": message}})
     return code
 
 
-def _usage_message(error: typer.TyperException) -> str:
-    message = " ".join(error.format_message().split()).rstrip(".")
-    context: typer.Context | None = getattr(error, "ctx", None)
-    command = context.command_path if context else "neurbs"
-    return f"{message} (see '{command} --help')"
-
-
 @contextmanager
 def _interrupts_raised() -> Iterator[None]:
-    """Let Ctrl-C raise KeyboardInterrupt, whatever it did before; ignored, it stays so."""
+    """Let Ctrl-C raise KeyboardInterrupt, unless the process ignores it."""
     before = signal.getsignal(signal.SIGINT)
     if before is signal.SIG_IGN:
         yield
@@ -124,16 +105,6 @@ def _interrupts_raised() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _warnings_as_messages() -> Iterator[None]:
-    def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"neurbs: warning: {message}", file=sys.stderr)
-
-    with warnings.catch_warnings():
-        warnings.showwarning = show
-        yield
 
 
 def _print_version(wanted: bool) -> None:
@@ -148,7 +119,7 @@ def _print_versions(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@app.callback(help="Turn scattered 3D points into a standard NURBS surface.")
 def _neurbs(
     version: Annotated[
         bool,
@@ -160,8 +131,8 @@ def _neurbs(
             "--versions",
             callback=_print_versions,
             is_eager=True,
-            help="Print the versions of all that neurbs works with, for reports of faults",
+            help="Print the versions of neurbs and of the libraries it uses, for bug reports",
         ),
     ] = False,
 ) -> None:
-    """Turn scattered 3D points into a standard NURBS surface."""
+    """Take the options of the program itself."""

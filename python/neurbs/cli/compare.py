@@ -1,4 +1,4 @@
-"""`neurbs compare`: how far points lie from a surface, as a gate for quality."""
+"""`neurbs compare`: deviations of points from a surface, with an exit code for a tolerance."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ import typer
 
 import neurbs
 from neurbs import PointCloud
-from neurbs.cli.command import OUTSIDE, app, print_json, print_table
-from neurbs.cli.options import (
-    AsJson,
-    Config,
-    Quiet,
-    Surface,
-)
+from neurbs.cli.command import OUTSIDE, command, print_json, print_table
+from neurbs.cli.config import Config
+from neurbs.cli.inputs import Columns, Nan, Points, Surface, check_points, read_points
+from neurbs.cli.options import AsJson, Quiet
 from neurbs.cli.outputs import check_outputs
-from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.deviation import Deviation
 
-_SHARES = (50.0, 90.0, 95.0, 99.0)
-"""Percentiles that are told."""
+_PERCENTS = (50.0, 90.0, 95.0, 99.0)
+"""Percentiles that are reported."""
 
 
-@app.command()
+@command(
+    "Measure the deviations of points from a surface; exit code 3 if too many are outside.",
+    "neurbs compare part.step scan.ply --tolerance 0.05 -o deviations.ply",
+)
 def compare(
     context: typer.Context,
     surface: Surface,
@@ -33,12 +32,16 @@ def compare(
     *,
     tolerance: Annotated[
         float | None,
-        typer.Option(metavar="LENGTH", help="How far a point may be, in the points' unit"),
+        typer.Option(
+            metavar="LENGTH",
+            help="Largest distance of a point from the surface, in the points' unit",
+        ),
     ] = None,
     share: Annotated[
         float,
         typer.Option(
-            metavar="SHARE", help="Share of the points, from 0 to 1, that must be within tolerance"
+            metavar="SHARE",
+            help="Share of the points, from 0 to 1, that must be within --tolerance",
         ),
     ] = 1.0,
     output: Annotated[
@@ -47,7 +50,7 @@ def compare(
             "--output",
             "-o",
             metavar="OUT",
-            help="File to write: the points with their distances (.ply in colours, .csv); "
+            help="File to write: the points with their distances (.ply with colors, .csv); "
             "give it again for another",
             readable=False,
         ),
@@ -58,10 +61,7 @@ def compare(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Measure how far points lie from a surface; exit code 3 if too many are outside.
-
-    Example: neurbs compare part.step scan.ply --tolerance 0.05 -o deviations.ply
-    """
+    """Print the deviations of points from a surface and return the exit code."""
     if tolerance is not None and not 0 < tolerance < math.inf:
         _refuse(context, "tolerance", "a number that is positive and finite", tolerance)
     if not 0 <= share <= 1:
@@ -69,7 +69,7 @@ def compare(
     check_outputs(context, output or [], [points, surface])
     check_points(context, points)
     loaded = neurbs.load_surface(surface)
-    cloud = read_points(context, points, columns, nan)
+    cloud = read_points(points, columns, nan)
     deviation = Deviation.of(loaded, cloud)
     for path in output or []:
         neurbs.save(PointCloud(cloud, distances=deviation.distances), path)
@@ -78,7 +78,7 @@ def compare(
         "rms": deviation.rms,
         "mean": deviation.mean,
         "max": deviation.max,
-        "percentiles": {f"{p:g}": d for p, d in deviation.percentiles(*_SHARES).items()},
+        "percentiles": {f"{p:g}": d for p, d in deviation.percentiles(*_PERCENTS).items()},
     }
     passed = True
     if tolerance is not None:

@@ -1,4 +1,4 @@
-"""What a command will write: every name is known and checked before any work."""
+"""Checks of the files that a command will write, before it starts."""
 
 from __future__ import annotations
 
@@ -21,28 +21,27 @@ def check_outputs(
     numbered: bool = False,
     check: Callable[[Path], None] = io.check_target,
 ) -> None:
-    """Check that files can be written, are none that is read, and differ from each other.
+    """Check that files can be written, are not inputs and differ from each other.
 
-    Files are compared by identity, not by spelling. With `numbered`, each output stands for any
-    number of files, ``name-1.suffix`` and so on.
+    Files are compared by identity, not by spelling.
 
     Parameters
     ----------
     context : typer.Context
         The command, for the message.
     outputs, inputs : iterable of Path
-        What is written, and what is read.
+        Files to write and to read.
     sources : sequence of Path
-        What each output is made of, if of different files.
+        The input of each output, if there are several inputs.
     numbered : bool, default False
-        Whether outputs get numbers.
+        Whether each output stands for the files ``name-1.suffix``, ``name-2.suffix`` and so on.
     check : callable
-        What raises if a file cannot be written.
+        Called with each output; raises if the file cannot be written.
 
     Raises
     ------
     typer.BadParameter
-        If the command must not begin. It names both files.
+        If a check fails. The message names both files.
     """
 
     def wrong(message: str) -> typer.BadParameter:
@@ -56,15 +55,18 @@ def check_outputs(
         except neurbs.NeurbsError as error:
             raise wrong(str(error)) from None
         for file in read:
-            if _meets(output, file, numbered=numbered):
+            if _includes(output, file, numbered=numbered):
                 raise wrong(
-                    f"{output}: would replace {file}, which is read: the input must not be "
+                    f"{output}: would replace the input {file}: the input must not be "
                     "overwritten, give another file"
                 )
         for other in written:
             clash = _is_same(output, other) or (
                 numbered
-                and (_meets(output, other, numbered=True) or _meets(other, output, numbered=True))
+                and (
+                    _includes(output, other, numbered=True)
+                    or _includes(other, output, numbered=True)
+                )
             )
             if clash:
                 both = f"{output} and {other}"
@@ -75,8 +77,8 @@ def check_outputs(
         written.append(output)
 
 
-def _meets(output: Path, file: Path, *, numbered: bool) -> bool:
-    """Whether an output, or one of those that numbers make of it, is this file."""
+def _includes(output: Path, file: Path, *, numbered: bool) -> bool:
+    """Whether a file is an output, or one of its numbered files."""
     if not numbered:
         return _is_same(output, file)
     number = re.fullmatch(rf"{re.escape(output.stem)}-([1-9]\d*)", file.stem)
@@ -86,7 +88,7 @@ def _meets(output: Path, file: Path, *, numbered: bool) -> bool:
 def _is_same(one: Path, other: Path) -> bool:
     if one.exists() and other.exists():
         return one.samefile(other)
-    # What is not there yet is known by its folder and name.
+    # A file that does not exist yet is identified by its folder and name.
     return (
         one.name == other.name
         and one.parent.exists()

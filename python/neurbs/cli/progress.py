@@ -1,4 +1,4 @@
-"""The progress bar."""
+"""The progress bar of a command."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from neurbs import Progress
 
 @contextmanager
 def progress_bar(shown: bool, name: str = "") -> Iterator[Callable[[Progress], None] | None]:
-    """Give what draws the progress on a terminal, and `None` where there is none.
+    """Yield a callback that draws the progress on a terminal, or None if there is no terminal.
 
-    One bar for the whole job: what is done, the stage, the error so far, the time passed and what
-    it will take.
+    The bar shows the share that is done, the stage, the error, the time passed and the time left.
     """
     if not shown or sys.stderr is None or not sys.stderr.isatty():
         yield None
@@ -24,7 +23,7 @@ def progress_bar(shown: bool, name: str = "") -> Iterator[Callable[[Progress], N
     from rich.table import Column
 
     def text(form: str) -> rich.ProgressColumn:
-        # On a narrow terminal the bar makes room, not the numbers.
+        # On a narrow terminal the bar shrinks, not the numbers.
         return rich.TextColumn(form, table_column=Column(no_wrap=True))
 
     columns = (

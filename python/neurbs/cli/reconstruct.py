@@ -9,13 +9,118 @@ import typer
 import neurbs
 from neurbs.cli import batch
 from neurbs.cli.batch import Files, Output, Strict, Suffix
-from neurbs.cli.command import app
-from neurbs.cli.options import AsJson, Config, Quiet, Unit, options_of, values
-from neurbs.cli.points import Columns, Nan
+from neurbs.cli.command import command
+from neurbs.cli.config import Config
+from neurbs.cli.inputs import Columns, Nan
+from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, Unit, options_of, values
+
+RECONSTRUCT_OPTIONS = (
+    Option(
+        "tolerance",
+        "Largest distance from a point to the surface, in the points' unit; the net grows until "
+        "all points are within it",
+        "NUMBER",
+        default="the net grows until it would follow noise",
+    ),
+    Option(
+        "kind",
+        "Kind of surface: open (sheet, or height for z = f(x, y)), closed in u (tube) or in both "
+        "directions (torus); auto chooses the best candidate",
+        choices=("auto", "sheet", "height", "tube", "torus"),
+    ),
+    Option(
+        "component",
+        "Number of the component to fit, 0 being the largest; each fits every component and "
+        "numbers the files",
+        "N|each",
+        default="all points together",
+    ),
+    Option(
+        "axis_scale",
+        "Divisors of the coordinates for the fit, where axes have different units",
+        "X Y Z",
+        default="1 1 1, unless the extents show mixed units",
+    ),
+    Option("grid", "Rows and columns of the control net", "N N", default="chosen by the fit"),
+    Option(
+        "degree",
+        "Degree of the surface in both directions; lower if the net has too few rows or columns",
+        "N",
+    ),
+    Option(
+        "init",
+        "Start of the map: on the best candidate (auto), on the best by distances along the "
+        "surface (geodesic) or on the best over a plane (pca)",
+        choices=("auto", "geodesic", "pca"),
+    ),
+    Option("clean", "Merge duplicates and leave out gross outliers first", ""),
+    Option("robust", "Lower the weight of points that are outliers of the fitted surface", ""),
+    Option(
+        "rational",
+        "Optimize the weights of the control points at the end and keep them if the fit improves",
+        "",
+    ),
+    Option(
+        "fairness",
+        "Weight of the bending energy; 1 makes it as important as all points together",
+        "NUMBER",
+        default="by cross-validation",
+    ),
+    Option(
+        "border",
+        "Extension of an open surface beyond the points, in mean spacings of the points",
+        "NUMBER",
+        default="0.5",
+    ),
+    Option("max_control_points", "Most control points of a net that grows", "N"),
+    Option(
+        "aspect",
+        "Ratio of rows to columns: by the lengths of the surface in both directions (data), or as "
+        "--grid gives it (fixed)",
+        choices=("data", "fixed"),
+    ),
+    SEED,
+)
+"""Options of `neurbs.reconstruct`."""
+
+PAPER_OPTIONS = (
+    Option(
+        "grid",
+        "Rows and columns of the lattice",
+        "N N",
+        default="by the number of points: 4 nodes for each, at most 2500",
+    ),
+    Option(
+        "degree",
+        "Degree of the surface in both directions; lower if the lattice has too few rows or "
+        "columns",
+        "N",
+    ),
+    Option(
+        "surface",
+        "Surface from the lattice: a B-spline surface with the lattice as control net, or through "
+        "its nodes (interpolate), or one Bézier surface with it as control net",
+        choices=("control-net", "interpolate", "bezier"),
+    ),
+    Option("max_steps", "Most steps of training", "N", default="500 for each node"),
+    REACH,
+    Option(
+        "min_change",
+        "Training ends when no node has moved farther than this in an epoch, in the points' unit",
+        "NUMBER",
+        default="0.05 of the lattice's mean spacing",
+    ),
+    SEED,
+)
+"""Options of `neurbs.reconstruct_paper`."""
 
 
-@app.command()
-@options_of(neurbs.reconstruct)
+@command(
+    "Fit a surface to points and write it to files.",
+    "neurbs reconstruct scan.xyz -o scan.step -o scan.html --grid 30 30",
+    "neurbs reconstruct scans/*.ply -o surfaces/",
+)
+@options_of(neurbs.reconstruct, RECONSTRUCT_OPTIONS)
 def reconstruct(
     context: typer.Context,
     points: Files,
@@ -31,11 +136,7 @@ def reconstruct(
     quiet: Quiet = False,
     **options: Any,
 ) -> int:
-    """Learn the points, make the surface, write the files.
-
-    Examples: neurbs reconstruct scan.xyz -o scan.step -o scan.html --grid 30 30;
-    neurbs reconstruct scans/*.ply -o surfaces/
-    """
+    """Run `neurbs.reconstruct` on files and return the exit code."""
     return batch.run(
         context,
         neurbs.reconstruct,
@@ -52,8 +153,11 @@ def reconstruct(
     )
 
 
-@app.command()
-@options_of(neurbs.reconstruct_paper)
+@command(
+    "Fit a surface by the paper's method: the trained lattice becomes the surface.",
+    "neurbs reconstruct-paper scan.xyz -o scan.step --grid 20 20",
+)
+@options_of(neurbs.reconstruct_paper, PAPER_OPTIONS)
 def reconstruct_paper(
     context: typer.Context,
     points: Files,
@@ -69,10 +173,7 @@ def reconstruct_paper(
     quiet: Quiet = False,
     **options: Any,
 ) -> int:
-    """Reconstruct by the paper's method: the trained lattice makes the surface.
-
-    Example: neurbs reconstruct-paper scan.xyz -o scan.step --grid 20 20
-    """
+    """Run `neurbs.reconstruct_paper` on files and return the exit code."""
     return batch.run(
         context,
         neurbs.reconstruct_paper,

@@ -1,4 +1,4 @@
-"""`neurbs train`: the self-organizing map alone."""
+"""`neurbs train`: the self-organizing map without a surface."""
 
 from __future__ import annotations
 
@@ -8,26 +8,102 @@ from typing import Annotated, Any
 import typer
 
 from neurbs import SelfOrganizingMap
-from neurbs.cli.command import app, print_json, print_table
-from neurbs.cli.options import (
-    AsJson,
-    Config,
-    Quiet,
-    blamed,
-    options_of,
-    values,
-)
+from neurbs.cli.command import command, print_json, print_table
+from neurbs.cli.config import Config
+from neurbs.cli.inputs import Columns, Nan, Points, check_points, read_points
+from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, options_of, values
 from neurbs.cli.outputs import check_outputs
-from neurbs.cli.points import Columns, Nan, Points, check_points, read_points
 from neurbs.cli.progress import progress_bar
 from neurbs.io import check_target
 from neurbs.plot import save_picture
 
-_MAP, _PICTURE, _FILMS = ".npz", ".png", (".gif", ".mp4", ".html")
+_MAP, _PICTURE, _ANIMATIONS = ".npz", ".png", (".gif", ".mp4", ".html")
 
 
-@app.command()
-@options_of(SelfOrganizingMap)
+OPTIONS = (
+    Option("rows", "Rows of the lattice", "N"),
+    Option("cols", "Columns of the lattice", "N"),
+    Option(
+        "topology",
+        "Closed directions of the lattice: none (sheet), rows (tube), rows and columns (torus)",
+        choices=("sheet", "tube", "torus"),
+    ),
+    Option(
+        "lattice",
+        "Neighbors of an inner node: four (quad) or six (triangular)",
+        choices=("quad", "triangular"),
+    ),
+    Option(
+        "training",
+        "Kohonen's batch map, or one point at a time as in the paper (online)",
+        choices=("batch", "online"),
+    ),
+    Option(
+        "init",
+        "Start of the nodes: on the principal plane (pca), by distances along the surface "
+        "(geodesic), the better of both (auto), or random around the centroid, the densest cluster "
+        "or the origin (random)",
+        choices=("pca", "geodesic", "auto", "centroid", "densest-cluster", "random"),
+    ),
+    Option(
+        "neighborhood",
+        "How far neighbors follow the winner: less with the distance (gaussian), or fully within "
+        "the radius (bubble)",
+        choices=("gaussian", "bubble"),
+    ),
+    Option(
+        "kernel",
+        "What a node becomes in batch training: the weighted mean of the points around it, or the "
+        "value of a line fitted to them (linear)",
+        choices=("mean", "linear"),
+        default="linear on quad lattices with gaussian neighborhoods, else mean",
+    ),
+    Option(
+        "presentation",
+        "Points of online training: any at random, those not yet reached once the radius is zero, "
+        "or all in each epoch in random order",
+        choices=("random", "skip-reached", "shuffled"),
+    ),
+    Option(
+        "gain",
+        "Share of the way to the point that nodes move in online training: a number, or a schedule "
+        "such as linear,0.5,0.1",
+        "NUMBER",
+        default="as in the paper",
+    ),
+    Option(
+        "radius",
+        "Reach of the neighborhood in cells: a number, or a schedule such as exponential,5,0.7",
+        "NUMBER",
+        default="from a quarter of the longer side down to 0.7, or as in the paper for a bubble",
+    ),
+    Option(
+        "epochs", "Passes over the points", "N", default="20 in batch training, else by --max-steps"
+    ),
+    Option(
+        "max_steps",
+        "Most steps of training: epochs of batch training, presentations of online training",
+        "N",
+        default="500 presentations for each node",
+    ),
+    REACH,
+    Option(
+        "min_change",
+        "Training ends when no node has moved farther than this in an epoch after the radius has "
+        "reached its end, in the points' unit",
+        "NUMBER",
+        default="0.05 of the lattice's mean spacing",
+    ),
+    SEED,
+)
+"""Options of `neurbs.SelfOrganizingMap`."""
+
+
+@command(
+    "Train a self-organizing map and write it to files.",
+    "neurbs train scan.xyz -o map.npz -o training.gif --rows 24 --cols 16",
+)
+@options_of(SelfOrganizingMap, OPTIONS)
 def train(
     context: typer.Context,
     points: Points,
@@ -38,7 +114,7 @@ def train(
             "-o",
             metavar="OUT",
             help="File to write; give it again for another. The map: .npz; a picture: .png; "
-            "a film of the training: .gif .mp4 .html",
+            "an animation of the training: .gif .mp4 .html",
             readable=False,
         ),
     ],
@@ -46,7 +122,9 @@ def train(
     paper: Annotated[
         bool,
         typer.Option(
-            "--paper", metavar="", help="All of the paper's settings, but for those given here"
+            "--paper",
+            metavar="",
+            help="Use the paper's settings for all options that are not given",
         ),
     ] = False,
     columns: Columns = None,
@@ -56,22 +134,18 @@ def train(
     quiet: Quiet = False,
     **options: Any,
 ) -> None:
-    """Train the self-organizing map alone, and write it.
-
-    Example: neurbs train scan.xyz -o map.npz -o training.gif --rows 24 --cols 16
-    """
-    films = [path for path in output if path.suffix.lower() in _FILMS]
-    check_outputs(context, output, [points], check=lambda path: _check(context, path, films))
+    """Train a `neurbs.SelfOrganizingMap` with the points of a file."""
+    animations = [path for path in output if path.suffix.lower() in _ANIMATIONS]
+    check_outputs(context, output, [points], check=lambda path: _check(context, path, animations))
     check_points(context, points)
-    cloud = read_points(context, points, columns, nan)
+    cloud = read_points(points, columns, nan)
     given = values(options)
-    with blamed(context, given):
-        som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)
-        if films:
-            som.animate(cloud, films[0])
-        else:
-            with progress_bar(not quiet) as progress:
-                som.fit(cloud, progress=progress)
+    som = SelfOrganizingMap.paper(cloud, **given) if paper else SelfOrganizingMap(**given)
+    if animations:
+        som.animate(cloud, animations[0])
+    else:
+        with progress_bar(not quiet) as progress:
+            som.fit(cloud, progress=progress)
     for path in output:
         if path.suffix.lower() == _MAP:
             som.save(path)
@@ -94,16 +168,16 @@ def train(
         print_table(rows | {"written": ", ".join(files)})
 
 
-def _check(context: typer.Context, path: Path, films: list[Path]) -> None:
-    known = (_MAP, _PICTURE, *_FILMS)
+def _check(context: typer.Context, path: Path, animations: list[Path]) -> None:
+    known = (_MAP, _PICTURE, *_ANIMATIONS)
     if path.suffix.lower() not in known:
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        message = f"{path}: a map is written as {' '.join(known)}, got {got}"
+        message = f"{path}: the suffix must be one of {' '.join(known)}, got {got}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
-    if len(films) > 1:
-        message = f"there must be at most one film, got {len(films)}"
+    if len(animations) > 1:
+        message = f"there must be at most one animation, got {len(animations)}"
         raise typer.BadParameter(message, ctx=context, param_hint="'--output'")
-    # Its folder and its rights are those of any picture.
+    # `check_target` does not know .npz and animations; a picture needs the same permissions.
     check_target(path.with_suffix(_PICTURE))
 
 

@@ -1,13 +1,13 @@
-"""Files in and out: points and surfaces are read, these and meshes and pictures are written.
+"""Readers of points and surfaces; writers of points, surfaces, meshes, pictures and reports.
 
-The suffix of a path picks the format, in any case of its letters. Heavy libraries are imported
-where they are used, so that importing this package costs nothing.
+The suffix of a path selects the format, in upper or lower case. Large libraries are imported when
+they are used.
 """
 
-from neurbs.io.files import WRITABLE, check_target, save
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.points import READABLE, check_source, read_point_cloud, read_points
-from neurbs.io.surfaces import LOADABLE, load_surface, load_surfaces
+from neurbs.io.point_readers import READABLE, check_source, read_point_cloud, read_points
+from neurbs.io.surface_readers import LOADABLE, load_surface, load_surfaces
+from neurbs.io.writers import WRITABLE, check_target, save
 
 __all__ = [
     "LOADABLE",

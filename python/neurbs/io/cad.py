@@ -12,32 +12,32 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
+from neurbs.extras import require_for_file
 from neurbs.interop import from_opencascade
-from neurbs.io.extras import imported
 from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import symbol
 
 _TRIMMED = 1e-6
-"""Share of its surface's area that a face must lack to count as trimmed."""
+"""A face is trimmed if it lacks at least this share of the area of its surface."""
 
 _STEP = (".step", ".stp")
 
 _SECTION = 72
-"""Column, from 0, of the letter that says which section of an IGES file a line belongs to."""
+"""Column, from 0, of the letter of the section in a line of an IGES file."""
 
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
-"""The standard's numbers of the units."""
+"""The unit flags of the IGES standard."""
 
 
 def read_cad(path: Path) -> SurfaceFile:
-    """Read the surface of each face, in the file's unit."""
-    imported(path, "OCP")
+    """Read the surface of each face in the unit of the file."""
+    require_for_file(path, "OCP")
     with _quiet():
         reader, unit = (_step if path.suffix.lower() in _STEP else _iges)(path)
         reader.TransferRoots()
         shape = reader.OneShape()
         faces = [] if shape.IsNull() else list(_faces(shape))
-    # OpenCASCADE has turned all into millimetres.
+    # OpenCASCADE converts coordinates to millimeters.
     factor = 1 / LENGTH_UNITS[unit]
     scale = np.diag([factor, factor, factor, 1.0])
     surfaces = [s if factor == 1 else s.transformed(scale) for s, _ in faces]
@@ -52,7 +52,7 @@ def _step(path: Path) -> tuple[Any, str]:
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.FileUnits(lengths, angles, solid_angles)
     unit = symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
-    # Coordinates in a unit that nobody else knows stay in millimetres.
+    # For an unknown unit the coordinates stay in millimeters.
     return reader, unit if unit in LENGTH_UNITS else "mm"
 
 
@@ -65,22 +65,26 @@ def _iges(path: Path) -> tuple[Any, str]:
 
 
 def _check_iges(path: Path) -> None:
-    """Hold a file against its last line, which counts the lines of each section.
+    """Compare a file with its last line, which has the number of lines of each section.
 
-    OpenCASCADE ends the process over some files that are cut short.
+    OpenCASCADE crashes on some files that are cut short.
     """
     with path.open(encoding="latin-1") as file:
         lines = [line[:80] for line in file if line.strip()]
     last = lines[-1] if lines else ""
     counts = Counter(line[_SECTION:][:1] for line in lines)
-    said = {letter: int(count) for letter, count in re.findall(r"([SGDP]) *(\d+)", last[:_SECTION])}
-    if last[_SECTION:][:1] != "T" or any(counts[letter] != said.get(letter) for letter in "SGDP"):
+    expected = {
+        letter: int(count) for letter, count in re.findall(r"([SGDP]) *(\d+)", last[:_SECTION])
+    }
+    if last[_SECTION:][:1] != "T" or any(
+        counts[letter] != expected.get(letter) for letter in "SGDP"
+    ):
         raise _damaged(path)
 
 
 def _damaged(path: Path) -> NeurbsError:
     return NeurbsError(
-        f"{path}: must be a whole {path.suffix.lower()} file, but is damaged or cut short"
+        f"{path}: must be a complete {path.suffix.lower()} file, but is damaged or cut short"
     )
 
 
@@ -94,7 +98,7 @@ def _read(path: Path, reader: Any) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep OpenCASCADE from printing what it thinks of a file."""
+    """Suppress the messages that OpenCASCADE prints."""
     from OCP.Message import Message
 
     messenger = Message.DefaultMessenger_s()
@@ -109,7 +113,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
-    """Give the B-spline surface of each face, and whether the face is smaller than it."""
+    """Yield the B-spline surface of each face, and whether the face is trimmed."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
     from OCP.BRepGProp import BRepGProp
@@ -123,7 +127,7 @@ def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
         BRepGProp.SurfaceProperties_s(face, properties)
         return abs(float(properties.Mass()))
 
-    # Planes, cylinders and the like become B-splines, too.
+    # This converts planes, cylinders and other surfaces to B-splines.
     faces = TopExp_Explorer(BRepBuilderAPI_NurbsConvert(shape).Shape(), TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face(faces.Current())

@@ -1,4 +1,4 @@
-"""Points as a table for spreadsheets and data frames."""
+"""Points as a CSV table."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from neurbs.io.binary import row_blocks
 from neurbs.io.point_cloud import PointCloud
+from neurbs.io.row_blocks import row_blocks
 
 
 def write_csv(cloud: PointCloud, path: str) -> None:
-    """Write points with a header, with what is known of each, and with all digits."""
+    """Write points and their attributes with a header and all digits."""
     tables: dict[str, NDArray[Any]] = {"x,y,z": cloud.points}
     if cloud.normals is not None:
         tables["nx,ny,nz"] = cloud.normals
@@ -22,6 +22,6 @@ def write_csv(cloud: PointCloud, path: str) -> None:
     with open(path, "w", encoding="ascii", newline="\n") as file:
         file.write(",".join(tables) + "\n")
         for part in row_blocks(len(cloud)):
-            # Column by column, for integers and reals are written differently.
+            # By columns, because integers and real numbers are formatted differently.
             columns = [column for table in tables.values() for column in table[part].T.tolist()]
             file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*columns, strict=True))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
@@ -21,10 +21,10 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 
 def read_e57(path: Path, request: Request) -> PointSource:
     """Read the points of all scans, in their common frame."""
-    pye57 = imported(path, "pye57")
+    pye57 = require_for_file(path, "pye57")
 
     def damaged(error: Exception) -> NeurbsError:
-        return NeurbsError(f"{path}: must be a whole E57 file, but is damaged: {error}")
+        return NeurbsError(f"{path}: must be a complete E57 file, but is damaged: {error}")
 
     try:
         with closing(pye57.E57(str(path))) as file:
@@ -34,13 +34,13 @@ def read_e57(path: Path, request: Request) -> PointSource:
             crs = _text(file, "coordinateMetadata")
     except pye57.libe57.E57Exception as error:
         raise damaged(error) from None
-    for scan, there in enumerate(fields):
-        if not (set(_CARTESIAN) <= there or set(_SPHERICAL) <= there):
+    for scan, present in enumerate(fields):
+        if not (set(_CARTESIAN) <= present or set(_SPHERICAL) <= present):
             raise NeurbsError(
                 f"{path}: scan {scan} must have cartesian or spherical coordinates, "
-                f"got {', '.join(sorted(there))}"
+                f"got {', '.join(sorted(present))}"
             )
-    colored = request.attributes and all(set(_COLORS) <= there for there in fields)
+    colored = request.attributes and all(set(_COLORS) <= present for present in fields)
 
     def blocks() -> Iterator[Block]:
         try:
@@ -50,7 +50,7 @@ def read_e57(path: Path, request: Request) -> PointSource:
         except pye57.libe57.E57Exception as error:
             raise damaged(error) from None
 
-    # The standard knows no unit but the metre.
+    # The unit of the E57 standard is the meter.
     return PointSource(blocks(), count=count, unit="m", crs=crs or None)
 
 
@@ -60,11 +60,11 @@ def _text(file: Any, name: str) -> str:
 
 def _scan(file: Any, scan: int, *, colored: bool) -> Iterator[Block]:
     header = file.get_header(scan)
-    there = header.point_fields
-    cartesian = set(_CARTESIAN) <= set(there)
+    present = header.point_fields
+    cartesian = set(_CARTESIAN) <= set(present)
     axes = _CARTESIAN if cartesian else _SPHERICAL
-    mark = "cartesianInvalidState" if cartesian else "sphericalInvalidState"
-    names = [*axes, *(_COLORS if colored else ()), *([mark] if mark in there else [])]
+    invalid = "cartesianInvalidState" if cartesian else "sphericalInvalidState"
+    names = [*axes, *(_COLORS if colored else ()), *([invalid] if invalid in present else [])]
     data, buffers = file.make_buffers(names, min(BLOCK, header.point_count))
     rotation, translation = header.rotation_matrix, header.translation
     with closing(header.points.reader(buffers)) as reader:
@@ -74,11 +74,11 @@ def _scan(file: Any, scan: int, *, colored: bool) -> Iterator[Block]:
                 points = _from_spherical(points)
             colors = np.column_stack([data[c][:count] for c in _COLORS]) if colored else None
             block = Block(points @ rotation.T + translation, colors=colors)
-            yield block.only(data[mark][:count] == 0) if mark in data else block
+            yield block.only(data[invalid][:count] == 0) if invalid in data else block
 
 
 def _from_spherical(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn range, azimuth and elevation into x, y and z."""
+    """Convert range, azimuth and elevation to x, y and z."""
     distance, azimuth, elevation = points.T
     flat = distance * np.cos(elevation)
     return np.column_stack(

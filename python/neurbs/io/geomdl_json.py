@@ -13,7 +13,7 @@ from neurbs.io.surface_file import SurfaceFile
 
 
 def write_json(surface: NurbsSurface, path: str) -> None:
-    """Write a surface, with all digits."""
+    """Write a surface with all digits."""
     (rows, cols), (p, q) = surface.control_points.shape[:2], surface.degree
     net: dict[str, Any] = {"points": surface.control_points.reshape(-1, 3).tolist()}
     if surface.weights is not None:
@@ -32,12 +32,12 @@ def write_json(surface: NurbsSurface, path: str) -> None:
     }
     document = {"shape": {"type": "surface", "count": 1, "data": [data]}}
     with open(path, "w", encoding="utf-8") as file:
-        # Piece by piece, so that Ctrl-C is heard.
+        # In pieces, so that Ctrl-C is handled in between.
         file.writelines(json.JSONEncoder().iterencode(document))
 
 
 def read_json(path: Path) -> SurfaceFile:
-    """Read all surfaces."""
+    """Read all surfaces of a file."""
     try:
         document = json.loads(path.read_bytes())
     except ValueError as error:
@@ -45,7 +45,7 @@ def read_json(path: Path) -> SurfaceFile:
     try:
         shape = document["shape"]
         if shape["type"] != "surface":
-            raise NeurbsError(f"{path}: must hold a shape of type 'surface', got {shape['type']!r}")
+            raise NeurbsError(f"{path}: must have a shape of type 'surface', got {shape['type']!r}")
         items = shape["data"]
         surfaces = [_surface(path, item) for item in items]
         trimmed = sum(bool(item.get("trims")) for item in items)

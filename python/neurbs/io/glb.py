@@ -1,4 +1,4 @@
-"""Binary glTF 2.0: what browsers and viewers show."""
+"""Meshes as binary glTF 2.0."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError
-from neurbs.io.binary import blocks_of, bounds, write_blocks
+from neurbs.io.row_blocks import blocks_of, bounds, write_blocks
 from neurbs.io.single_precision import check_single_precision
 
 if TYPE_CHECKING:
@@ -17,32 +17,32 @@ if TYPE_CHECKING:
 
 _FLOAT, _UINT32 = 5126, 5125
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
-"""Numbers of the standard for the types and uses of buffers."""
+"""Codes of the standard for the types and uses of buffers."""
 
-_LARGEST = 2**32 - 2**16
-"""Bytes of arrays at most: lengths are stored in 32 bits, and the head takes a little."""
+_MAX_BYTES = 2**32 - 2**16
+"""Most bytes of the arrays: lengths have 32 bits, and the header needs some room."""
 
 
 def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
-    """Write a mesh: vertices about their centre, and the centre as the node's place.
+    """Write a mesh with vertices relative to their center, and the center as translation.
 
-    The format stores vertices in single precision but the place of a node in text, so that
-    coordinates far from the origin keep their digits. Its unit is the metre: another one is
-    written as the node's scale.
+    The format stores vertices in single precision, but the translation of a node as text, so
+    coordinates far from the origin keep their digits. The unit of the format is the meter: another
+    unit is written as the scale of the node.
     """
     low, high = bounds(mesh.vertices)
-    # Halved first: the sum of two large coordinates may overflow.
-    centre = low / 2 + high / 2
-    check_single_precision(mesh.vertices, centre, "GLB", stacklevel=4)
-    metres = 1.0 if unit is None else LENGTH_UNITS[unit] / LENGTH_UNITS["m"]
+    # Halved before the sum, which may overflow.
+    center = low / 2 + high / 2
+    check_single_precision(mesh.vertices, center, "GLB", stacklevel=4)
+    meters = 1.0 if unit is None else LENGTH_UNITS[unit] / LENGTH_UNITS["m"]
     count, corners = len(mesh.vertices), 3 * len(mesh.triangles)
-    extent = {"min": _single(low - centre), "max": _single(high - centre)}
+    extent = {"min": _single(low - center), "max": _single(high - center)}
     sizes = [12 * count, 12 * count, 4 * corners]
     starts = [0, sizes[0], sizes[0] + sizes[1]]
     targets = [_ARRAY_BUFFER, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER]
-    node: dict[str, Any] = {"mesh": 0, "name": "surface", "translation": (metres * centre).tolist()}
-    if metres != 1:
-        node["scale"] = [metres] * 3
+    node: dict[str, Any] = {"mesh": 0, "name": "surface", "translation": (meters * center).tolist()}
+    if meters != 1:
+        node["scale"] = [meters] * 3
     primitive = {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}
     document = {
         "asset": {"version": "2.0", "generator": "neurbs"},
@@ -50,7 +50,7 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
         "scenes": [{"nodes": [0]}],
         "nodes": [node],
         "meshes": [{"name": "surface", "primitives": [primitive]}],
-        # A surface is seen from both sides.
+        # Surfaces are visible from both sides.
         "materials": [{"doubleSided": True, "pbrMetallicRoughness": {"metallicFactor": 0}}],
         "buffers": [{"byteLength": sum(sizes)}],
         "bufferViews": [
@@ -63,7 +63,7 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
             {"bufferView": 2, "componentType": _UINT32, "count": corners, "type": "SCALAR"},
         ],
     }
-    if sum(sizes) > _LARGEST:
+    if sum(sizes) > _MAX_BYTES:
         raise NeurbsError(
             f"GLB files must be below 4 GiB, but these triangles take {sum(sizes):,} bytes: "
             "tessellate more coarsely, or write .ply"
@@ -74,12 +74,12 @@ def write_glb(mesh: TriangleMesh, path: str, unit: str | None = None) -> None:
         file.write(struct.pack("<4sII", b"glTF", 2, 28 + len(text) + sum(sizes)))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
         file.write(struct.pack("<I4s", sum(sizes), b"BIN\0"))
-        write_blocks(file, (block - centre for block in blocks_of(mesh.vertices)), "<f4")
+        write_blocks(file, (block - center for block in blocks_of(mesh.vertices)), "<f4")
         write_blocks(file, blocks_of(mesh.normals), "<f4")
         write_blocks(file, blocks_of(mesh.triangles), "<u4")
 
 
 def _single(numbers: Any) -> list[float]:
-    """Round as the vertices will be: the bounds are checked against them."""
+    """Round to single precision like the vertices, because readers compare both."""
     rounded: list[float] = np.asarray(numbers, np.float32).tolist()
     return rounded

@@ -9,20 +9,20 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
-from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
+from neurbs.extras import require_for_file
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.units import symbol
 
 _COLORS = ("red", "green", "blue")
 
 
 def read_las(path: Path, request: Request) -> PointSource:
-    """Read all returns."""
-    laspy = imported(path, "laspy")
+    """Read the points of all returns."""
+    laspy = require_for_file(path, "laspy")
     if request.attributes:
-        # Without it, laspy knows no reference system at all.
-        imported(path, "pyproj")
-    damaged = NeurbsError(f"{path}: must be a whole LAS file, but is damaged or cut short")
+        # Without pyproj, laspy does not read the reference system.
+        require_for_file(path, "pyproj")
+    damaged = NeurbsError(f"{path}: must be a complete LAS file, but is damaged or cut short")
     try:
         with laspy.open(path) as file:
             header = file.header
@@ -42,7 +42,7 @@ def read_las(path: Path, request: Request) -> PointSource:
             raise damaged from None
 
     return PointSource(
-        whole(path, blocks(), header.point_count),
+        checked_count(path, blocks(), header.point_count),
         count=header.point_count,
         unit=None if crs is None else _unit(crs),
         crs=None if crs is None else crs.to_string(),
@@ -51,6 +51,6 @@ def read_las(path: Path, request: Request) -> PointSource:
 
 
 def _unit(crs: Any) -> str:
-    """Return the unit of x and y, and that of z where it is another."""
+    """Return the unit of x and y, and the unit of z if it differs."""
     units = [symbol(axis.unit_name) for axis in crs.axis_info]
     return units[0] if len({units[0], units[-1]}) == 1 else f"{units[0]}, z: {units[-1]}"

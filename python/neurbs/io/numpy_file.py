@@ -1,4 +1,4 @@
-"""Arrays saved by NumPy."""
+"""Points in `.npy` and `.npz` files of NumPy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 
 _NAMES = ("points", "xyz", "vertices")
-"""Names of the array of points among several."""
+"""Names for the array of points in an archive."""
 
 _AXES = ("x", "y", "z")
 
@@ -26,20 +26,20 @@ def read_npy(path: Path, request: Request) -> PointSource:
     magic = np.lib.format.MAGIC_PREFIX
     with path.open("rb") as file:
         if file.read(len(magic)) != magic:
-            raise NeurbsError(f"{path}: must be a NumPy array file, but does not start like one")
+            raise NeurbsError(f"{path}: must be a NumPy array file, but has no header of one")
     try:
-        # Mapped, because then the header's promises are held against the size of the file.
+        # A memory map, because NumPy then compares the header with the size of the file.
         array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OverflowError, SyntaxError, TokenError):  # So headers are parsed.
+    except (ValueError, OverflowError, SyntaxError, TokenError):  # Errors of the header.
         raise NeurbsError(
-            f"{path}: must be a whole NumPy array of numbers, but is cut short, damaged or "
-            "made of Python objects: save it again with numpy.save"
+            f"{path}: must be a complete NumPy array of numbers, but is cut short, damaged "
+            "or made of Python objects: save it again with numpy.save"
         ) from None
     return _source(path, array, request)
 
 
 def read_npz(path: Path, request: Request) -> PointSource:
-    """Read the array of points among those of an archive."""
+    """Read the array of points from an archive."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             if not isinstance(archive, np.lib.npyio.NpzFile):
@@ -61,8 +61,8 @@ def read_npz(path: Path, request: Request) -> PointSource:
         raise
     except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         raise NeurbsError(
-            f"{path}: must be a whole archive of NumPy arrays of numbers, but is cut short, "
-            "damaged or made of Python objects: save it again with numpy.savez"
+            f"{path}: must be a complete archive of NumPy arrays of numbers, but is cut "
+            "short, damaged or made of Python objects: save it again with numpy.savez"
         ) from None
     return _source(path, array, request)
 
@@ -74,13 +74,13 @@ def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:
         places = [place for place in columns if isinstance(place, int) and 0 <= place < width]
         if len(places) < len(columns):
             raise NeurbsError(
-                f"{path}: columns must be of 0 to {width - 1}, for its array is of shape "
+                f"{path}: columns must be from 0 to {width - 1}, as the array has shape "
                 f"{array.shape}, got {columns}"
             )
     elif array.ndim != 2 or array.shape[1] not in (2, 3) or not len(array):
         raise NeurbsError(
             f"{path}: points must be an array of shape (n, 3) or (n, 2) with n ≥ 1, "
-            f"got shape {array.shape}: save such a one, or say with columns= which are coordinates"
+            f"got shape {array.shape}: save it so, or choose the coordinates with `columns`"
         )
     else:
         places = list(range(array.shape[1]))

@@ -1,4 +1,4 @@
-"""Wavefront files: the vertices of any."""
+"""The vertices of Wavefront OBJ files."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from neurbs.io.table import Layout, read_blocks
 from neurbs.io.text import data_rows
 
 _WITH_COLORS = 7
-"""Columns of a vertex line that has colours: 'v', x, y, z, red, green, blue."""
+"""Columns of a vertex line with colors: 'v', x, y, z, red, green, blue."""
 
 
 def read_obj(path: Path, request: Request) -> PointSource:
-    """Read the vertices (``v`` lines), all of them and in their order."""
+    """Read all vertices (``v`` lines) in their order."""
 
     def rows() -> Iterator[tuple[int, str]]:
         return ((number, text) for number, text in data_rows(path) if text.split(None, 1)[0] == "v")
 
     first = next(rows(), None)
     if first is None:
-        raise NeurbsError(f"{path}: must hold at least one point, but has no 'v' line")
-    # Column 0 is the 'v' itself. A weight or a colour may follow the coordinates.
+        raise NeurbsError(f"{path}: must have at least one point, but has no 'v' line")
+    # Column 0 is the 'v' itself. A weight or a color may follow the coordinates.
     colored = request.attributes and len(first[1].split()) == _WITH_COLORS
     colors = (4, 5, 6) if colored else ()
     layout = Layout((1, 2, 3), colors=colors, allow_missing=request.nan == "drop")

@@ -1,10 +1,10 @@
-"""OFF: the plainest of mesh formats, in text with all digits."""
+"""Meshes as OFF, a text format, with all digits."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from neurbs.io.binary import blocks_of
+from neurbs.io.row_blocks import blocks_of
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh

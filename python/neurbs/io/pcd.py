@@ -1,7 +1,7 @@
-"""Clouds of the Point Cloud Library: `.pcd`, as text, binary and compressed.
+"""Clouds of the Point Cloud Library: `.pcd` as text, binary and compressed.
 
-Read here, but for the decompression, because no library reads them block by block: the format is
-a header and a table.
+The format is a header and a table. It is read here because no library reads it in blocks; only
+the decompression uses one.
 """
 
 from __future__ import annotations
@@ -17,58 +17,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
-from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
+from neurbs.extras import require_for_file
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.table import Layout, open_text, read_blocks, shown
 
 _KINDS = {"I": "i", "U": "u", "F": "f"}
 _AXES = ("x", "y", "z")
 _NORMALS = ("normal_x", "normal_y", "normal_z")
 _PACKED = ("rgb", "rgba")
-"""Fields that hold red, green and blue in the bytes of one number."""
+"""Fields with red, green and blue in the bytes of one number."""
 
 _Fields: TypeAlias = dict[str, NDArray[Any]]
-"""The first number of each field, of some points."""
+"""The first number of each field, for a block of points."""
 
-_LONGEST_LINE = 1 << 16
-"""Bytes of a header line beyond which a file is no PCD file."""
+_MAX_LINE = 1 << 16
+"""Most bytes of a header line; a file with a longer one is no PCD file."""
 
 
 @dataclass(frozen=True)
 class _Header:
     names: list[str]
     types: list[np.dtype[Any]]
-    """NumPy's, of one row of each field, which may hold several numbers."""
+    """The NumPy type of each field, which may have several numbers."""
     points: int
     encoding: str
     size: int
-    """Bytes up to the data."""
+    """Bytes of the header."""
     lines: int
 
     def missing(self, columns: tuple[str, ...]) -> bool:
-        """Whether not all of these are fields."""
+        """Whether one of these fields is missing."""
         return not set(columns) <= set(self.names)
 
 
 def read_pcd(path: Path, request: Request) -> PointSource:
-    """Read the points that have been measured; NaN marks the others."""
+    """Read the measured points; the others are NaN."""
     with path.open("rb") as file:
         header = _read_header(path, file)
     if header.missing(_AXES):
         raise NeurbsError(f"{path}: must have fields x, y and z, got {' '.join(header.names)}")
     if header.encoding == "binary_compressed":
-        lzf = imported(path, "lzf")
+        lzf = require_for_file(path, "lzf")
     tables = {
         "ascii": lambda: _ascii(path, header),
         "binary": lambda: _binary(path, header),
         "binary_compressed": lambda: _compressed(path, header, lzf),
     }[header.encoding]()
-    blocks = whole(path, _measured(header, tables, request), header.points)
+    blocks = checked_count(path, _measured(header, tables, request), header.points)
     return PointSource(blocks, count=header.points)
 
 
 def _measured(header: _Header, tables: Iterator[_Fields], request: Request) -> Iterator[Block]:
-    """Turn columns into points, and leave out those that are not measured."""
+    """Yield blocks of points without those that are not measured."""
     for fields in tables:
         points = np.column_stack([fields[axis] for axis in _AXES])
         normals = colors = None
@@ -81,16 +81,16 @@ def _measured(header: _Header, tables: Iterator[_Fields], request: Request) -> I
 
 
 def _unpacked(column: NDArray[Any]) -> NDArray[np.uint8]:
-    """Take red, green and blue from the bytes of numbers, which are often called floats."""
+    """Return red, green and blue from the bytes of numbers, which are often typed as floats."""
     each = np.ascontiguousarray(column).view("u1").reshape(len(column), -1)
     return each[:, 2::-1]
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:
-    """Read up to and with the line `DATA`."""
+    """Read the header, which ends with the line `DATA`."""
     entries: dict[str, list[str]] = {}
     lines = 0
-    while raw := file.readline(_LONGEST_LINE):
+    while raw := file.readline(_MAX_LINE):
         lines += 1
         key, *values = raw.decode(errors="replace").partition("#")[0].split() or [""]
         entries[key.upper()] = values
@@ -115,7 +115,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     except (KeyError, ValueError, TypeError, IndexError):
         raise NeurbsError(
             f"{path}: must start with a PCD header of FIELDS, SIZE, TYPE, POINTS and DATA, "
-            f"but line {lines} ends it with {shown(' '.join(entries))}"
+            f"but it ends in line {lines} with {shown(' '.join(entries))}"
         ) from None
     return _Header(names, types, points, encoding, file.tell(), lines)
 
@@ -136,7 +136,7 @@ def _ascii(path: Path, header: _Header) -> Iterator[_Fields]:
 
 
 def _binary(path: Path, header: _Header) -> Iterator[_Fields]:
-    # By place, for names may repeat: '_' is padding.
+    # Fields are named by number, because names may repeat: '_' is padding.
     record = np.dtype([(str(i), dtype) for i, dtype in enumerate(header.types)])
     with path.open("rb") as file:
         file.seek(header.size)
@@ -148,7 +148,7 @@ def _binary(path: Path, header: _Header) -> Iterator[_Fields]:
 
 
 def _compressed(path: Path, header: _Header, lzf: Any) -> Iterator[_Fields]:
-    """Decompress all at once, as it was compressed: field after field, each of all points."""
+    """Decompress the whole table, which is stored field by field."""
     with path.open("rb") as file:
         file.seek(header.size)
         sizes = np.fromfile(file, "<u4", 2)
@@ -160,7 +160,7 @@ def _compressed(path: Path, header: _Header, lzf: Any) -> Iterator[_Fields]:
             data = lzf.decompress(packed, expected)
     if data is None or len(data) != expected:
         raise NeurbsError(
-            f"{path}: must hold {header.points} compressed points, as its header says, "
+            f"{path}: must have {header.points} compressed points, as its header says, "
             "but is damaged or cut short"
         )
     fields, start = {}, 0

@@ -1,7 +1,6 @@
-"""PLY files: the vertices of any; meshes and points that keep their digits.
+"""PLY files: reader of vertices; writer of meshes and points in double precision.
 
-The vertex table is read here and not by a mesh library, because points are wanted and not a mesh:
-every vertex, once, in its order, whatever the faces are.
+The vertex table is read here, because mesh libraries merge, drop or reorder vertices.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.binary import write_rows
-from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, whole
+from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, checked_count
+from neurbs.io.row_blocks import write_rows
 from neurbs.io.table import Layout, open_text, read_blocks, shown
 
 if TYPE_CHECKING:
@@ -29,28 +28,28 @@ _TYPES = {
     "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
     "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
-"""PLY's names of number types, old and new, and NumPy's."""
+"""For each type of PLY, by its old and its new name, the type of NumPy."""
 
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _Columns: TypeAlias = dict[str, tuple[str, NDArray[Any]]]
-"""Names of columns that belong together, the type they are written in, and their values."""
+"""For each group of columns, by their names, the type in the file and the values."""
 
 _AXES = (("x",), ("y",), ("z",))
 _NORMALS = (("nx", "normal_x"), ("ny", "normal_y"), ("nz", "normal_z"))
 _COLORS = (("red", "diffuse_red"), ("green", "diffuse_green"), ("blue", "diffuse_blue"))
-"""What programs call the columns."""
+"""Names of columns in files of different programs."""
 
-_LONGEST_LINE = 4096
-"""Bytes of a header line beyond which a file is no PLY file."""
+_MAX_LINE = 4096
+"""Most bytes of a header line; a file with a longer one is no PLY file."""
 
-_MOST_ROWS = 10**15
-"""Rows of a table beyond which its header is damaged."""
+_MAX_ROWS = 10**15
+"""Most rows of a table; a header with more is damaged."""
 
 
 @dataclass
 class _Element:
-    """One table of the file: its rows and the names and types of its columns."""
+    """One table of the file: number of rows, names and types of columns."""
 
     name: str
     count: int
@@ -58,34 +57,34 @@ class _Element:
     has_lists: bool = False
 
     def columns(self, names: tuple[tuple[str, ...], ...]) -> tuple[int, ...]:
-        """Find columns, each under one of its names; none if one is not there."""
-        there = [name for name, _ in self.properties]
-        found = [there.index(name) for known in names for name in known if name in there]
+        """Return the indices of columns by one of their names, or () if one is missing."""
+        present = [name for name, _ in self.properties]
+        found = [present.index(name) for known in names for name in known if name in present]
         return tuple(found) if len(found) == len(names) else ()
 
     def row(self, byte_order: str) -> np.dtype[np.void]:
-        """Make the record of a row; its columns are named by their place, for names may repeat."""
+        """Return the type of a row, with columns named by number, because names may repeat."""
         return np.dtype([(str(i), byte_order + t) for i, (_, t) in enumerate(self.properties)])
 
 
 @dataclass
 class _Header:
     byte_order: str
-    """Empty for text."""
+    """Empty for a text file."""
     elements: list[_Element]
     lines: int
     size: int
 
 
 def read_ply(path: Path, request: Request) -> PointSource:
-    """Read the vertices of a PLY file, ASCII or binary, all of them and in their order."""
+    """Read all vertices of a PLY file, ASCII or binary, in their order."""
     with path.open("rb") as file:
         header = _read_header(path, file)
     names = [element.name for element in header.elements]
     if "vertex" not in names:
         raise NeurbsError(f"{path}: must have an element 'vertex', but has {names}")
-    place = names.index("vertex")
-    before, vertex = header.elements[:place], header.elements[place]
+    index = names.index("vertex")
+    before, vertex = header.elements[:index], header.elements[index]
     points = vertex.columns(_AXES)
     if vertex.has_lists or not points:
         axes = [name for name, _ in vertex.properties]
@@ -94,7 +93,7 @@ def read_ply(path: Path, request: Request) -> PointSource:
             f"{path}: vertices must have properties x, y and z and no lists, but have {axes}{lists}"
         )
     if vertex.count == 0:
-        raise NeurbsError(f"{path}: must hold at least one point, but has 0 vertices")
+        raise NeurbsError(f"{path}: must have at least one point, but has 0 vertices")
     layout = Layout(
         points,
         vertex.columns(_NORMALS) if request.attributes else (),
@@ -104,15 +103,15 @@ def read_ply(path: Path, request: Request) -> PointSource:
     )
     read = _binary if header.byte_order else _ascii
     blocks = read(path, header, before, vertex, layout)
-    return PointSource(whole(path, blocks, vertex.count), count=vertex.count)
+    return PointSource(checked_count(path, blocks, vertex.count), count=vertex.count)
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:
-    """Read up to and with `end_header`."""
-    if file.readline(_LONGEST_LINE).strip() != b"ply":
+    """Read the header, which ends with the line `end_header`."""
+    if file.readline(_MAX_LINE).strip() != b"ply":
         raise NeurbsError(f"{path}: must be a PLY file, but does not start with a line 'ply'")
     header = _Header("", [], 1, 0)
-    while raw := file.readline(_LONGEST_LINE):
+    while raw := file.readline(_MAX_LINE):
         header.lines += 1
         line = raw.decode(errors="replace").strip()
         try:
@@ -122,7 +121,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
                     return header
                 case ["format", encoding, _]:
                     header.byte_order = _BYTE_ORDERS[encoding]
-                case ["element", name, count] if 0 <= int(count) < _MOST_ROWS:
+                case ["element", name, count] if 0 <= int(count) < _MAX_ROWS:
                     header.elements.append(_Element(name, int(count)))
                 case ["property", "list", _, _, _]:
                     header.elements[-1].has_lists = True
@@ -159,8 +158,8 @@ def _binary(
     for element in before:
         if element.has_lists:
             raise NeurbsError(
-                f"{path}: vertices must come before any list, but element {element.name!r} "
-                "with lists comes first: save the file again in another order"
+                f"{path}: vertices must come before elements with lists, but {element.name!r} "
+                "comes first: save the file again in another order"
             )
     record = vertex.row(header.byte_order)
 
@@ -183,14 +182,14 @@ def write_ply(mesh: TriangleMesh, path: str) -> None:
     with open(path, "wb") as file:
         _write_head(file, len(mesh.vertices), vertices, len(mesh.triangles))
         _write_vertices(file, vertices)
-        # Indices are signed, because most readers know no other.
+        # Indices are signed, because many readers accept no others.
         face = np.dtype([("count", "u1"), ("vertices", "<i4", 3)])
         corners = np.broadcast_to(np.uint8(3), len(mesh.triangles))
         write_rows(file, face, {"count": corners, "vertices": mesh.triangles})
 
 
 def write_ply_points(cloud: PointCloud, path: str) -> None:
-    """Write points in binary, with what is known of each."""
+    """Write points and their attributes in binary."""
     vertices: _Columns = {"x y z": ("<f8", cloud.points)}
     if cloud.normals is not None:
         vertices["nx ny nz"] = ("<f4", cloud.normals)

@@ -1,4 +1,4 @@
-"""What a file of points holds, and how it comes out of the file: block by block."""
+"""Points with attributes, and the blocks in which files of points are read."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.errors import argument_error
 
 BLOCK = 1 << 16
-"""Rows that are worked on at once: little memory, and Ctrl-C is soon heard."""
+"""Rows processed at a time: this bounds the memory and the time until Ctrl-C is handled."""
 
 Columns: TypeAlias = "tuple[str | int, ...]"
 
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points and what is known of each, read from a file or to be written into one.
+    """Points with their attributes, read from a file or to be written to one.
 
-    It may stand wherever points are asked for.
+    Every function that takes points also takes a `PointCloud`.
 
     Attributes
     ----------
     points : ndarray of shape (n, 3)
         float64.
     normals : ndarray of shape (n, 3), optional
-        float64, as the file has them.
+        float64, as in the file.
     colors : ndarray of shape (n, 3), optional
         uint8: red, green and blue.
     distances : ndarray of shape (n,), optional
         Distance of each point to a surface, in the points' unit.
     unit : str, optional
         The unit of the coordinates: ``"mm"``, ``"m"``, ``"ft"``, ``"US survey foot"``,
-        ``"degree"``; where that of z is another, both, as in ``"m, z: ft"``.
+        ``"degree"``; if the unit of z differs, both, as in ``"m, z: ft"``.
     crs : str, optional
-        The coordinate reference system, as ``"EPSG:26910"`` or in WKT: what
-        ``pyproj.CRS`` and geopandas take.
+        The coordinate reference system, as ``"EPSG:26910"`` or in WKT, for ``pyproj.CRS`` and
+        geopandas.
     offset : (float, float, float), optional
-        The place that the file counts its coordinates from. The points have it added already.
+        The origin of the coordinates in the file. It has been added to the points.
     dropped : int, default 0
-        How many points of the file are left out: not finite, or marked by the format as not
-        measured.
+        Number of points of the file that were left out: not finite, or marked as not measured.
 
     Examples
     --------
@@ -67,10 +67,12 @@ class PointCloud:
     dropped: int = 0
 
     def __post_init__(self) -> None:
-        """Bring what users give into arrays of the right types, and check their shapes."""
+        """Convert the attributes to arrays of the right types, and check their shapes."""
         points = np.ascontiguousarray(self.points, np.float64)
         if points.ndim != 2 or points.shape[1] != 3:
-            raise NeurbsError(f"points must be an array of shape (n, 3), got shape {points.shape}")
+            raise argument_error(
+                "points", f"must be an array of shape (n, 3), got shape {points.shape}"
+            )
         object.__setattr__(self, "points", points)
         shapes = {"normals": points.shape, "colors": points.shape, "distances": points.shape[:1]}
         for name, shape in shapes.items():
@@ -96,7 +98,7 @@ class PointCloud:
         return self.points.astype(self.points.dtype if dtype is None else dtype, copy=bool(copy))
 
     def __repr__(self) -> str:
-        """Say what there is, without the numbers."""
+        """Return the number of points and the attributes that are present."""
         arrays = (
             name for name in ("normals", "colors", "distances") if getattr(self, name) is not None
         )
@@ -110,16 +112,16 @@ class PointCloud:
 
 @dataclass(frozen=True)
 class Request:
-    """What is wanted of a file.
+    """The options for reading a file.
 
     Attributes
     ----------
     columns : tuple of str or int, optional
-        Those that hold the coordinates, by name or counted from 0.
+        The columns of the coordinates, by name or by number from 0.
     nan : {"error", "drop"}
-        What becomes of points that are not finite.
+        Whether points that are not finite are an error or are dropped.
     attributes : bool
-        Whether all that the file knows is wanted, or the points alone.
+        Whether to read the attributes too.
     """
 
     columns: Columns | None = None
@@ -129,16 +131,16 @@ class Request:
 
 @dataclass(frozen=True)
 class Block:
-    """Some points of a file.
+    """A block of points of a file.
 
     Attributes
     ----------
     points : ndarray of shape (k, 3)
-        Real numbers; those that are not finite are still among them.
+        Real numbers, including those that are not finite.
     normals, colors : ndarray of shape (k, 3), optional
-        Colours of any number type; see `as_bytes`.
+        Colors of any number type; see `as_bytes`.
     dropped : int
-        How many points the format marked as not measured.
+        Number of points that the file marks as not measured.
     """
 
     points: NDArray[Any]
@@ -147,7 +149,7 @@ class Block:
     dropped: int = 0
 
     def only(self, rows: NDArray[np.bool_]) -> Block:
-        """Keep some rows; the others count as dropped."""
+        """Return the block with some rows only; the others are added to `dropped`."""
 
         def kept(array: NDArray[Any] | None) -> NDArray[Any] | None:
             return None if array is None else array[rows]
@@ -158,14 +160,14 @@ class Block:
 
 @dataclass(frozen=True)
 class PointSource:
-    """A file that has been opened and whose head has been read.
+    """An open file of points whose header has been read.
 
     Attributes
     ----------
     blocks : iterator of Block
-        The points, in the file's order.
+        The points, in the order of the file.
     count : int
-        How many there are at most, as far as the file says: memory is taken for so many.
+        Largest number of points by the header, for which memory is allocated; 0 if unknown.
     unit, crs, offset
         As in `PointCloud`.
     """
@@ -177,28 +179,28 @@ class PointSource:
     offset: tuple[float, float, float] | None = None
 
 
-def whole(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:
-    """Hand blocks on, and at the end hold their points against what the file says.
+def checked_count(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:
+    """Yield blocks, and compare the number of their points with the header at the end.
 
     Raises
     ------
     NeurbsError
-        If there are not as many.
+        If the numbers differ.
     """
     got = 0
     for block in blocks:
         got += len(block.points) + block.dropped
         yield block
     if got != count:
-        but = "is cut short after" if got < count else "holds"
-        raise NeurbsError(f"{path}: must hold {count} points, as the file says, but {but} {got}")
+        but = "is cut short after" if got < count else "has"
+        raise NeurbsError(f"{path}: must have {count} points, as in its header, but {but} {got}")
 
 
 @dataclass
 class Collector:
-    """Joins arrays of rows into one, whose memory grows in place.
+    """Joins blocks of rows to one array, which grows in place.
 
-    Joining a list of arrays at the end would take twice the memory.
+    To join a list of arrays at the end would take twice the memory.
     """
 
     capacity: int = 0
@@ -211,13 +213,13 @@ class Collector:
         if self._array is None:
             self._array = np.empty((max(self.capacity, end), block.shape[1]), dtype)
         if end > len(self._array):
-            # In place, for nobody else knows the array yet.
+            # In place, as there is no other reference to the array.
             self._array.resize((end + end // 4, block.shape[1]), refcheck=False)
         self._array[self.rows : end] = block
         self.rows = end
 
     def joined(self) -> NDArray[Any]:
-        """Return all rows, and give back the memory that is left over."""
+        """Return all rows, and release the unused memory."""
         array = np.empty((0, 3)) if self._array is None else self._array
         if self.rows < len(array):
             array.resize((self.rows, array.shape[1]), refcheck=False)
@@ -225,10 +227,10 @@ class Collector:
 
 
 def as_bytes(colors: NDArray[Any]) -> NDArray[np.uint8]:
-    """Turn colours of any type into 0 to 255.
+    """Convert colors of any type to integers from 0 to 255.
 
-    Fractions are those of 1. Of integers the largest decides whether they have 8 bits or 16, for
-    some programs write 8 where the format has place for 16.
+    Real numbers up to 1 are shares of 255. Integers have 8 bits if the largest is at most 255, else
+    16, because some programs write 8 bits in fields of 16.
     """
     if colors.dtype == np.uint8:
         return colors

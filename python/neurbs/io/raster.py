@@ -11,29 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
-from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, whole
+from neurbs.extras import require_for_file
+from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.table import open_text
 from neurbs.io.text import read_text
 from neurbs.io.units import symbol
 
 _NO_DATA = -9999.0
-"""What marks a cell of an ESRI grid that does not say it."""
+"""The no-data value of an ESRI grid whose header has none."""
 
-_HEAD = 6
-"""Lines of the header of an ESRI grid, of which the last may be left out."""
+_HEADER_LINES = 6
+"""Lines of the header of an ESRI grid; the last may be left out."""
 
 
 def read_geotiff(path: Path, request: Request) -> PointSource:
-    """Read the cells that have data; the value of the one band is z."""
-    rasterio = imported(path, "rasterio")
-    windows = imported(path, "rasterio.windows")
-    damaged = NeurbsError(f"{path}: must be a whole GeoTIFF, but is damaged or cut short")
+    """Read the cells with data; z is the value of the band."""
+    rasterio = require_for_file(path, "rasterio")
+    windows = require_for_file(path, "rasterio.windows")
+    damaged = NeurbsError(f"{path}: must be a complete GeoTIFF, but is damaged or cut short")
     try:
         with _opened(rasterio, path) as file:
             if file.count != 1:
                 raise NeurbsError(
-                    f"{path}: must have one band, of heights, got {file.count}: is it a picture?"
+                    f"{path}: must have one band of heights, got {file.count}: it may be a picture"
                 )
             width, height, crs, z_unit = file.width, file.height, file.crs, file.units[0]
     except rasterio.errors.RasterioError:
@@ -64,17 +64,17 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
 
 
 def _opened(rasterio: Any, path: Path) -> Any:
-    """Open a file of this machine as GeoTIFF, whatever it claims to be.
+    """Open a local file with the GeoTIFF driver only.
 
-    Other drivers follow what a file refers to: other files, and addresses.
+    Other drivers would open files and web addresses that the file refers to.
     """
     return rasterio.open(path.resolve(strict=True), driver="GTiff")
 
 
 def read_asc(path: Path, request: Request) -> PointSource:
-    """Read an ESRI grid, or a table of points, whichever it is."""
+    """Read an ESRI grid or a table of points, by the first line of the file."""
     with open_text(path) as file:
-        head = list(islice(file, _HEAD))
+        head = list(islice(file, _HEADER_LINES))
     if not head or head[0].lower().split()[:1] != ["ncols"]:
         return read_text(path, request)
     pairs = [line.replace(",", ".").split() for line in head]
@@ -99,7 +99,7 @@ def read_asc(path: Path, request: Request) -> PointSource:
             f"nodata_value, a number after each, got {' '.join(entries)}"
         ) from None
     if request.columns is not None:
-        raise NeurbsError(f"{path}: columns must be left out, for this is a grid of heights")
+        raise NeurbsError(f"{path}: columns must be left out for a grid of heights")
 
     def blocks() -> Iterator[Block]:
         first = 0
@@ -109,18 +109,18 @@ def read_asc(path: Path, request: Request) -> PointSource:
             yield Block(points).only(values != no_data)
             first += len(values)
 
-    return PointSource(whole(path, blocks(), rows * cols), count=rows * cols)
+    return PointSource(checked_count(path, blocks(), rows * cols), count=rows * cols)
 
 
-def _values(path: Path, head: int, most: int) -> Iterator[NDArray[np.float64]]:
-    """Read the numbers after the header, wherever lines end."""
+def _values(path: Path, header: int, size: int) -> Iterator[NDArray[np.float64]]:
+    """Yield the numbers after the header in arrays of a size; line breaks have no meaning."""
     with open_text(path) as file:
-        lines = islice(enumerate(file, start=1), head, None)
+        lines = islice(enumerate(file, start=1), header, None)
         numbers = chain.from_iterable(
             (_number(path, line, word) for word in text.replace(",", ".").split())
             for line, text in lines
         )
-        while len(values := np.fromiter(islice(numbers, most), np.float64)):
+        while len(values := np.fromiter(islice(numbers, size), np.float64)):
             yield values
 
 
@@ -128,4 +128,4 @@ def _number(path: Path, line: int, word: str) -> float:
     try:
         return float(word)
     except ValueError:
-        raise NeurbsError(f"{path}: line {line} must hold numbers, got {word!r}") from None
+        raise NeurbsError(f"{path}: line {line} must have numbers, got {word!r}") from None

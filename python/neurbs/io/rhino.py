@@ -1,4 +1,4 @@
-"""Surfaces in Rhino's files: `.3dm`, through rhino3dm."""
+"""Surfaces in Rhino files: `.3dm`, by rhino3dm."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError, NurbsSurface
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.surface_file import SurfaceFile
 
 _UNITS = {
@@ -20,15 +20,15 @@ _UNITS = {
     "in": "Inches",
     "ft": "Feet",
 }
-"""Rhino's names of the units."""
+"""Names of the units in Rhino."""
 
 _VERSION = 7
-"""That of the files written: what Rhino of 2020 and later reads."""
+"""Version of the written files, for Rhino 7 and later."""
 
 
 def write_3dm(surface: NurbsSurface, path: str, unit: str | None = None) -> None:
-    """Write a surface, with all digits; its knots become clamped."""
-    rhino3dm = imported(Path(path), "rhino3dm")
+    """Write a surface with all digits; its knots become clamped."""
+    rhino3dm = require_for_file(Path(path), "rhino3dm")
     surface = surface.clamped()
     rows, cols = surface.control_points.shape[:2]
     p, q = surface.degree
@@ -36,7 +36,7 @@ def write_3dm(surface: NurbsSurface, path: str, unit: str | None = None) -> None
     weights = np.ones((rows, cols)) if surface.weights is None else surface.weights
     theirs = rhino3dm.NurbsSurface.Create(3, rational, p + 1, q + 1, rows, cols)
     for knots, places in zip(surface.knots, (theirs.KnotsU, theirs.KnotsV), strict=True):
-        # Rhino leaves out the first and the last, which do not matter.
+        # Rhino omits the first and the last knot, which have no effect.
         for i, knot in enumerate(knots[1:-1].tolist()):
             places[i] = knot
     homogeneous = np.dstack([surface.control_points * weights[..., None], weights])
@@ -51,11 +51,11 @@ def write_3dm(surface: NurbsSurface, path: str, unit: str | None = None) -> None
 
 
 def read_3dm(path: Path) -> SurfaceFile:
-    """Read all surfaces, those of the faces of solids among them."""
-    rhino3dm = imported(path, "rhino3dm")
+    """Read all surfaces, including those of the faces of solids."""
+    rhino3dm = require_for_file(path, "rhino3dm")
     model = rhino3dm.File3dm.Read(str(path))
     if model is None:
-        raise NeurbsError(f"{path}: must be a whole file of Rhino, but is damaged or cut short")
+        raise NeurbsError(f"{path}: must be a complete Rhino file, but is damaged or cut short")
     surfaces, trimmed = [], 0
     for surface, is_trimmed in _faces(rhino3dm, model):
         surfaces.append(_surface(path, surface))

@@ -1,4 +1,4 @@
-"""What is lost in formats that store single precision."""
+"""Loss of digits in formats that store single precision."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.binary import blocks_of, bounds
+from neurbs.io.row_blocks import blocks_of, bounds
 
 _VISIBLE_ROUNDING = 1e-6
-"""Share of a mesh's diagonal by which single precision may move a vertex without a warning.
+"""A warning is issued if a vertex moves by more than this share of the mesh's diagonal.
 
-It moves those of a mesh around the origin by less than a tenth of that.
+In a mesh around the origin, vertices move by less than a tenth of it.
 """
 
 
 def check_single_precision(
     vertices: NDArray[np.float64], origin: NDArray[np.float64], name: str, *, stacklevel: int
 ) -> None:
-    """Say so where single precision does not suffice.
+    """Warn if single precision moves vertices visibly.
 
     Parameters
     ----------
     vertices : ndarray of shape (n, 3)
-        What will be written, counted from `origin`.
+        The vertices; the file gets their offsets from `origin`.
     origin : ndarray of shape (3,)
-        A place.
+        The origin of the coordinates in the file.
     name : str
-        The format.
+        The name of the format.
     stacklevel : int
-        Calls from here to who is warned.
+        Number of calls from here to the caller that is warned.
 
     Raises
     ------
     NeurbsError
-        If a number is too large.
+        If a coordinate is too large for single precision.
 
     Warns
     -----

@@ -1,4 +1,4 @@
-"""What a file of surfaces holds."""
+"""The content of a file of surfaces."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ from neurbs._core import NurbsSurface
 
 @dataclass(frozen=True)
 class SurfaceFile:
-    """Surfaces as they were read.
+    """The surfaces of a file, with its unit.
 
     Attributes
     ----------
     surfaces : list of NurbsSurface
-        In the file's order.
+        The surfaces, in the order of the file.
     trimmed : int
-        How many of them are only the ground of a smaller face.
+        Number of surfaces that belong to trimmed faces.
     unit : str, optional
-        That of the coordinates, one of `LENGTH_UNITS`; none if the file does not say it, or has
-        another.
+        The unit of the coordinates, one of `LENGTH_UNITS`; None if the file has no or another unit.
     """
 
     surfaces: list[NurbsSurface]

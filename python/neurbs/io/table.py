@@ -1,7 +1,7 @@
-"""Rows of text to columns of numbers, and where a file breaks its own table.
+"""Rows of text to columns of numbers, with errors that name line and column.
 
-NumPy's reader does the work. Only when it refuses a row are the rows walked through one by one,
-to say which line and column of the file is at fault.
+NumPy reads the rows. Only after it fails are the rows checked one by one, to find the line and the
+column at fault.
 """
 
 from __future__ import annotations
@@ -22,33 +22,33 @@ from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block
 
 Rows: TypeAlias = Callable[[], Iterator[tuple[int, str]]]
-"""Walks a file anew at each call: its rows, each with its line number from 1, in order."""
+"""Returns an iterator over the rows of a file, each with its line number from 1."""
 
-_MOST_SHOWN = 40
-"""Characters of a file's own text that an error message repeats."""
+_MAX_SHOWN = 40
+"""Most characters of a file's text in an error message."""
 
 _MISSING = {"", "-", "na", "n/a", "null", "none"}
-"""What stands for a number that is not there, beside ``nan`` itself."""
+"""Texts for a missing number, beside ``nan``."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How rows are cut into columns.
+    """The columns of a table and the way to split its rows.
 
     Attributes
     ----------
     points : tuple of int
-        The columns of the coordinates, counted from 0.
+        The columns of the coordinates, from 0.
     normals, colors : tuple of int
-        Those of the normals and colours that are to be read, three or none.
+        The columns of the normals and colors to read, three or none.
     width : int or None
-        How many columns each row must have; ``None`` if rows may be longer than they need to be.
+        The number of columns of each row; None if rows may have additional columns.
     separator : str or None
-        What stands between two columns; ``None`` for any amount of whitespace.
+        The text between two columns; None for any amount of whitespace.
     decimal_comma : bool
-        Whether a comma stands for a decimal point.
+        Whether a comma is a decimal point.
     allow_missing : bool
-        Whether a coordinate may be missing or not finite. Normals and colours always may.
+        Whether a coordinate may be missing or not finite. Normals and colors always may.
     """
 
     points: tuple[int, ...]
@@ -61,30 +61,30 @@ class Layout:
 
     @property
     def columns(self) -> tuple[int, ...]:
-        """All columns to read, those of the coordinates first."""
+        """All columns to read, first the coordinates."""
         return self.points + self.normals + self.colors
 
     @property
     def required(self) -> tuple[int, ...]:
-        """The columns in which each row must have a finite number."""
+        """The columns with a finite number in each row."""
         return () if self.allow_missing else self.points
 
     def split(self, text: str) -> list[str]:
-        """Cut a row into fields, with decimal points."""
+        """Split a row into fields, with decimal points."""
         fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
         return [field.strip() for field in fields]
 
     def block(self, values: NDArray[np.float64]) -> Block:
-        """Tell apart what has been read."""
+        """Return the columns as points, normals and colors."""
         ends = np.cumsum([len(self.points), len(self.normals)])
         points, normals, colors = np.split(values, ends, axis=1)
         return Block(points, normals if self.normals else None, colors if self.colors else None)
 
 
 def open_text(path: Path) -> TextIO:
-    """Open a text file of any common encoding, of which only the ASCII characters matter.
+    """Open a text file in UTF-8, UTF-16 or an encoding with the same ASCII characters.
 
-    Bytes that are not UTF-8 (names and units in Latin-1) become replacement characters.
+    Bytes that are not UTF-8, as in names in Latin-1, become replacement characters.
     """
     with path.open("rb") as file:
         wide = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -92,48 +92,48 @@ def open_text(path: Path) -> TextIO:
 
 
 def is_number(text: str) -> bool:
-    """Whether NumPy's reader takes `text` for a number."""
+    """Whether NumPy reads `text` as a number."""
     try:
         float(text)
     except ValueError:
         return False
-    # Python's float also takes 1_000 and the digits of other scripts.
+    # Python's float also accepts 1_000 and digits of other scripts.
     return text.isascii() and "_" not in text
 
 
 def shown(text: str) -> str:
-    """Quote a piece of a file for an error message."""
-    return repr(text if len(text) <= _MOST_SHOWN else text[: _MOST_SHOWN - 1] + "…")
+    """Quote text of a file for an error message."""
+    return repr(text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 1] + "…")
 
 
 def split(text: str, separator: str | None) -> list[str]:
-    """Cut a row into fields; a separator between quotation marks does not count."""
+    """Split a row into fields; separators between quotation marks are part of a field."""
     if separator is not None and '"' in text:
         return next(csv.reader([text.strip()], delimiter=separator, skipinitialspace=True))
     return text.split(separator)
 
 
 def read_blocks(path: Path, rows: Rows, layout: Layout) -> Iterator[Block]:
-    """Read the points of a table, block by block.
+    """Read the points of a table in blocks.
 
     Parameters
     ----------
     path : Path
-        The file, named in errors.
+        The file, for error messages.
     rows : Rows
-        Its rows.
+        The rows of the file.
     layout : Layout
-        How they are cut.
+        The columns to read.
 
     Yields
     ------
     Block
-        Each number as close to its text as float64 can be.
+        The float64 numbers that are nearest to the texts.
 
     Raises
     ------
     NeurbsError
-        If a row is not as wide as it must be, or a field that must be a finite number is none.
+        If a row has a wrong number of columns, or a required field is not a finite number.
     """
     walk = rows()
     required = len(layout.required)
@@ -160,8 +160,8 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
     if width is None or columns == tuple(range(width)):
         options |= {"usecols": columns if width is None else None, "ndmin": 2}
     else:
-        # `usecols` would let rows of differing width pass. Columns that nobody asked for are kept
-        # as one character each instead: they may hold text.
+        # `usecols` would accept rows of different widths. Therefore the other columns, which may
+        # be text, are read as one character each.
         record = [(str(i), "f8" if i in columns else "U1") for i in range(width)]
         options |= {"dtype": record, "ndmin": 1}
     try:
@@ -182,8 +182,8 @@ def _number_or_nan(text: str) -> float:
     return math.nan if text.lower() in _MISSING else float(text)
 
 
-def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsError:
-    """Find the first row that breaks the table."""
+def _fault(path: Path, rows: Rows, layout: Layout, reason: str) -> NeurbsError:
+    """Return the error for the first wrong row."""
     first = None
     for number, text in rows():
         fields = layout.split(text)
@@ -200,11 +200,11 @@ def _fault(path: Path, rows: Rows, layout: Layout, otherwise: str) -> NeurbsErro
                 good = is_number(field) or field.lower() in _MISSING
             if not good:
                 return _wrong_field(path, number, column, field)
-    return NeurbsError(f"{path}: must be a table of numbers, but {otherwise}")
+    return NeurbsError(f"{path}: must be a table of numbers, but {reason}")
 
 
 def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: int) -> NeurbsError:
-    like = f", as line {first} has" if number != first else ""
+    like = f", as in line {first}" if number != first else ""
     got = len(fields)
     if got < width:
         where = f"column {got + 1} is missing after {shown(fields[-1])}"
@@ -216,9 +216,9 @@ def _wrong_width(path: Path, number: int, fields: list[str], width: int, first: 
 def _wrong_field(path: Path, number: int, column: int, field: str) -> NeurbsError:
     hint = ""
     if is_number(field) or field.lower() in _MISSING:
-        hint = ': remove or repair the line, or leave such lines out with nan="drop"'
+        hint = ': remove or repair the line, or leave it out with `nan="drop"`'
     elif field.replace("_", "").isalpha():
-        hint = ": say with columns= which columns hold the coordinates"
+        hint = ": choose the coordinates with `columns`"
     got = shown(field) if field else "nothing"
     return NeurbsError(
         f"{path}: line {number}, column {column + 1} must be a finite number, got {got}{hint}"

@@ -9,22 +9,22 @@ from itertools import islice
 from pathlib import Path
 
 from neurbs._core import NeurbsError
-from neurbs.io.header import Header
-from neurbs.io.point_cloud import PointSource, Request, whole
+from neurbs.io.point_cloud import PointSource, Request, checked_count
 from neurbs.io.table import Layout, Rows, is_number, open_text, read_blocks, shown, split
+from neurbs.io.table_header import Header
 
 _COMMENT = re.compile("#|//")
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
 _PTS_WITH_COLORS, _PTS_COLORS = 7, (4, 5, 6)
-"""A row of `.pts` may be x, y, z, intensity, red, green, blue."""
+"""Width of a `.pts` row x, y, z, intensity, red, green, blue, and the columns of its colors."""
 
 
 def read_text(path: Path, request: Request) -> PointSource:
-    """Read a table of points whose separator, header and columns are found out.
+    """Read a table of points; separator, header and columns are detected.
 
-    See `neurbs.read_points` for what is understood.
+    The accepted forms are listed in `neurbs.read_points`.
     """
     table = _table(path, request)
 
@@ -35,7 +35,7 @@ def read_text(path: Path, request: Request) -> PointSource:
 
 
 def read_pts(path: Path, request: Request) -> PointSource:
-    """Read a `.pts` file of a laser scanner: scans, each with its count of points in a line."""
+    """Read a `.pts` file of a laser scanner: scans, each after a line with its point count."""
 
     def rows() -> Iterator[tuple[int, str]]:
         return (row for row in data_rows(path) if not _is_count(row[1]))
@@ -47,7 +47,7 @@ def read_pts(path: Path, request: Request) -> PointSource:
     table = _table_of(path, request, Header(), *first)
     if request.attributes and table.layout.width == _PTS_WITH_COLORS:
         table = replace(table, layout=replace(table.layout, colors=_PTS_COLORS))
-    return PointSource(whole(path, table.source(path, rows).blocks, declared))
+    return PointSource(checked_count(path, table.source(path, rows).blocks, declared))
 
 
 def _is_count(text: str) -> bool:
@@ -55,7 +55,7 @@ def _is_count(text: str) -> bool:
 
 
 def data_rows(path: Path) -> Iterator[tuple[int, str]]:
-    """Walk the lines that are neither blank nor only a comment, with their numbers from 1."""
+    """Yield number, from 1, and text of each line that is not blank and not only a comment."""
     with open_text(path) as file:
         for number, line in enumerate(file, start=1):
             text = line
@@ -66,7 +66,7 @@ def data_rows(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def _comment_above(path: Path, line: int) -> str:
-    """Read the last comment above a line: some programs name the columns there."""
+    """Return the last comment above a line, where some programs name the columns."""
     with open_text(path) as file:
         comments = [text for text in islice(file, line - 1) if text.strip()]
     return comments[-1].strip().lstrip("#/ ") if comments else ""
@@ -74,44 +74,44 @@ def _comment_above(path: Path, line: int) -> str:
 
 @dataclass(frozen=True)
 class _Table:
-    """How a file is to be read."""
+    """The layout, header and unit of a file."""
 
     layout: Layout
     has_header: bool = False
     unit: str | None = None
 
     def source(self, path: Path, rows: Rows) -> PointSource:
-        """Read the rows."""
+        """Return the points of rows."""
         return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
 
 
 def _table(path: Path, request: Request) -> _Table:
-    """Look at the first lines of a file."""
+    """Detect the table from the first lines of a file."""
     rows = data_rows(path)
     number, text = next(rows, (0, ""))
     if not text:
-        raise NeurbsError(f"{path}: must hold at least one point, but the file is empty")
+        raise NeurbsError(f"{path}: must have at least one point, but the file is empty")
     if not _is_header(text):
-        cut = _cut(text)
-        named = Header.of(split(_comment_above(path, number), cut.separator), number)
-        # Most comments are not about columns.
-        fits = named.has_axes and len(named.names) == len(cut.split(text))
+        layout = _detect_layout(text)
+        named = Header.of(split(_comment_above(path, number), layout.separator), number)
+        # The comment counts as a header only if it names the columns.
+        fits = named.has_axes and len(named.names) == len(layout.split(text))
         return _table_of(path, request, named if fits else Header(), number, text)
     header_number, names = number, text
     number, text = next(rows, (0, ""))
     if not text:
         raise NeurbsError(
-            f"{path}: must hold at least one point, "
+            f"{path}: must have at least one point, "
             f"but ends after the header in line {header_number}"
         )
-    header = Header.of(split(names, _cut(text).separator), header_number)
+    header = Header.of(split(names, _detect_layout(text).separator), header_number)
     return replace(_table_of(path, request, header, number, text), has_header=True)
 
 
 def _table_of(path: Path, request: Request, header: Header, number: int, text: str) -> _Table:
-    """Find out how the first row of points, and so each, is cut."""
-    cut = _cut(text)
-    fields = cut.split(text)
+    """Detect the layout from the first row of points."""
+    layout = _detect_layout(text)
+    fields = layout.split(text)
     if len(fields) < 2:
         raise NeurbsError(
             f"{path}: line {number} must have columns x, y and z (or x and y), "
@@ -123,7 +123,7 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
     else:
         points = header.coordinates(path, number, len(fields)) or _leading_numbers(fields)
     layout = replace(
-        cut,
+        layout,
         points=points,
         normals=header.normals if request.attributes else (),
         colors=header.colors if request.attributes else (),
@@ -134,7 +134,7 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
 
 
 def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
-    """Take the first three columns, after such as hold a point's name."""
+    """Return the first three columns after a column with a point's name, if there is one."""
     start = next((i for i, field in enumerate(fields) if is_number(field)), 0)
     if len(fields) - start < 3:
         start = 0
@@ -142,12 +142,12 @@ def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
 
 
 def _is_header(text: str) -> bool:
-    """Names, and not a number among them."""
-    return any(map(str.isalpha, text)) and not any(map(is_number, _cut(text).split(text)))
+    """Whether a row has names and no number."""
+    return any(map(str.isalpha, text)) and not any(map(is_number, _detect_layout(text).split(text)))
 
 
-def _cut(text: str) -> Layout:
-    """Find out what separates the columns of a row, and whether a comma is a decimal point."""
+def _detect_layout(text: str) -> Layout:
+    """Detect the separator of the columns, and whether a comma is a decimal point."""
     if ";" in text:
         return Layout((), separator=";", decimal_comma=True)
     with_comma = [word for word in text.split() if "," in word]
@@ -155,7 +155,7 @@ def _cut(text: str) -> Layout:
         return Layout((), separator="\t" if "\t" in text else None, decimal_comma=True)
     if with_comma:
         return Layout((), separator=",")
-    # A tab is one blank among others, unless it sets apart fields that have blanks of their own.
+    # A tab is whitespace like others, unless it separates fields that contain blanks.
     fields = [field.split() for field in text.split("\t")]
     whole = (len(words) == 1 or (words and not is_number(words[0])) for words in fields)
     separator = "\t" if len(fields) > 1 and all(whole) else None

@@ -1,6 +1,7 @@
-"""Units of length, as files name them."""
+"""Units of length and their names in files."""
 
-from neurbs._core import LENGTH_UNITS, NeurbsError
+from neurbs._core import LENGTH_UNITS
+from neurbs.errors import argument_error
 
 _SYMBOLS = {
     "millimetre": "mm", "millimeter": "mm", "millimeters": "mm",
@@ -22,13 +23,13 @@ def symbol(name: str) -> str:
 
 
 def check_unit(unit: str | None) -> None:
-    """Check that a file can be in this unit.
+    """Check that files can have a unit.
 
     Raises
     ------
     NeurbsError
-        If it is not one of `LENGTH_UNITS`.
+        If the unit is not one of `LENGTH_UNITS`.
     """
     if unit is not None and unit not in LENGTH_UNITS:
         known = " or ".join(map(repr, LENGTH_UNITS))
-        raise NeurbsError(f"unit must be {known}, got {unit!r}")
+        raise argument_error("unit", f"must be {known}, got {unit!r}")

@@ -1,4 +1,4 @@
-"""Data sets of VTK: `.vtk`, `.vtp` and `.vtu`, read by VTK."""
+"""Points of VTK data sets: `.vtk`, `.vtp` and `.vtu`, read by VTK."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
 from neurbs.io.vtk_legacy import check_whole
 
@@ -18,20 +18,20 @@ _READERS = {
 }
 
 _COLORS = ("RGB", "RGBA", "Colors", "colors")
-"""What programs call the colours of points, which VTK has no name for."""
+"""Names for the colors of points in files of different programs; VTK defines none."""
 
 
 def read_vtk(path: Path, request: Request) -> PointSource:
-    """Read the points of a data set that has some."""
+    """Read the points of a data set."""
     module, name = _READERS[path.suffix.lower()]
     if path.suffix.lower() == ".vtk":
         check_whole(path)
-    reader = getattr(imported(path, module), name)()
-    to_numpy = imported(path, "vtkmodules.util.numpy_support").vtk_to_numpy
+    reader = getattr(require_for_file(path, module), name)()
+    to_numpy = require_for_file(path, "vtkmodules.util.numpy_support").vtk_to_numpy
     reader.SetFileName(str(path))
-    if (complaints := _run(path, reader)) or reader.GetOutputDataObject(0) is None:
+    if (error := _run(path, reader)) or reader.GetOutputDataObject(0) is None:
         raise NeurbsError(
-            f"{path}: must be a whole VTK file, but is damaged or cut short: {complaints}"
+            f"{path}: must be a complete VTK file, but is damaged or cut short: {error}"
         )
     data = reader.GetOutputDataObject(0)
     if not hasattr(data, "GetPoints") or data.GetPoints() is None:
@@ -61,8 +61,8 @@ def read_vtk(path: Path, request: Request) -> PointSource:
 
 
 def _run(path: Path, reader: Any) -> str:
-    """Run a reader; return its first complaint, which VTK would print and go on."""
-    core = imported(path, "vtkmodules.vtkCommonCore")
+    """Run a reader and return its first error message, which VTK would only print."""
+    core = require_for_file(path, "vtkmodules.vtkCommonCore")
     window, before = core.vtkStringOutputWindow(), core.vtkOutputWindow.GetInstance()
     logger = core.vtkLogger
     core.vtkOutputWindow.SetInstance(window)
@@ -72,6 +72,6 @@ def _run(path: Path, reader: Any) -> str:
     finally:
         logger.SetStderrVerbosity(logger.VERBOSITY_INFO)
         core.vtkOutputWindow.SetInstance(before)
-    # "ERROR: In <file>, line <n>\n<reader> (<address>): <what is wrong>\n..."
-    _, is_error, complaint = window.GetOutput().partition("ERROR: ")
-    return complaint.partition("): ")[2].partition("\n")[0] if is_error else ""
+    # "ERROR: In <file>, line <n>\n<reader> (<address>): <message>\n..."
+    _, is_error, text = window.GetOutput().partition("ERROR: ")
+    return text.partition("): ")[2].partition("\n")[0] if is_error else ""

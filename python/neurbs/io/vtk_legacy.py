@@ -1,6 +1,6 @@
-"""Whether a binary `.vtk` file holds all that its header promises.
+"""A check that a binary `.vtk` file is complete.
 
-VTK's own reader does not ask: what is missing is whatever the memory held before.
+VTK's own reader does not check this and returns uninitialized memory for missing data.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ _BYTES = {
 }
 """Bytes of a value of each type."""
 
-_LONGEST_LINE = 1 << 16
-"""Bytes of a line of the header, at most."""
+_MAX_LINE = 1 << 16
+"""Most bytes of a header line."""
 
 _CELLS = ("vertices", "lines", "polygons", "triangle_strips", "cells")
 _PER_POINT = {
@@ -40,38 +40,38 @@ _PER_POINT = {
     "global_ids": 1,
     "pedigree_ids": 1,
 }
-"""Values that an attribute has for each point or cell."""
+"""Number of values of an attribute for each point or cell."""
 
 
 def check_whole(path: Path) -> None:
-    """Raise if a binary file in VTK's legacy format ends before what it promises.
+    """Check that a binary file in VTK's legacy format has all data of its headers.
 
     Raises
     ------
     NeurbsError
-        If it is cut short.
+        If the file is cut short.
     """
     size = path.stat().st_size
     with path.open("rb") as file:
-        version = file.readline(_LONGEST_LINE)
-        file.readline(_LONGEST_LINE)
-        if file.readline(_LONGEST_LINE).strip().upper() != b"BINARY":
+        version = file.readline(_MAX_LINE)
+        file.readline(_MAX_LINE)
+        if file.readline(_MAX_LINE).strip().upper() != b"BINARY":
             return
         offsets = version.split()[-1:] >= [b"5"]
         for name, count in _arrays(file, offsets=offsets):
             missing = file.tell() + count - size
             if missing > 0:
                 raise NeurbsError(
-                    f"{path}: must be a whole VTK file, but is cut short: {missing:,} bytes of "
+                    f"{path}: must be a complete VTK file, but is cut short: {missing:,} bytes of "
                     f"{name} are missing"
                 )
             file.seek(count, 1)
 
 
 def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int]]:
-    """Give name and bytes of each array, the file standing at its begin; the caller skips them.
+    """Yield name and size in bytes of each array, with the file at its start.
 
-    `offsets` says whether cells are two arrays, as they are from version 5 on.
+    The caller skips the array. `offsets` is True if cells are two arrays, as from version 5 on.
     """
     tuples = 0
     cells = (0, 0)
@@ -94,7 +94,7 @@ def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int]]:
                 tuples = int(words[1])
             elif key == "scalars":
                 components = int(words[3]) if len(words) > 3 else 1
-                # The line after it names a table of colours.
+                # The next line names a table of colors.
                 _words(file)
                 yield words[1], tuples * components * _BYTES[words[2].lower()]
             elif key == "lookup_table":
@@ -110,7 +110,7 @@ def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int]]:
             elif key == "metadata":
                 _skip_paragraph(file)
         except (IndexError, KeyError, ValueError):
-            # What this does not know, VTK complains of, or its size is not said.
+            # An unknown or damaged section: VTK reports it.
             return
 
 
@@ -124,13 +124,13 @@ def _fields(file: BinaryIO, count: int) -> Iterator[tuple[str, int]]:
 
 
 def _words(file: BinaryIO) -> list[str]:
-    """Return the words of the next line that has some; none at the end of the file."""
-    while line := file.readline(_LONGEST_LINE):
+    """Return the words of the next line that is not blank; [] at the end of the file."""
+    while line := file.readline(_MAX_LINE):
         if words := line.decode("latin-1").split():
             return words
     return []
 
 
 def _skip_paragraph(file: BinaryIO) -> None:
-    while file.readline(_LONGEST_LINE).strip():
+    while file.readline(_MAX_LINE).strip():
         pass

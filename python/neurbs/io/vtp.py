@@ -1,4 +1,4 @@
-"""VTK PolyData: a mesh with normals and parameters, in double precision, for ParaView."""
+"""Meshes as VTK PolyData, with normals and parameters, in double precision."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs.io.binary import blocks_of, row_blocks, write_blocks
+from neurbs.io.row_blocks import blocks_of, row_blocks, write_blocks
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh
 
 _LENGTH = struct.Struct("<Q")
-"""What stands before each array: how many bytes it takes."""
+"""The size in bytes before each array."""
 
 _TYPES = {"<f8": "Float64", "<f4": "Float32", "<i8": "Int64"}
 
 
 def write_vtp(mesh: TriangleMesh, path: str) -> None:
-    """Write a mesh: an XML head, then the arrays as they are."""
+    """Write a mesh: an XML header, then the arrays in binary."""
     count, triangles = len(mesh.vertices), len(mesh.triangles)
     ends = (np.arange(3 * part.start, 3 * part.stop, 3) + 3 for part in row_blocks(triangles))
     arrays: list[tuple[str, str, tuple[int, int], Iterator[NDArray[Any]]]] = [

@@ -1,8 +1,8 @@
 """Pictures of points, maps and surfaces.
 
 `Reconstruction.plot`, `NurbsSurface.plot` and `SelfOrganizingMap.plot` draw with Matplotlib, or
-with PyVista where a window is to be turned with the mouse. Both are imported only when something is
-drawn: ``pip install 'neurbs[plot,view]'`` brings them.
+with PyVista in a window that is turned with the mouse. Both libraries are imported when something
+is drawn: ``pip install 'neurbs[plot,view]'``.
 """
 
 from neurbs.plot.animation import animate

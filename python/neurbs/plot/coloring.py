@@ -1,4 +1,4 @@
-"""What colours mean: height, deviation, curvature, or stripes of reflected light."""
+"""Colors of a surface: by height, deviation or curvature, or as zebra stripes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs._core import NeurbsError
-from neurbs.plot.frame import INK, number, view
+from neurbs.errors import argument_error
+from neurbs.plot.axes_box import INK, number, view
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap
@@ -19,47 +19,47 @@ if TYPE_CHECKING:
     from neurbs.deviation import Deviation
 
 COLORS = ("height", "deviation", "mean", "gaussian", "zebra")
-"""What a surface can be coloured by."""
+"""Quantities that the colors of a surface show."""
 
 HEIGHTS = ("#2c6e63", "#5e9b74", "#a9bd80", "#e0d09c", "#d0a274", "#f3ede3")
 SIDES = ("#123f7a", "#3f83bd", "#a9cde2", "#f4f3ee", "#f3bd92", "#d76a3c", "#8f1d14")
-"""Palettes from low to high; that of two sides is pale in the middle."""
+"""Palettes from low to high; `SIDES`, for signed values, is pale in the middle."""
 
 NO_DATA = "#c3c8cc"
-"""Where there is no point nearby."""
+"""Color of places without points near."""
 
 _STRIPES = 9
-"""Dark stripes that are reflected between straight up and straight down."""
+"""Dark zebra stripes between a reflection straight up and straight down."""
 
-_CENTRAL = 99.0
-"""Per cent of the values that a scale without a limit of its own spans."""
+_LIMIT_PERCENTILE = 99.0
+"""Percentile of the absolute values at the ends of a scale."""
 
 
 @dataclass(frozen=True, eq=False)
 class Coloring:
-    """Values over a surface, and the scale that turns them into colours."""
+    """Values on a surface, and the scale that maps them to colors."""
 
     values: NDArray[np.float64]
     low: float
     high: float
     palette: tuple[str, ...]
     label: str
-    """What the values are, for the legend; empty if they need none."""
+    """Title of the legend; empty for no legend."""
 
     @property
     def colormap(self) -> Colormap:
-        """The palette, as Matplotlib has it."""
+        """The palette as a colormap of Matplotlib."""
         from matplotlib.colors import LinearSegmentedColormap
 
         return LinearSegmentedColormap.from_list("neurbs", self.palette).with_extremes(bad=NO_DATA)
 
     def rgba(self) -> NDArray[np.float64]:
-        """Return the colours, of shape (..., 4)."""
+        """Return the colors, of shape (..., 4)."""
         colors: NDArray[np.float64] = self.colormap(self._norm()(np.ma.masked_invalid(self.values)))
         return colors
 
     def add_legend(self, figure: Figure, left: float) -> None:
-        """Draw the scale as a bar at the right of a panel."""
+        """Draw the scale as a bar at the right of a panel, if it has a label."""
         from matplotlib.cm import ScalarMappable
         from matplotlib.ticker import FuncFormatter
 
@@ -95,7 +95,7 @@ def coloring(
     tolerance: float | None = None,
     unit: str = "",
 ) -> Coloring:
-    """Colour a surface on a grid of parameters.
+    """Compute the colors of a surface on a grid of parameters.
 
     Parameters
     ----------
@@ -104,22 +104,21 @@ def coloring(
     u, v : ndarray of shape (n_u,) and (n_v,)
         Parameters.
     color : {"height", "deviation", "mean", "gaussian", "zebra"}
-        What colours mean.
+        The quantity that the colors show.
     deviation : Deviation, optional
-        What ``"deviation"`` needs.
+        The deviation of points, for the color ``"deviation"``.
     tolerance : float, optional
-        Where the scale of the deviation ends; by default at the 99th percentile of what is seen.
+        The deviation at the ends of the scale; by default the 99th percentile of the shown values.
     unit : str, default ""
         Name of the points' unit.
 
     Raises
     ------
     NeurbsError
-        If `color` is not one of these, `tolerance` is not positive, or there are no points to
-        measure the deviation of.
+        If `color` is unknown, `tolerance` is not positive, or `deviation` is missing.
     """
     if tolerance is not None and not 0 < tolerance < np.inf:
-        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+        raise argument_error("tolerance", f"must be positive and finite, got {tolerance}")
     if color == "height":
         z = surface.evaluate_grid(u, v)[..., 2]
         return Coloring(z, z.min(), max(z.max(), z.min() + 1e-300), HEIGHTS, "")
@@ -127,7 +126,7 @@ def coloring(
         return Coloring(_stripes(surface, u, v), 0.0, 1.0, ("#15191d", "#fbfbf8"), "")
     if color == "deviation":
         if deviation is None:
-            raise NeurbsError("color='deviation' must have points to measure, got none")
+            raise argument_error("color", "must not be 'deviation' without points")
         values = deviation.over_surface(surface, u, v)
         limit = tolerance or _limit(values)
         label = f"deviation, {unit or 'in the unit of the points'} (local mean)"
@@ -137,24 +136,24 @@ def coloring(
         limit, power = _limit(values), "²" if color == "gaussian" else ""
         label = f"{'Gaussian' if power else 'mean'} curvature, 1/{unit or 'unit'}{power}"
         return Coloring(values, -limit, limit, SIDES, label)
-    raise NeurbsError(f"color must be one of {', '.join(COLORS)}, got {color!r}")
+    raise argument_error("color", f"must be one of {', '.join(COLORS)}, got {color!r}")
 
 
 def _limit(values: NDArray[np.float64]) -> float:
-    """Return the absolute value that nearly all do not exceed, positive."""
+    """Return a high percentile of the absolute values, or 1 if it is 0."""
     finite = np.abs(values[np.isfinite(values)])
-    limit = float(np.percentile(finite, _CENTRAL)) if len(finite) else 0.0
+    limit = float(np.percentile(finite, _LIMIT_PERCENTILE)) if len(finite) else 0.0
     return limit or 1.0
 
 
 def _stripes(
     surface: NurbsSurface, u: NDArray[np.float64], v: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Stripes of a lamp box that the surface mirrors: broken where its tangent planes break."""
+    """Return zebra stripes: reflected lamps, which have a kink where the tangent plane has one."""
     _, normals = surface.normals_grid(u, v)
-    towards = view()[2]
-    mirrored = 2 * (normals @ towards)[..., None] * normals - towards
+    toward = view()[2]
+    mirrored = 2 * (normals @ toward)[..., None] * normals - toward
     angle = np.arccos(np.clip(mirrored @ view()[1], -1, 1))
-    # A steep sine instead of a step: edges of stripes are smooth.
+    # A clipped sine instead of a step gives smooth edges of the stripes.
     stripes: NDArray[np.float64] = np.clip(0.5 + 4 * np.sin(2 * _STRIPES * angle), 0, 1)
     return stripes

@@ -1,4 +1,4 @@
-"""Whole pictures: of a result, a surface, a map."""
+"""Figures of a reconstruction, a surface, a map and points."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
-from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
-from neurbs.io.replacement import replacement
+from neurbs.errors import argument_error
+from neurbs.io.atomic_write import atomic_write
+from neurbs.plot.axes_box import AxesBox, add_panel, new_figure
 from neurbs.plot.coloring import Coloring
-from neurbs.plot.frame import Frame, add_panel, new_figure
-from neurbs.plot.scene import POINT, draw_lines, draw_net, draw_points, draw_surface
+from neurbs.plot.matplotlib_scene import POINT, draw_lines, draw_net, draw_points, draw_surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
 
 _PANEL, _LEGEND, _DPI = 8.0, 1.2, 100.0
-"""Inches of a panel's width and of a legend's, and dots an inch."""
+"""Widths of a panel and of a legend in inches, and dots per inch."""
 
 _NODE_COLORS = ("u-matrix", "hits")
-"""What the cells of a map can be coloured by."""
+"""Quantities that the colors of a map's cells show."""
 
-_NODES = ("#f4f3ee", "#c9d8d2", "#7fae9f", "#3c7f7a", "#174d57", "#0c2a36")
+_CELLS = ("#f4f3ee", "#c9d8d2", "#7fae9f", "#3c7f7a", "#174d57", "#0c2a36")
 """Palette of the cells of a map."""
 
 
@@ -41,38 +41,39 @@ def plot_reconstruction(
     isolines: int = 20,
     backend: str = "matplotlib",
 ) -> Any:
-    """Draw the points with the trained lattice over them, and beside them the surface.
+    """Draw the points with the trained lattice, and the surface beside them.
 
-    Proportions are true, except that an axis shorter than a quarter of the longest, as the
-    height of terrain is, is drawn as long as that quarter and labelled with the factor.
+    An axis shorter than a quarter of the longest, such as the height of terrain, is drawn with the
+    length of that quarter, and its label gives the factor. All other proportions are true.
 
     Parameters
     ----------
     result : Reconstruction
-        What `neurbs.reconstruct` returned.
+        The result of `neurbs.reconstruct`.
     color : {"height", "deviation", "mean", "gaussian", "zebra"}, default "height"
-        What the surface's colours mean: height; the local mean of the signed distances from
-        points to surface, positive on the normal's side; mean or Gaussian curvature; or the
-        stripes of a lamp box that it mirrors, which break where its tangent planes do.
+        The quantity that the surface's colors show: height; the local mean of the signed distances
+        from points to surface, positive on the side of the normal; mean or Gaussian curvature; or
+        zebra stripes, which have a kink where the tangent plane has one.
     tolerance : float, optional
-        Where the colours of the deviation end, in the points' unit; by default at the 99th
-        percentile of what is seen.
+        The deviation at the ends of the color scale, in the points' unit; by default the 99th
+        percentile of the shown values.
     unit : str, default ""
         Name of the points' unit, for the legend.
     isolines : int, default 20
         Isoparametric lines across the longer direction; 0 for none.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
-        Who draws. PyVista shows the surface alone, to be turned with the mouse.
+        The library that draws. PyVista shows surface and points in a window that is turned with
+        the mouse.
 
     Returns
     -------
     matplotlib.figure.Figure or pyvista.Plotter
-        The figure is free of pyplot: it needs no display, and nothing keeps it open.
+        The figure does not use pyplot: it needs no display and no call to close it.
 
     Raises
     ------
     NeurbsError
-        If an option is not one of these.
+        If an argument is wrong.
 
     Examples
     --------
@@ -85,7 +86,7 @@ def plot_reconstruction(
     """
     deviation = Deviation.of_result(result) if color == "deviation" else None
     if _is_pyvista(backend):
-        from neurbs.plot.vista import surface_plotter
+        from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
             result.surface,
@@ -96,19 +97,19 @@ def plot_reconstruction(
             unit=unit,
             isolines=isolines,
         )
-    frame = Frame.around(result.points, result.mesh.vertices)
-    figure = new_figure(2 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
+    box = AxesBox.around(result.points, result.mesh.vertices)
+    figure = new_figure(2 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
     lattice = result.som.codebook_
     share = _PANEL / figure.get_figwidth()
     title = f"{len(result.points):,} points, {_size(lattice)} lattice"
-    left = add_panel(figure, frame, title, 0.0, share)
+    left = add_panel(figure, box, title, 0.0, share)
     draw_points(left, result.points)
     draw_net(left, lattice)
     surface = result.surface
-    right = add_panel(figure, frame, _surface_title(surface), share, share)
+    right = add_panel(figure, box, _surface_title(surface), share, share)
     scale = draw_surface(
         right,
-        frame,
+        box,
         surface,
         color,
         points=result.points if color == "height" else None,
@@ -139,20 +140,20 @@ def plot_surface(
     surface : NurbsSurface
         The surface.
     points : array_like of shape (n, 3), optional
-        Points to draw with it, and to measure the deviation of.
+        Points to draw, and to measure the deviation from the surface.
     color : {"height", "deviation", "mean", "gaussian", "zebra"}, optional
-        What colours mean, as in `plot_reconstruction`; by default the deviation if there are
-        points, else the height.
+        The quantity that colors show, as in `plot_reconstruction`; by default the deviation if
+        there are points, else the height.
     tolerance : float, optional
-        Where the colours of the deviation end, in the points' unit.
+        The deviation at the ends of the color scale, in the points' unit.
     unit : str, default ""
         Name of the points' unit, for the legend.
     isolines : int, default 20
         Isoparametric lines across the longer direction; 0 for none.
     control_net : bool, default False
-        Whether the control net is drawn, too.
+        Whether to draw the control net.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
-        Who draws.
+        The library that draws.
 
     Returns
     -------
@@ -161,7 +162,7 @@ def plot_surface(
     Raises
     ------
     NeurbsError
-        If an option is not one of these.
+        If an argument is wrong.
 
     Examples
     --------
@@ -176,7 +177,7 @@ def plot_surface(
     needed = color == "deviation" and cloud is not None
     deviation = Deviation.of(surface, cloud) if needed and cloud is not None else None
     if _is_pyvista(backend):
-        from neurbs.plot.vista import surface_plotter
+        from neurbs.plot.pyvista_scene import surface_plotter
 
         return surface_plotter(
             surface,
@@ -192,13 +193,13 @@ def plot_surface(
     drawn = [surface.tessellate(shape=(60, 60)).vertices]
     drawn += [net.reshape(-1, 3)] if control_net else []
     drawn += [] if cloud is None else [cloud]
-    frame = Frame.around(*drawn)
-    figure = new_figure(1.1 * _PANEL + _legend_width(color), frame.height * _PANEL, _DPI)
+    box = AxesBox.around(*drawn)
+    figure = new_figure(1.1 * _PANEL + _legend_width(color), box.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, frame, _surface_title(surface), 0.0, share)
+    axes = add_panel(figure, box, _surface_title(surface), 0.0, share)
     scale = draw_surface(
         axes,
-        frame,
+        box,
         surface,
         color,
         points=cloud,
@@ -221,12 +222,12 @@ def plot_map(
     Parameters
     ----------
     som : SelfOrganizingMap
-        A map that has learned.
+        A trained map.
     points : array_like of shape (n, 3), optional
-        Points to draw with it.
+        Points to draw with the map.
     color : {"u-matrix", "hits"}, optional
-        What the cells of a lattice are coloured by: mean distance to the neighbours, or points
-        that a node is the nearest of.
+        The quantity that the colors of the cells show: the mean distance of a node to its
+        neighbors, or the number of points nearest to it.
 
     Returns
     -------
@@ -235,8 +236,8 @@ def plot_map(
     Raises
     ------
     NeurbsError
-        If `color` is not one of these, needs points that are not given, or the lattice is a graph,
-        which has no cells.
+        If `color` is unknown, ``"hits"`` is given without points, or the lattice is a graph, which
+        has no cells.
 
     Examples
     --------
@@ -249,13 +250,13 @@ def plot_map(
     """
     cloud = None if points is None else _core.as_points(points)
     nodes = som.codebook_.reshape(-1, 3)
-    frame = Frame.around(nodes, *([] if cloud is None else [cloud]))
-    # Read as the map gives them: a graph has no rows.
+    box = AxesBox.around(nodes, *([] if cloud is None else [cloud]))
+    # A graph has no rows and columns.
     name = f"{_size(som.codebook_)} lattice" if som.codebook_.ndim == 3 else f"{len(nodes)} nodes"
     title = name if cloud is None else f"{name}, {len(cloud):,} points"
-    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), frame.height * _PANEL, _DPI)
+    figure = new_figure(1.1 * _PANEL + (_LEGEND if color else 0.0), box.height * _PANEL, _DPI)
     share = 1.1 * _PANEL / figure.get_figwidth()
-    axes = add_panel(figure, frame, title, 0.0, share)
+    axes = add_panel(figure, box, title, 0.0, share)
     if cloud is not None:
         draw_points(axes, cloud)
     if color is not None:
@@ -268,14 +269,14 @@ def plot_map(
 
 
 def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
-    """Draw points alone, thinned evenly if they are many.
+    """Draw points, or a sample of many.
 
     Parameters
     ----------
     points : array_like of shape (n, 3) or (n, 2)
         The points.
     backend : {"matplotlib", "pyvista"}, default "matplotlib"
-        Who draws.
+        The library that draws.
 
     Returns
     -------
@@ -283,18 +284,18 @@ def plot_points(points: ArrayLike, *, backend: str = "matplotlib") -> Any:
     """
     cloud = _core.as_points(points)
     if _is_pyvista(backend):
-        from neurbs.plot.vista import points_plotter
+        from neurbs.plot.pyvista_scene import points_plotter
 
         return points_plotter(cloud)
-    frame = Frame.around(cloud)
-    figure = new_figure(1.1 * _PANEL, frame.height * _PANEL, _DPI)
-    draw_points(add_panel(figure, frame, f"{len(cloud):,} points"), cloud)
+    box = AxesBox.around(cloud)
+    figure = new_figure(1.1 * _PANEL, box.height * _PANEL, _DPI)
+    draw_points(add_panel(figure, box, f"{len(cloud):,} points"), cloud)
     return figure
 
 
 def save_picture(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write a figure as PNG; the file is whole or not there."""
-    with replacement(Path(path)) as new:
+    """Write a figure as PNG; the file is complete or does not exist."""
+    with atomic_write(Path(path)) as new:
         figure.savefig(new, format="png", dpi="figure")
 
 
@@ -302,23 +303,25 @@ def _node_values(
     som: SelfOrganizingMap, points: NDArray[np.float64] | None, color: str
 ) -> Coloring:
     if color not in _NODE_COLORS:
-        raise NeurbsError(f"color must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
+        raise argument_error("color", f"must be one of {', '.join(_NODE_COLORS)}, got {color!r}")
     if som.codebook_.ndim != 3:
-        raise NeurbsError(f"color={color!r} must have a lattice with cells, got a graph")
+        raise argument_error(
+            "color", f"must be None for a graph, which has no cells, got {color!r}"
+        )
     if color == "hits":
         if points is None:
-            raise NeurbsError("color='hits' must have points to count, got none")
+            raise argument_error("color", "must not be 'hits' without points")
         values, label = som.hits(points).astype(float), "points nearest to a node"
     else:
-        values, label = som.u_matrix(), "mean distance to the neighbours"
-    return Coloring(values, values.min(), max(values.max(), values.min() + 1e-300), _NODES, label)
+        values, label = som.u_matrix(), "mean distance to the neighbors"
+    return Coloring(values, values.min(), max(values.max(), values.min() + 1e-300), _CELLS, label)
 
 
 def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> None:
-    """Fill the cells of a lattice, each quarter with the colour of its node."""
+    """Fill the cells of a lattice; each quarter of a cell has the color of its node."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    # Twice as fine, so that each node has the quarters of cells around it.
+    # A lattice of double resolution, whose cells are the quarters.
     fine = lattice
     for axis in (0, 1):
         moved = np.moveaxis(fine, axis, 0)
@@ -327,15 +330,15 @@ def _draw_cells(axes: Any, lattice: NDArray[np.float64], scale: Coloring) -> Non
     corners = (fine[:-1, :-1], fine[1:, :-1], fine[1:, 1:], fine[:-1, 1:])
     quarters = np.stack(corners, axis=2).reshape(-1, 4, 3)
     rows, cols = (np.arange(1, 2 * count - 1) // 2 for count in lattice.shape[:2])
-    colours = scale.rgba()[np.ix_(rows, cols)].reshape(-1, 4)
+    colors = scale.rgba()[np.ix_(rows, cols)].reshape(-1, 4)
     axes.add_collection3d(
-        Poly3DCollection(quarters, facecolors=colours, edgecolors=colours, linewidths=0.4)
+        Poly3DCollection(quarters, facecolors=colors, edgecolors=colors, linewidths=0.4)
     )
 
 
 def _is_pyvista(backend: str) -> bool:
     if backend not in ("matplotlib", "pyvista"):
-        raise NeurbsError(f"backend must be 'matplotlib' or 'pyvista', got {backend!r}")
+        raise argument_error("backend", f"must be 'matplotlib' or 'pyvista', got {backend!r}")
     return backend == "pyvista"
 
 

@@ -1,4 +1,4 @@
-"""How results show themselves in a notebook."""
+"""HTML of results for notebooks."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import io
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from neurbs.plot.axes_box import number
 from neurbs.plot.figures import plot_map, plot_reconstruction, plot_surface
-from neurbs.plot.frame import number
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface, Reconstruction, SelfOrganizingMap
 
 _DPI = 50
-"""Dots an inch of the small picture."""
+"""Dots per inch of the picture."""
 
 
 def reconstruction_html(result: Reconstruction) -> str:
-    """Return a picture of a result and a table of how it went, as HTML."""
+    """Return a picture and the main figures of a result as HTML."""
     report = result.report
     rows = {
         "surface": repr(result.surface),
@@ -30,7 +30,7 @@ def reconstruction_html(result: Reconstruction) -> str:
 
 
 def surface_html(surface: NurbsSurface) -> str:
-    """Return a picture of a surface and a table of its properties, as HTML."""
+    """Return a picture and the properties of a surface as HTML."""
     low, high = surface.bounding_box(tight=False)
     size = " × ".join(number(float(f"{side:.6g}")) for side in high - low)
     return _card(
@@ -39,11 +39,11 @@ def surface_html(surface: NurbsSurface) -> str:
 
 
 def map_html(som: SelfOrganizingMap) -> str:
-    """Return a picture of a map and a table of its training, as HTML; untrained, its settings."""
+    """Return a picture and the training of a map as HTML; for an untrained map its settings."""
     rows = {"settings": repr(som)}
     if not som.__sklearn_is_fitted__():
         return _card("SelfOrganizingMap", rows, None)
-    rows |= {"steps": f"{som.n_iter_:,}", "ended by": som.stopped_by_}
+    rows |= {"steps": f"{som.n_iter_:,}", "stopped by": som.stopped_by_}
     return _card("SelfOrganizingMap", rows, lambda: plot_map(som))
 
 

@@ -1,4 +1,4 @@
-"""The report: one page that shows a result, in any browser, without a network."""
+"""The report of a reconstruction: an HTML page that needs no network."""
 
 from neurbs.report.page import write, write_page
 

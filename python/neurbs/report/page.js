@@ -8,7 +8,7 @@ for (const [name, figure] of Object.entries(figures)) {
   if (figure.data.length) {
     Plotly.newPlot(place, figure.data, figure.layout, config);
   } else {
-    place.textContent = "The job was done before it could tell how it went.";
+    place.textContent = "The job reported no steps.";
   }
 }
 

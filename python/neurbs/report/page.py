@@ -1,4 +1,4 @@
-"""The page of the report: figures, numbers, settings and the command to repeat it."""
+"""The page of the report: figures, tables, settings and the command that repeats the job."""
 
 from __future__ import annotations
 
@@ -20,15 +20,16 @@ import neurbs
 from neurbs import _core, candidate
 from neurbs._core import NeurbsError
 from neurbs.deviation import Deviation
+from neurbs.errors import argument_error
 from neurbs.extras import require
-from neurbs.io.replacement import replacement
-from neurbs.report import view
+from neurbs.io.atomic_write import atomic_write
+from neurbs.report.figures import MAX_POINTS, convergence, histogram, scene
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
 
-_SHARES = (50.0, 90.0, 95.0, 99.0)
-"""Percentiles that are told."""
+_PERCENTS = (50.0, 90.0, 95.0, 99.0)
+"""Percentiles in the report."""
 
 
 def write(
@@ -39,32 +40,31 @@ def write(
     unit: str = "",
     source: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Write a page that shows how good a result is; `Reconstruction.write_report` is this function.
+    """Write an HTML page about a result; `Reconstruction.write_report` is this function.
 
-    One file of some 5 to 8 MB, which any browser opens without a network: the surface to turn, in
-    the colours of its deviation; the points (a sample of at most 60,000); the histogram of
-    distances and their measures; how the error fell; settings, version, and the command to repeat
-    it.
+    The page is one file of about 5 to 8 MB, for any browser without a network. It has the surface
+    in 3D, colored by the deviation; the points, or a sample of many; a histogram and measures of
+    the deviations; the convergence; settings, version and the command that repeats the job.
 
     Parameters
     ----------
     result : Reconstruction
-        What `neurbs.reconstruct` returned.
+        The result of `neurbs.reconstruct`.
     path : path
-        The page, ``.html``. It is written beside its place and then renamed.
+        The page, with the suffix ``.html``. The file is complete or does not exist.
     tolerance : float, optional
-        The distance within which points shall be, in their unit; by default the one that the
-        result was made with, if there was one.
+        The tolerance for the points, in their unit; by default the tolerance of the result, if it
+        has one.
     unit : str, default ""
         Name of the points' unit.
     source : path, optional
-        The file that the points came from, for the title and the command.
+        The file of the points, for the title and the command.
 
     Raises
     ------
     NeurbsError
-        If `tolerance` is not positive, the suffix is not that of a page, or plotly, which draws
-        it, is not installed: ``pip install 'neurbs[report]'``.
+        If `tolerance` is not positive, the suffix is not ``.html``, or plotly is not installed:
+        ``pip install 'neurbs[report]'``.
     OSError
         If the file cannot be written.
 
@@ -79,8 +79,8 @@ def write(
     path = Path(path)
     if path.suffix.lower() not in (".html", ".htm"):
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        raise NeurbsError(f"{path}: a report is written as .html, got {got}")
-    with replacement(path) as new:
+        raise NeurbsError(f"{path}: a report must have the suffix .html, got {got}")
+    with atomic_write(path) as new:
         write_page(result, new, tolerance=tolerance, unit=unit, source=source)
 
 
@@ -92,17 +92,17 @@ def write_page(
     unit: str = "",
     source: str | os.PathLike[str] | None = None,
 ) -> None:
-    """Write the page to a file of any name, in its place; otherwise as `write`."""
+    """Write the page directly to a file of any name; otherwise as `write`."""
     if tolerance is None:
         tolerance = result.settings.get("tolerance")
     if tolerance is not None and not 0 < tolerance < math.inf:
-        raise NeurbsError(f"tolerance must be positive and finite, got {tolerance}")
+        raise argument_error("tolerance", f"must be positive and finite, got {tolerance}")
     offline: Any = require("plotly.offline", "reports")
     deviation = Deviation.of_result(result)
     figures = {
-        "view": view.scene(result, deviation, tolerance, unit),
-        "histogram": view.histogram(deviation, tolerance, unit),
-        "convergence": view.convergence(result, unit),
+        "view": scene(result, deviation, tolerance, unit),
+        "histogram": histogram(deviation, tolerance, unit),
+        "convergence": convergence(result, unit),
     }
     name = html.escape(Path(source).name) if source else "Reconstruction"
     content = Template(_resource("page.html")).substitute(
@@ -126,7 +126,7 @@ def write_page(
 
 
 def _json_in_script(document: Any) -> str:
-    """Return JSON without any character that HTML could take for markup, within a script too."""
+    """Return JSON in which characters of HTML markup are escaped."""
     signs = {ord(sign): f"\\u{ord(sign):04x}" for sign in "<>&"}
     return json.dumps(document).translate(signs)
 
@@ -136,9 +136,9 @@ def _resource(name: str) -> str:
 
 
 def _figures(result: Reconstruction) -> dict[str, Any]:
-    """Return the report but for what has a table of its own."""
-    apart = ("candidates", "diagnostics")
-    return {name: value for name, value in result.report.to_dict().items() if name not in apart}
+    """Return the report without candidates and diagnostics, which have their own tables."""
+    tables = ("candidates", "diagnostics")
+    return {name: value for name, value in result.report.to_dict().items() if name not in tables}
 
 
 def _candidates(result: Reconstruction) -> str:
@@ -157,7 +157,7 @@ def _row(cell: str, texts: Iterable[str]) -> str:
 
 
 def _diagnostics(result: Reconstruction) -> str:
-    """Return what one should know, and whether the surface is valid."""
+    """Return the table of diagnostics, with the validity of the surface."""
     report = result.report
     found = {diagnostic.code: diagnostic.message for diagnostic in report.diagnostics}
     return f"<h2>Diagnostics</h2>{_table({'valid': 'yes' if report.valid else 'no'} | found)}"
@@ -190,7 +190,7 @@ def _measures(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
         "mean, signed": _length(deviation.mean, unit),
         **{
             f"{share:g} % of the points within": _length(distance, unit)
-            for share, distance in deviation.percentiles(*_SHARES).items()
+            for share, distance in deviation.percentiles(*_PERCENTS).items()
         },
         "largest": _length(deviation.max, unit),
         "within tolerance": within,
@@ -198,12 +198,12 @@ def _measures(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
 
 
 def _shown(points: int, inliers: int) -> str:
-    """Say which points are shown, and which of them are measured."""
+    """Return a sentence about the points that are shown and measured."""
     left_out = points - inliers
-    among = f"all but the {left_out:,} that do not count" if left_out else "all"
-    if inliers <= view.MOST_POINTS:
-        return f"Of {points:,} points {among} are shown."
-    return f"A sample of {view.MOST_POINTS:,} of {points:,} points is shown; {among} are measured."
+    measured = f"all except {left_out:,} that were left out of the fit" if left_out else "all"
+    if inliers <= MAX_POINTS:
+        return f"Of {points:,} points {measured} are shown."
+    return f"A sample of {MAX_POINTS:,} of {points:,} points is shown; {measured} are measured."
 
 
 def _length(value: float, unit: str) -> str:
@@ -236,25 +236,25 @@ def _table(rows: Mapping[str, str]) -> str:
 
 
 class _Name(str):
-    """What stands for an array: the name of the parameter."""
+    """The name of an argument, in the place of an array."""
 
     __repr__ = str.__str__
 
 
 def _named(name: str, value: Any) -> Any:
-    """Return a setting as it is, or its name for an array."""
-    # Words and numbers have one element, and rows and columns are two.
-    return value if np.size(value) <= 2 else _Name(name)
+    """Return a setting, or its name for an array."""
+    # `axis_scale` has three elements, other settings have fewer, and arrays have more.
+    return value if np.size(value) <= 3 else _Name(name)
 
 
 def _function(result: Reconstruction) -> str:
     """Return the name of the function that made the result."""
-    # Nothing is fitted by the paper's method.
+    # Only the paper's method has no fairness.
     return "reconstruct_paper" if result.report.fairness is None else "reconstruct"
 
 
 def _changed(result: Reconstruction) -> dict[str, Any]:
-    """Return the settings that are not the defaults."""
+    """Return the settings that differ from the defaults."""
     parameters = inspect.signature(getattr(neurbs, _function(result))).parameters
     settings = {name: _named(name, value) for name, value in result.settings.items()}
     return {
@@ -271,7 +271,7 @@ def _command(result: Reconstruction, source: str | os.PathLike[str] | None) -> s
         option = name.replace("_", "-")
         match value:
             case _Name():
-                return f"# Not by a command: {name} are an array."
+                return f"# There is no command for this call, because {name} is an array."
             case bool():
                 words.append(f"--{option}" if value else f"--no-{option}")
             case tuple() | list():

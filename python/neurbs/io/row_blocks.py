@@ -1,4 +1,4 @@
-"""Rows of large arrays, a block at a time: Ctrl-C is heard in between."""
+"""Large arrays in blocks of rows: Ctrl-C is handled between two blocks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from neurbs.io.point_cloud import BLOCK
 
 
 def row_blocks(rows: int) -> Iterator[slice]:
-    """Cut so many rows into blocks.
+    """Return the slices of a number of rows, one for each block.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def row_blocks(rows: int) -> Iterator[slice]:
 def write_rows(
     file: BinaryIO, record: np.dtype[np.void], columns: Mapping[str, NDArray[Any]]
 ) -> None:
-    """Write a table of which each row is one `record`; fields without a column are zero."""
+    """Write a table whose rows are of type `record`; fields without a column are 0."""
     for part in row_blocks(len(next(iter(columns.values())))):
         table = np.zeros(part.stop - part.start, record)
         for name, values in columns.items():
@@ -34,18 +34,18 @@ def write_rows(
 
 
 def blocks_of(array: NDArray[Any]) -> Iterator[NDArray[Any]]:
-    """Give the rows of an array, a block at a time."""
+    """Yield the rows of an array in blocks."""
     return (array[part] for part in row_blocks(len(array)))
 
 
 def write_blocks(file: BinaryIO, blocks: Iterable[NDArray[Any]], dtype: str) -> None:
-    """Write arrays as numbers of this type."""
+    """Write arrays as numbers of a type."""
     for block in blocks:
         file.write(block.astype(dtype).tobytes())
 
 
 def bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the least and the largest of each coordinate."""
+    """Return the smallest and the largest value of each coordinate."""
     corners = [(block.min(axis=0), block.max(axis=0)) for block in blocks_of(points)]
     low, high = zip(*corners, strict=True)
     return np.min(low, axis=0), np.max(high, axis=0)

@@ -1,31 +1,33 @@
-"""The figures of the report, as plotly.js takes them."""
+"""The figures of the report as data for plotly.js."""
 
 from __future__ import annotations
 
 import base64
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from neurbs import Reconstruction
 from neurbs.deviation import Deviation
+from neurbs.plot.axes_box import INK, PALE, AxesBox, sample
 from neurbs.plot.coloring import NO_DATA, SIDES, Coloring, coloring
-from neurbs.plot.frame import INK, PALE, Frame, sample
-from neurbs.plot.scene import NET
+from neurbs.plot.matplotlib_scene import NET
+
+if TYPE_CHECKING:
+    from neurbs import Reconstruction
 
 _FACETS = 160
 """Facets along each side of the surface."""
 
-_BETWEEN = 8
-"""Facets from one isoparametric line to the next."""
+_LINE_STEP = 8
+"""Facets between two isoparametric lines."""
 
-_LIFT = 0.002
-"""How far on either side of the surface those lines are drawn, as a share of the box's diagonal:
-what lies within it is hidden."""
+_OFFSET = 0.002
+"""Distance of the isoparametric lines from both sides of the surface, which would hide them. Unit:
+diagonal of the box."""
 
-MOST_POINTS = 60_000
-"""Points in the page: 1.3 MB of it."""
+MAX_POINTS = 60_000
+"""Most points in the page, which take 1.3 MB."""
 
 _BARS = 60
 """Bars of the histogram."""
@@ -36,21 +38,21 @@ _FONT = {"family": "system-ui, sans-serif", "size": 13, "color": INK}
 def scene(
     result: Reconstruction, deviation: Deviation, tolerance: float | None, unit: str
 ) -> dict[str, Any]:
-    """Return the figure to turn: surface, points, isoparametric lines and control net.
+    """Return the 3D figure: surface, points, isoparametric lines and control net.
 
-    The `meta` of each trace names it for the page's switches.
+    The checkboxes of the page select traces by their `meta`.
     """
     surface = result.surface
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
     grid, normals = surface.normals_grid(u, v)
     points = result.points[result.inliers]
-    frame = Frame.around(points, grid.reshape(-1, 3))
-    # Browsers draw in single precision: coordinates count from a near origin.
-    origin = np.array([frame.origin(axis) for axis in range(3)])
+    box = AxesBox.around(points, grid.reshape(-1, 3))
+    # Browsers draw in single precision, so coordinates are relative to an origin near the box.
+    origin = np.array([box.origin(axis) for axis in range(3)])
     scale = coloring(
         surface, u, v, "deviation", deviation=deviation, tolerance=tolerance, unit=unit
     )
-    chosen = sample(len(points), MOST_POINTS)
+    chosen = sample(len(points), MAX_POINTS)
     traces = [
         *_surfaces(grid - origin, scale),
         {
@@ -65,17 +67,17 @@ def scene(
             },
             "hovertemplate": "%{marker.color:.4g}<extra>point</extra>",
         },
-        _lines("isolines", _isolines(grid, normals, frame) - origin, INK, 1.0, visible=True),
+        _lines("isolines", _isolines(grid, normals, box) - origin, INK, 1.0, visible=True),
         _lines("net", _net(surface.control_points) - origin, NET, 2.0, visible=False),
     ]
     axes = {
         f"{'xyz'[axis]}axis": {
-            "title": {"text": frame.label(axis)},
-            "range": (np.array([frame.low[axis], frame.high[axis]]) - origin[axis]).tolist(),
+            "title": {"text": box.label(axis)},
+            "range": (np.array([box.low[axis], box.high[axis]]) - origin[axis]).tolist(),
             "backgroundcolor": "white",
             "gridcolor": PALE,
             "zeroline": False,
-            "nticks": int(2 + 4 * frame.drawn[axis] / frame.drawn.max()),
+            "nticks": int(2 + 4 * box.drawn[axis] / box.drawn.max()),
         }
         for axis in range(3)
     }
@@ -86,9 +88,7 @@ def scene(
         "scene": {
             **axes,
             "aspectmode": "manual",
-            "aspectratio": dict(
-                zip("xyz", (frame.drawn / frame.drawn.max()).tolist(), strict=True)
-            ),
+            "aspectratio": dict(zip("xyz", (box.drawn / box.drawn.max()).tolist(), strict=True)),
             "camera": {"eye": {"x": 0.85, "y": -1.25, "z": 0.95}, "center": {"z": -0.12}},
         },
     }
@@ -96,20 +96,20 @@ def scene(
 
 
 def histogram(deviation: Deviation, tolerance: float | None, unit: str) -> dict[str, Any]:
-    """Return the figure of how many points are how far away."""
+    """Return the histogram of the signed distances."""
     limit = float(np.percentile(deviation.distances, 99.5)) or 1.0
     limit = max(limit, 1.1 * (tolerance or 0.0))
     edges = np.linspace(-limit, limit, _BARS + 1)
-    # What lies beyond is counted at the ends.
+    # Points outside of the limits are in the bins at the ends.
     counts, _ = np.histogram(np.clip(deviation.signed, -limit, limit), edges)
-    centres = (edges[1:] + edges[:-1]) / 2
+    centers = (edges[1:] + edges[:-1]) / 2
     bars = {
         "type": "bar",
-        "x": _packed(centres),
+        "x": _packed(centers),
         "y": _packed(100 * counts / len(deviation.signed)),
         "width": edges[1] - edges[0],
         "marker": {
-            "color": _packed(centres),
+            "color": _packed(centers),
             "colorscale": _colorscale(SIDES),
             "cmid": 0,
             "line": {"width": 0.5, "color": PALE},
@@ -133,11 +133,13 @@ def histogram(deviation: Deviation, tolerance: float | None, unit: str) -> dict[
 
 
 def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
-    """Return the figure of how the error fell, a curve for each stage."""
+    """Return the figure of the error by step, with a curve for each stage."""
     stages = list(dict.fromkeys(stage for stage, _, _ in result.history))
     traces = []
     for stage in stages:
-        steps, errors = zip(*(news[1:] for news in result.history if news[0] == stage), strict=True)
+        steps, errors = zip(
+            *(entry[1:] for entry in result.history if entry[0] == stage), strict=True
+        )
         traces.append(
             {
                 "type": "scatter",
@@ -151,17 +153,17 @@ def convergence(result: Reconstruction, unit: str) -> dict[str, Any]:
             }
         )
     layout = _layout("steps", f"mean distance to the map, {unit or 'in the unit of the points'}")
-    told = [error for *_, error in result.history]
-    falls_far = told and max(told) > 10 * min(told) > 0
+    every = [error for *_, error in result.history]
+    falls_far = every and max(every) > 10 * min(every) > 0
     layout["yaxis"] |= {"type": "log", "dtick": "D2"} if falls_far else {"rangemode": "tozero"}
     layout["colorway"] = [NET, "#e2572b", "#2c6e63"]
     return {"data": traces, "layout": layout}
 
 
 def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]]:
-    """Draw the surface in colours, and in grey where there is no point nearby."""
+    """Return the colored surface, and a gray one for places without points near."""
     missing = np.isnan(scale.values)
-    # A facet is left out if one corner is: the grey part reaches one corner farther.
+    # A facet is left out if one of its corners is, so the gray part extends by one corner.
     around = np.pad(missing, 1)
     for axis in (0, 1):
         around = around | np.roll(around, 1, axis) | np.roll(around, -1, axis)
@@ -174,7 +176,7 @@ def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]
         "contours": {axis: {"highlight": False} for axis in "xyz"},
         "lighting": {"ambient": 0.6, "diffuse": 0.45, "specular": 0.05, "roughness": 0.8},
     }
-    coloured = common | {
+    colored = common | {
         "z": _packed(np.where(missing, np.nan, z)),
         "surfacecolor": _packed(np.nan_to_num(scale.values)),
         **_scale(scale, "c"),
@@ -186,13 +188,13 @@ def _surfaces(grid: NDArray[np.float64], scale: Coloring) -> list[dict[str, Any]
         },
         "hovertemplate": "%{surfacecolor:.4g}<extra>surface</extra>",
     }
-    grey = common | {
+    gray = common | {
         "z": _packed(np.where(around[1:-1, 1:-1], z, np.nan)),
         "colorscale": [[0, NO_DATA], [1, NO_DATA]],
         "showscale": False,
-        "hovertemplate": "no point nearby<extra></extra>",
+        "hovertemplate": "no points near<extra></extra>",
     }
-    return [coloured, grey] if missing.any() else [coloured]
+    return [colored, gray] if missing.any() else [colored]
 
 
 def _scale(scale: Coloring, prefix: str) -> dict[str, Any]:
@@ -221,24 +223,24 @@ def _lines(
 
 
 def _net(net: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.concatenate([_broken(net), _broken(net.swapaxes(0, 1))])
+    return np.concatenate([_joined(net), _joined(net.swapaxes(0, 1))])
 
 
 def _isolines(
-    grid: NDArray[np.float64], normals: NDArray[np.float64], frame: Frame
+    grid: NDArray[np.float64], normals: NDArray[np.float64], box: AxesBox
 ) -> NDArray[np.float64]:
-    """Lines on both sides of the surface, across it as it is drawn."""
-    across = normals / frame.factor
-    across /= np.linalg.norm(across, axis=2, keepdims=True)
-    lift = _LIFT * np.linalg.norm(frame.drawn) * across / frame.factor
-    sides = (grid + lift, grid - lift)
-    along_v = [_broken(side[::_BETWEEN]) for side in sides]
-    along_u = [_broken(side[:, ::_BETWEEN].swapaxes(0, 1)) for side in sides]
+    """Return isoparametric lines on both sides of the surface, along its drawn normals."""
+    drawn = normals / box.factor
+    drawn /= np.linalg.norm(drawn, axis=2, keepdims=True)
+    offset = _OFFSET * np.linalg.norm(box.drawn) * drawn / box.factor
+    sides = (grid + offset, grid - offset)
+    along_v = [_joined(side[::_LINE_STEP]) for side in sides]
+    along_u = [_joined(side[:, ::_LINE_STEP].swapaxes(0, 1)) for side in sides]
     return np.concatenate(along_v + along_u)
 
 
-def _broken(lines: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Lay lines end to end, with NaN between them."""
+def _joined(lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Join lines to one array, with NaN between two lines."""
     return np.pad(lines, ((0, 0), (0, 1), (0, 0)), constant_values=np.nan).reshape(-1, 3)
 
 
@@ -247,7 +249,7 @@ def _coordinates(points: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _packed(values: ArrayLike) -> dict[str, str]:
-    """Write numbers as plotly.js's typed arrays: single precision in base64."""
+    """Return numbers as a typed array of plotly.js: single precision in base64."""
     array = np.ascontiguousarray(values, dtype="<f4")
     packed = {"dtype": "f4", "bdata": base64.b64encode(array.tobytes()).decode()}
     return packed | ({"shape": ", ".join(map(str, array.shape))} if array.ndim > 1 else {})

@@ -1,4 +1,4 @@
-"""The box that is drawn: its proportions, its axes, and where the viewer stands."""
+"""The 3D axes of Matplotlib: bounding box, proportions, labels and view."""
 
 from __future__ import annotations
 
@@ -14,40 +14,40 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, PALE = "#22313f", "#d5dade"
-"""Colours of text, and of what frames the picture."""
+"""Colors of text and of lines around the picture."""
 
-_FLATTEST = 0.25
-"""Share of the longest axis that any other is drawn at: a shorter one is exaggerated."""
+_MIN_RATIO = 0.25
+"""Smallest ratio of a drawn side to the longest; a shorter side is drawn longer."""
 
 _FAR = 20.0
-"""Coordinates larger than this many extents are labelled from a nearer origin."""
+"""Coordinates larger than this many extents have labels relative to an origin near the box."""
 
-_FILLED, _ACROSS, _UPWARDS = 0.92, 0.9, 0.78
-"""Share of a square panel that its view fills, and shares of the view that the box may fill."""
+_FILLED, _MAX_WIDTH, _MAX_HEIGHT = 0.92, 0.9, 0.78
+"""Share of a square panel for the view, and largest shares of the view for the box."""
 
 _MARGINS = 0.21
-"""Room for title and labels above and below the box, as a share of the panel's width."""
+"""Height for title and labels above and below the box, as a share of the panel's width."""
 
 _ELEVATION, _AZIMUTH = np.radians([35.0, -60.0])
-"""Where the viewer stands."""
+"""Direction of the viewer, in radians."""
 
 
 @dataclass(frozen=True)
-class Frame:
-    """The box that is drawn, and how: true to scale but for the factor of each axis."""
+class AxesBox:
+    """A bounding box with the factor by which each of its axes is drawn longer."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     factor: NDArray[np.float64]
 
     @classmethod
-    def around(cls, *points: NDArray[np.float64]) -> Frame:
-        """Frame all these points."""
+    def around(cls, *points: NDArray[np.float64]) -> AxesBox:
+        """AxesBox all these points."""
         low = np.min([p.min(axis=0) for p in points], axis=0)
         high = np.max([p.max(axis=0) for p in points], axis=0)
         extent = high - low
-        least = _FLATTEST * extent.max()
-        # A flat axis has nothing to exaggerate, but its box must have room for it.
+        least = _MIN_RATIO * extent.max()
+        # A flat axis is not drawn longer, but the box needs some extent.
         flat = extent < 1e-9 * extent.max()
         room = np.where(flat, least / 2, 0.02 * extent)
         factor = np.where(flat, 1.0, np.maximum(least / np.where(flat, 1.0, extent), 1.0))
@@ -55,25 +55,25 @@ class Frame:
 
     @property
     def drawn(self) -> NDArray[np.float64]:
-        """Lengths of the box's sides as they are drawn."""
+        """Lengths of the drawn sides of the box."""
         return (self.high - self.low) * self.factor
 
     @property
     def seen(self) -> tuple[float, float]:
-        """Width and height of the box as it is seen, as shares of its diagonal."""
+        """Width and height of the box in the view, as shares of its diagonal."""
         across, upwards, _ = np.abs(view()) @ self.drawn / np.linalg.norm(self.drawn)
         return float(across), float(upwards)
 
     @property
     def height(self) -> float:
-        """Height of a panel that has no empty bands, as a share of its width."""
+        """Height of a panel without empty space, as a share of its width."""
         across, upwards = self.seen
-        share = _FILLED * min(_ACROSS * upwards / across, _UPWARDS) + _MARGINS
-        # In hundredths, so that pixels are whole.
+        share = _FILLED * min(_MAX_WIDTH * upwards / across, _MAX_HEIGHT) + _MARGINS
+        # In hundredths, so that the number of pixels is an integer.
         return min(float(np.ceil(100 * share)) / 100, 1.0)
 
     def origin(self, axis: int) -> float:
-        """Return the round number that labels of an axis count from: 0 unless it is far away."""
+        """Return the origin of the labels of an axis: 0, or a round number if the box is far."""
         low, high = self.low[axis], self.high[axis]
         if max(abs(low), abs(high)) <= _FAR * (high - low):
             return 0.0
@@ -81,7 +81,7 @@ class Frame:
         return float(np.round((low + high) / 2 / unit) * unit)
 
     def label(self, axis: int) -> str:
-        """Name an axis, with its origin and its exaggeration: ``(z − 5,000) × 3``."""
+        """Return the label of an axis with origin and factor: ``(z − 5,000) × 3``."""
         label, origin, factor = "xyz"[axis], self.origin(axis), self.factor[axis]
         if origin:
             label += f" {'−' if origin > 0 else '+'} {number(abs(origin))}"
@@ -91,19 +91,19 @@ class Frame:
 
 
 def number(value: float) -> str:
-    """Write a number with its thousands apart."""
+    """Format a number with thousands separators."""
     return f"{value:,.10g}".replace("-", "−")
 
 
-def sample(count: int, most: int) -> NDArray[np.int64]:
-    """Choose which of `count` points to show, evenly from all, the same ones each time."""
-    if count <= most:
+def sample(count: int, size: int) -> NDArray[np.int64]:
+    """Return the indices of at most `size` of `count` points, random but always the same."""
+    if count <= size:
         return np.arange(count)
-    return np.random.default_rng(0).choice(count, most, replace=False, shuffle=False)
+    return np.random.default_rng(0).choice(count, size, replace=False, shuffle=False)
 
 
 def view() -> NDArray[np.float64]:
-    """Find the unit vectors to the right, up, and towards the viewer, as rows."""
+    """Return the unit vectors to the right, up and toward the viewer, as rows."""
     sin_e, cos_e = np.sin(_ELEVATION), np.cos(_ELEVATION)
     sin_a, cos_a = np.sin(_AZIMUTH), np.cos(_AZIMUTH)
     right = [-sin_a, cos_a, 0.0]
@@ -112,7 +112,7 @@ def view() -> NDArray[np.float64]:
 
 
 def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
-    """Make a figure, in inches, that is free of pyplot: no display needed, nothing kept open."""
+    """Make a figure, in inches, without pyplot: it needs no display and no call to close it."""
     require("matplotlib", "pictures")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -123,40 +123,45 @@ def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
 
 
 def add_panel(
-    figure: Figure, frame: Frame, title: str, left: float = 0.0, width: float = 1.0
+    figure: Figure, box: AxesBox, title: str, left: float = 0.0, width: float = 1.0
 ) -> Any:
-    """Add a 3D view of the frame between `left` and `left + width` of the figure."""
+    """Add 3D axes for the box between `left` and `left + width` of the figure."""
     height = figure.get_figheight()
-    # Wider than its share and shifted to the left: labels of z stand at the right.
+    # Wider than its share and shifted to the left, as the labels of z are at the right.
     wide = 1.06 * width
-    side = min(height / frame.height, wide * figure.get_figwidth()) / height
-    # Lower than the middle: the title stands above. Where it leaves the figure, it is empty.
-    box = (left - 0.06 * width, 0.5 - 0.03 * side - 0.5 * _FILLED * side, wide, _FILLED * side)
-    axes: Any = figure.add_axes(box, projection="3d", computed_zorder=False)
+    side = min(height / box.height, wide * figure.get_figwidth()) / height
+    # Below the middle, as the title is above. The part outside the figure is empty.
+    rectangle = (
+        left - 0.06 * width,
+        0.5 - 0.03 * side - 0.5 * _FILLED * side,
+        wide,
+        _FILLED * side,
+    )
+    axes: Any = figure.add_axes(rectangle, projection="3d", computed_zorder=False)
     axes.set_proj_type("ortho")
     axes.view_init(np.degrees(_ELEVATION), np.degrees(_AZIMUTH))
-    # As large as the panel allows with room for labels, in units of Matplotlib's default.
-    across, upwards = frame.seen
-    axes.set_box_aspect(frame.drawn, zoom=min(_ACROSS / across, _UPWARDS / upwards))
-    axes.set(**{f"{x}lim": limits for x, *limits in zip("xyz", frame.low, frame.high, strict=True)})
+    # The largest zoom with room for labels, relative to Matplotlib's default.
+    across, upwards = box.seen
+    axes.set_box_aspect(box.drawn, zoom=min(_MAX_WIDTH / across, _MAX_HEIGHT / upwards))
+    axes.set(**{f"{x}lim": limits for x, *limits in zip("xyz", box.low, box.high, strict=True)})
     for index, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        _label(axis, frame, index)
+        _label(axis, box, index)
     figure.text(left + 0.48 * width, 1 - 0.07 * side, title, ha="center", size=17, color=INK)
     return axes
 
 
-def _label(axis: Any, frame: Frame, index: int) -> None:
+def _label(axis: Any, box: AxesBox, index: int) -> None:
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-    origin = frame.origin(index)
-    axis.set_label_text(frame.label(index), size=13, color=INK)
+    origin = box.origin(index)
+    axis.set_label_text(box.label(index), size=13, color=INK)
     axis.labelpad = 4 if index == 2 else 9
-    ticks = 2 + 3 * frame.drawn[index] / frame.drawn.max()
+    ticks = 2 + 3 * box.drawn[index] / box.drawn.max()
     axis.set_major_locator(MaxNLocator(int(ticks), steps=[1, 2, 5, 10]))
     axis.set_major_formatter(FuncFormatter(lambda value, _: number(value - origin)))
     axis.set_tick_params(labelsize=11, labelcolor=INK, color=PALE, pad=2)
     axis.set_pane_color("white")
     axis.pane.set_edgecolor(PALE)
     axis.line.set_color(PALE)
-    # Matplotlib has no public way to colour the grid of one 3D axis.
+    # Matplotlib has no public function for the grid color of a 3D axis.
     axis._axinfo["grid"].update(color="#eceff1", linewidth=0.8)

@@ -1,4 +1,4 @@
-"""What a map draws points from: a sampler, or chunks of any lengths."""
+"""A stream of points for the training of a map: from a sampler, or from chunks of any lengths."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from neurbs import _core
+from neurbs.errors import argument_error
 
 Source: TypeAlias = "Callable[[int, np.random.Generator], ArrayLike] | Iterable[ArrayLike]"
 """A callable ``source(count, rng)`` that returns points of shape (count, 3), or chunks."""
 
 
-class Draws:
-    """Points drawn from a source, as many as asked for, that can go on from a noted state."""
+class PointStream:
+    """Points from a source in portions of any size; it can be restored to a saved state."""
 
     def __init__(self, source: Source, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
         self._sampler = source if callable(source) else None
         if not callable(source) and not isinstance(source, Iterable):
-            raise _core.NeurbsError(
-                f"source must be a callable or an iterable of arrays, got {source!r}"
+            raise argument_error(
+                "source", f"must be a callable or an iterable of arrays, got {source!r}"
             )
         self._chunks = iter(()) if callable(source) else iter(source)
         self._left = np.empty((0, 3))
@@ -36,11 +37,11 @@ class Draws:
 
     @property
     def state(self) -> dict[str, Any]:
-        """Where the source stands, as plain values."""
+        """The state of the stream as values for JSON."""
         return {"given": self._given, "rng": self._rng.bit_generator.state}
 
-    def go_to(self, state: dict[str, Any]) -> None:
-        """Go on where the source stood; chunks come from their beginning, and are skipped."""
+    def restore(self, state: dict[str, Any]) -> None:
+        """Continue from a state; chunks start from the first one, and used points are skipped."""
         if self._sampler is None:
             self._next(state["given"])
         else:
@@ -56,8 +57,8 @@ class Draws:
             except StopIteration:
                 needed = self._given + count
                 raise _core.NeurbsError(
-                    f"chunks must hold at least {needed} points for this training, "
-                    f"got {needed - missing}: give more, or lower epochs or max_steps"
+                    f"chunks must have at least {needed} points for this training, "
+                    f"got {needed - missing}: give more, or lower `epochs` or `max_steps`"
                 ) from None
             parts.append(chunk)
             missing -= len(chunk)

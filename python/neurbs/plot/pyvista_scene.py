@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs.extras import require
+from neurbs.plot.axes_box import INK, sample
 from neurbs.plot.coloring import NO_DATA, coloring
-from neurbs.plot.frame import INK, sample
-from neurbs.plot.scene import NET, POINT
+from neurbs.plot.matplotlib_scene import NET, POINT
 
 if TYPE_CHECKING:
     from neurbs import NurbsSurface
     from neurbs.deviation import Deviation
 
 _FACETS = 240
-"""Facets along each side of the surface."""
+"""Facets along each side of a surface."""
 
-_MOST_POINTS = 200_000
-"""Points shown."""
+_MAX_POINTS = 200_000
+"""Most points that are drawn."""
 
 
 def surface_plotter(
@@ -34,9 +34,9 @@ def surface_plotter(
     isolines: int = 20,
     control_net: bool = False,
 ) -> Any:
-    """Make a plotter with the surface in it, whose `show` opens the window.
+    """Make a plotter with a surface; its method `show` opens the window.
 
-    Parameters are those of `neurbs.plot.plot_surface`.
+    The parameters are those of `neurbs.plot.plot_surface`.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def surface_plotter(
     Raises
     ------
     NeurbsError
-        If an option is wrong, or PyVista is not installed.
+        If an argument is wrong, or PyVista is not installed.
     """
     pyvista: Any = require("pyvista", "windows")
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
@@ -54,7 +54,7 @@ def surface_plotter(
     plotter.set_background("white")
     grid = surface.evaluate_grid(u, v)
     mesh = pyvista.StructuredGrid(*np.moveaxis(grid, 2, 0).copy())
-    # Too long for a line in the window.
+    # The label is too long for one line in the window.
     name = scale.label.replace(", ", "\n").replace(" (", "\n(") or color
     mesh[name] = scale.values.ravel(order="F")
     plotter.add_mesh(
@@ -80,7 +80,7 @@ def surface_plotter(
 
 
 def points_plotter(points: NDArray[np.float64]) -> Any:
-    """Make a plotter with points alone in it."""
+    """Make a plotter with points."""
     pyvista: Any = require("pyvista", "windows")
     plotter = pyvista.Plotter()
     plotter.set_background("white")
@@ -90,11 +90,11 @@ def points_plotter(points: NDArray[np.float64]) -> Any:
 
 
 def _add_points(plotter: Any, points: NDArray[np.float64]) -> None:
-    shown = points[sample(len(points), _MOST_POINTS)]
+    shown = points[sample(len(points), _MAX_POINTS)]
     plotter.add_points(shown, color=POINT, point_size=3)
 
 
 def _isolines(surface: NurbsSurface, count: int) -> list[NDArray[np.float64]]:
     u, v = (np.linspace(*ends, _FACETS + 1) for ends in surface.domain)
-    few_u, few_v = (np.linspace(*ends, max(2, count)) for ends in surface.domain)
-    return [*surface.evaluate_grid(few_u, v), *surface.evaluate_grid(u, few_v).swapaxes(0, 1)]
+    lines_u, lines_v = (np.linspace(*ends, max(2, count)) for ends in surface.domain)
+    return [*surface.evaluate_grid(lines_u, v), *surface.evaluate_grid(u, lines_v).swapaxes(0, 1)]

@@ -9,47 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
-from neurbs.io.extras import imported
+from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import Block, PointSource, Request
 
 
 def read_vertices(path: Path, request: Request) -> PointSource:
-    """Read the vertices of all meshes and point clouds of a scene, where they are placed."""
-    trimesh = imported(path, "trimesh")
+    """Read the vertices of all meshes and point clouds of a scene, in the frame of the scene."""
+    trimesh = require_for_file(path, "trimesh")
     try:
         scene = trimesh.load_scene(path, process=False)
     except MemoryError:
         raise
     except Exception as error:
-        # Its loaders raise whatever comes: KeyError, IndexError, struct.error, JSON's own.
+        # The loaders raise errors of any type: KeyError, IndexError, struct.error, JSON errors.
         raise NeurbsError(
-            f"{path}: must be a whole {path.suffix.lower()} file, but is damaged: {error}"
+            f"{path}: must be a complete {path.suffix.lower()} file, but is damaged: {error}"
         ) from None
     parts = [_part(scene, node, request) for node in scene.graph.nodes_geometry]
     if not any(len(part.points) for part in parts):
-        raise NeurbsError(f"{path}: must hold at least one point, but has no vertices")
+        raise NeurbsError(f"{path}: must have at least one point, but has no vertices")
     if path.suffix.lower() == ".stl":
-        parts = [Block(_once(part.points)) for part in parts]
+        parts = [Block(_distinct(part.points)) for part in parts]
     if any(part.colors is None for part in parts):
         parts = [Block(part.points) for part in parts]
-    # The standard of glTF knows no unit but the metre.
+    # The unit of the glTF standard is the meter.
     unit = "m" if path.suffix.lower() == ".glb" else None
     return PointSource(iter(parts), count=sum(len(part.points) for part in parts), unit=unit)
 
 
 def _part(scene: Any, node: str, request: Request) -> Block:
-    """Take the vertices of one node of a scene, and their colours if it has some."""
+    """Return the vertices of one node of a scene, with their colors if there are any."""
     transform, name = scene.graph[node]
     geometry = scene.geometry[name]
     points = geometry.vertices @ transform[:3, :3].T + transform[:3, 3]
     visual = getattr(geometry, "visual", None)
     colors = visual.vertex_colors if visual is not None and visual.kind == "vertex" else None
-    # Without colours, a point cloud has an empty array of them.
+    # A point cloud without colors has an empty array.
     colored = request.attributes and colors is not None and len(colors) == len(points)
     return Block(np.asarray(points), colors=np.asarray(colors)[:, :3] if colored else None)
 
 
-def _once(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Leave out points that have come before."""
+def _distinct(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points without repetitions, in their order."""
     _, first = np.unique(points, axis=0, return_index=True)
     return points[np.sort(first)]

@@ -1,4 +1,4 @@
-"""Points from a file, chosen by its suffix."""
+"""`neurbs.read_points` and `neurbs.read_point_cloud`: a reader for each suffix."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.errors import argument_error
 from neurbs.io.e57 import read_e57
 from neurbs.io.las import read_las
+from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
 from neurbs.io.pcd import read_pcd
@@ -23,7 +25,6 @@ from neurbs.io.ply import read_ply
 from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.text import read_pts, read_text
-from neurbs.io.vertices import read_vertices
 from neurbs.io.vtk import read_vtk
 
 
@@ -56,73 +57,73 @@ def read_points(
 ) -> NDArray[np.float64] | Iterator[NDArray[np.float64]]:
     r"""Read scattered points from a file.
 
-    The suffix, in any case, says what the file is:
+    The suffix, in upper or lower case, selects the format:
 
     ``.xyz``, ``.txt``, ``.csv``, ``.asc``, ``.pts``
-        A table as text, in any encoding, a point in each line. Columns are separated by
-        whitespace, comma, semicolon or tab; where it is not a comma that separates, a comma within
-        a number is a decimal comma. ``#`` and ``//`` start a comment; blank lines count for
-        nothing. One header line, or the last comment above the points, may name the columns: those
-        named x, y and z are taken then (or easting, northing, elevation and the like), otherwise
-        the first three after a point's name. A table of two columns lies in z = 0. In ``.pts``,
-        lines with one integer are the counts of points.
+        A text table in any encoding, with one point in each line. Columns are separated by
+        whitespace, comma, semicolon or tab. Unless commas separate columns, a comma within a
+        number is a decimal comma. ``#`` and ``//`` start a comment; blank lines are skipped. One
+        header line, or the last comment above the points, may name the columns. The columns x, y
+        and z are read (or easting, northing, elevation and similar names); without such names, the
+        first three after a point's name. A table of two columns lies in z = 0. In ``.pts``, lines
+        with one integer are point counts.
     ``.asc`` with a header of ``ncols`` and ``nrows``, ``.tif``, ``.tiff``
-        An ESRI grid or a GeoTIFF of one band: the centres of the cells, with the value as z. Cells
-        without data are left out.
+        An ESRI grid or a GeoTIFF with one band: the centers of the cells, with the value as z.
+        Cells without data are left out.
     ``.npy``, ``.npz``
-        A NumPy array of shape (n, 3), or (n, 2) in z = 0, of real numbers; of several in ``.npz``
-        the one named points, xyz or vertices, or three arrays x, y and z.
+        A NumPy array of real numbers of shape (n, 3), or (n, 2) in z = 0. Of several arrays in
+        ``.npz``: the one named points, xyz or vertices, or three arrays x, y and z.
     ``.ply``, ``.obj``
-        The vertices of a point cloud or a mesh, all of them and in their order.
+        All vertices of a point cloud or a mesh, in their order.
     ``.stl``, ``.off``, ``.glb``
-        The vertices of a mesh, as placed in its scene; those of ``.stl``, which repeats them for
-        each triangle, once.
+        The vertices of a mesh in the frame of its scene. Vertices of ``.stl``, which repeats them
+        for each triangle, are read once.
     ``.las``, ``.laz``, ``.e57``
-        Laser scans; several of an ``.e57`` are joined in their common frame, and pulses without
-        return are left out. They need ``pip install 'neurbs[io]'``, as GeoTIFF does.
+        Laser scans. The scans of an ``.e57`` are joined in their common frame, and pulses without
+        return are left out. These formats and GeoTIFF need ``pip install 'neurbs[io]'``.
     ``.pcd``
-        A cloud of the Point Cloud Library, as text, binary or compressed; points that are NaN,
-        which mark pixels without measurement there, are left out.
+        A cloud of the Point Cloud Library, as text, binary or compressed. NaN marks pixels without
+        a measurement, which are left out.
     ``.vtk``, ``.vtp``, ``.vtu``
         The points of a VTK data set, with ``pip install 'neurbs[vtk]'``.
 
-    Points keep their order and their digits: none is merged or moved. They are read block by
-    block: beside the array that is returned, little memory is needed.
+    Points keep their order and all digits; none are merged or moved. Files are read in blocks, with
+    little memory beside the returned array.
 
     Parameters
     ----------
     path : str or path-like
         The file.
     columns : sequence of str or int, optional
-        Two or three columns that hold the coordinates, by their names in the header or counted
-        from 0. For tables and NumPy arrays only.
+        The two or three columns of the coordinates, by names in the header or numbers from 0. For
+        tables and NumPy arrays only.
     nan : {"error", "drop"}, default "error"
-        What becomes of points that are not finite, or whose coordinate is missing.
+        Whether points that are not finite, or lack a coordinate, are an error or are dropped.
     chunks : int, optional
-        Give the points in arrays of so many, instead of in one: an iterator, that reads the file
-        as it goes.
+        Number of points of a chunk. With it, the function returns an iterator of chunks that reads
+        the file step by step.
 
     Returns
     -------
-    ndarray of shape (n, 3), or iterator of such
+    ndarray of shape (n, 3), or iterator of such arrays
         float64, C-contiguous, n ≥ 1, all finite, in the unit of the file.
 
     Raises
     ------
     NeurbsError
-        If the suffix is unknown, what reads such files is not installed, or the file is damaged or
-        does not hold finite points; of a text file the message names line and column.
+        If the suffix is unknown, the library for the format is not installed, the file is damaged,
+        or points are not finite. For a text file the message gives line and column.
     OSError
-        `FileNotFoundError`, `IsADirectoryError`, `PermissionError`: there is no file to read.
+        `FileNotFoundError`, `IsADirectoryError` or `PermissionError`, if the file cannot be read.
 
     Warns
     -----
     UserWarning
-        How many points were dropped, if any were, because of ``nan="drop"``.
+        If points were dropped because of ``nan="drop"``; the message gives their number.
 
     See Also
     --------
-    read_point_cloud : The points, and what else the file knows.
+    read_point_cloud : The points with their attributes.
 
     Examples
     --------
@@ -138,7 +139,7 @@ def read_points(
     """
     path = Path(path)
     if chunks is not None and not (isinstance(chunks, int) and chunks > 0):
-        raise NeurbsError(f"chunks must be an integer from 1, got {chunks!r}")
+        raise argument_error("chunks", f"must be an integer from 1, got {chunks!r}")
     request = _request(path, columns, nan)
     source = _opened(path, request)
     if chunks is not None:
@@ -155,7 +156,7 @@ def read_point_cloud(
     columns: Sequence[str | int] | None = None,
     nan: Literal["error", "drop"] = "error",
 ) -> PointCloud:
-    r"""Read points from a file, with all that it knows of them.
+    r"""Read points with their attributes from a file.
 
     Parameters
     ----------
@@ -165,13 +166,13 @@ def read_point_cloud(
     Returns
     -------
     PointCloud
-        The points, their normals and colours, unit, reference system and offset: what the format
-        has a place for and the file has. How many points were dropped stands in ``dropped``.
+        The points, with normals, colors, unit, reference system and offset if the file has them.
+        ``dropped`` is the number of dropped points.
 
     Raises
     ------
     NeurbsError, OSError
-        As `read_points` does.
+        As for `read_points`.
 
     Examples
     --------
@@ -195,24 +196,24 @@ def read_point_cloud(
 def _request(
     path: Path, columns: Sequence[str | int] | None, nan: Literal["error", "drop"]
 ) -> Request:
-    """Check the options."""
+    """Return the options after a check."""
     if nan not in ("error", "drop"):
-        raise NeurbsError(f"nan must be 'error' or 'drop', got {nan!r}")
+        raise argument_error("nan", f"must be 'error' or 'drop', got {nan!r}")
     if columns is None:
         return Request(nan=nan)
     chosen = tuple(columns)
     if len(chosen) not in (2, 3) or not all(isinstance(c, str | int) for c in chosen):
-        raise NeurbsError(f"columns must be two or three names or numbers, got {columns!r}")
+        raise argument_error("columns", f"must be two or three names or numbers, got {columns!r}")
     if path.suffix.lower() not in _TABLES:
         raise NeurbsError(
-            f"{path}: columns must be left to the file, unless it is {' '.join(_TABLES)}; "
+            f"{path}: columns must be left out, unless the file is {' '.join(_TABLES)}; "
             f"got {columns!r}"
         )
     return Request(chosen, nan)
 
 
 def check_source(path: str | os.PathLike[str]) -> None:
-    """Check that points may be in a file of this name.
+    """Check that the suffix of a path is a format of points.
 
     Raises
     ------
@@ -232,17 +233,17 @@ def _opened(path: Path, request: Request) -> PointSource:
         raise IsADirectoryError(
             errno.EISDIR, "points are read from a file, not a folder", str(path)
         )
-    path.stat()  # A file that is not there matters more than its suffix.
+    path.stat()  # Raises for a missing file, before the check of the suffix.
     if not path.is_file():
         raise NeurbsError(f"{path}: points are read from a file, but this is a device or a pipe")
     check_source(path)
-    # Opened here, so that any library's trouble with it comes as the system's own error.
+    # Opened first, so that a file that cannot be read raises OSError, not an error of a library.
     with path.open("rb"):
         return _READERS[path.suffix.lower()](path, request)
 
 
 def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block]:
-    """Hand on finite points in space; what is left out is counted in each block."""
+    """Yield blocks of finite points in space, with the number of dropped ones."""
     first = 0
     for block in source.blocks:
         points = block.points
@@ -258,15 +259,15 @@ def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block
             index = int(finite.argmin())
             raise NeurbsError(
                 f"{path}: points must be finite, but point {first + index} (counted from 0) is "
-                f"{tuple(points[index].tolist())}: remove or repair it, or leave such points out "
-                'with nan="drop"'
+                f'{tuple(points[index].tolist())}: remove or repair it, or use `nan="drop"`'
             )
         first += len(points)
 
 
 def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
-    """Join all blocks."""
-    # A damaged count would ask for all memory; if a file is compressed well, arrays will grow.
+    """Return all blocks as one cloud."""
+    # A count in a damaged header may exceed the memory. No point takes less than a byte of a file,
+    # unless it is compressed; then the arrays grow.
     capacity = min(source.count, path.stat().st_size)
     points, normals, colors = (Collector(capacity) for _ in range(3))
     dropped = 0
@@ -292,7 +293,7 @@ def _collected(path: Path, source: PointSource, request: Request) -> PointCloud:
 def _chunks(
     path: Path, source: PointSource, request: Request, size: int
 ) -> Iterator[NDArray[np.float64]]:
-    """Cut the blocks anew, all to the same size but the last."""
+    """Yield the points in arrays of a size; the last may be smaller."""
     chunk, filled, total, dropped = np.empty((size, 3)), 0, 0, 0
     for block in _finite(path, source, request):
         dropped += block.dropped
@@ -315,16 +316,16 @@ def _chunks(
 def _check_any(path: Path, points: int, dropped: int) -> None:
     if not points:
         got = f"all {dropped} are not finite or not measured" if dropped else "it is empty"
-        raise NeurbsError(f"{path}: must hold at least one point, but {got}")
+        raise NeurbsError(f"{path}: must have at least one point, but {got}")
 
 
 def warn_dropped(path: Path, dropped: int, kept: int) -> None:
-    """Say how many points were left out, if any were."""
+    """Warn if points were dropped."""
     if dropped:
         warnings.warn(
             f"{path}: {dropped} of {dropped + kept} points are not finite and were dropped",
             UserWarning,
-            # To who called `read_points`, or asked for the next chunk.
+            # The caller of `read_points`, or of the next chunk.
             stacklevel=3,
         )
 
@@ -338,7 +339,7 @@ _TABLES: dict[str, Callable[[Path, Request], PointSource]] = {
     ".npy": read_npy,
     ".npz": read_npz,
 }
-"""Files whose columns somebody may choose."""
+"""Readers of formats with columns."""
 
 _READERS = _TABLES | {
     ".ply": read_ply,
@@ -358,4 +359,4 @@ _READERS = _TABLES | {
 }
 
 READABLE = tuple(_READERS)
-"""Suffixes that can be read."""
+"""Suffixes of points that can be read."""

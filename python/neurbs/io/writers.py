@@ -1,4 +1,4 @@
-"""Results to files: which suffix holds what, who writes it, and whether it can be written."""
+"""`neurbs.save`: the contents and the writer of each suffix."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from neurbs import _core
 from neurbs._core import NeurbsError, NurbsSurface, TriangleMesh
+from neurbs.extras import check_installed
+from neurbs.io.atomic_write import atomic_write
 from neurbs.io.csv_table import write_csv
-from neurbs.io.extras import check_installed
 from neurbs.io.geomdl_json import write_json
 from neurbs.io.glb import write_glb
 from neurbs.io.off import write_off
 from neurbs.io.ply import write_ply, write_ply_points
 from neurbs.io.point_cloud import PointCloud
-from neurbs.io.replacement import replacement
 from neurbs.io.rhino import write_3dm
 from neurbs.io.stl import write_stl
 from neurbs.io.units import check_unit
@@ -33,53 +33,53 @@ def save(
     *,
     unit: str | None = None,
 ) -> None:
-    """Write a surface, a mesh, points or a whole result to a file.
+    """Write a surface, a mesh, points or a result to a file.
 
-    The suffix, in any case, says what is written:
+    The suffix, in upper or lower case, selects the content and the format:
 
     ``.step`` ``.stp`` ``.igs`` ``.iges`` ``.3dm`` ``.json``
-        The NURBS surface, to the last digit, of a `NurbsSurface` or a `Reconstruction`; ``.json``
-        is geomdl's format.
+        The NURBS surface of a `NurbsSurface` or a `Reconstruction`, with all digits. The format of
+        ``.json`` is geomdl's.
     ``.obj``
-        Of a `NurbsSurface` the surface itself, as free-form geometry. Of a `TriangleMesh` and of
-        a `Reconstruction` the triangles, which more programs read.
+        For a `NurbsSurface` the surface as free-form geometry. For a `TriangleMesh` or a
+        `Reconstruction` the triangles, which more programs read.
     ``.ply`` ``.glb`` ``.stl`` ``.vtp`` ``.off``
-        A `TriangleMesh`, that of a `Reconstruction`, or a `NurbsSurface` tessellated with its
-        defaults. All but ``.stl`` keep their digits far from the origin too.
+        A `TriangleMesh`, the mesh of a `Reconstruction`, or a `NurbsSurface` tessellated by
+        default. All but ``.stl`` keep the digits of meshes far from the origin.
     ``.ply`` ``.csv``
-        A `PointCloud`, with normals, colours and distances if it has them. Of a `Reconstruction`,
-        ``.csv`` holds the points with their distances to the surface.
+        A `PointCloud` with its normals, colors and distances. For a `Reconstruction`, ``.csv`` has
+        the points with their distances to the surface.
     ``.png``
         A picture of a `Reconstruction`: points, lattice and surface.
     ``.html``
         The report of a `Reconstruction`; `Reconstruction.write_report` has options for it.
 
-    The file is written beside its place and then renamed: it is whole or not there, and a file
-    that it replaces is untouched until then.
+    The file is written under another name and then renamed: it is complete or does not exist, and
+    a file that it replaces is unchanged until then.
 
     Parameters
     ----------
     thing : NurbsSurface, TriangleMesh, Reconstruction or PointCloud
-        What to write.
+        The object to write.
     path : str or path-like
         The file; its folder must exist.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
-        The unit of the coordinates, which are written as they are. STEP, IGES and Rhino's files
-        say it, by default as millimetres; in ``.glb``, whose unit is the metre, it becomes a
-        scale, by default 1; the others have no place for it.
+        The unit of the coordinates, which are not converted. STEP, IGES and Rhino files store it,
+        by default millimeters. In ``.glb``, whose unit is the meter, it becomes a scale, by default
+        1. The other formats have no unit.
 
     Raises
     ------
     NeurbsError
-        If the suffix is unknown, or does not hold such a thing, or the unit is unknown.
+        If suffix or unit is unknown, or the format cannot store the object.
     OSError
         If the file cannot be written.
 
     Warns
     -----
     UserWarning
-        If ``.stl``, which stores single precision, moves vertices by more than a millionth of
-        the mesh's diagonal.
+        If the single precision of ``.stl`` moves vertices by more than a millionth of the mesh's
+        diagonal.
 
     Examples
     --------
@@ -99,16 +99,16 @@ def save(
     path = Path(path)
     formats = _FORMATS[path.suffix.lower()]
     parts = _parts(thing)
-    # The first part of a thing that the file can hold is the one that says most.
+    # The parts are in order of preference.
     part = next((part for part in parts if part in formats), None)
     if part is None:
-        fitting = " ".join(suffix for suffix, held in _FORMATS.items() if held.keys() & parts)
+        suffixes = " ".join(suffix for suffix, held in _FORMATS.items() if held.keys() & parts)
         raise NeurbsError(
-            f"{path}: this file holds a {' or a '.join(formats)}, which a {type(thing).__name__} "
-            f"has not: it can be written as {fitting or 'nothing'}"
+            f"{path}: the content must be a {' or a '.join(formats)}, got a "
+            f"{type(thing).__name__}: it can be written as {suffixes or 'nothing'}"
         )
     write = formats[part]
-    with replacement(path) as new:
+    with atomic_write(path) as new:
         if write in _WITH_UNIT:
             write(parts[part](), new, unit)
         else:
@@ -116,20 +116,20 @@ def save(
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
-    """Check, before the work that leads to it, that a file can be written.
+    """Check that a file can be written, before a long computation.
 
     Parameters
     ----------
     path : str or path-like
-        Where `save` will write.
+        The path for `save`.
 
     Raises
     ------
     NeurbsError
-        If the suffix is unknown, or what writes it is not installed.
+        If the suffix is unknown, or the library for the format is not installed.
     OSError
         `IsADirectoryError` if `path` is a folder, `FileNotFoundError` or `NotADirectoryError` if
-        there is no folder to write into, `PermissionError` if it must not be written.
+        its folder does not exist, `PermissionError` if it is not writeable.
     """
     path = Path(path)
     if path.is_dir():
@@ -153,10 +153,7 @@ def check_target(path: str | os.PathLike[str]) -> None:
 
 
 def _parts(thing: object) -> dict[str, Callable[[], Any]]:
-    """Name what a thing can give to a file; where a file can hold several, the first counts."""
-    # Imported here because a Reconstruction saves itself with this module.
-    from neurbs.reconstruction import Reconstruction
-
+    """Return the parts of an object that files can store, in order of preference."""
     match thing:
         case TriangleMesh():
             return {"mesh": lambda: thing}
@@ -164,20 +161,9 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
             return {"surface": lambda: thing, "mesh": thing.tessellate}
         case PointCloud():
             return {"points": lambda: thing}
-        case Reconstruction():
-            return {
-                "mesh": lambda: thing.mesh,
-                "surface": lambda: thing.surface,
-                "points": lambda: _points(thing),
-                "picture": lambda: thing,
-                "report": lambda: thing,
-            }
-    return {}
-
-
-def _points(result: Reconstruction) -> PointCloud:
-    distances = result.surface.closest_points(result.points).distances
-    return PointCloud(result.points, distances=distances)
+    # Not by its class, as the module of `Reconstruction` uses this one.
+    parts: Callable[[], dict[str, Callable[[], Any]]] = getattr(thing, "_file_parts", dict)
+    return parts()
 
 
 def _write_report(result: Reconstruction, path: str) -> None:
@@ -209,16 +195,16 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
     ".png": {"picture": _write_png},
     ".html": {"report": _write_report},
 }
-"""Of each suffix: which parts of a thing it can hold, and who writes them."""
+"""For each suffix the parts of an object that it can store, with their writers."""
 
 _WITH_UNIT = (_core.write_step, _core.write_iges, write_3dm, write_glb)
-"""Who writes units."""
+"""Writers that take a unit."""
 
 _LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
-"""What has to be installed to write a file."""
+"""The library that a format needs."""
 
 WRITABLE = {
     part: tuple(suffix for suffix, parts in _FORMATS.items() if part in parts)
     for part in ("surface", "mesh", "points", "picture", "report")
 }
-"""Suffixes that can be written, by what their files hold."""
+"""Suffixes that can be written, for each part of an object."""

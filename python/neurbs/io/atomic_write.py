@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Atomic writing: a file is complete or does not exist."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from pathlib import Path
 
 
 @contextmanager
-def replacement(path: Path) -> Iterator[str]:
-    """Give a path beside `path`; the file written there takes its place at the end.
+def atomic_write(path: Path) -> Iterator[str]:
+    """Yield a temporary path in the same folder; its file replaces `path` at the end.
 
-    If anything fails, Ctrl-C included, the new file is removed and what stood at `path` before
-    still stands there. A link stays a link: the file it leads to is replaced.
+    After an error or Ctrl-C the temporary file is removed and `path` is unchanged. If `path` is a
+    link, its target is replaced.
 
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "a.txt")
-    ...     with replacement(file) as new:
+    ...     with atomic_write(file) as new:
     ...         _ = Path(new).write_text("whole")
     ...     file.read_text()
     'whole'
     """
-    # Not made by `tempfile`, whose files only their owner may read; and named independently of
-    # `path`, whose name may be as long as names can be.
+    # Not by `tempfile`, whose files only their owner may read. The name does not contain that of
+    # `path`, which may have the greatest possible length.
     target = Path(os.path.realpath(path))
     new = target.with_name(f".neurbs-{secrets.token_hex(8)}.tmp")
     try:
         yield str(new)
         with suppress(OSError):
             before = target.stat()
-            # Whose it was it stays, where that is allowed; a change of owner may change the mode.
+            # Keep the owner where that is allowed. This may change the mode, which is set below.
             with suppress(OSError, AttributeError):
                 os.chown(new, before.st_uid, before.st_gid)
-            # Who could read the file before can read it after, and nobody else.
+            # Keep the permissions.
             new.chmod(stat.S_IMODE(before.st_mode))
         os.replace(new, target)
     except BaseException as error:
         new.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno is not None:
-            # The user knows the file by its own name.
+            # The error names the file of the user, not the temporary one.
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise

@@ -1,4 +1,4 @@
-"""Surfaces from a file, chosen by its suffix."""
+"""`neurbs.load_surface` and `neurbs.load_surfaces`: a reader for each suffix."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from neurbs.io.units import check_unit
 
 
 def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> NurbsSurface:
-    """Read the one surface of a file.
+    """Read the surface of a file that has only one.
 
     Parameters
     ----------
@@ -33,12 +33,12 @@ def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> Nu
     Raises
     ------
     NeurbsError, OSError
-        As `load_surfaces` does, and if the file holds several surfaces.
+        As for `load_surfaces`, and if the file has several surfaces.
 
     Warns
     -----
     UserWarning
-        If the file holds a trimmed face.
+        If the face is trimmed.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> Nu
     surfaces = _load(path, unit)
     if len(surfaces) > 1:
         raise NeurbsError(
-            f"{path}: must hold one surface, got {len(surfaces)}: read all with load_surfaces"
+            f"{path}: must have one surface, got {len(surfaces)}: read all with load_surfaces"
         )
     return surfaces[0]
 
@@ -62,42 +62,42 @@ def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> Nu
 def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> list[NurbsSurface]:
     """Read all surfaces of a file.
 
-    The suffix, in any case, says what the file is:
+    The suffix, in upper or lower case, selects the format:
 
     ``.json``
         Surfaces of the library geomdl.
     ``.3dm``
         The surfaces of a Rhino model, and those of the faces of its solids.
     ``.step``, ``.stp``, ``.igs``, ``.iges``
-        The surface of each face, turned into a B-spline surface if it is none.
+        The surface of each face, converted to a B-spline surface.
 
-    Parametrizations are those of the file; which side of a face is its outside is not read.
+    The parametrizations are those of the file. The orientation of faces is not read.
 
     Parameters
     ----------
     path : str or path-like
         The file. All but ``.json`` need ``pip install 'neurbs[cad]'``.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
-        In which the coordinates come; by default in that of the file, as they are written there.
+        The unit of the result; by default the unit of the file, without a conversion.
 
     Returns
     -------
     list of NurbsSurface
-        At least one, in the file's order.
+        At least one surface, in the order of the file.
 
     Raises
     ------
     NeurbsError
-        If the suffix is unknown, what reads such files is not installed, the file is damaged or
-        holds no surface, or a unit is asked for and the file has none.
+        If the suffix is unknown, the library for the format is not installed, the file is damaged
+        or has no surface, or `unit` is given for a file without a unit.
     OSError
-        If there is no file to read.
+        If the file cannot be read.
 
     Warns
     -----
     UserWarning
-        If faces are trimmed: their surfaces come whole, as trimming has no place in a
-        `NurbsSurface`.
+        If faces are trimmed: a `NurbsSurface` has no trimming, so the result is the untrimmed
+        surface.
 
     Examples
     --------
@@ -120,7 +120,7 @@ def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
         raise IsADirectoryError(
             errno.EISDIR, "surfaces are read from a file, not a folder", str(path)
         )
-    path.stat()  # A file that is not there matters more than its suffix.
+    path.stat()  # Raises for a missing file, before the check of the suffix.
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
@@ -131,20 +131,20 @@ def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
         file = reader(path)
     if not file.surfaces:
         raise NeurbsError(
-            f"{path}: must hold at least one surface, but holds none: it may be cut short"
+            f"{path}: must have at least one surface, but has none: it may be cut short"
         )
     if file.trimmed:
         warnings.warn(
             f"{path}: {file.trimmed} of {len(file.surfaces)} faces are trimmed: "
-            "their surfaces come whole",
+            "the result has the untrimmed surfaces",
             UserWarning,
-            # To who called `load_surface` or `load_surfaces`.
+            # The caller of `load_surface` or `load_surfaces`.
             stacklevel=3,
         )
     if unit is None or unit == file.unit:
         return file.surfaces
     if file.unit is None:
-        raise NeurbsError(f"{path}: unit must be left out, for the file has none; got {unit!r}")
+        raise NeurbsError(f"{path}: unit must be left out, as the file has none; got {unit!r}")
     factor = LENGTH_UNITS[file.unit] / LENGTH_UNITS[unit]
     scale = np.diag([factor, factor, factor, 1.0])
     return [surface.transformed(scale) for surface in file.surfaces]

@@ -1,0 +1,107 @@
+"""`neurbs info`: the content of a file in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from neurbs import NurbsSurface, PointCloud, SelfOrganizingMap
+from neurbs.cli.command import command, print_json, print_table
+from neurbs.cli.config import Config
+from neurbs.cli.inputs import Columns, File, Nan, load
+from neurbs.cli.options import AsJson
+
+_MAP = ".npz"
+
+
+@command(
+    "Describe the content of a file: a surface, points, or a trained map (.npz).",
+    "neurbs info part.step",
+)
+def info(
+    context: typer.Context,
+    file: File,
+    *,
+    columns: Columns = None,
+    nan: Nan = None,
+    config: Config = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the main facts about the content of a file."""
+    if _is_map(file):
+        facts = _of_map(SelfOrganizingMap.load(file))
+    else:
+        thing = load(file, columns, nan)
+        facts = _of_surface(thing) if isinstance(thing, NurbsSurface) else _of_points(thing)
+    if as_json:
+        print_json({"input": str(file), **facts})
+    else:
+        print_table({name.replace("_", " "): _text(value) for name, value in facts.items()})
+
+
+def _is_map(file: Path) -> bool:
+    """Whether a file is an archive with a map; an .npz may also have points."""
+    if file.suffix.lower() != _MAP or not file.is_file():
+        return False
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            return "codebook" in archive.files
+    except (OSError, ValueError, EOFError):
+        return False
+
+
+def _of_surface(surface: NurbsSurface) -> dict[str, Any]:
+    low, high = surface.bounding_box()
+    return {
+        "kind": "surface",
+        "net": list(surface.control_points.shape[:2]),
+        "degree": list(surface.degree),
+        "domain": [list(ends) for ends in surface.domain],
+        "rational": surface.weights is not None,
+        "closed": list(surface.closed),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "area": surface.area(accuracy=1e-6),
+    }
+
+
+def _of_points(cloud: PointCloud) -> dict[str, Any]:
+    low, high = cloud.points.min(axis=0), cloud.points.max(axis=0)
+    facts: dict[str, Any] = {
+        "kind": "points",
+        "points": len(cloud.points),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "diagonal": float(np.linalg.norm(high - low)),
+        "normals": cloud.normals is not None,
+        "colors": cloud.colors is not None,
+    }
+    known = {"unit": cloud.unit, "crs": cloud.crs, "offset": cloud.offset}
+    return facts | {name: value for name, value in known.items() if value is not None}
+
+
+def _of_map(som: SelfOrganizingMap) -> dict[str, Any]:
+    return {
+        "kind": "map",
+        "nodes": list(som.codebook_.shape[:-1]),
+        "topology": som.lattice_.topology,
+        "training": som.training,
+        "steps": som.n_iter_,
+        "stopped_by": som.stopped_by_,
+    }
+
+
+def _text(value: Any) -> str:
+    match value:
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value + 0.0:,.10g}"  # Adding 0 turns −0 into 0.
+        case int():
+            return f"{value:,}"
+        case list() | tuple():
+            return ", ".join(map(_text, value))
+    return str(value)

@@ -1,0 +1,93 @@
+"""The files that commands read: arguments, options and readers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, TypeAlias
+
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+import neurbs
+from neurbs import NurbsSurface, PointCloud, io
+from neurbs.io.point_readers import warn_dropped
+
+Surface: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SURFACE", help=f"File of a surface: {' '.join(io.LOADABLE)}", readable=False
+    ),
+]
+Points: TypeAlias = Annotated[
+    Path,
+    typer.Argument(
+        metavar="POINTS", help=f"File of points: {' '.join(io.READABLE)}", readable=False
+    ),
+]
+File: TypeAlias = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A surface, points or a map", readable=False)
+]
+Columns: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--columns",
+        metavar="X,Y,Z",
+        help="Columns of the coordinates in a table or an array: names, or numbers from 0",
+    ),
+]
+Nan: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--nan",
+        metavar="WORD",
+        help="What to do with incomplete points and those not finite (error|drop, default: error)",
+    ),
+]
+
+
+def check_points(context: typer.Context, path: Path) -> None:
+    """Raise if a file has no suffix of a point format."""
+    # A missing file is reported by the reader.
+    if path.is_file():
+        try:
+            io.check_source(path)
+        except neurbs.NeurbsError as error:
+            raise typer.BadParameter(str(error), ctx=context, param_hint="'POINTS'") from None
+
+
+def read_points(path: Path, columns: str | None, nan: str | None) -> NDArray[np.float64]:
+    """Read the coordinates of a file."""
+    points: NDArray[np.float64] = neurbs.read_points(path, **_given(columns, nan))
+    return points
+
+
+def read_point_cloud(path: Path, columns: str | None, nan: str | None) -> PointCloud:
+    """Read the points of a file with their attributes, and warn of dropped points."""
+    cloud = neurbs.read_point_cloud(path, **_given(columns, nan))
+    if nan == "drop":
+        warn_dropped(path, cloud.dropped, len(cloud))
+    return cloud
+
+
+def load(path: Path, columns: str | None, nan: str | None) -> NurbsSurface | PointCloud:
+    """Read a surface or points, by the suffix of the file."""
+    if path.suffix.lower() in io.LOADABLE:
+        return neurbs.load_surface(path)
+    return read_point_cloud(path, columns, nan)
+
+
+def _given(columns: str | None, nan: str | None) -> dict[str, Any]:
+    """Return the given options as arguments of `neurbs.read_points`."""
+    given: dict[str, Any] = {}
+    if columns is not None:
+        given["columns"] = [_column(name) for name in columns.split(",")]
+    if nan is not None:
+        given["nan"] = nan
+    return given
+
+
+def _column(name: str) -> str | int:
+    """Return the number of a column, or its name if it is no number."""
+    name = name.strip()
+    return int(name) if name.isdecimal() else name

@@ -1,0 +1,91 @@
+"""`neurbs view`: the content of a file as a picture."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from neurbs import NeurbsError, NurbsSurface
+from neurbs.cli.command import command, print_table
+from neurbs.cli.config import Config
+from neurbs.cli.inputs import Columns, File, Nan, load, read_points
+from neurbs.cli.options import Option, Quiet, options_of, values
+from neurbs.plot import plot_points, plot_surface, save_picture
+
+OPTIONS = (
+    Option(
+        "color",
+        "Quantity that colors show: height, deviation of the points, mean or Gaussian curvature, "
+        "or zebra stripes",
+        choices=("height", "deviation", "mean", "gaussian", "zebra"),
+        default="deviation with --points, else height",
+    ),
+    Option(
+        "tolerance",
+        "Deviation at the ends of the color scale, in the points' unit",
+        "NUMBER",
+        default="by the deviations",
+    ),
+    Option("unit", "Name of the points' unit, for the legend"),
+    Option("isolines", "Isoparametric lines across the longer direction; 0 for none", "N"),
+    Option("control_net", "Draw the control net too", ""),
+)
+"""Options of `neurbs.plot.plot_surface`."""
+
+
+@command(
+    "Show a surface or points in a window, or write a picture of them.",
+    "neurbs view part.step --points scan.ply --color deviation",
+)
+@options_of(plot_surface, OPTIONS)
+def view(
+    context: typer.Context,
+    file: File,
+    *,
+    points: Annotated[
+        Path | None,
+        typer.Option(metavar="POINTS", help="Points to draw with a surface", readable=False),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT.png", help="Write a picture and open no window"
+        ),
+    ] = None,
+    columns: Columns = None,
+    nan: Nan = None,
+    config: Config = None,
+    quiet: Quiet = False,
+    **options: Any,
+) -> None:
+    """Run `neurbs.plot.plot_surface` or `plot_points` on the content of a file."""
+    if output is not None and output.suffix.lower() != ".png":
+        raise typer.BadParameter(
+            f"{output}: must have the suffix .png", ctx=context, param_hint="'--output'"
+        )
+    if output is None:
+        _check_display()
+    thing, given = load(file, columns, nan), values(options)
+    backend = "pyvista" if output is None else "matplotlib"
+    cloud = None if points is None else read_points(points, columns, nan)
+    if isinstance(thing, NurbsSurface):
+        drawn = plot_surface(thing, cloud, backend=backend, **given)
+    else:
+        drawn = plot_points(thing.points, backend=backend)
+    if output is None:
+        drawn.show(title=str(file))
+        return
+    save_picture(drawn, output)
+    if not quiet:
+        print_table({"written": str(output)})
+
+
+def _check_display() -> None:
+    """Raise if there is no screen: VTK would end the process."""
+    screens = ("DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform == "linux" and not any(map(os.environ.get, screens)):
+        raise NeurbsError("a window needs a screen, and there is none: write a picture with -o")

@@ -1,0 +1,202 @@
+"""The commands train, tessellate, convert, compare, info and view."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import neurbs
+
+QUICK = ["--grid", "6", "5", "--aspect", "fixed"]
+Command = Callable[..., Any]
+
+
+def test_a_map_is_trained(points_file: Path, tmp_path: Path, command: Command) -> None:
+    target, picture = tmp_path / "map.npz", tmp_path / "map.png"
+    words: list[str | Path] = ["-o", target, "-o", picture, "--rows", "6", "--cols", "5", "--json"]
+    done = command("train", points_file, *words)
+    assert done.code == 0
+    measures = done.json()["map"]
+    assert measures["nodes"] == 30
+    som = neurbs.SelfOrganizingMap.load(target)
+    assert som.codebook_.shape == (6, 5, 3)
+    points = neurbs.read_points(points_file)
+    np.testing.assert_array_equal(
+        som.codebook_, neurbs.SelfOrganizingMap(6, 5).fit(points).codebook_
+    )
+    assert measures["quantization_error"] == som.quantization_error(points)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    done = command("info", target)
+    assert "6, 5" in done.out
+
+
+def test_a_map_by_the_paper_with_a_schedule(
+    points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    target = tmp_path / "map.npz"
+    words = ["--paper", "--rows", "5", "--cols", "4", "--radius", "gaussian,3,100", "--seed", "4"]
+    assert command("train", points_file, "-o", target, "-q", *words).code == 0
+    som = neurbs.SelfOrganizingMap.load(target)
+    assert (som.training, som.radius, som.seed) == ("online", ("gaussian", 3, 100), 4)
+
+
+def test_an_animation_is_written(points_file: Path, tmp_path: Path, command: Command) -> None:
+    animation = tmp_path / "a.gif"
+    words: list[str | Path] = ["-o", animation, "--rows", "4", "--cols", "4", "-q"]
+    assert command("train", points_file, *words).code == 0
+    assert animation.read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "a.step"], "'--output': a.step: the suffix must be one of .npz .*, got the suffix"),
+        (["-o", "a.gif", "-o", "a.mp4"], "there must be at most one animation, got 2"),
+        (["-o", "a.npz", "--rows", "1"], "--rows|rows"),
+        (["-o", "a.npz", "--init", "magic"], "'--init': must be .*, got 'magic'"),
+    ],
+)
+def test_a_wrong_training(
+    words: list[str],
+    message: str,
+    points_file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: Command,
+) -> None:
+    monkeypatch.chdir(points_file.parent)
+    done = command("train", points_file, *words)
+    assert done.code in (1, 2)
+    assert re.search(message, done.err)
+    assert [path.name for path in Path().iterdir()] == [points_file.name]
+
+
+@pytest.fixture
+def surface_file(tmp_path: Path, terrain_points: NDArray[np.float64]) -> Path:
+    """Write a surface over `terrain_points`."""
+    path = tmp_path / "surface.json"
+    neurbs.reconstruct(terrain_points, grid=(8, 8)).save(path)
+    return path
+
+
+def test_a_surface_is_tessellated(surface_file: Path, tmp_path: Path, command: Command) -> None:
+    mesh = tmp_path / "mesh.obj"
+    done = command("tessellate", surface_file, "-o", mesh, "--shape", "4", "6", "--json")
+    assert done.code == 0
+    assert done.json()["triangles"] == 2 * 3 * 5
+    assert mesh.read_text().count("\nf ") == 30
+
+
+def test_a_wrong_tessellation(surface_file: Path, tmp_path: Path, command: Command) -> None:
+    done = command("tessellate", surface_file, "-o", tmp_path / "a.obj", "--shape", "1", "x")
+    assert done.code == 2
+    assert "'--shape': must be " in done.err
+
+
+def test_surfaces_and_points_are_converted(
+    surface_file: Path, points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    target = tmp_path / "surface.step"
+    assert command("convert", surface_file, target).code == 0
+    assert target.read_text().startswith("ISO-10303-21;")
+    assert command("convert", points_file, tmp_path / "points.ply", "-q").code == 0
+    np.testing.assert_array_equal(
+        neurbs.read_points(tmp_path / "points.ply"), neurbs.read_points(points_file)
+    )
+    done = command("convert", points_file, tmp_path / "points.step")
+    assert done.code == 1
+    assert "the content must be a surface, got a PointCloud" in done.err
+
+
+def test_points_are_compared(
+    surface_file: Path, points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    target = tmp_path / "deviations.ply"
+    done = command("compare", surface_file, points_file, "-o", target, "--json")
+    assert done.code == 0
+    measures = done.json()["deviation"]
+    surface, points = neurbs.load_surface(surface_file), neurbs.read_points(points_file)
+    distances = surface.closest_points(points).distances
+    assert measures["rms"] == pytest.approx(np.sqrt(np.mean(distances**2)), rel=1e-12)
+    assert measures["max"] == pytest.approx(distances.max(), rel=1e-12)
+    assert measures["percentiles"]["95"] == pytest.approx(np.percentile(distances, 95), rel=1e-12)
+    assert b"distance" in target.read_bytes()[:1000]
+
+
+def test_compare_exits_with_3_outside_the_tolerance(
+    surface_file: Path, points_file: Path, command: Command
+) -> None:
+    words: list[str | Path] = ["compare", surface_file, points_file, "--tolerance"]
+    median = np.median(
+        neurbs.load_surface(surface_file).closest_points(neurbs.read_points(points_file)).distances
+    )
+    assert command(*words, "1e6").code == 0
+    failed = command(*words, str(median))
+    assert failed.code == 3
+    assert "50.000 % within, failed" in failed.out
+    assert command(*words, str(median), "--share", "0.4", "-q").code == 0
+    assert "'--tolerance': must be a number that is positive" in command(*words, "0").err
+    assert command(*words, "1", "--share", "2").code == 2
+
+
+def test_info_describes_a_file(surface_file: Path, points_file: Path, command: Command) -> None:
+    of_surface = command("info", surface_file, "--json").json()
+    assert of_surface["kind"] == "surface"
+    assert of_surface["net"] == [8, 8]
+    of_points = command("info", points_file, "--json").json()
+    assert (of_points["kind"], of_points["points"]) == ("points", 400)
+    assert "400" in command("info", points_file).out
+    assert "missing.step: No such file" in command("info", "missing.step").err
+
+
+def test_a_view_is_written(
+    surface_file: Path, points_file: Path, tmp_path: Path, command: Command
+) -> None:
+    words: list[str | Path] = [
+        "--points",
+        points_file,
+        "--color",
+        "deviation",
+        "--unit",
+        "m",
+        "--control-net",
+    ]
+    pictures = [tmp_path / "surface.png", tmp_path / "points.png"]
+    done = command("view", surface_file, "-o", pictures[0], *words)
+    assert done.code == 0
+    assert command("view", points_file, "-o", pictures[1]).code == 0
+    assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in pictures)
+    done = command("view", surface_file, "-o", pictures[0], "--color", "red")
+    assert done.code == 2
+    assert "'--color': must be one of height" in done.err
+
+
+def test_a_window_needs_a_screen(
+    surface_file: Path, monkeypatch: pytest.MonkeyPatch, command: Command
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    done = command("view", surface_file)
+    assert done.code == 1
+    assert "write a picture with -o" in done.err
+
+
+def test_each_command_has_an_example(command: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    for name in ("reconstruct", "train", "tessellate", "compare", "info", "convert", "view"):
+        text = " ".join(command(name, "--help").out.split())
+        assert re.search(rf"Examples?: neurbs {name} ", text)
+
+
+def test_the_report_is_written(points_file: Path, tmp_path: Path, command: Command) -> None:
+    pytest.importorskip("plotly", reason="plotly is not installed")
+    page = tmp_path / "report.html"
+    done = command("reconstruct", points_file, "-o", page, "--unit", "m", *QUICK)
+    assert done.code == 0
+    text = page.read_text(encoding="utf-8")
+    options = "--grid 6 5 --aspect fixed"
+    assert f"neurbs reconstruct {points_file} -o out.step {options}" in text

@@ -1,0 +1,216 @@
+"""Points from text tables: separators, headers, columns, encodings, errors."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import neurbs
+from neurbs import NeurbsError
+
+FAR = [[5000000.001, 7500000.0, 120.25], [0.1, -1e-300, 1e300], [1 / 3, 2.0, 3.0]]
+"""Coordinates with all digits."""
+
+
+def written(path: Path, content: str | bytes) -> Path:
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def rows(separator: str = " ") -> str:
+    return "".join(separator.join(map(repr, row)) + "\n" for row in FAR)
+
+
+@pytest.mark.parametrize("separator", [" ", "\t", ",", ";", ", ", " ; ", "   ", " \t "])
+@pytest.mark.parametrize("suffix", [".xyz", ".txt", ".csv", ".XYZ"])
+def test_text_keeps_every_digit(tmp_path: Path, separator: str, suffix: str) -> None:
+    points = neurbs.read_points(written(tmp_path / f"p{suffix}", rows(separator)))
+    assert points.tolist() == FAR
+    assert points.dtype == np.float64
+    assert points.flags.c_contiguous
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "# x y z\n\n" + rows() + "\n  \n# end",
+        "//X Y Z\n" + rows(),
+        rows().replace("\n", " # a comment\n"),
+        rows().replace("\n", "  // a comment\n"),
+        rows().replace("\n", "\r\n"),
+        rows().replace("\n", "\r"),
+        "x y z\n" + rows(),
+        "Easting Northing Height\n" + rows(),
+        '"X","Y","Z"\n' + rows(","),
+        "x;y;z;\n" + rows(";").replace("\n", ";\n"),
+    ],
+)
+def test_comments_blank_lines_and_headers_are_no_points(tmp_path: Path, text: str) -> None:
+    assert neurbs.read_points(written(tmp_path / "p.txt", text)).tolist() == FAR
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("id,z,Y,x\n7,3,2,1\n8,6,5,4\n", [[1, 2, 3], [4, 5, 6]]),
+        ("name\tx\ty\tz\nbare ground\t1\t2\t3\ntree\t4\t5\t6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("1 2 3 255 0 0\n4 5 6 0 255 0\n", [[1, 2, 3], [4, 5, 6]]),
+        ("1 2 3 ground\n4 5 6 tree\n", [[1, 2, 3], [4, 5, 6]]),
+        ("point no\tx\ty\tz\n1\t2\t3\t4\n", [[2, 3, 4]]),
+        ("1 2\n3 4\n", [[1, 2, 0], [3, 4, 0]]),
+        ("x,y\n1,2\n3,4\n", [[1, 2, 0], [3, 4, 0]]),
+        ("1 2 3", [[1, 2, 3]]),
+    ],
+)
+def test_columns_are_found(tmp_path: Path, text: str, expected: list[list[float]]) -> None:
+    points = neurbs.read_points(written(tmp_path / "p.csv", text))
+    assert points.tolist() == expected
+    assert points.flags.c_contiguous
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "latin-1", "utf-16"])
+def test_encodings_are_detected(tmp_path: Path, encoding: str) -> None:
+    text = "# Höhe über Grund\nx,y,z,größe\n1,2,3,é\n4,5,6,ß\n"
+    path = written(tmp_path / "p.csv", text.encode(encoding))
+    assert neurbs.read_points(path).tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 2 3\n4 abc 6\n", "line 2, column 2 must be a finite number, got 'abc'"),
+        ("# c\n\nx y z\n1 2 3\n4 5 6e\n", "line 5, column 3 must be a finite number, got '6e'"),
+        ("1,2,3\n4,,6\n", "line 2, column 2 must be a finite number, got nothing"),
+        ("1;2;3\n4;5;1,234.5\n", "line 2, column 3 must be a finite number, got '1.234.5'"),
+        ("1 2 3\n4 5 nan\n", "line 2, column 3 must be a finite number, got 'nan': remove"),
+        ("1 2 3\n4 5 1e999\n", "line 2, column 3 must be a finite number, got '1e999': remove"),
+        ("1 2 3\n4 5 1_0\n", "line 2, column 3 must be a finite number, got '1_0'"),
+        ("1 2 3 a\n4 x 6 b\n", "line 2, column 2 must be a finite number, got 'x'"),
+        ("1 2 3\n4 5\n", "line 2 must have 3 columns, as in line 1, got 2: column 3 is missing"),
+        ("1 2 3\n4 5 6 7\n", "line 2 must have 3 .* got 4: column 4, '7', is one too many"),
+        ("1 2 3 4\n5 6 7\n", "line 2 must have 4 columns, as in line 1, got 3"),
+        ("1\n2\n", "line 1 must have columns x, y and z .* got column 1 only, '1'"),
+        ("4\n1 2 3\n", "line 1 must have columns x, y and z .* got column 1 only, '4'"),
+        ("no,x,y,z\n1,2,3\n", "line 2 must have 4 columns, as the header in line 1, got 3"),
+        ("x y z\n" + "m" * 99 + " 2 3\n", "line 2, column 1 .* got 'm{39}…'"),
+        ("", "must have at least one point, but the file is empty"),
+        ("\n# only comments\n", "must have at least one point, but the file is empty"),
+        ("# c\nx y z\n", "must have at least one point, but ends after the header in line 2"),
+    ],
+)
+def test_a_damaged_table_is_located(tmp_path: Path, text: str, message: str) -> None:
+    path = written(tmp_path / "p.txt", text)
+    with pytest.raises(NeurbsError, match=f"^{re.escape(str(path))}: {message}"):
+        neurbs.read_points(path)
+
+
+def test_binary_data_in_a_text_file_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.xyz", bytes(range(256)) * 40)
+    with pytest.raises(NeurbsError, match=r"p\.xyz: line"):
+        neurbs.read_points(path)
+
+
+# Variants of tables
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1,5;2;-3,25e2\n4;5,5;6\n",
+        "1,5 2,0 -3,25e2\n4,0 5,5 6,0\n",
+        "1,5\t2\t-3,25e2\n4\t5,5\t6\n",
+        "X;Y;Z\n1,5;2;-3,25e2\n4;5,5;6\n",
+        "Rechts\tHoch\tHöhe\n1,5\t2,0\t-325,0\n4\t5,5\t6\n",
+    ],
+)
+def test_decimal_commas(tmp_path: Path, text: str) -> None:
+    path = written(tmp_path / "p.csv", text)
+    assert neurbs.read_points(path).tolist() == [[1.5, 2, -325], [4, 5.5, 6]]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("# id x y z\n7 1 2 3\n8 4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("//Z,Y,X\n3,2,1\n6,5,4\n", [[1, 2, 3], [4, 5, 6]]),
+        ("# made by x y z\n1 2 3\n4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("Northing,Easting,Elevation\n2,1,3\n5,4,6\n", [[1, 2, 3], [4, 5, 6]]),
+        ("P1 1 2 3\nP2 4 5 6\n", [[1, 2, 3], [4, 5, 6]]),
+        ('"tree, large",1,2,3\n"rock, small",4,5,6\n', [[1, 2, 3], [4, 5, 6]]),
+        (",X,Y,Z,name\n0,1,2,3,a\n1,4,5,6,b\n", [[1, 2, 3], [4, 5, 6]]),
+        ("x [m], y [m], z [m]\n1, 2, 3\n4, 5, 6\n", [[1, 2, 3], [4, 5, 6]]),
+    ],
+)
+def test_columns_are_found_by_header_or_comment(
+    tmp_path: Path, text: str, expected: list[list[float]]
+) -> None:
+    assert neurbs.read_points(written(tmp_path / "p.csv", text)).tolist() == expected
+
+
+def test_a_header_without_coordinates_asks_for_columns(tmp_path: Path) -> None:
+    path = written(tmp_path / "p.csv", "id,time,x,y\n1,2,3,4\n")
+    with pytest.raises(NeurbsError, match=r"header in line 1 must name x, y and z, .* `columns`"):
+        neurbs.read_points(path)
+    assert neurbs.read_points(path, columns=["x", "y"]).tolist() == [[3, 4, 0]]
+    path = written(tmp_path / "q.csv", "name,a,b\nfirst,1,2\n")
+    with pytest.raises(NeurbsError, match=r"line 2, column 1 .* got 'first': choose .* `columns`"):
+        neurbs.read_points(path)
+
+
+@pytest.mark.parametrize(
+    ("columns", "expected"),
+    [
+        (("b", "c", "a"), [[2, 3, 1], [5, 6, 4]]),
+        ((2, 1, 0), [[3, 2, 1], [6, 5, 4]]),
+        (["A", 2], [[1, 3, 0], [4, 6, 0]]),
+    ],
+)
+def test_columns_of_choice(
+    tmp_path: Path, columns: list[str | int], expected: list[list[float]]
+) -> None:
+    path = written(tmp_path / "p.csv", "a,b,c\n1,2,3\n4,5,6\n")
+    assert neurbs.read_points(path, columns=columns).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    ("columns", "message"),
+    [
+        (
+            ("a", "b", "q"),
+            "columns must be from 0 to 2 or of 'a', 'b', 'c', got",
+        ),
+        ((1, 2, 3), r"columns must be from 0 to 2 .* got \(1, 2, 3\)"),
+        ((-1, 0, 1), r"columns must be from 0 to 2"),
+        (("a",), "columns must be two or three names or numbers, got"),
+        ((1.5, 2, 3), "columns must be two or three names or numbers, got"),
+    ],
+)
+def test_columns_that_are_not_there(tmp_path: Path, columns: Any, message: str) -> None:
+    path = written(tmp_path / "p.csv", "a,b,c\n1,2,3\n4,5,6\n")
+    with pytest.raises(NeurbsError, match=message):
+        neurbs.read_points(path, columns=columns)
+    path = written(tmp_path / "p.ply", b"ply\n")
+    with pytest.raises(NeurbsError, match=r"columns must be left out, unless the file is \.xyz"):
+        neurbs.read_points(path, columns=(0, 1, 2))
+
+
+def test_pts_of_several_scans(tmp_path: Path) -> None:
+    text = "2\n1 2 3 -500 10 20 30\n4 5 6 9 1 2 3\n1\n7 8 9 0 255 255 255\n"
+    cloud = neurbs.read_point_cloud(written(tmp_path / "p.pts", text))
+    assert cloud.points.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    assert cloud.colors is not None
+    assert cloud.colors.tolist() == [[10, 20, 30], [1, 2, 3], [255, 255, 255]]
+    with pytest.raises(NeurbsError, match=r"must have 3 points, .* but is cut short after 2"):
+        neurbs.read_points(written(tmp_path / "p.pts", text.replace("\n7 8 9 0 255 255 255", "")))
+    assert neurbs.read_points(written(tmp_path / "p.pts", "1 2 3\n")).tolist() == [[1, 2, 3]]
+    with pytest.raises(NeurbsError, match="must have columns x, y and z"):
+        neurbs.read_points(written(tmp_path / "p.pts", "7\n"))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252"])
+@pytest.mark.parametrize("suffix", [".xyz", ".txt", ".csv", ".asc", ".pts"])
+def test_every_table_in_every_encoding(tmp_path: Path, suffix: str, encoding: str) -> None:
+    path = written(tmp_path / f"p{suffix}", "x;y;z;Größe\n1;2;3;ä\n".encode(encoding))
+    assert neurbs.read_points(path).tolist() == [[1, 2, 3]]
