@@ -7,7 +7,6 @@ import neurbs
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-import settings
 
 project = "neurbs"
 author = "The neurbs developers"
@@ -21,7 +20,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.mathjax",
 ]
-settings_strict = settings.are_complete()
 exclude_patterns = ["_build"]
 html_static_path = ["static"]
 html_css_files = ["settings.css"]

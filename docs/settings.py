@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 SOURCES = Path(__file__).parents[1] / "src"
-MODULES = ("cloud", "observe", "chart", "fit", "validate", "pipeline")
 
 STRUCT = re.compile(r"^\s*(?:pub(?:\([^)]*\))?\s+)?struct\s+(\w+)\s*\{", re.MULTILINE)
 FIELD = re.compile(r"^(?:pub(?:\([^)]*\))?\s+)?(\w+)\s*:\s*(.+)$", re.DOTALL)
@@ -96,11 +95,6 @@ def read(module: str, names: tuple[str, ...] = (), exclude: tuple[str, ...] = ()
         raise SettingsError(f"{file} has no struct {absent}; it has {present}")
     wanted = names or tuple(name for name in known if name not in exclude)
     return [known[name] for name in wanted]
-
-
-def are_complete() -> bool:
-    """Return whether all modules have a settings file. Only then is a missing table an error."""
-    return all((SOURCES / module / "settings.rs").is_file() for module in MODULES)
 
 
 def parse(text: str) -> list[Struct]:
@@ -241,14 +235,11 @@ def setup(app: Sphinx) -> dict[str, object]:
             try:
                 structs = read(module, tuple(names), tuple(exclude))
             except SettingsError as error:
-                if self.config.settings_strict:
-                    raise ExtensionError(f"{self.env.docname}: settings: {error}") from error
-                return self.parse_text_to_nodes(f"See the module `{module}` of the crate.")
+                raise ExtensionError(f"{self.env.docname}: settings: {error}") from error
             lines = [line for struct in structs for line in markdown(struct)]
             return self.parse_text_to_nodes(
                 "\n".join([":::{container} settings", "", *lines, ":::"])
             )
 
-    app.add_config_value("settings_strict", True, "env")
     app.add_directive("settings", SettingsDirective)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
