@@ -59,6 +59,7 @@ pub mod progress;
 mod python;
 pub mod som;
 pub mod validate;
+mod worker_pool;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
@@ -72,6 +73,7 @@ pub use crate::pipeline::{
 };
 pub use crate::progress::{Observer, Progress};
 pub use crate::som::SelfOrganizingMap;
+pub use crate::worker_pool::{num_threads, set_num_threads};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -5,10 +5,10 @@ use glam::DVec3;
 use super::candidate::Candidate;
 use super::options::ReconstructOptions;
 use super::ranked::{Ranked, ranked};
-use super::relay;
 use super::select::Model;
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Ranks the hypotheses about points, the best first, without the fit of the final surface.
 ///
@@ -21,7 +21,7 @@ pub fn candidates(
     observer: &mut dyn Observer,
 ) -> Result<Vec<Candidate>> {
     options.check(points.len())?;
-    relay::in_pool(points.len(), observer, |observer| {
+    worker_pool::run_observed(points.len(), observer, |observer| {
         ranked(points, options, observer, |ranked, _| Ok(ranked.candidates()))
     })
 }

@@ -18,7 +18,6 @@ mod reconstruction;
 mod recover_net;
 mod refine;
 mod refined;
-mod relay;
 mod repair;
 mod report;
 mod score;

@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::clock::Clock;
 use super::reconstruction::Reconstruction;
-use super::relay;
 use super::report::{Deviations, Report, TrainingReport};
 use crate::chart::Kind;
 use crate::cloud::{self, Bounds};
@@ -16,6 +15,7 @@ use crate::fit::EndedBy;
 use crate::nurbs::{ClosestPointSearch, MAX_DEGREE, OrderedSurface, check_degree};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
+use crate::worker_pool;
 
 /// How to reconstruct by the paper's method; the default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub fn reconstruct_paper(
 ) -> Result<Reconstruction> {
     let started = Instant::now();
     check_degree(options.degree)?;
-    let mut found = relay::in_pool(points.len(), observer, |observer| {
+    let mut found = worker_pool::run_observed(points.len(), observer, |observer| {
         let bounds = cloud::checked_bounds(points, observer)?;
         run(points, &bounds, options, observer)
     })?;

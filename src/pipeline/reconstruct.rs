@@ -12,7 +12,6 @@ use super::orientation::oriented;
 use super::ranked::{Ranked, ranked};
 use super::reconstruction::Reconstruction;
 use super::refined::{Begun, Refined, begin, from_nodes, refine, refinement};
-use super::relay;
 use super::report::{Deviations, Report, TrainingReport};
 use super::select::Model;
 use super::whole::{Part, before};
@@ -21,6 +20,7 @@ use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::fit::EndedBy;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Hypotheses that are refined, at most, and how much higher than the best their scores may be: a
 /// surface without defects that is far from the points is no better than one with defects.
@@ -48,7 +48,7 @@ pub fn reconstruct(
 ) -> Result<Reconstruction> {
     let started = Instant::now();
     options.check(points.len())?;
-    let mut found = relay::in_pool(points.len(), observer, |observer| {
+    let mut found = worker_pool::run_observed(points.len(), observer, |observer| {
         let bounds = cloud::checked_bounds(points, &mut before(observer))?;
         ranked(points, options, observer, |ranked, observer| {
             finish(points, &bounds, ranked, options, observer)

@@ -47,7 +47,11 @@ def imported(path: Path, module: str) -> Any:
 
 def check_installed(path: Path, library: str) -> None:
     """Check, without importing it, that a library is there."""
-    if importlib.util.find_spec(library) is None:
+    try:
+        found = importlib.util.find_spec(library)
+    except ModuleNotFoundError:
+        found = None
+    if found is None:
         raise _missing(path, library)
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
+from neurbs.io import isolation
 from neurbs.io.e57 import read_e57
-from neurbs.io.las import read_las
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
 from neurbs.io.pcd import read_pcd
@@ -24,7 +24,6 @@ from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Req
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.text import read_pts, read_text
 from neurbs.io.vertices import read_vertices
-from neurbs.io.vtk import read_vtk
 
 
 @overload
@@ -346,13 +345,13 @@ _READERS = _TABLES | {
     ".stl": read_vertices,
     ".off": read_vertices,
     ".glb": read_vertices,
-    ".las": read_las,
-    ".laz": read_las,
+    ".las": isolation.read_points,
+    ".laz": isolation.read_points,
     ".e57": read_e57,
     ".pcd": read_pcd,
-    ".vtk": read_vtk,
-    ".vtp": read_vtk,
-    ".vtu": read_vtk,
+    ".vtk": isolation.read_points,
+    ".vtp": isolation.read_points,
+    ".vtu": isolation.read_points,
     ".tif": read_geotiff,
     ".tiff": read_geotiff,
 }
