@@ -60,6 +60,7 @@ pub mod progress;
 mod python;
 pub mod som;
 pub mod validate;
+mod worker_pool;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
@@ -76,6 +77,7 @@ pub use crate::pipeline::{
 pub use crate::progress::{Epoch, Observer, Progress};
 pub use crate::som::{Lattice, SelfOrganizingMap};
 pub use crate::validate::validate;
+pub use crate::worker_pool::{num_threads, set_num_threads};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

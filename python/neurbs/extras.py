@@ -71,7 +71,11 @@ def require_for_file(path: Path, module: str) -> Any:
 
 def check_installed(path: Path, library: str) -> None:
     """Raise if the library that a file needs is not installed; it is not imported."""
-    if importlib.util.find_spec(library) is None:
+    try:
+        found = importlib.util.find_spec(library)
+    except ModuleNotFoundError:
+        found = None
+    if found is None:
         raise _not_installed(_files(path), library)
 
 

@@ -1,7 +1,6 @@
 //! The bounding box of points, and their mean.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::progress::Listen;
@@ -28,7 +27,7 @@ impl Bounds {
     /// ```
     #[must_use]
     pub fn of(points: &[DVec3]) -> Self {
-        points.par_iter().map(|&p| Self { min: p, max: p }).reduce(Self::empty, Self::join)
+        points.iter().map(|&p| Self { min: p, max: p }).fold(Self::empty(), Self::join)
     }
 
     /// The box without points: `min` is above `max`.

@@ -8,6 +8,7 @@ use super::normalization::Normalization;
 use super::settings::CheckSettings;
 use crate::error::{Error, Result};
 use crate::progress::{self, Listen, Observer, Stage};
+use crate::worker_pool::install;
 
 const SETTINGS: CheckSettings = CheckSettings::STANDARD;
 
@@ -69,7 +70,7 @@ pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result
 ///
 /// [`Error::NotFinite`] with the first point that is not.
 pub fn check_finite(points: &[DVec3]) -> Result<()> {
-    match points.par_iter().position_first(|p| !p.is_finite()) {
+    match points.iter().position(|p| !p.is_finite()) {
         Some(index) => Err(Error::NotFinite { index, point: points[index] }),
         None => Ok(()),
     }
@@ -97,12 +98,13 @@ fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Re
     let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
     for batch in batches(points, listen) {
         let local = batch?.par_iter().map(|&p| frame.apply(p) - first);
-        along = farther(along, local.reduce(|| DVec3::ZERO, farther));
+        along = farther(along, install(|| local.reduce(|| DVec3::ZERO, farther)));
     }
     let (length, mut width) = (along.length(), 0.0_f64);
     for batch in batches(points, listen) {
         let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
-        width = width.max(batch?.par_iter().map(aside).reduce(|| 0.0, f64::max));
+        let widths = batch?.par_iter().map(aside);
+        width = width.max(install(|| widths.reduce(|| 0.0, f64::max)));
     }
     // Rounding errors of coordinates are relative to their size, not to the extent.
     let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();

@@ -14,6 +14,7 @@ use super::settings::CleanSettings;
 use crate::error::Result;
 use crate::numeric::{index, median, quantile};
 use crate::progress::{Observer, Progress, Stage, report};
+use crate::worker_pool;
 
 const SETTINGS: CleanSettings = CleanSettings::STANDARD;
 
@@ -92,6 +93,10 @@ impl Cleaning {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn clean(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> {
+    worker_pool::run_observed(points.len(), observer, |observer| cleaned(points, observer))
+}
+
+fn cleaned(points: &[DVec3], observer: &mut dyn Observer) -> Result<Cleaning> {
     let mut fates = vec![Fate::Kept; points.len()];
     let mut keepers: Vec<u32> = (0..).take(points.len()).collect();
     let mut spacings = Spacings::of(points, &fates, observer)?;

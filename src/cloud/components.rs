@@ -10,6 +10,7 @@ use super::sampling::{even_sample, items_at};
 use super::settings::ComponentSettings;
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 const SETTINGS: ComponentSettings = ComponentSettings::STANDARD;
 
@@ -58,6 +59,10 @@ impl Components {
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn components(points: &[DVec3], observer: &mut dyn Observer) -> Result<Components> {
+    worker_pool::run_observed(points.len(), observer, |observer| found(points, observer))
+}
+
+fn found(points: &[DVec3], observer: &mut dyn Observer) -> Result<Components> {
     let sample = items_at(points, &even_sample(points, SETTINGS.max_sample));
     let tree = KdTree::over(&sample, observer)?;
     let roots = grow(&tree, observer)?;

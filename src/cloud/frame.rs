@@ -9,6 +9,7 @@ use super::bounds::centroid;
 use super::normalization::Normalization;
 use super::settings::FrameSettings;
 use crate::progress::{Epoch, Observer, Progress};
+use crate::worker_pool::install;
 
 const SETTINGS: FrameSettings = FrameSettings::STANDARD;
 
@@ -131,9 +132,10 @@ fn own_axes(points: &[DVec3], center: DVec3) -> DMat3 {
 /// The longest of the points' vectors, and others of equal length.
 fn farthest(points: &[DVec3], vector: impl Fn(&DVec3) -> DVec3 + Sync) -> Vec<DVec3> {
     let lengths = points.par_iter().map(|point| vector(point).length());
-    let longest = lengths.reduce(|| 0.0, f64::max);
+    let longest = install(|| lengths.reduce(|| 0.0, f64::max));
     let equally_long = |vector: &DVec3| vector.length() >= SETTINGS.min_equal_ratio * longest;
-    let mut found: Vec<DVec3> = points.par_iter().map(&vector).filter(equally_long).collect();
+    let found = points.par_iter().map(&vector).filter(equally_long);
+    let mut found: Vec<DVec3> = install(|| found.collect());
     found.truncate(SETTINGS.max_axes);
     found
 }

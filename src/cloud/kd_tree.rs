@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::bounds::{Bounds, POINTS_PER_REPORT};
 use crate::error::Result;
 use crate::progress::{Observer, Progress, Silent, Stage, report};
+use crate::worker_pool::install;
 
 /// Points in a leaf, at most; leaves are searched one by one.
 const LEAF_POINTS: usize = 10;
@@ -169,7 +170,7 @@ impl<'a> KdTree<'a> {
     ) -> Result<Self> {
         let count = indices.len();
         let entry = |index: u32| Entry { place: points[index as usize], index };
-        let mut entries: Vec<Entry> = indices.into_par_iter().map(entry).collect();
+        let mut entries: Vec<Entry> = install(|| indices.into_par_iter().map(entry).collect());
         let mut divisions = Vec::new();
         let bounds = box_of(&entries);
         let levels = count.div_ceil(LEAF_POINTS).next_power_of_two().trailing_zeros();
@@ -178,7 +179,7 @@ impl<'a> KdTree<'a> {
             let progress =
                 Progress::of_stage(Stage::Cleaning, u64::from(level), u64::from(levels), count);
             report(observer, &progress)?;
-            let halves: Vec<_> = ranges.into_par_iter().map(divide).collect();
+            let halves: Vec<_> = install(|| ranges.into_par_iter().map(divide).collect());
             divisions.extend(halves.iter().map(|(division, _)| *division));
             ranges = halves.into_iter().flat_map(|(_, halves)| halves).collect();
         }
@@ -256,13 +257,11 @@ impl<'a> KdTree<'a> {
         for (batch, indices) in self.order.chunks(POINTS_PER_REPORT).enumerate() {
             let done = (batch * POINTS_PER_REPORT) as u64;
             report(observer, &Progress::of_stage(Stage::Cleaning, done, total as u64, total))?;
-            let answered: Vec<T> = indices
-                .par_chunks(POINTS_PER_TASK)
-                .flat_map_iter(|indices| {
-                    let mut found = Vec::new();
-                    indices.iter().map(|&index| ask(index, &mut found)).collect::<Vec<T>>()
-                })
-                .collect();
+            let answered = indices.par_chunks(POINTS_PER_TASK).flat_map_iter(|indices| {
+                let mut found = Vec::new();
+                indices.iter().map(|&index| ask(index, &mut found)).collect::<Vec<T>>()
+            });
+            let answered: Vec<T> = install(|| answered.collect());
             for (&index, answer) in indices.iter().zip(answered) {
                 answers[index as usize] = answer;
             }
@@ -339,7 +338,8 @@ fn box_of(entries: &[Entry]) -> Bounds {
         max: bounds.max.max(entry.place),
     };
     let join = |a: Bounds, b: Bounds| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) };
-    entries.par_iter().with_min_len(1 << 14).fold(empty, grow).reduce(empty, join)
+    let boxes = entries.par_iter().with_min_len(1 << 14).fold(empty, grow);
+    install(|| boxes.reduce(empty, join))
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 const FAIRNESS: FairnessSettings = FairnessSettings::STANDARD;
 const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
@@ -51,6 +52,18 @@ const SETTINGS: AlternatingFitSettings = AlternatingFitSettings::STANDARD;
 /// points do not determine it; [`Error::Interrupted`](crate::Error::Interrupted) if the observer
 /// stops it.
 pub fn approximate(
+    points: &[DVec3],
+    uv: &[DVec2],
+    weights: Option<&[f64]>,
+    options: &ApproximateOptions,
+    observer: &mut dyn Observer,
+) -> Result<Approximation> {
+    worker_pool::run_observed(points.len(), observer, |observer| {
+        approximated(points, uv, weights, options, observer)
+    })
+}
+
+fn approximated(
     points: &[DVec3],
     uv: &[DVec2],
     weights: Option<&[f64]>,

@@ -16,6 +16,7 @@ use super::settings::RefinementSettings;
 use super::warm_start::WarmStart;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Stage};
+use crate::worker_pool;
 
 const REFINEMENT: RefinementSettings = RefinementSettings::STANDARD;
 
@@ -59,7 +60,10 @@ pub fn fit_heights(
     options: &HeightOptions,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    fit_heights_over(points, weights, &BasePlane::over(points, up), options, None, observer)
+    worker_pool::run_observed(points.len(), observer, |observer| {
+        let base = BasePlane::over(points, up);
+        fit_heights_over(points, weights, &base, options, None, observer)
+    })
 }
 
 /// Like [`fit_heights`], over a given plane. The search for the fairness starts near that of

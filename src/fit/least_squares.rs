@@ -12,6 +12,7 @@ use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
 use crate::progress::{self, Listen, Observer, Stage};
+use crate::worker_pool::{self, install};
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
@@ -49,12 +50,14 @@ pub fn fit(
     options: &FitOptions,
     observer: &mut dyn Observer,
 ) -> Result<NurbsSurface> {
-    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
     check(points, uv, weights, options)?;
     // Relative to the centroid, coordinates keep their digits wherever the points lie.
     let center = points.iter().sum::<DVec3>() / points.len() as f64;
-    let sums = PartialSums::sum(points, uv, weights, center, options, &mut listen)?;
-    Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
+    worker_pool::run_observed(points.len(), observer, |observer| {
+        let mut listen = progress::listener(observer, Stage::Fitting, points.len());
+        let sums = PartialSums::sum(points, uv, weights, center, options, &mut listen)?;
+        Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
+    })
 }
 
 /// Sums over points at known parameters, from which [`fit`] solves for the surface.
@@ -102,7 +105,7 @@ impl PartialSums {
         options: &FitOptions,
     ) -> Result<Self> {
         check(points, uv, weights, options)?;
-        Self::sum(points, uv, weights, origin, options, &mut || Ok(()))
+        install(|| Self::sum(points, uv, weights, origin, options, &mut || Ok(())))
     }
 
     pub(super) fn sum(
@@ -150,7 +153,7 @@ impl PartialSums {
     ///
     /// [`Error::Parameter`] if the points do not determine the net.
     pub fn solve(&self, fairness: f64) -> Result<NurbsSurface> {
-        Equations::of(self.clone(), THIN_PLATE, 1.0).solve(fairness, &mut || Ok(()))
+        install(|| Equations::of(self.clone(), THIN_PLATE, 1.0).solve(fairness, &mut || Ok(())))
     }
 }
 

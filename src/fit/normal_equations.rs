@@ -15,6 +15,7 @@ use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
 use crate::progress::Listen;
+use crate::worker_pool;
 
 /// Numbers in the blocks that are summed up at a time, 16 MB.
 const BLOCK_NUMBERS: usize = 1 << 21;
@@ -115,7 +116,7 @@ impl NormalEquations {
         let tasks = cells.tasks();
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let few = samples.len() * sums < BLOCK_NUMBERS;
-        let portions = if few { 1 } else { 2 * rayon::current_num_threads() };
+        let portions = if few { 1 } else { 2 * worker_pool::num_threads() };
         let batch = (BLOCK_NUMBERS / length).min(tasks.len().div_ceil(portions)).max(1);
         let least = if few { batch } else { 1 };
         let scratch = || vec![0.0; BATCH * (layout.height + layout.width)];

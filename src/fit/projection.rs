@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use super::patches::{Evaluation, Patches, Tangents, evaluate_all};
 use super::settings::{LeastSquaresSettings, ProjectionSettings};
 use crate::nurbs::NurbsSurface;
+use crate::worker_pool::install;
 
 const SETTINGS: ProjectionSettings = ProjectionSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -90,7 +91,8 @@ pub fn project(
     points: &[DVec3],
     uv: &[DVec2],
 ) -> (Vec<DVec2>, Vec<f64>) {
-    let projections = projections(surface, closed.into(), points, uv, SETTINGS.first_steps);
+    let steps = SETTINGS.first_steps;
+    let projections = install(|| projections(surface, closed.into(), points, uv, steps));
     projections.iter().map(|projection| (projection.uv, projection.offset.length())).unzip()
 }
 

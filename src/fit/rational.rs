@@ -13,6 +13,7 @@ use super::settings::{LeastSquaresSettings, RationalSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
+use crate::worker_pool;
 
 const SETTINGS: RationalSettings = RationalSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -57,6 +58,19 @@ pub fn fit_weights(
     {
         return Ok(surface.clone());
     }
+    worker_pool::run_observed(points.len(), observer, |observer| {
+        optimized(surface, &unknowns, points, weights, observer)
+    })
+}
+
+/// Minimizes over control points and weights.
+fn optimized(
+    surface: &NurbsSurface,
+    unknowns: &Unknowns,
+    points: &[DVec3],
+    weights: Option<&[f64]>,
+    observer: &mut dyn Observer,
+) -> Result<NurbsSurface> {
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
     let (mut uv, first) = projections(surface, points, &weight)?;
     let (mut best, mut error) = (surface.clone(), first);

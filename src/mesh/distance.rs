@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::MeshView;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
+use crate::worker_pool::{self, for_each_task};
 
 /// Triangles of a leaf at most.
 const MAX_LEAF_TRIANGLES: usize = 4;
@@ -18,6 +19,9 @@ const MIN_PARALLEL_TRIANGLES: usize = 1 << 13;
 
 /// Points between two calls of the observer.
 const POINTS_PER_REPORT: usize = 1 << 15;
+
+/// Points that a thread takes at a time.
+const POINTS_PER_TASK: usize = 1 << 8;
 
 /// A search structure for distances from points to a mesh.
 ///
@@ -58,9 +62,11 @@ impl DistanceSearch {
     #[must_use]
     pub fn new(mesh: MeshView<'_>) -> Self {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| mesh.vertices[i as usize]);
-        let mut triangles: Vec<_> = mesh.triangles.par_iter().map(corners).collect();
-        let root = (!triangles.is_empty()).then(|| Node::build(&mut triangles, 0));
-        Self { triangles, root }
+        worker_pool::install(|| {
+            let mut triangles: Vec<_> = mesh.triangles.par_iter().map(corners).collect();
+            let root = (!triangles.is_empty()).then(|| Node::build(&mut triangles, 0));
+            Self { triangles, root }
+        })
     }
 
     /// The distance from a point to the nearest triangle; infinite if there is none.
@@ -94,8 +100,9 @@ impl DistanceSearch {
             let done = (index * POINTS_PER_REPORT) as u64;
             let at = Progress::of_stage(Stage::Measuring, done, total, 0);
             progress::report(observer, &at)?;
-            let pairs = points.par_iter().zip(out);
-            pairs.for_each_init(Vec::new, |stack, (&point, out)| *out = self.search(point, stack));
+            for_each_task(points.iter().zip(out), POINTS_PER_TASK, |stack, (&point, out)| {
+                *out = self.search(point, stack);
+            });
         }
         progress::report(observer, &Progress::of_stage(Stage::Measuring, total, total, 0))
     }

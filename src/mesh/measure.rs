@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MeshView;
+use crate::worker_pool;
 
 /// Triangles in a partial sum: a fixed number, so that sums do not depend on the number of threads.
 const TRIANGLES_PER_SUM: usize = 1 << 14;
@@ -46,7 +47,7 @@ impl MeshView<'_> {
     pub fn euler_characteristic(&self) -> i64 {
         let mut edges: Vec<(u32, u32)> =
             self.directed_edges().map(|(a, b)| (a.min(b), a.max(b))).collect();
-        edges.par_sort_unstable();
+        worker_pool::install(|| edges.par_sort_unstable());
         edges.dedup();
         let mut used = vec![false; self.vertices.len()];
         self.triangles.iter().flatten().for_each(|&vertex| used[vertex as usize] = true);
@@ -88,7 +89,7 @@ impl MeshView<'_> {
     pub fn boundary_edges(&self) -> Vec<(u32, u32)> {
         let mut edges: Vec<(u32, u32, bool)> =
             self.directed_edges().map(|(a, b)| (a.min(b), a.max(b), a > b)).collect();
-        edges.par_sort_unstable();
+        worker_pool::install(|| edges.par_sort_unstable());
         let runs = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
         let alone = runs.filter(|run| run.len() == 1).map(|run| run[0]);
         let mut alone: Vec<_> =
@@ -104,8 +105,8 @@ impl MeshView<'_> {
     fn sum(&self, of: impl Fn([DVec3; 3]) -> f64 + Sync) -> f64 {
         let corners = |triangle: &[u32; 3]| triangle.map(|i| self.vertices[i as usize]);
         let sums = self.triangles.par_chunks(TRIANGLES_PER_SUM);
-        let sums: Vec<f64> =
-            sums.map(|part| part.iter().map(|triangle| of(corners(triangle))).sum()).collect();
+        let sums = sums.map(|part| part.iter().map(|triangle| of(corners(triangle))).sum());
+        let sums: Vec<f64> = worker_pool::install(|| sums.collect());
         sums.iter().sum()
     }
 }

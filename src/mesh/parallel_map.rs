@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::error::Result;
-use crate::nurbs::for_each_task;
 use crate::progress::{self, Observer, Progress, Stage};
+use crate::worker_pool::for_each_task;
 
 /// Target time between two calls of the observer.
 const REPORT_INTERVAL: Duration = Duration::from_millis(20);

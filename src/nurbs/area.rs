@@ -11,6 +11,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{for_row_blocks, interrupt_check};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Quadrature nodes along each side of a piece: of the estimate, then of the two coarser rules that
 /// bound its error. Near a singular point one coarser rule may agree by accident; two rarely do.
@@ -113,7 +114,8 @@ fn measure_pieces<T: Sync>(
     let (mut pieces, arch) = (Vec::with_capacity(patches.len()), Arch::new());
     for_row_blocks(patches.len(), PIECE_COST, observer, |from, to| {
         let tasks = patches[from..to].par_iter();
-        pieces.par_extend(tasks.map(|patch| Piece::new(part(patch), rules, arch)));
+        let measured = tasks.map(|patch| Piece::new(part(patch), rules, arch));
+        worker_pool::install(|| pieces.par_extend(measured));
     })?;
     Ok(pieces)
 }

@@ -10,6 +10,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::interrupt_check;
 use crate::error::Result;
 use crate::progress::{Listen, Observer};
+use crate::worker_pool;
 
 /// Maximal distance between the box and the surface, as a fraction of the surface's size.
 const BOX_TOLERANCE: f64 = 1e-10;
@@ -91,8 +92,11 @@ fn farthest(
             .fold(f64::NEG_INFINITY, f64::max)
     };
     listen()?;
-    let mut reached = patches.par_iter().map(corners).reduce(|| f64::NEG_INFINITY, f64::max);
-    let bounds: Vec<f64> = patches.par_iter().map(|patch| bound(patch, direction)).collect();
+    let (mut reached, bounds) = worker_pool::install(|| {
+        let reached = patches.par_iter().map(corners).reduce(|| f64::NEG_INFINITY, f64::max);
+        let bounds = patches.par_iter().map(|patch| bound(patch, direction));
+        (reached, bounds.collect::<Vec<f64>>())
+    });
     // Largest bound of the patches that are not halved.
     let mut unhalved_bound = reached;
     let mut candidates = BinaryHeap::new();

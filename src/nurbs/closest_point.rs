@@ -10,7 +10,6 @@
 use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::bezier_patch::BezierPatch;
 use super::box_tree::{BoxNode, FlatPiece, NodeContent};
@@ -19,6 +18,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{for_timed_blocks, interrupt_check};
 use crate::error::{Error, Result};
 use crate::progress::{Observer, Silent};
+use crate::worker_pool;
 
 /// A point farther than this fraction of the radius of curvature may have several projections on a
 /// piece. The fraction is small because a part of a piece may bend more than the whole.
@@ -196,14 +196,14 @@ impl ClosestPointSearch {
             return Err(Error::NotFinite { index, point: points[index] });
         }
         for_timed_blocks(points.len(), observer, |from, to| {
-            let projections = uv[from..to].par_iter_mut().zip(&mut projections[from..to]);
-            let rest = distances[from..to].par_iter_mut().zip(&mut converged[from..to]);
-            let tasks = points[from..to].par_iter().zip(projections.zip(rest));
-            let share = (to - from) / (4 * rayon::current_num_threads());
-            let tasks = tasks.with_min_len(share.clamp(1, MAX_POINTS_PER_TASK));
-            tasks.for_each_init(
-                Vec::new,
-                |stack, (&point, ((uv, projection), (distance, done)))| {
+            let projections = uv[from..to].iter_mut().zip(&mut projections[from..to]);
+            let rest = distances[from..to].iter_mut().zip(&mut converged[from..to]);
+            let tasks = points[from..to].iter().zip(projections.zip(rest));
+            let share = (to - from) / (4 * worker_pool::num_threads());
+            worker_pool::for_each_task(
+                tasks,
+                share.min(MAX_POINTS_PER_TASK),
+                |stack: &mut Vec<_>, (&point, ((uv, projection), (distance, done)))| {
                     let found = self.search(point, stack);
                     (*uv, *projection) = (found.uv, found.point);
                     (*distance, *done) = (found.distance, found.converged);

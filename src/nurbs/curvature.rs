@@ -1,7 +1,6 @@
 //! Gaussian, mean and principal curvatures of a surface.
 
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 
 use super::basis::BasisDerivatives;
 use super::evaluate::INWARD_STEPS;
@@ -12,6 +11,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// A point is umbilic if half of the difference of its principal curvatures is at most this
 /// fraction of their mean. Every direction is then principal.
@@ -70,15 +70,35 @@ impl<'a> CurvatureSlices<'a> {
         lengths.try_for_each(|length| check_length(length, needed))
     }
 
-    /// The elements from..to, in parallel.
-    fn elements(
+    /// Chunks of the elements from..to.
+    fn chunks(
         &mut self,
         from: usize,
         to: usize,
-    ) -> impl IndexedParallelIterator<Item = OutputElement<'_>> + use<'_, 'a> {
-        let vectors = self.points[from..to].par_iter_mut().zip(&mut self.normals[from..to]);
-        let numbers = self.gaussian[from..to].par_iter_mut().zip(&mut self.mean[from..to]);
-        let pairs = self.principal[from..to].par_iter_mut().zip(&mut self.directions[from..to]);
+        size: usize,
+    ) -> impl Iterator<Item = CurvatureSlices<'_>> + Send + use<'_, 'a> {
+        let points = self.points[from..to].chunks_mut(size);
+        let vectors = points.zip(self.normals[from..to].chunks_mut(size));
+        let numbers = self.gaussian[from..to].chunks_mut(size);
+        let numbers = numbers.zip(self.mean[from..to].chunks_mut(size));
+        let pairs = self.principal[from..to].chunks_mut(size);
+        let pairs = pairs.zip(self.directions[from..to].chunks_mut(size));
+        vectors.zip(numbers).zip(pairs).map(
+            |(((points, normals), (gaussian, mean)), (principal, directions))| CurvatureSlices {
+                points,
+                normals,
+                gaussian,
+                mean,
+                principal,
+                directions,
+            },
+        )
+    }
+
+    fn elements(&mut self) -> impl Iterator<Item = OutputElement<'_>> + use<'_, 'a> {
+        let vectors = self.points.iter_mut().zip(&mut *self.normals);
+        let numbers = self.gaussian.iter_mut().zip(&mut *self.mean);
+        let pairs = self.principal.iter_mut().zip(&mut *self.directions);
         vectors.zip(numbers).zip(pairs)
     }
 }
@@ -206,9 +226,13 @@ impl NurbsSurface {
         out.check(uv.len())?;
         self.check_scattered(uv, uv.len(), outside)?;
         for_row_blocks(uv.len(), CURVATURE_COST, observer, |from, to| {
-            let tasks = uv[from..to].par_iter().zip(out.elements(from, to));
-            let tasks = tasks.with_min_len(POINTS_PER_TASK);
-            tasks.for_each(|(at, elements)| self.curvature(at.x, at.y).write(elements));
+            let tasks = uv[from..to].chunks(POINTS_PER_TASK);
+            let tasks = tasks.zip(out.chunks(from, to, POINTS_PER_TASK));
+            worker_pool::for_each_task(tasks, 1, |(): &mut (), (uv, mut out)| {
+                for (at, element) in uv.iter().zip(out.elements()) {
+                    self.curvature(at.x, at.y).write(element);
+                }
+            });
         })
     }
 
@@ -253,10 +277,9 @@ impl NurbsSurface {
         let columns: Vec<BasisDerivatives<3>> =
             v.iter().map(|&v| BasisDerivatives::at(self.knots_v(), v)).collect();
         for_row_blocks(u.len(), CURVATURE_COST * v.len(), observer, |from, to| {
-            let elements = out.elements(from * v.len(), to * v.len());
-            let rows = elements.chunks(v.len()).zip(&u[from..to]);
-            rows.for_each_init(Isocurve::default, |net, (elements, &u)| {
-                let mut elements = elements.into_iter();
+            let rows = out.chunks(from * v.len(), to * v.len(), v.len()).zip(&u[from..to]);
+            worker_pool::for_each_task(rows, 1, |net: &mut Isocurve, (mut row, &u)| {
+                let mut elements = row.elements();
                 isocurve::partials_along(self, u, &columns, net, |column, partials| {
                     if let Some(elements) = elements.next() {
                         self.curvature_of(partials, u, v[column]).write(elements);

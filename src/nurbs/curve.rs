@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3, DVec4};
-use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, derivatives, padded};
 use super::control_net::{
@@ -16,6 +15,7 @@ use super::parameter_checks::{Outside, check_inside, check_length};
 use super::work_blocks::for_row_blocks;
 use crate::error::{Error, Result};
 use crate::progress::{Listen, Observer};
+use crate::worker_pool;
 
 /// A NURBS curve in space.
 ///
@@ -259,9 +259,10 @@ impl NurbsCurve {
         check_inside("u", self.knots(), outside, 0, u.iter().copied())?;
         let side = order + 1;
         for_row_blocks(u.len(), side * side, observer, |from, to| {
-            let out = out[from * side..to * side].par_chunks_mut(side);
-            let tasks = u[from..to].par_iter().zip(out).with_min_len(256);
-            tasks.for_each(|(&u, out)| self.derivatives_at(u, out));
+            let tasks = u[from..to].iter().zip(out[from * side..to * side].chunks_mut(side));
+            worker_pool::for_each_task(tasks, 256, |(): &mut (), (&u, out)| {
+                self.derivatives_at(u, out)
+            });
         })
     }
 

@@ -1,7 +1,6 @@
 //! Partial derivatives of any order of a surface (The NURBS Book, section 4.5).
 
 use glam::{DVec2, DVec3, DVec4};
-use rayon::prelude::*;
 
 use super::basis::{MAX_ORDER, Row, derivatives};
 use super::parameter_checks::{Outside, check_length};
@@ -9,6 +8,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::{Error, Result};
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Highest order of differentiation. Beyond it, factorials lose accuracy in f64.
 pub const MAX_DERIVATIVE: usize = 18;
@@ -51,15 +51,19 @@ impl NurbsSurface {
         // The quotient rule combines each derivative with all lower ones.
         let cost = side.pow(4).div_ceil(4);
         for_row_blocks(uv.len(), cost, observer, |from, to| {
-            let tasks = uv[from..to].par_iter();
-            let tasks = tasks.zip(out[from * side * side..].par_chunks_mut(side * side));
-            let tasks = tasks.with_min_len(POINTS_PER_TASK / (side * side));
-            let buffers = || (vec![[0.0; MAX_ORDER]; 2 * side], vec![DVec4::ZERO; side * side]);
-            tasks.for_each_init(buffers, |(rows, table), (at, out)| {
-                let (rows_u, rows_v) = rows.split_at_mut(side);
-                self.homogeneous_derivatives(*at, rows_u, rows_v, table);
-                rational_derivatives(table, side, out);
-            });
+            let tasks = uv[from..to].iter().zip(out[from * side * side..].chunks_mut(side * side));
+            let batch_size = POINTS_PER_TASK / (side * side);
+            worker_pool::for_each_task(
+                tasks,
+                batch_size,
+                |(rows, table): &mut (Vec<_>, Vec<_>), (at, out)| {
+                    rows.resize(2 * side, [0.0; MAX_ORDER]);
+                    table.resize(side * side, DVec4::ZERO);
+                    let (rows_u, rows_v) = rows.split_at_mut(side);
+                    self.homogeneous_derivatives(*at, rows_u, rows_v, table);
+                    rational_derivatives(table, side, out);
+                },
+            );
         })
     }
 

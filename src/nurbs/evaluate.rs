@@ -2,7 +2,6 @@
 
 use glam::{DVec2, DVec3, DVec4};
 use pulp::Arch;
-use rayon::prelude::*;
 
 use super::basis::{BasisDerivatives, Row, padded};
 use super::evaluate_scattered::{BLOCK, homogeneous};
@@ -13,6 +12,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{POINTS_PER_TASK, for_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Steps towards the center of the domain, as fractions of the way, for degenerate points. There
 /// neither the first nor the second derivatives define the normal or the curvature, so it is taken
@@ -148,9 +148,9 @@ impl NurbsSurface {
     ) -> Result<()> {
         let arch = Arch::new();
         for_blocks(uv.len(), observer, |from, to| {
-            let tasks = uv[from..to].par_chunks(POINTS_PER_TASK);
-            let tasks = tasks.zip(out[from..to].par_chunks_mut(POINTS_PER_TASK));
-            tasks.for_each(|(uv, out)| {
+            let tasks = uv[from..to].chunks(POINTS_PER_TASK);
+            let tasks = tasks.zip(out[from..to].chunks_mut(POINTS_PER_TASK));
+            worker_pool::for_each_task(tasks, 1, |(): &mut (), (uv, out)| {
                 for (uv, out) in uv.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
                     let sums = homogeneous::<SUMS>(self, arch, uv);
                     for ((out, at), sums) in out.iter_mut().zip(uv).zip(sums) {

@@ -13,9 +13,10 @@ use super::isocurve::Isocurve;
 use super::parameter_checks::{Outside, check_length};
 use super::partials::TangentThresholds;
 use super::surface::NurbsSurface;
-use super::work_blocks::{POINTS_PER_TASK, for_each_task, for_row_blocks};
+use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 impl NurbsSurface {
     /// Computes the points, and optionally the unit normals, on the grid of all pairs of `u` and
@@ -70,13 +71,13 @@ impl NurbsSurface {
         let (surface, columns, width) = (self, &columns, v.len());
         for_row_blocks(u.len(), width, observer, |from, to| {
             // With few rows, tiles are smaller, so that all threads have work.
-            let rows = ROWS.min((to - from).div_ceil(rayon::current_num_threads()));
+            let rows = ROWS.min((to - from).div_ceil(worker_pool::num_threads()));
             let batch_size = POINTS_PER_TASK / (rows * width);
             let tiles = points[from * width..to * width]
                 .chunks_mut(rows * width)
                 .zip(u[from..to].chunks(rows));
             let Some(normals) = normals.as_deref_mut() else {
-                return for_each_task(tiles, batch_size, |isocurves, (points, u)| {
+                return worker_pool::for_each_task(tiles, batch_size, |isocurves, (points, u)| {
                     arch.dispatch(PointTile(Tile {
                         surface,
                         u,
@@ -88,11 +89,16 @@ impl NurbsSurface {
                 });
             };
             let normals = normals[from * width..to * width].chunks_mut(rows * width);
-            for_each_task(tiles.zip(normals), batch_size, |isocurves, ((points, u), normals)| {
-                let degenerate_normal = |row: usize, column: usize| self.normal(u[row], v[column]);
-                let tile = Tile { surface, u, width, columns, isocurves, points };
-                arch.dispatch(NormalTile { tile, normals, degenerate_normal });
-            });
+            worker_pool::for_each_task(
+                tiles.zip(normals),
+                batch_size,
+                |isocurves, ((points, u), normals)| {
+                    let degenerate_normal =
+                        |row: usize, column: usize| self.normal(u[row], v[column]);
+                    let tile = Tile { surface, u, width, columns, isocurves, points };
+                    arch.dispatch(NormalTile { tile, normals, degenerate_normal });
+                },
+            );
         })
     }
 }

@@ -1,7 +1,6 @@
 //! First and second fundamental forms of a surface.
 
 use glam::DVec2;
-use rayon::prelude::*;
 
 use super::curvature::CURVATURE_COST;
 use super::parameter_checks::{Outside, check_length};
@@ -9,6 +8,7 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// A fundamental form: a symmetric matrix in (du, dv).
 pub type Form = [[f64; 2]; 2];
@@ -71,12 +71,16 @@ impl NurbsSurface {
         check_length(first.len(), uv.len())?;
         self.check_scattered(uv, second.len(), outside)?;
         for_row_blocks(uv.len(), CURVATURE_COST, observer, |from, to| {
-            let out = first[from..to].par_iter_mut().zip(&mut second[from..to]);
-            let tasks = uv[from..to].par_iter().zip(out).with_min_len(POINTS_PER_TASK);
-            tasks.for_each(|(at, (first, second))| {
-                let forms = self.fundamental_forms(at.x, at.y);
-                (*first, *second) = (forms.first, forms.second);
-            });
+            let out = first[from..to].iter_mut().zip(&mut second[from..to]);
+            let tasks = uv[from..to].iter().zip(out);
+            worker_pool::for_each_task(
+                tasks,
+                POINTS_PER_TASK,
+                |(): &mut (), (at, (first, second))| {
+                    let forms = self.fundamental_forms(at.x, at.y);
+                    (*first, *second) = (forms.first, forms.second);
+                },
+            );
         })
     }
 }

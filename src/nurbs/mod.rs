@@ -54,7 +54,6 @@ pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_patch::halve;
 pub(crate) use self::knot_vector::check_degree;
 pub(crate) use self::patch_nets::PatchNets;
-pub(crate) use self::work_blocks::for_each_task;
 
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};
 pub use self::curvature::{Curvature, CurvatureSlices};

@@ -7,6 +7,7 @@ use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 use super::work_blocks::POINTS_PER_TASK;
 use crate::error::{Error, Result};
+use crate::worker_pool;
 
 /// The treatment of parameters outside the domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,7 +31,13 @@ impl NurbsSurface {
                 })
                 .err()
         };
-        uv.par_chunks(POINTS_PER_TASK).enumerate().find_map_first(check).map_or(Ok(()), Err)
+        let failed = if uv.len() <= POINTS_PER_TASK {
+            check((0, uv))
+        } else {
+            let tasks = uv.par_chunks(POINTS_PER_TASK).enumerate();
+            worker_pool::install(|| tasks.find_map_first(check))
+        };
+        failed.map_or(Ok(()), Err)
     }
 
     /// Checks the parameters of a grid.

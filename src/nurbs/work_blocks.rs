@@ -1,9 +1,6 @@
-//! Long work in blocks: parallel tasks, progress reports and interrupt checks.
+//! Long work in blocks: progress reports and interrupt checks.
 
-use std::hint;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::error::Result;
@@ -22,10 +19,6 @@ const POINTS_PER_STEP: usize = 1 << 15;
 /// Target duration of a block of tasks with unknown cost, and the size of the first block.
 const BLOCK_TIME: Duration = Duration::from_millis(20);
 const FIRST_BLOCK: usize = 2;
-
-/// Time for which an idle thread polls the active ones before it sleeps. Waking a thread takes as
-/// long as a small mesh.
-const SPIN_TIME: Duration = Duration::from_micros(50);
 
 /// Calls `work(from, to)` for blocks of `total` points, with a progress report before each.
 pub(super) fn for_blocks(
@@ -73,56 +66,6 @@ pub(super) fn for_timed_blocks(
         from = to;
     }
     report(observer, total, total)
-}
-
-/// Processes tasks on all threads. A thread takes `batch_size` tasks at a time and reuses its own
-/// scratch buffer.
-///
-/// The calling thread works, too: a job of two milliseconds must not wait until the system has
-/// woken every sleeping thread.
-pub(crate) fn for_each_task<T, R: Default>(
-    tasks: impl Iterator<Item = T> + Send,
-    batch_size: usize,
-    work: impl Fn(&mut R, T) + Sync,
-) {
-    let batch_size = batch_size.max(1);
-    let max_tasks = tasks.size_hint().1.unwrap_or(usize::MAX);
-    let threads = max_tasks.div_ceil(batch_size).min(rayon::current_num_threads());
-    let tasks = Mutex::new(tasks);
-    let worker = || {
-        let (mut scratch, mut batch) = (R::default(), Vec::with_capacity(batch_size));
-        loop {
-            let mut tasks = tasks.lock().unwrap_or_else(PoisonError::into_inner);
-            batch.extend(tasks.by_ref().take(batch_size));
-            drop(tasks);
-            if batch.is_empty() {
-                return;
-            }
-            batch.drain(..).for_each(|task| work(&mut scratch, task));
-        }
-    };
-    if threads <= 1 {
-        return worker();
-    }
-    let active = AtomicUsize::new(0);
-    rayon::in_place_scope(|scope| {
-        for _ in 1..threads {
-            scope.spawn(|_| {
-                active.fetch_add(1, Ordering::Relaxed);
-                worker();
-                active.fetch_sub(1, Ordering::Release);
-            });
-        }
-        worker();
-        // Threads of the pool have other work. Threads that have not started yet may need the
-        // processor of this one.
-        if rayon::current_thread_index().is_none() {
-            let started = Instant::now();
-            while active.load(Ordering::Acquire) > 0 && started.elapsed() < SPIN_TIME {
-                hint::spin_loop();
-            }
-        }
-    });
 }
 
 /// Returns a function that checks whether the observer stops the work; for work in small steps.

@@ -8,11 +8,11 @@ use super::axis_scale::choose_axes;
 use super::options::ReconstructOptions;
 use super::ranked_cloud::{RankedCloud, with_ranked_cloud};
 use super::ranking::Model;
-use super::relay;
 use crate::chart::Kind;
 use crate::diagnostic::Diagnostic;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// A hypothesis about the surface as the report shows it: its score and its outcome.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,7 +93,7 @@ pub fn candidates(
     observer: &mut dyn Observer,
 ) -> Result<Vec<Candidate>> {
     options.check(points.len())?;
-    relay::in_pool(points.len(), observer, |observer| {
+    worker_pool::run_observed(points.len(), observer, |observer| {
         let axes = choose_axes(points, options, observer)?;
         with_ranked_cloud(points, axes, options, observer, |ranked, _| Ok(ranked.candidates()))
     })

@@ -17,7 +17,6 @@ mod reconstruct_paper;
 mod reconstruction;
 mod recover_net;
 mod refine;
-mod relay;
 mod repair;
 mod report;
 mod robust_weights;

@@ -13,6 +13,7 @@ use crate::numeric::rms;
 use crate::observe::Observations;
 use crate::progress::{self, Observer, Progress, Stage};
 use crate::validate::{Comparison, Terms};
+use crate::worker_pool;
 
 /// A hypothesis with its coarse fit.
 #[derive(Clone, Debug)]
@@ -92,7 +93,7 @@ pub fn rank(
     }
     report(charts.len())?;
     let (kept, dropped) = drop_poor(waiting, &fitted, seen, settings);
-    for batch in kept.chunks(rayon::current_num_threads()) {
+    for batch in kept.chunks(worker_pool::num_threads()) {
         report(charts.len())?;
         let fit =
             |hypothesis: &Hypothesis| coarse_model(hypothesis.clone(), seen, &folds, settings);

@@ -13,12 +13,12 @@ use super::point_deviations::PointDeviations;
 use super::ranked_cloud::{RankedCloud, with_ranked_cloud};
 use super::reconstruction::Reconstruction;
 use super::refine::{RefinedSurface, fit_problem};
-use super::relay;
 use super::report::{Report, SurfaceFindings};
 use super::select::select_best;
 use crate::cloud::{self, Bounds};
 use crate::error::Result;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Turns scattered points into a NURBS surface; [`Reconstruction::tessellate`] turns that into
 /// triangles.
@@ -38,7 +38,7 @@ pub fn reconstruct(
 ) -> Result<Reconstruction> {
     let started = Instant::now();
     options.check(points.len())?;
-    let mut result = relay::in_pool(points.len(), observer, |observer| {
+    let mut result = worker_pool::run_observed(points.len(), observer, |observer| {
         let bounds = cloud::checked_bounds(points, &mut before_phases(observer))?;
         let axes = choose_axes(points, options, observer)?;
         with_ranked_cloud(points, axes, options, observer, |ranked, observer| {

@@ -5,7 +5,6 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::reconstruction::Reconstruction;
-use super::relay;
 use super::report::{Deviations, Report, TrainingReport};
 use super::stage_times::StageTimes;
 use crate::chart::Kind;
@@ -16,6 +15,7 @@ use crate::fit::EndedBy;
 use crate::nurbs::{ClosestPointSearch, MAX_DEGREE, OrderedSurface, check_degree};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
+use crate::worker_pool;
 
 /// Options of [`reconstruct_paper`]. The default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub fn reconstruct_paper(
 ) -> Result<Reconstruction> {
     let started = Instant::now();
     check_degree(options.degree)?;
-    let mut found = relay::in_pool(points.len(), observer, |observer| {
+    let mut found = worker_pool::run_observed(points.len(), observer, |observer| {
         let bounds = cloud::checked_bounds(points, observer)?;
         run(points, &bounds, options, observer)
     })?;

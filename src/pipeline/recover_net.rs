@@ -3,13 +3,14 @@
 use glam::DVec3;
 
 use super::options::{Aspect, ReconstructOptions};
-use super::{reconstruct, relay};
+use super::reconstruct;
 use crate::chart::Kind;
 use crate::cloud::Normalization;
 use crate::error::{Error, Result};
 use crate::fit;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Degree of the surface in both directions, lowered where the net has too few rows or columns.
 const DEGREE: usize = 3;
@@ -37,7 +38,7 @@ pub fn recover_net(
         ..ReconstructOptions::default()
     };
     let near = reconstruct(points, &options, observer)?;
-    relay::in_pool(points.len(), observer, |observer| {
+    worker_pool::run_observed(points.len(), observer, |observer| {
         let frame = Normalization::of(points);
         let local: Vec<DVec3> = points.iter().map(|&point| frame.apply(point)).collect();
         let degree = DEGREE.min(shape.0 - 1).min(shape.1 - 1);

@@ -12,6 +12,7 @@ use crate::cloud::NeighborGraph;
 use crate::error::Result;
 use crate::numeric::index;
 use crate::progress::Listen;
+use crate::worker_pool;
 
 /// Distances computed between two reports, about ten milliseconds.
 const DISTANCES_PER_REPORT: usize = 160_000;
@@ -44,8 +45,8 @@ impl LandmarkMap {
         let mut distances: Vec<Vec<f64>> = Vec::with_capacity(landmarks.len());
         for several in landmarks.chunks((DISTANCES_PER_REPORT / graph.len().max(1)).max(1)) {
             listen()?;
-            distances
-                .par_extend(several.par_iter().map(|&from| graph.distances_from(&[index(from)])));
+            let found = several.par_iter().map(|&from| graph.distances_from(&[index(from)]));
+            worker_pool::install(|| distances.par_extend(found));
         }
         let places = embedded(&landmarks, &distances);
         Ok(places.map(|places| Self { landmarks, distances, places }))
@@ -93,5 +94,5 @@ fn embedded(landmarks: &[usize], distances: &[Vec<f64>]) -> Option<Vec<DVec2>> {
         };
         DVec2::new(coordinate(*first, along), coordinate(*second, across))
     };
-    Some((0..distances[0].len()).into_par_iter().map(place).collect())
+    Some(worker_pool::install(|| (0..distances[0].len()).into_par_iter().map(place).collect()))
 }

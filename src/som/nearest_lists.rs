@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::box_tree::{BoxTree, MAX_LEVELS};
 use crate::error::Result;
 use crate::progress::Listen;
+use crate::worker_pool;
 
 /// Each level halves a box along each axis.
 const CHILDREN: usize = 8;
@@ -55,7 +56,7 @@ impl Drop for NearestLists<'_> {
     fn drop(&mut self) {
         if *self.box_count.get_mut() > MAX_DROPPED_INLINE {
             let root = std::mem::replace(&mut self.root, TreeBox::of_list(&[]));
-            rayon::spawn(move || drop(root));
+            worker_pool::spawn(move || drop(root));
         }
     }
 }

@@ -6,6 +6,7 @@ use super::graph::{Graph, Visits};
 use super::lattice::Lattice;
 use crate::error::Result;
 use crate::progress::Listen;
+use crate::worker_pool;
 
 /// Values processed between two reports, about ten milliseconds.
 pub(super) const VALUES_PER_REPORT: usize = 1 << 23;
@@ -29,7 +30,8 @@ pub(super) fn by_rows<T: Send>(
     for (number, rows) in values.chunks_mut(rows_per_report * cols).enumerate() {
         listen()?;
         let first = number * rows_per_report;
-        rows.par_chunks_mut(cols).enumerate().for_each(|(row, values)| make(first + row, values));
+        let rows = rows.par_chunks_mut(cols).enumerate();
+        worker_pool::install(|| rows.for_each(|(row, values)| make(first + row, values)));
     }
     Ok(values)
 }

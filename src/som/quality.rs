@@ -9,6 +9,7 @@ use super::search;
 use crate::cloud;
 use crate::error::{Error, Result};
 use crate::progress::{self, Observer, Progress, Stage};
+use crate::worker_pool;
 
 /// Nodes processed between two reports, a few milliseconds.
 const NODES_PER_REPORT: usize = 1 << 18;
@@ -224,7 +225,7 @@ impl SelfOrganizingMap {
             let now = Progress::of_stage(Stage::Measuring, first as u64, total as u64, 0);
             progress::report(observer, &now)?;
             let piece = first..total.min(first + NODES_PER_REPORT);
-            answers.par_extend(piece.into_par_iter().map(&query));
+            worker_pool::install(|| answers.par_extend(piece.into_par_iter().map(&query)));
         }
         Ok(answers)
     }

@@ -12,6 +12,7 @@ use super::nearest_lists::{Lookup, NearestLists};
 use crate::cloud::Bounds;
 use crate::error::Result;
 use crate::progress::Listen;
+use crate::worker_pool::{self, for_each_task};
 
 /// Points summed between two reports, about ten milliseconds.
 const POINTS_PER_REPORT: usize = 1 << 18;
@@ -73,8 +74,8 @@ impl<'a> OrderedPoints<'a> {
         let slabs = points.chunks(POINTS_PER_REPORT).zip(ranks.chunks_mut(POINTS_PER_REPORT));
         for (points, ranks) in slabs {
             listen()?;
-            let tasks = ranks.par_chunks_mut(per_task);
-            tasks.zip(points.par_chunks(per_task)).for_each(|(ranks, points)| {
+            let tasks = ranks.chunks_mut(per_task).zip(points.chunks(per_task));
+            for_each_task(tasks, 1, |(): &mut (), (ranks, points)| {
                 boxes.morton_ranks(points.iter().map(|&point| frame.apply(point)), ranks);
             });
         }
@@ -136,7 +137,7 @@ impl<'a> OrderedPoints<'a> {
                 let parts = tasks.map_init(scratch, |scratch, (pieces, begun)| {
                     task(scratch, pieces, begun, end)
                 });
-                for part in parts.collect::<Vec<PartSums>>() {
+                for part in worker_pool::install(|| parts.collect::<Vec<PartSums>>()) {
                     sums.absorb(&part);
                 }
                 let mut tasks = pieces.chunks(per_part).zip(&begun);
@@ -169,9 +170,8 @@ pub(super) fn query<T: Send + Clone + Default>(
         while done < points.len() {
             report(number * QUERIES_PER_REPORT + done)?;
             let end = Instant::now() + REPORT_INTERVAL;
-            let tasks = answers.par_chunks_mut(per_task);
-            let tasks = tasks.zip(points.par_chunks(per_task)).zip(&mut begun);
-            tasks.for_each(|((answers, points), begun)| {
+            let tasks = answers.chunks_mut(per_task).zip(points.chunks(per_task)).zip(&mut begun);
+            for_each_task(tasks, 1, |(): &mut (), ((answers, points), begun)| {
                 let mut lookup = tree.lookup();
                 let order = boxes.morton_order(points.iter().map(|&point| frame.apply(point)));
                 for index in order.skip(*begun) {

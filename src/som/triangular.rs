@@ -9,6 +9,7 @@ use super::lattice::Lattice;
 use super::node_sums::{Channels, VALUES_PER_REPORT};
 use crate::error::Result;
 use crate::progress::Listen;
+use crate::worker_pool;
 
 /// Distance to a row that cannot be reached in this direction.
 const UNREACHABLE: usize = usize::MAX / 4;
@@ -46,9 +47,10 @@ pub(super) fn sums_around(
     for first in (0..rows).step_by(rows_per_report.max(1)) {
         listen()?;
         let last = rows.min(first + rows_per_report.max(1));
-        channels
-            .par_iter_mut()
-            .for_each(|channel| (first..last).for_each(|row| channel.scatter_row(row)));
+        let channels = channels.par_iter_mut();
+        worker_pool::install(|| {
+            channels.for_each(|channel| (first..last).for_each(|row| channel.scatter_row(row)));
+        });
     }
     let total = |node: usize| {
         let opposite = sums.len() - 1 - node;

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::nurbs::{ClosestPointSearch, NurbsSurface};
 use crate::observe::{Observations, ObserveSettings};
 use crate::progress::Observer;
+use crate::worker_pool;
 
 /// Finds the defects of any surface against any points; a valid surface has none.
 ///
@@ -32,6 +33,14 @@ use crate::progress::Observer;
 ///
 /// [`crate::Error::Interrupted`] if the observer stops it.
 pub fn validate(
+    surface: &NurbsSurface,
+    points: &[DVec3],
+    observer: &mut dyn Observer,
+) -> Result<Vec<Diagnostic>> {
+    worker_pool::run_observed(points.len(), observer, |observer| found(surface, points, observer))
+}
+
+fn found(
     surface: &NurbsSurface,
     points: &[DVec3],
     observer: &mut dyn Observer,

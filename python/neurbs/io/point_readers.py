@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.errors import argument_error
+from neurbs.io import isolation
 from neurbs.io.e57 import read_e57
-from neurbs.io.las import read_las
 from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
@@ -25,7 +25,6 @@ from neurbs.io.ply import read_ply
 from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
 from neurbs.io.raster import read_asc, read_geotiff
 from neurbs.io.text import read_pts, read_text
-from neurbs.io.vtk import read_vtk
 
 
 @overload
@@ -347,13 +346,13 @@ _READERS = _TABLES | {
     ".stl": read_vertices,
     ".off": read_vertices,
     ".glb": read_vertices,
-    ".las": read_las,
-    ".laz": read_las,
+    ".las": isolation.read_points,
+    ".laz": isolation.read_points,
     ".e57": read_e57,
     ".pcd": read_pcd,
-    ".vtk": read_vtk,
-    ".vtp": read_vtk,
-    ".vtu": read_vtk,
+    ".vtk": isolation.read_points,
+    ".vtp": isolation.read_points,
+    ".vtu": isolation.read_points,
     ".tif": read_geotiff,
     ".tiff": read_geotiff,
 }

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
-from neurbs.io.cad import read_cad
+from neurbs.io import isolation
 from neurbs.io.geomdl_json import read_json
-from neurbs.io.rhino import read_3dm
 from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import check_unit
 
@@ -152,11 +151,11 @@ def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
 
 _READERS: dict[str, Callable[[Path], SurfaceFile]] = {
     ".json": read_json,
-    ".3dm": read_3dm,
-    ".step": read_cad,
-    ".stp": read_cad,
-    ".igs": read_cad,
-    ".iges": read_cad,
+    ".3dm": isolation.read_surfaces,
+    ".step": isolation.read_surfaces,
+    ".stp": isolation.read_surfaces,
+    ".igs": isolation.read_surfaces,
+    ".iges": isolation.read_surfaces,
 }
 
 LOADABLE = tuple(_READERS)

@@ -1,0 +1,149 @@
+"""The process that reads files with libraries which a damaged file can crash or hang.
+
+`neurbs.io.isolation` starts it as ``python -m neurbs.io.worker``. A request is a line of JSON on
+standard input. An answer is a sequence of frames on standard output: a line of JSON each, then the
+bytes of its arrays. The process ends when standard input does.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from neurbs._core import NeurbsError
+from neurbs.extras import require_for_file
+from neurbs.io.point_cloud import Request
+
+READERS = {
+    ".step": ("OCP", "neurbs.io.cad", "read_cad"),
+    ".stp": ("OCP", "neurbs.io.cad", "read_cad"),
+    ".igs": ("OCP", "neurbs.io.cad", "read_cad"),
+    ".iges": ("OCP", "neurbs.io.cad", "read_cad"),
+    ".3dm": ("rhino3dm", "neurbs.io.rhino", "read_3dm"),
+    ".vtk": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".vtp": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".vtu": ("vtkmodules", "neurbs.io.vtk", "read_vtk"),
+    ".las": ("laspy", "neurbs.io.las", "read_las"),
+    ".laz": ("laspy", "neurbs.io.las", "read_las"),
+}
+"""By suffix: the library, and module and name of the function that reads with it."""
+
+MEMORY = 1 << 30
+"""Bytes that reading may take, for a small file."""
+
+MEMORY_PER_BYTE = 64
+"""Bytes of memory that reading may take for each byte of the file."""
+
+SECONDS = 6
+"""Seconds of processor time that reading may take, for a small file."""
+
+BYTES_PER_SECOND = 100_000
+"""Bytes of a file for which one more second is granted."""
+
+
+def main() -> None:
+    """Answer requests until there are no more."""
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
+    # The libraries print what they think of a file.
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        os.dup2(nowhere.fileno(), 2)
+    for line in sys.stdin.buffer:
+        _answer(json.loads(line), answers)
+
+
+def _answer(request: dict[str, Any], answers: BinaryIO) -> None:
+    try:
+        if request["folder"]:
+            os.chdir(request["folder"])
+        path = Path(request["path"])
+        read = reader(path)
+        _limit(path.stat().st_size)
+        if request["what"] == "surfaces":
+            _send_surfaces(read(path), answers)
+        else:
+            columns = request["columns"]
+            asked = Request(columns and tuple(columns), request["nan"], request["attributes"])
+            _send_points(read(path, asked), answers)
+        _send(answers, {"end": True})
+    except NeurbsError as error:
+        _send(answers, {"error": "NeurbsError", "message": str(error)})
+    except MemoryError:
+        _send(answers, {"error": "MemoryError"})
+    except OSError as error:
+        _send(answers, {"error": "OSError", "errno": error.errno, "message": str(error)})
+    except Exception as error:
+        _send(answers, {"error": type(error).__name__, "message": str(error)})
+
+
+def reader(path: Path) -> Callable[..., Any]:
+    """Return the function that reads a file, with its library imported."""
+    library, module, name = READERS[path.suffix.lower()]
+    require_for_file(path, library)
+    read: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return read
+
+
+def _limit(size: int) -> None:
+    """Bound memory and processor time for reading a file of so many bytes, where the system can."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        def lower(which: int, bound: int) -> None:
+            hard = resource.getrlimit(which)[1]
+            if hard != resource.RLIM_INFINITY:
+                bound = min(bound, hard)
+            resource.setrlimit(which, (bound, hard))
+
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+        spent = int(sum(os.times()[:2])) + 1
+        lower(resource.RLIMIT_CPU, spent + SECONDS + size // BYTES_PER_SECOND)
+        status = Path("/proc/self/status").read_text()
+        taken = int(status.partition("VmData:")[2].split()[0]) * 1024
+        lower(resource.RLIMIT_DATA, taken + MEMORY + MEMORY_PER_BYTE * size)
+
+
+def _send_surfaces(file: Any, answers: BinaryIO) -> None:
+    head = {"trimmed": file.trimmed, "unit": file.unit, "count": len(file.surfaces)}
+    _send(answers, head)
+    for surface in file.surfaces:
+        arrays = (surface.control_points, surface.weights, *surface.knots)
+        _send(answers, {"degree": surface.degree}, arrays)
+
+
+def _send_points(source: Any, answers: BinaryIO) -> None:
+    names = ("count", "unit", "crs", "offset")
+    _send(answers, {name: getattr(source, name) for name in names})
+    for block in source.blocks:
+        arrays = (block.points, block.normals, block.colors)
+        _send(answers, {"dropped": block.dropped}, arrays)
+
+
+def _send(
+    answers: BinaryIO, head: dict[str, Any], arrays: Sequence[NDArray[Any] | None] = ()
+) -> None:
+    whole = [None if array is None else np.ascontiguousarray(array) for array in arrays]
+    head["arrays"] = [None if array is None else [array.dtype.str, array.shape] for array in whole]
+    _write(answers, json.dumps(head).encode() + b"\n")
+    for array in whole:
+        if array is not None:
+            _write(answers, array.reshape(-1).view(np.uint8))
+
+
+def _write(answers: BinaryIO, data: bytes | NDArray[np.uint8]) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[answers.write(left) :]
+
+
+if __name__ == "__main__":
+    main()
