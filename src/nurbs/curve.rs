@@ -261,7 +261,7 @@ impl NurbsCurve {
         for_row_blocks(u.len(), side * side, observer, |from, to| {
             let tasks = u[from..to].iter().zip(out[from * side..to * side].chunks_mut(side));
             worker_pool::for_each_task(tasks, 256, |(): &mut (), (&u, out)| {
-                self.derivatives_at(u, out)
+                self.derivatives_at(u, out);
             });
         })
     }
