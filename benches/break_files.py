@@ -7,7 +7,8 @@
 Small valid files are damaged one at a time: flipped bits, cuts, other numbers, blocks that are
 repeated, deleted or swapped, foreign bytes, the suffix of another format. A worker process reads
 each file and compares the result with that of the undamaged file. Case K of a format with a seed
-is always the same file, so that ``--case`` makes it again and reads it.
+is always the same file, so that ``--case`` makes it again and reads it (a ``.3dm`` file differs in
+the identifiers that Rhino's library draws).
 
 Prints a table, a row for each format, then examples of the bad classes:
 
@@ -24,29 +25,26 @@ what writes and reads the formats.
 
 import argparse
 import contextlib
+import faulthandler
 import hashlib
 import json
 import os
 import re
 import select
-import struct
 import subprocess
 import sys
 import tempfile
 import time
 import traceback
 import warnings
-import zlib
 from collections import Counter, defaultdict
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from break_files_formats import FORMATS, content_of, end_of, sealed, suffix_of
+from break_files_cases import FORMATS, content_of, damaged_file, end_of, suffix_of
 
 import neurbs
-from neurbs.io import LOADABLE, READABLE
+from neurbs.io import LOADABLE
 
 HANG = 10.0
 """Seconds without an answer that count as a hang."""
@@ -60,133 +58,6 @@ COLUMNS = ("files", "refused", "same", "otherwise", "cut", "exception", "crash",
 BAD = COLUMNS[4:]
 EXAMPLES = 4
 """Examples printed of each bad class of a format, all with different reasons."""
-NUMBERS = ("0", "-1", "1000000000", "2147483647", "9223372036854775808", "nan")
-
-Rng = np.random.Generator
-Damage = tuple[bytes, str, int | None]
-"""The damaged content, how it was damaged, and where it was cut."""
-
-
-# Damages
-
-
-def flip_bits(content: bytes, rng: Rng) -> Damage:
-    damaged, places = bytearray(content), rng.integers(0, 8 * len(content), rng.integers(1, 9))
-    for place in places:
-        damaged[place // 8] ^= 1 << (place % 8)
-    return bytes(damaged), f"bits {sorted(places.tolist())} flipped", None
-
-
-def cut(content: bytes, rng: Rng) -> Damage:
-    end = int(rng.integers(0, len(content)))
-    return content[:end], f"cut at {end} of {len(content)}", end
-
-
-def cut_at_structure(content: bytes, rng: Rng) -> Damage:
-    """Cut before or after a line, a tag or a section, at a round number, or near the end."""
-    lines = [m.end() for m in re.finditer(rb"[\n;>}\]]", content)]
-    steps = range(0, len(content), int(2 ** rng.integers(2, 8)))
-    near_end = range(max(len(content) - 64, 0), len(content))
-    places = [place for place in (lines, steps, near_end)[rng.integers(3)] if place < len(content)]
-    end = int(rng.choice(places or [0])) - int(rng.integers(2))
-    return content[: max(end, 0)], f"cut at {max(end, 0)} of {len(content)}", max(end, 0)
-
-
-def replace_text_number(content: bytes, rng: Rng) -> Damage:
-    numbers = list(re.finditer(rb"-?\d+(\.\d*)?([eE][-+]?\d+)?", content))
-    if not numbers:
-        return flip_bits(content, rng)
-    # Half of the time a number of the header.
-    number = numbers[rng.integers(min(len(numbers), 30) if rng.random() < 0.5 else len(numbers))]
-    new = NUMBERS[rng.integers(len(NUMBERS))]
-    damaged = content[: number.start()] + new.encode() + content[number.end() :]
-    return damaged, f"{number.group()!r} at {number.start()} replaced by {new}", None
-
-
-def replace_binary_number(content: bytes, rng: Rng) -> Damage:
-    values: tuple[tuple[str, float], ...] = (
-        *(("<i", value) for value in (0, -1, 10**9, 2**31 - 1)),
-        *((">i", value) for value in (-1, 10**9, 2**31 - 1)),
-        *(("<Q", value) for value in (0, 2**63, 2**64 - 1, 10**9)),
-        ("<H", 0xFFFF), ("<d", float("nan")), ("<f", float("nan")), (">d", float("nan")),
-    )  # fmt: skip
-    kind, value = values[rng.integers(len(values))]
-    new = struct.pack(kind, value)
-    limit = min(len(content), 400) if rng.random() < 0.5 else len(content)
-    place = int(rng.integers(max(limit - len(new), 1)))
-    damaged = content[:place] + new + content[place + len(new) :]
-    return damaged, f"{value} written as {kind} at {place}", None
-
-
-def block(content: bytes, rng: Rng) -> tuple[int, int]:
-    """Choose a line, some lines, or some bytes."""
-    if rng.random() < 0.5 and content.count(b"\n") > 3:
-        ends = [0, *(m.end() for m in re.finditer(rb"\n", content))]
-        first = int(rng.integers(len(ends) - 1))
-        return ends[first], ends[min(first + int(rng.integers(1, 5)), len(ends) - 1)]
-    start = int(rng.integers(len(content)))
-    return start, min(start + int(2 ** rng.integers(0, 10)), len(content))
-
-
-def repeat(content: bytes, rng: Rng) -> Damage:
-    start, end = block(content, rng)
-    times = int(rng.choice([1, 2, 50]))
-    damaged = content[:end] + content[start:end] * times + content[end:]
-    return damaged, f"{start} to {end} repeated {times} times", None
-
-
-def delete(content: bytes, rng: Rng) -> Damage:
-    start, end = block(content, rng)
-    return content[:start] + content[end:], f"{start} to {end} deleted", None
-
-
-def swap(content: bytes, rng: Rng) -> Damage:
-    (a, b), (c, d) = sorted([block(content, rng), block(content, rng)])
-    b = min(b, c)
-    damaged = content[:a] + content[c:d] + content[b:c] + content[a:b] + content[d:]
-    return damaged, f"{a} to {b} and {c} to {d} swapped", None
-
-
-def insert(content: bytes, rng: Rng) -> Damage:
-    foreign = (
-        b"\0",
-        b"\0" * 16,
-        b"\0" * 512,
-        b"\xff\xfe",
-        b"\xc3\x28",
-        b"\x80\x81\x82",
-        b"\xed\xa0\x80",
-    )
-    new = foreign[rng.integers(len(foreign))]
-    place = int(rng.integers(len(content) + 1))
-    shown = f"{new[:4]!r} × {len(new) // len(new[:4])}"
-    return content[:place] + new + content[place:], f"{shown} inserted at {place}", None
-
-
-DAMAGES: tuple[Callable[[bytes, Rng], Damage], ...] = (
-    flip_bits, cut, cut_at_structure, cut_at_structure, replace_text_number, replace_text_number,
-    replace_binary_number, replace_binary_number, repeat, delete, swap, insert,
-)  # fmt: skip
-
-
-def damaged_file(
-    folder: Path, name: str, number: int, seed: int, content: bytes
-) -> tuple[Path, str, int | None, bool]:
-    """Write a case; return the file, its damage, its cut, and whether attributes are read."""
-    rng = np.random.default_rng([seed, zlib.crc32(name.encode()), number])
-    suffix, attributes = suffix_of(name), bool(rng.integers(2))
-    if rng.random() < 0.03:
-        other = [s for s in (*READABLE, *LOADABLE) if s != suffix]
-        suffix = other[rng.integers(len(other))]
-        how, end = f"suffix {suffix}", None
-    else:
-        content, how, end = DAMAGES[rng.integers(len(DAMAGES))](content, rng)
-        if suffix == ".e57" and rng.random() < 0.7:
-            # Or else nothing but the checksums is tested.
-            content, how, end = sealed(content), f"{how}, checksums renewed", None
-    path = folder / f"{name.replace('.', '-').strip('-')}-{seed}-{number}{suffix}"
-    path.write_bytes(content)
-    return path, how, end, attributes
 
 
 # The worker
@@ -217,8 +88,10 @@ def work() -> None:
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
     warnings.simplefilter("ignore")
+    faulthandler.enable()
     for line in sys.stdin:
         path, attributes = json.loads(line)
+        faulthandler.dump_traceback_later(0.9 * HANG)
         # Where this fails, the peak is that of the worker's life, which ends with a high one.
         with contextlib.suppress(OSError):
             Path("/proc/self/clear_refs").write_text("5")
@@ -232,6 +105,7 @@ def work() -> None:
             ours = [frame for frame in last if "neurbs" in Path(frame.filename).parts] or last
             place = f"{Path(ours[-1].filename).name}:{ours[-1].lineno}"
             answer = {"outcome": "exception", "why": f"{type(error).__name__} at {place}: {error}"}
+        faulthandler.cancel_dump_traceback_later()
         peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())
         answers.write(
             json.dumps({**answer, "peak": 1024 * int(peak.group(1)) if peak else 0}) + "\n"
@@ -244,6 +118,7 @@ class Worker:
 
     def __init__(self) -> None:
         self.process: subprocess.Popen[bytes] | None = None
+        self.log = tempfile.TemporaryFile()  # noqa: SIM115
         self.warm: set[str] = set()
 
     def stop(self) -> None:
@@ -258,12 +133,13 @@ class Worker:
         if self.process is None:
             self.process = subprocess.Popen(
                 [sys.executable, __file__, "--worker"],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.log,
             )  # fmt: skip
         process = self.process
         assert process.stdin is not None
         assert process.stdout is not None
         answer: dict[str, Any] = {"outcome": "hang", "why": f"no answer within {limit:.0f} s"}
+        before = self.log.seek(0, os.SEEK_END)
         # A worker that died after its last answer shows below.
         with contextlib.suppress(BrokenPipeError):
             process.stdin.write(json.dumps([str(path), attributes]).encode() + b"\n")
@@ -287,6 +163,10 @@ class Worker:
             answer = {"outcome": "memory", "why": f"{answer['peak'] / 1e9:.1f} GB"}
         if answer["outcome"] in ("crash", "hang", "memory"):
             self.stop()
+            # The innermost line of ours, as faulthandler writes it.
+            self.log.seek(before)
+            place = re.search(rb'/neurbs/(?:io/)?(\w+\.py)", line (\d+)', self.log.read())
+            answer["why"] += f" at {b':'.join(place.groups()).decode()}" if place else ""
         return answer
 
 

@@ -1,4 +1,4 @@
-"""Small valid files of every format that neurbs reads, for ``break_files.py``.
+"""Small valid files of every format that neurbs reads, and their damages, for ``break_files.py``.
 
 They hold 60 points, a mesh of 5 x 4 vertices, one surface, or the six faces of a box. A file is
 the same each time, but for the identifiers and dates in Rhino's.
@@ -6,7 +6,9 @@ the same each time, but for the identifiers and dates in Rhino's.
 
 import datetime
 import re
+import struct
 import warnings
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +16,15 @@ from typing import Any
 import numpy as np
 
 import neurbs
+from neurbs.io import LOADABLE, READABLE
+
+NUMBERS = ("0", "-1", "1000000000", "2147483647", "9223372036854775808", "nan")
+
+Rng = np.random.Generator
+Damage = tuple[bytes, str, int | None]
+"""The damaged content, how it was damaged, and where it was cut."""
+
+# Valid files
 
 POINTS = np.random.default_rng(0).integers(0, 10**6, (60, 3)) / 1000
 NORMALS = np.tile([0.0, 0.6, 0.8], (60, 1))
@@ -238,3 +249,125 @@ def end_of(name: str, content: bytes) -> int:
         if name in COUNTED_TEXT
         else end
     )
+
+
+# Damages
+
+
+def flip_bits(content: bytes, rng: Rng) -> Damage:
+    damaged, places = bytearray(content), rng.integers(0, 8 * len(content), rng.integers(1, 9))
+    for place in places:
+        damaged[place // 8] ^= 1 << (place % 8)
+    return bytes(damaged), f"bits {sorted(places.tolist())} flipped", None
+
+
+def cut(content: bytes, rng: Rng) -> Damage:
+    end = int(rng.integers(0, len(content)))
+    return content[:end], f"cut at {end} of {len(content)}", end
+
+
+def cut_at_structure(content: bytes, rng: Rng) -> Damage:
+    """Cut before or after a line, a tag or a section, at a round number, or near the end."""
+    lines = [m.end() for m in re.finditer(rb"[\n;>}\]]", content)]
+    steps = range(0, len(content), int(2 ** rng.integers(2, 8)))
+    near_end = range(max(len(content) - 64, 0), len(content))
+    places = [place for place in (lines, steps, near_end)[rng.integers(3)] if place < len(content)]
+    end = int(rng.choice(places or [0])) - int(rng.integers(2))
+    return content[: max(end, 0)], f"cut at {max(end, 0)} of {len(content)}", max(end, 0)
+
+
+def replace_text_number(content: bytes, rng: Rng) -> Damage:
+    numbers = list(re.finditer(rb"-?\d+(\.\d*)?([eE][-+]?\d+)?", content))
+    if not numbers:
+        return flip_bits(content, rng)
+    # Half of the time a number of the header.
+    number = numbers[rng.integers(min(len(numbers), 30) if rng.random() < 0.5 else len(numbers))]
+    new = NUMBERS[rng.integers(len(NUMBERS))]
+    damaged = content[: number.start()] + new.encode() + content[number.end() :]
+    return damaged, f"{number.group()!r} at {number.start()} replaced by {new}", None
+
+
+def replace_binary_number(content: bytes, rng: Rng) -> Damage:
+    values: tuple[tuple[str, float], ...] = (
+        *(("<i", value) for value in (0, -1, 10**9, 2**31 - 1)),
+        *((">i", value) for value in (-1, 10**9, 2**31 - 1)),
+        *(("<Q", value) for value in (0, 2**63, 2**64 - 1, 10**9)),
+        ("<H", 0xFFFF), ("<d", float("nan")), ("<f", float("nan")), (">d", float("nan")),
+    )  # fmt: skip
+    kind, value = values[rng.integers(len(values))]
+    new = struct.pack(kind, value)
+    limit = min(len(content), 400) if rng.random() < 0.5 else len(content)
+    place = int(rng.integers(max(limit - len(new), 1)))
+    damaged = content[:place] + new + content[place + len(new) :]
+    return damaged, f"{value} written as {kind} at {place}", None
+
+
+def block(content: bytes, rng: Rng) -> tuple[int, int]:
+    """Choose a line, some lines, or some bytes."""
+    if rng.random() < 0.5 and content.count(b"\n") > 3:
+        ends = [0, *(m.end() for m in re.finditer(rb"\n", content))]
+        first = int(rng.integers(len(ends) - 1))
+        return ends[first], ends[min(first + int(rng.integers(1, 5)), len(ends) - 1)]
+    start = int(rng.integers(len(content)))
+    return start, min(start + int(2 ** rng.integers(0, 10)), len(content))
+
+
+def repeat(content: bytes, rng: Rng) -> Damage:
+    start, end = block(content, rng)
+    times = int(rng.choice([1, 2, 50]))
+    damaged = content[:end] + content[start:end] * times + content[end:]
+    return damaged, f"{start} to {end} repeated {times} times", None
+
+
+def delete(content: bytes, rng: Rng) -> Damage:
+    start, end = block(content, rng)
+    return content[:start] + content[end:], f"{start} to {end} deleted", None
+
+
+def swap(content: bytes, rng: Rng) -> Damage:
+    (a, b), (c, d) = sorted([block(content, rng), block(content, rng)])
+    b = min(b, c)
+    damaged = content[:a] + content[c:d] + content[b:c] + content[a:b] + content[d:]
+    return damaged, f"{a} to {b} and {c} to {d} swapped", None
+
+
+def insert(content: bytes, rng: Rng) -> Damage:
+    foreign = (
+        b"\0",
+        b"\0" * 16,
+        b"\0" * 512,
+        b"\xff\xfe",
+        b"\xc3\x28",
+        b"\x80\x81\x82",
+        b"\xed\xa0\x80",
+    )
+    new = foreign[rng.integers(len(foreign))]
+    place = int(rng.integers(len(content) + 1))
+    shown = f"{new[:4]!r} × {len(new) // len(new[:4])}"
+    return content[:place] + new + content[place:], f"{shown} inserted at {place}", None
+
+
+DAMAGES: tuple[Callable[[bytes, Rng], Damage], ...] = (
+    flip_bits, cut, cut_at_structure, cut_at_structure, replace_text_number, replace_text_number,
+    replace_binary_number, replace_binary_number, repeat, delete, swap, insert,
+)  # fmt: skip
+
+
+def damaged_file(
+    folder: Path, name: str, number: int, seed: int, content: bytes
+) -> tuple[Path, str, int | None, bool]:
+    """Write a case; return the file, its damage, its cut, and whether attributes are read."""
+    rng = np.random.default_rng([seed, zlib.crc32(name.encode()), number])
+    suffix, attributes = suffix_of(name), bool(rng.integers(2))
+    if rng.random() < 0.03:
+        other = [s for s in (*READABLE, *LOADABLE) if s != suffix]
+        suffix = other[rng.integers(len(other))]
+        how, end = f"suffix {suffix}", None
+    else:
+        content, how, end = DAMAGES[rng.integers(len(DAMAGES))](content, rng)
+        if suffix == ".e57" and rng.random() < 0.7:
+            # Or else nothing but the checksums is tested.
+            content, how, end = sealed(content), f"{how}, checksums renewed", None
+    path = folder / f"{name.replace('.', '-').strip('-')}-{seed}-{number}{suffix}"
+    path.write_bytes(content)
+    return path, how, end, attributes
