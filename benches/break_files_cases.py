@@ -241,14 +241,13 @@ def suffix_of(name: str) -> str:
 
 def end_of(name: str, content: bytes) -> int:
     """Return the place before which a cut can be seen."""
+    end = len(content.rstrip(b"\n\r "))
     if name in ENDLESS:
         return 0
-    end = len(content.rstrip(b"\n\r "))
-    return (
-        max(content.rfind(b"\n", 0, end), content.rfind(b" ", 0, end))
-        if name in COUNTED_TEXT
-        else end
-    )
+    if name in COUNTED_TEXT:
+        return max(content.rfind(b"\n", 0, end), content.rfind(b" ", 0, end))
+    # The last number of an IGES file repeats what is known.
+    return end - 7 if suffix_of(name) == ".iges" else end
 
 
 # Damages
