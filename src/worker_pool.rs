@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
 /// Threads at most.
-const MAX_THREADS: usize = 256;
+pub(crate) const MAX_THREADS: usize = 256;
 
 /// Environment variables with the number of threads; the first that is a number from 1 decides.
 const VARIABLES: [&str; 2] = ["NEURBS_NUM_THREADS", "RAYON_NUM_THREADS"];

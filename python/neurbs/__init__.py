@@ -11,7 +11,9 @@ True
 """
 
 import importlib
+import os
 import sys
+import threading
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,7 +37,9 @@ if TYPE_CHECKING:
         components,
         fit_heights,
         fit_weights,
+        num_threads,
         recover_net,
+        set_num_threads,
         tessellate,
     )
     from neurbs.candidate import (
@@ -147,12 +151,14 @@ __all__ = [
     "from_splipy",
     "load_surface",
     "load_surfaces",
+    "num_threads",
     "read_point_cloud",
     "read_points",
     "reconstruct",
     "reconstruct_paper",
     "recover_net",
     "save",
+    "set_num_threads",
     "show_versions",
     "tessellate",
     "to_geomdl",
@@ -216,6 +222,20 @@ _MODULES = ("io", "plot", "report")
 """Public modules."""
 
 
+_importing = threading.RLock()
+"""Held while a name is imported: modules that import each other must not meet in two threads."""
+
+
+def _renew_lock() -> None:
+    global _importing
+    _importing = threading.RLock()
+
+
+if hasattr(os, "register_at_fork"):
+    # A fork may copy the lock while another thread has it.
+    os.register_at_fork(after_in_child=_renew_lock)
+
+
 if not TYPE_CHECKING:  # Type checkers must report misspelt names.
 
     def __getattr__(name: str) -> object:
@@ -225,13 +245,15 @@ if not TYPE_CHECKING:  # Type checkers must report misspelt names.
         time.
         """
         if name in _MODULES:
-            return importlib.import_module(f"neurbs.{name}")
+            with _importing:
+                return importlib.import_module(f"neurbs.{name}")
         if name not in __all__:
             from neurbs.renamed import missing_attribute
 
             raise missing_attribute("module 'neurbs'", name)
         home = next((home for home, names in _HOMES.items() if name in names), "_core")
-        value = getattr(importlib.import_module(f"neurbs.{home}"), name)
+        with _importing:
+            value = getattr(importlib.import_module(f"neurbs.{home}"), name)
         globals()[name] = value
         return value
 

@@ -34,9 +34,11 @@ __all__ = [
     "fit_heights",
     "fit_weights",
     "lattice_for_points",
+    "num_threads",
     "reconstruct",
     "reconstruct_paper",
     "recover_net",
+    "set_num_threads",
     "som_options",
     "tessellate",
     "validate",
@@ -643,6 +645,8 @@ def reconstruct_paper(
     progress: Callable[[Progress], object] | None,
 ) -> _Found: ...
 def lattice_for_points(points: int) -> tuple[int, int]: ...
+def num_threads() -> int: ...
+def set_num_threads(threads: int) -> None: ...
 def som_options(paper: bool) -> dict[str, Any]: ...
 def tessellate(
     surfaces: Iterable[NurbsSurface],

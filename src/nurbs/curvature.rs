@@ -20,6 +20,9 @@ const UMBILIC_TOLERANCE: f64 = 1e-7;
 /// Cost of one curvature, in point evaluations; progress reports use it.
 pub(super) const CURVATURE_COST: usize = 8;
 
+/// Curvatures in the task of a thread.
+pub(super) const CURVATURES_PER_TASK: usize = POINTS_PER_TASK / CURVATURE_COST;
+
 /// The curvatures of a surface at a point.
 ///
 /// Curvatures are positive where the surface bends towards its normal.
@@ -56,12 +59,6 @@ pub struct CurvatureSlices<'a> {
     pub directions: &'a mut [[DVec3; 2]],
 }
 
-/// One element of each output slice.
-type OutputElement<'a> = (
-    ((&'a mut DVec3, &'a mut DVec3), (&'a mut f64, &'a mut f64)),
-    (&'a mut [f64; 2], &'a mut [DVec3; 2]),
-);
-
 impl<'a> CurvatureSlices<'a> {
     fn check(&self, needed: usize) -> Result<()> {
         let vectors = [self.points.len(), self.normals.len(), self.directions.len()];
@@ -95,24 +92,15 @@ impl<'a> CurvatureSlices<'a> {
         )
     }
 
-    fn elements(&mut self) -> impl Iterator<Item = OutputElement<'_>> + use<'_, 'a> {
-        let vectors = self.points.iter_mut().zip(&mut *self.normals);
-        let numbers = self.gaussian.iter_mut().zip(&mut *self.mean);
-        let pairs = self.principal.iter_mut().zip(&mut *self.directions);
-        vectors.zip(numbers).zip(pairs)
+    fn set(&mut self, index: usize, curvature: &Curvature) {
+        (self.points[index], self.normals[index]) = (curvature.point, curvature.normal);
+        (self.gaussian[index], self.mean[index]) = (curvature.gaussian, curvature.mean);
+        self.principal[index] = curvature.principal;
+        self.directions[index] = curvature.directions;
     }
 }
 
 impl Curvature {
-    fn write(
-        &self,
-        (((point, normal), (gaussian, mean)), (principal, directions)): OutputElement<'_>,
-    ) {
-        (*point, *normal) = (self.point, self.normal);
-        (*gaussian, *mean) = (self.gaussian, self.mean);
-        (*principal, *directions) = (self.principal, self.directions);
-    }
-
     /// Computes the curvatures from partial derivatives and a unit normal (M. do Carmo,
     /// *Differential Geometry of Curves and Surfaces*, section 3.3).
     ///
@@ -226,11 +214,11 @@ impl NurbsSurface {
         out.check(uv.len())?;
         self.check_scattered(uv, uv.len(), outside)?;
         for_row_blocks(uv.len(), CURVATURE_COST, observer, |from, to| {
-            let tasks = uv[from..to].chunks(POINTS_PER_TASK);
-            let tasks = tasks.zip(out.chunks(from, to, POINTS_PER_TASK));
+            let tasks = uv[from..to].chunks(CURVATURES_PER_TASK);
+            let tasks = tasks.zip(out.chunks(from, to, CURVATURES_PER_TASK));
             worker_pool::for_each_task(tasks, 1, |(): &mut (), (uv, mut out)| {
-                for (at, element) in uv.iter().zip(out.elements()) {
-                    self.curvature(at.x, at.y).write(element);
+                for (index, at) in uv.iter().enumerate() {
+                    out.set(index, &self.curvature(at.x, at.y));
                 }
             });
         })
@@ -279,11 +267,8 @@ impl NurbsSurface {
         for_row_blocks(u.len(), CURVATURE_COST * v.len(), observer, |from, to| {
             let rows = out.chunks(from * v.len(), to * v.len(), v.len()).zip(&u[from..to]);
             worker_pool::for_each_task(rows, 1, |net: &mut Isocurve, (mut row, &u)| {
-                let mut elements = row.elements();
                 isocurve::partials_along(self, u, &columns, net, |column, partials| {
-                    if let Some(elements) = elements.next() {
-                        self.curvature_of(partials, u, v[column]).write(elements);
-                    }
+                    row.set(column, &self.curvature_of(partials, u, v[column]));
                 });
             });
         })

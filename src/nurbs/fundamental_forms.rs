@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 
-use super::curvature::CURVATURE_COST;
+use super::curvature::{CURVATURE_COST, CURVATURES_PER_TASK};
 use super::parameter_checks::{Outside, check_length};
 use super::surface::NurbsSurface;
-use super::work_blocks::{POINTS_PER_TASK, for_row_blocks};
+use super::work_blocks::for_row_blocks;
 use crate::error::Result;
 use crate::progress::Observer;
 use crate::worker_pool;
@@ -75,7 +75,7 @@ impl NurbsSurface {
             let tasks = uv[from..to].iter().zip(out);
             worker_pool::for_each_task(
                 tasks,
-                POINTS_PER_TASK,
+                CURVATURES_PER_TASK,
                 |(): &mut (), (at, (first, second))| {
                     let forms = self.fundamental_forms(at.x, at.y);
                     (*first, *second) = (forms.first, forms.second);

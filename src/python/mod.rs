@@ -45,6 +45,7 @@ mod surface;
 mod surface_arguments;
 mod swept;
 mod tessellation;
+mod threads;
 mod transform;
 
 use pyo3::pymodule;
@@ -92,6 +93,8 @@ mod _core {
     use super::surface::NurbsSurface;
     #[pymodule_export]
     use super::tessellation::tessellate;
+    #[pymodule_export]
+    use super::threads::{num_threads, set_num_threads};
     use pyo3::prelude::*;
 
     #[pymodule_init]
