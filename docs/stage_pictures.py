@@ -1,5 +1,6 @@
 """The pictures of the stages: `pictures.py` makes them."""
 
+import warnings
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -20,7 +21,8 @@ Array = NDArray[np.float64]
 TERRAIN = Path(__file__).parents[1] / "examples" / "jacksboro.xyz"
 INK, BLUE, ORANGE, GRAY, PALE = "#22323a", "#1d5b86", "#c8602b", "#9aa5ab", "#e8eef2"
 TERMS = ("#1d5b86", "#c8602b", "#3c7f7a", "#b08d2f", "#7b5ea7", "#9aa5ab", "#a83f55", "#22323a")
-FOLDS = 5
+GRAY_TO_ORANGE = mpl.colors.LinearSegmentedColormap.from_list("", ["#c9d1d5", ORANGE, "#7a2408"])
+GROUPS = 5
 
 
 def flow(path: Path) -> None:
@@ -29,7 +31,7 @@ def flow(path: Path) -> None:
         ("1 prepare", "leave out outliers,\nmerge duplicates"),
         ("2 observe", "local planes, noise,\nneighbors, border"),
         ("3 propose", "each chart gives the\npoints parameters"),
-        ("4 coarse fit", "a small net\nfor each proposal"),
+        ("4 coarse fit", "a small net for each\nhypothesis, held-out error"),
         ("5 select", "one score,\nthe lowest wins"),
         ("6 refine", "all points: boundary,\ngrowth, outliers, tolerance"),
         ("7 validate, repair", "defects? more fairness,\nelse the next in rank"),
@@ -70,20 +72,26 @@ def flow(path: Path) -> None:
 
 
 def prepare(path: Path) -> None:
-    """Draw a cloud by what cleaning makes of its points."""
+    """Draw the outliers that cleaning finds in a cloud, and those that its surface shows."""
     rng = np.random.default_rng(0)
     angle, y = rng.random((2, 900)) * [[np.pi], [2.0]]
     arch = np.column_stack([np.cos(angle), y, np.sin(angle)]) + rng.normal(0, 0.01, (900, 3))
     strays = rng.uniform([-1.5, 0, -0.2], [1.5, 2, 1.6], (25, 3))
     points = np.vstack([arch, strays, arch[:40]])
-    kept = neurbs.clean(points).kept
-    outliers = np.setdiff1d(np.arange(len(arch) + len(strays)), kept)
+    kept = np.zeros(len(points), dtype=bool)
+    kept[neurbs.clean(points).kept] = True
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", neurbs.LeftOutWarning)
+        used = neurbs.reconstruct(points).inliers
+    late = np.flatnonzero(kept & ~used)
+    early = np.setdiff1d(np.arange(len(arch) + len(strays)), np.flatnonzero(kept))
     figure, (before, after) = row(2, (7.2, 2.9))
     before.scatter(points[:, 0], points[:, 2], s=3, color=INK)
     before.set_title("given", size=10)
-    after.scatter(points[kept, 0], points[kept, 2], s=3, color=BLUE, label="used")
-    after.scatter(points[outliers, 0], points[outliers, 2], s=12, color=ORANGE, marker="x")
-    after.set_title("prepared: outliers (crosses) are left out", size=10)
+    after.scatter(points[used, 0], points[used, 2], s=3, color=BLUE)
+    after.scatter(points[early, 0], points[early, 2], s=12, color=ORANGE, marker="x")
+    after.scatter(points[late, 0], points[late, 2], s=20, facecolors="none", edgecolors=ORANGE)
+    after.set_title("crosses: left out here; circles: in refine", size=10)
     finish(path, figure, (before, after))
 
 
@@ -91,11 +99,13 @@ def observe(path: Path) -> None:
     """Draw the links of a rolled sheet across it, and the border points of a sheet with a hole."""
     figure, (graph, border) = row(2, (7.2, 3.2))
     rng = np.random.default_rng(1)
-    turn = 6 * np.pi * rng.random(260)
-    radius = 0.6 + 0.018 * turn
+    # Layers 3.4 spacings apart: planes of six neighbors see one layer, eight neighbors see two.
+    along = 0.04 * (np.arange(280) + 0.3 * rng.random(280))
+    radius = np.sqrt(0.25 + 0.0216 * 2 * along)
+    turn = (radius - 0.5) / 0.0216
     roll = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
-    near = nearest(roll, 7)
-    normals = np.array([np.linalg.svd(c - c.mean(0))[2][-1] for c in roll[near]])
+    near = nearest(roll, 9)
+    normals = np.array([np.linalg.svd(c - c.mean(0))[2][-1] for c in roll[near[:, :7]]])
     pairs = np.array([(at, to) for at in range(len(roll)) for to in near[at, 1:]])
     ways = roll[pairs[:, 1]] - roll[pairs[:, 0]]
     ways /= np.linalg.norm(ways, axis=1)[:, None]
@@ -119,14 +129,14 @@ def observe(path: Path) -> None:
 
 def propose(path: Path) -> None:
     """Draw clouds with the parameters that the winning chart gives them."""
-    figure = Figure(figsize=(9, 5.6))
+    figure = Figure(figsize=(9, 6))
     for at, points in enumerate(shapes()):
         result = neurbs.reconstruct(points)
         axes = figure.add_subplot(2, 3, at + 1, projection="3d")
         draw_checkered(axes, result.surface)
         chart = next(one for one in result.report.candidates if one.outcome.startswith("chosen"))
-        axes.set_title(f"{chart.chart}: {chart.kind}", size=10, y=0.97)
-    figure.subplots_adjust(0, 0, 1, 0.97, 0, 0.02)
+        axes.set_title(f"{chart.chart}: {chart.kind}", size=10, y=1.04)
+    figure.subplots_adjust(0, 0, 1, 0.93, 0, 0.16)
     figure.savefig(path, dpi=80)
 
 
@@ -135,22 +145,24 @@ def coarse_fit(path: Path) -> None:
     points = neurbs.read_points(TERRAIN)[:2000, :2]
     figure, panels = row(2, (7.2, 3.6))
     at = np.arange(len(points))
-    titles = ("random folds", "blocks in space")
-    for axes, title, folds in zip(
-        panels, titles, ((at * 7 + at // FOLDS) % FOLDS, blocks(points)), strict=True
+    titles = ("random", "blocks in space")
+    for axes, title, groups in zip(
+        panels, titles, ((at * 7 + at // GROUPS) % GROUPS, blocks(points)), strict=True
     ):
-        out = folds == 0
+        out = groups == 0
         axes.scatter(points[~out, 0], points[~out, 1], s=3, color=GRAY)
         axes.scatter(points[out, 0], points[out, 1], s=5, color=ORANGE)
-        axes.set_title(f"{title}: one fold of {FOLDS} left out", size=10)
+        axes.set_title(f"{title}: one group of {GROUPS} left out", size=10)
     finish(path, figure, panels)
 
 
 def select(path: Path) -> None:
-    """Draw the scores of the candidates of a bulb, term by term."""
-    ranked = [one for one in neurbs.candidates(bulb()) if one.score is not None]
+    """Draw the scores of the candidates of a noisy pipe, term by term."""
+    pipe = shapes()[1]
+    points = pipe + np.random.default_rng(0).normal(0, 0.05, pipe.shape)
+    ranked = [one for one in neurbs.candidates(points) if one.score is not None]
     names = [name for name in ranked[0].terms if any(one.terms[name] > 0.05 for one in ranked)]
-    figure = Figure(figsize=(7.2, 2.5), layout="constrained")
+    figure = Figure(figsize=(7.2, 2.9), layout="constrained")
     axes = figure.add_subplot()
     left = np.zeros(len(ranked))
     for name, color in zip(names, TERMS, strict=False):
@@ -168,7 +180,7 @@ def select(path: Path) -> None:
 def refine(path: Path) -> None:
     """Draw growth, the boundary of a round outline, and outliers."""
     rng = np.random.default_rng(0)
-    figure, panels = row(4, (10.5, 2.9))
+    figure, panels = row(4, (10.5, 3.1))
     x, y = rng.random((2, 4000))
     ripples = 0.03 * np.sin(40 * x) / (1 + np.exp(40 * (0.6 - x)))
     points = np.column_stack([x, y, ripples + rng.normal(0, 0.001, len(x))])
@@ -176,7 +188,7 @@ def refine(path: Path) -> None:
         panels, ((12, 12), None), ("first net", "grown net"), strict=False
     ):
         result = neurbs.reconstruct(points, kind="sheet", grid=grid)
-        axes.scatter(x, y, s=2, c=result.deviations, cmap="YlOrBr", vmin=0, vmax=0.03)
+        axes.scatter(x, y, s=2, c=result.deviations, cmap=GRAY_TO_ORANGE, vmin=0, vmax=0.02)
         draw_knot_lines(axes, result.surface)
         axes.set_title(f"{title}, {' × '.join(map(str, result.report.grid))}", size=10)
     angle, radius = rng.random((2, 1500)) * [[2 * np.pi], [1.0]]
@@ -213,7 +225,9 @@ def validate(path: Path) -> None:
         surface = neurbs.NurbsSurface(own, degree=good.degree, knots=good.knots)
         codes = [defect.code for defect in neurbs.validate(surface, points)]
         axes = figure.add_subplot(1, 3, at + 1, projection="3d")
+        axes.computed_zorder = False
         draw_checkered(axes, surface)
+        axes.scatter(*points[::5].T, s=3, color=ORANGE, depthshade=False, zorder=3)
         axes.set_title(", ".join(codes) or "valid", size=10, y=0.97)
     figure.subplots_adjust(0, 0, 1, 0.97, 0, 0)
     figure.savefig(path, dpi=80)
@@ -280,16 +294,16 @@ def unit(vectors: Array) -> Array:
 
 
 def blocks(points: Array) -> NDArray[np.intp]:
-    """Return the fold of each point: seeds that are far apart gather the points near them."""
+    """Return the left-out group of each point: seeds far apart gather the points near them."""
     seeds = [int(np.argmax(np.linalg.norm(points - points.mean(0), axis=1)))]
     distances = np.linalg.norm(points - points[seeds[0]], axis=1)
-    folds = np.zeros(len(points), dtype=np.intp)
-    while len(seeds) < 12 * FOLDS:
+    groups = np.zeros(len(points), dtype=np.intp)
+    while len(seeds) < 12 * GROUPS:
         seeds.append(int(np.argmax(distances)))
         own = np.linalg.norm(points - points[seeds[-1]], axis=1)
-        folds[own < distances] = (len(seeds) - 1) % FOLDS
+        groups[own < distances] = (len(seeds) - 1) % GROUPS
         distances = np.minimum(distances, own)
-    return folds
+    return groups
 
 
 def nearest(points: Array, count: int) -> NDArray[np.intp]:
