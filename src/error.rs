@@ -156,25 +156,26 @@ pub enum Error {
         got: String,
     },
 
-    /// A lattice needs more memory than is available.
+    /// A call needs more memory than is available.
     ///
     /// ```
-    /// let error = neurbs::Error::Memory { nodes: 16_000_000, bytes: 8_192_000_000 };
+    /// let what = "a lattice of 4000 × 4000 nodes".to_string();
+    /// let error = neurbs::Error::Memory { what, bytes: 8_192_000_000 };
     /// assert_eq!(
     ///     error.to_string(),
-    ///     "a lattice of 16000000 nodes needs about 8.2 GB of memory, more than is available: use \
-    ///      fewer rows and columns"
+    ///     "a lattice of 4000 × 4000 nodes needs about 8.2 GB of memory, more than is available: \
+    ///      ask for less"
     /// );
     /// ```
     #[error(
-        "a lattice of {nodes} nodes needs about {:.1} GB of memory, more than is available: use \
-         fewer rows and columns", *bytes as f64 / 1e9
+        "{what} needs about {:.1} GB of memory, more than is available: ask for less",
+        *bytes as f64 / 1e9
     )]
     Memory {
-        /// Number of nodes.
-        nodes: usize,
-        /// Bytes that training needs.
-        bytes: usize,
+        /// What needs the memory.
+        what: String,
+        /// Bytes that it needs.
+        bytes: u128,
     },
 
     /// The observer stopped a long job.

@@ -50,6 +50,7 @@ pub mod diagnostic;
 pub mod error;
 pub mod export;
 pub mod fit;
+mod memory;
 pub mod mesh;
 mod numeric;
 pub mod nurbs;

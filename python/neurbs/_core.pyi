@@ -21,6 +21,7 @@ __all__ = [
     "Lattice",
     "Map",
     "NeurbsError",
+    "NeurbsMemoryError",
     "NurbsCurve",
     "NurbsSurface",
     "Progress",
@@ -63,6 +64,9 @@ class NeurbsError(ValueError):
     """The argument that the error is about, None if it is not about the value of one."""
 
 @final
+class NeurbsMemoryError(NeurbsError, MemoryError):
+    """A call needs more memory than is available: the message says how much."""
+
 class Progress:
     """The current state of a long job."""
 

@@ -190,6 +190,8 @@ impl<'a> AlternatingFit<'a> {
         space: &SplineSpace,
         from: NurbsSurface,
     ) -> Result<NurbsSurface> {
+        // The equations, their factor, and the spare.
+        space.check_memory(3, 3)?;
         let (lengths, limit) = (isocurve_lengths(&from), self.limit);
         let (mut energy, mut energy_xyz) = self.energy_matrices(space, lengths);
         let (mut surface, mut error) = (from, f64::INFINITY);

@@ -11,6 +11,7 @@ use super::patches::Patches;
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
+use crate::worker_pool;
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -32,6 +33,8 @@ impl<'a> KFold<'a> {
         enough: usize,
         rule: impl FnOnce(&[Sample]) -> Vec<usize>,
     ) -> Result<Self> {
+        // The equations of each fold and of all, the energy, and one factor for each thread.
+        space.check_memory(1, SETTINGS.folds + 3 + worker_pool::num_threads())?;
         let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
         let mut folds = vec![Vec::new(); SETTINGS.folds];

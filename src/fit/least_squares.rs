@@ -118,6 +118,8 @@ impl PartialSums {
     ) -> Result<Self> {
         let knots = [options.knots_u.clone(), options.knots_v.clone()];
         let space = SplineSpace::new(knots, options.closed.into())?;
+        // The equations, the energy, their sum and its factor, and the inverse.
+        space.check_memory(1, 5)?;
         let extent = points.iter().map(|point| point.distance(origin)).fold(0.0, f64::max);
         let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
         let sample = |i: usize| Sample::plain(points[i] - origin, uv[i], weight(i));

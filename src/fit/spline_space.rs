@@ -2,6 +2,7 @@
 
 use super::band_matrix::BandMatrix;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::nurbs::{KnotVector, NurbsSurface};
 
 use glam::DVec3;
@@ -57,6 +58,20 @@ impl SplineSpace {
         };
         let across = if self.closed[inner] { shape[inner] - 1 } else { reach(inner) };
         reach(self.outer) * shape[inner] + across
+    }
+
+    /// Checks that there is memory for so many matrices.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Memory`].
+    pub(super) fn check_memory(&self, components: usize, matrices: usize) -> Result<()> {
+        let (size, width) = (self.unknowns() * components, (self.width() + 1) * components);
+        let bytes = (matrices * size_of::<f64>()) as u128 * size as u128 * width as u128;
+        memory::check(bytes, || {
+            let [rows, cols] = self.shape();
+            format!("the fit of {rows} × {cols} control points")
+        })
     }
 
     /// A zero matrix over the unknowns, with `components` for each control point.

@@ -10,11 +10,15 @@ use super::subdivider::Subdivider;
 use super::triangle_conversion::TriangleConversion;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
 /// Factor by which an estimate must exceed the limit on triangles before the work is refused.
 const REFUSAL_FACTOR: f64 = 2.0;
+
+/// Memory for a triangle, in bytes: its cell, and the vertices, normals and parameters of the mesh.
+const BYTES_PER_TRIANGLE: u128 = 150;
 
 /// Parts that a large surface is divided into at least, so that all threads finish together.
 const MIN_PARTS: usize = 16;
@@ -53,6 +57,9 @@ impl<'a> Partition<'a> {
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
         let triangles = estimate.triangles as usize;
+        memory::check(BYTES_PER_TRIANGLE * triangles as u128, || {
+            format!("a mesh of about {:.1e} triangles", estimate.triangles)
+        })?;
         let grid = BlockGrid::new(surface, nets, estimate);
         let conversion = TriangleConversion::of(grid.nets.degrees);
         let edges = BlockEdges::new(&grid);

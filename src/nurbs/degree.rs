@@ -9,6 +9,7 @@ use super::knot_multiset::difference;
 use super::knot_vector::{KnotVector, MAX_DEGREE};
 use super::work_blocks::collect_in_steps;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::progress::Listen;
 
 impl CurveFamily {
@@ -36,6 +37,7 @@ impl CurveFamily {
         let inner = inner.flat_map(|&v| std::iter::repeat_n(v, self.knots.multiplicity(v) + 1));
         let raised = KnotVector::clamped(p + 1, (start, end), inner)?;
         let rows = raised.control_points();
+        memory::check_net(rows, self.width)?;
         let mut points = collect_in_steps((rows, self.width), listen, |rows| {
             std::iter::repeat_n(DVec4::ZERO, rows.len() * self.width)
         })?;
@@ -121,6 +123,7 @@ impl CurveFamily {
         let count = knots.control_points();
         // The elevation matrix: curves with one coordinate 1 and all others 0, four to a vector.
         let width = count.div_ceil(4);
+        memory::check_net(count, width)?;
         let mut elevation = vec![DVec4::ZERO; count * width];
         for i in 0..count {
             elevation[i * width + i / 4][i % 4] = 1.0;

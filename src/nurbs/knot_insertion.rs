@@ -6,6 +6,7 @@ use super::curve_family::{CurveFamily, concat_rows};
 use super::knot_vector::KnotVector;
 use super::work_blocks::row_ranges;
 use crate::error::Result;
+use crate::memory;
 use crate::progress::Listen;
 
 impl CurveFamily {
@@ -76,6 +77,7 @@ impl CurveFamily {
         let t = self.knots.as_slice();
         let s = knots.as_slice();
         let total = knots.control_points();
+        memory::check_net(total, width)?;
         let (first, last) = (self.knots.span(new[0]), self.knots.span(new[new.len() - 1]) + 1);
         // The rows before and after the new knots stay; those between are filled below.
         let (head, tail) = (first + 1 - p, self.rows() + 1 - last);

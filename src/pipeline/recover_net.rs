@@ -29,6 +29,14 @@ pub fn recover_net(
     shape: (usize, usize),
     observer: &mut dyn Observer,
 ) -> Result<NurbsSurface> {
+    let (rows, cols) = shape;
+    // With fewer points than unknown numbers, many surfaces pass through all points.
+    let unknown_numbers = rows.saturating_mul(cols).saturating_mul(3);
+    if points.len() < unknown_numbers {
+        let must =
+            format!("at least {unknown_numbers} for a net of {rows} × {cols} control points");
+        return Err(Error::parameter("points", must, points.len()));
+    }
     let options = ReconstructOptions {
         grid: Some(shape),
         aspect: Aspect::Fixed,
@@ -46,7 +54,6 @@ pub fn recover_net(
         if let Some(found) = found {
             return found.map_control_points(|point| frame.undo(point));
         }
-        let (rows, cols) = shape;
         let must = format!("on a surface with a net of {rows} × {cols} control points");
         let rms = near.report.deviations.rms;
         let got = format!("points whose rms distance from the nearest surface found is {rms:e}");

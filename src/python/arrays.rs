@@ -10,11 +10,12 @@ use numpy::{
     Element, PyArray, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn,
     PyReadwriteArray, PyUntypedArray, PyUntypedArrayMethods,
 };
+use pyo3::exceptions::PyMemoryError;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use super::errors::{argument_error, is_about_input};
+use super::errors::{argument_error, is_about_input, memory_error};
 
 /// Real numbers from Python, as float64 in C order.
 pub(super) struct Numbers<'py>(PyReadonlyArrayDyn<'py, f64>);
@@ -135,13 +136,23 @@ pub(super) fn empty<'py, T: Element, D: Dimension>(
 ) -> PyResult<Bound<'py, PyArray<T, D>>> {
     static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     if let Some(dimensions) = D::from_dimension(&IxDyn(shape))
-        && shape.iter().product::<usize>() * size_of::<T>() <= MAX_ZEROED_BYTES
+        && shape
+            .iter()
+            .try_fold(size_of::<T>(), |size, n| size.checked_mul(*n))
+            .is_some_and(|size| size <= MAX_ZEROED_BYTES)
     {
         return Ok(PyArray::zeros(py, dimensions, false));
     }
     let shape = pyo3::types::PyTuple::new(py, shape)?;
-    let array = EMPTY.import(py, "numpy", "empty")?.call1((shape, T::get_dtype(py)))?;
-    Ok(array.cast_into()?)
+    let array = EMPTY.import(py, "numpy", "empty")?.call1((shape, T::get_dtype(py)));
+    let array = array.map_err(|error| {
+        if error.is_instance_of::<PyMemoryError>(py) {
+            memory_error(py, error.value(py))
+        } else {
+            error
+        }
+    });
+    Ok(array?.cast_into()?)
 }
 
 /// Bytes moved at a time.

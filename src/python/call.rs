@@ -3,11 +3,12 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
-use super::errors::bad_argument;
+use super::errors::{bad_argument, defect};
 use super::{epoch, progress};
 use crate::error::Result;
 use crate::progress::{Epoch, Observer, Progress, Stage};
@@ -52,10 +53,11 @@ pub(super) fn run_watched<T: Send>(
     }
     let mut watcher =
         Watcher { callback, observer, last_check: Instant::now(), stage: None, raised: None };
-    let result = py.detach(|| job(&mut watcher));
-    match watcher.raised {
-        Some(raised) => Err(raised),
-        None => Ok(result?),
+    let result = py.detach(|| catch_unwind(AssertUnwindSafe(|| job(&mut watcher))));
+    match (watcher.raised, result) {
+        (Some(raised), _) => Err(raised),
+        (None, Ok(result)) => Ok(result?),
+        (None, Err(panic)) => Err(defect(&*panic)),
     }
 }
 

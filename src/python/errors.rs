@@ -1,10 +1,14 @@
 //! Conversion of the crate's errors to Python exceptions.
 
+use std::any::Any;
+
 use pyo3::create_exception;
 use pyo3::exceptions::{
     PyKeyboardInterrupt, PyMemoryError, PyOverflowError, PyTypeError, PyValueError,
 };
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{IntoPyDict, PyType};
 
 use crate::error::Error;
 
@@ -24,7 +28,7 @@ impl From<Error> for PyErr {
             Error::Io(error) => error.into(),
             // A job is interrupted by Ctrl-C, unless a callback raised an exception.
             Error::Interrupted => PyKeyboardInterrupt::new_err(()),
-            error @ Error::Memory { .. } => PyMemoryError::new_err(error.to_string()),
+            error @ Error::Memory { .. } => Python::attach(|py| memory_error(py, &error)),
             Error::Parameter { name, .. } => argument_error(name, error.to_string()),
             error => NeurbsError::new_err(error.to_string()),
         }
@@ -37,6 +41,37 @@ pub(super) fn is_about_input(py: Python<'_>, error: &PyErr) -> bool {
     error.is_instance_of::<PyTypeError>(py)
         || error.is_instance_of::<PyValueError>(py)
         || error.is_instance_of::<PyOverflowError>(py)
+}
+
+/// The class of errors about memory, both a `NeurbsError` and a `MemoryError`.
+pub(super) fn memory_error_class(py: Python<'_>) -> PyResult<&Bound<'_, PyType>> {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    let class = CLASS.get_or_try_init(py, || {
+        let bases = (py.get_type::<NeurbsError>(), py.get_type::<PyMemoryError>());
+        let body = [
+            ("__module__", "neurbs"),
+            ("__doc__", "A call needs more memory than is available: the message says how much."),
+        ];
+        let class =
+            py.get_type::<PyType>().call1(("NeurbsMemoryError", bases, body.into_py_dict(py)?))?;
+        PyResult::Ok(class.cast_into::<PyType>()?.unbind())
+    })?;
+    Ok(class.bind(py))
+}
+
+/// A `NeurbsMemoryError` with this message.
+pub(super) fn memory_error(py: Python<'_>, message: &impl ToString) -> PyErr {
+    memory_error_class(py)
+        .map_or_else(|error| error, |class| PyErr::from_type(class.clone(), message.to_string()))
+}
+
+/// The error for a panic: a defect of this library.
+pub(super) fn defect(panic: &(dyn Any + Send)) -> PyErr {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no message");
+    NeurbsError::new_err(format!(
+        "neurbs itself has failed: {text}. Report this, with the call and its data"
+    ))
 }
 
 /// A `NeurbsError` about the value of an argument, which has its name as attribute `argument`.

@@ -103,6 +103,8 @@ mod _core {
         module.py().get_type::<NeurbsError>().setattr("argument", module.py().None())?;
         module.add("DIAGNOSTIC_CODES", crate::diagnostic::Diagnostic::CODES.to_vec())?;
         module.add("LENGTH_UNITS", super::export::length_units(module.py())?)?;
+        let py = module.py();
+        module.add("NeurbsMemoryError", super::errors::memory_error_class(py)?)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

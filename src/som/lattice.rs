@@ -4,6 +4,7 @@ use super::graph::{Graph, Visits};
 use super::grid::Grid;
 use super::topology::{Cells, Topology};
 use crate::error::{Error, Result};
+use crate::memory;
 
 /// Largest number of nodes of a lattice: 16.8 million, which take 8.6 GB to train.
 pub const MAX_NODES: usize = 1 << 24;
@@ -222,12 +223,9 @@ impl Lattice {
 
     /// Checks that there is memory for training.
     pub(super) fn check_memory(&self) -> Result<()> {
-        let (nodes, bytes) = (self.len(), BYTES_PER_NODE * self.len());
-        let mut room = Vec::<u8>::new();
-        let reserved = room.try_reserve_exact(bytes);
-        // Keeps the compiler from removing the allocation.
-        std::hint::black_box(&room);
-        reserved.map_err(|_| Error::Memory { nodes, bytes })
+        let bytes = BYTES_PER_NODE as u128 * self.len() as u128;
+        let (rows, cols) = self.shape();
+        memory::check(bytes, || format!("a lattice of {rows} × {cols} nodes"))
     }
 
     /// Largest number of edges between two nodes. For graphs with loops it is a close lower bound,

@@ -218,7 +218,7 @@ def test_too_little_memory_is_an_error_and_no_crash() -> None:
         [sys.executable, "-c", textwrap.dedent(script)], capture_output=True, text=True, timeout=120
     )
     assert run.returncode == 0, run.stderr
-    assert run.stdout.count("a lattice of 16000000 nodes takes about 8.2 GB of memory") == 3
+    assert run.stdout.count("a lattice of 4000 × 4000 nodes needs about 8.2 GB of memory") == 3
 
 
 def test_lists_and_arrays_are_accepted_for_tuples(terrain_points: Points) -> None:
