@@ -93,7 +93,7 @@ pub enum Diagnostic {
     /// The requested kind does not fit the points.
     KindDoubtful {
         /// The requested kind.
-        asked: Kind,
+        requested: Kind,
         /// Root mean square distance of the points from the surface.
         rms: f64,
         /// Diagonal of the points' bounding box.
@@ -271,9 +271,9 @@ impl Diagnostic {
                  fit parts of the cloud.",
                 Percent(share)
             ),
-            Self::KindDoubtful { asked, rms, diagonal } => write!(
+            Self::KindDoubtful { requested, rms, diagonal } => write!(
                 f,
-                "The points do not look like kind '{asked}': their rms distance from it is {}, \
+                "The points do not look like kind '{requested}': their rms distance from it is {}, \
                  which is {} of the diagonal. Use `kind=\"auto\"` or another one.",
                 Short(rms),
                 Percent(rms / diagonal)
@@ -428,7 +428,7 @@ mod tests {
             Diagnostic::LeftOut { count: 12, points: 100, together: true },
             Diagnostic::NoData { value: -9999.0, count: 3 },
             Diagnostic::ToleranceMissed { tolerance: 0.1, missed: 12, points: 100, cause },
-            Diagnostic::KindDoubtful { asked: Kind::Tube, rms, diagonal },
+            Diagnostic::KindDoubtful { requested: Kind::Tube, rms, diagonal },
             Diagnostic::NotSettled { steps: 100, change: Some(0.5) },
             Diagnostic::Overlapping { share },
         ]

@@ -14,7 +14,7 @@ use super::knot_vector::KnotVector;
 use super::parameter_checks::{Outside, check_inside, check_length};
 use super::work_blocks::for_row_blocks;
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 use crate::worker_pool;
 
 /// A NURBS curve in space.
@@ -71,7 +71,7 @@ impl NurbsCurve {
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         knots: KnotVector,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let (count, needed) = (control_points.len(), knots.control_points());
         if count != needed {
@@ -81,8 +81,12 @@ impl NurbsCurve {
                 got,
             });
         }
-        let points =
-            to_homogeneous(&control_points, weights.as_deref(), |i| i.to_string(), listen)?;
+        let points = to_homogeneous(
+            &control_points,
+            weights.as_deref(),
+            |i| i.to_string(),
+            check_interrupt,
+        )?;
         Ok(Self { control_points, weights, family: CurveFamily { knots, points, width: 1 } })
     }
 
@@ -147,11 +151,11 @@ impl NurbsCurve {
         points: Vec<DVec4>,
         rational: bool,
         knots: KnotVector,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let (places, weights) = dehomogenize(&points, rational, listen)?;
+        let (places, weights) = dehomogenize(&points, rational, check_interrupt)?;
         drop(points);
-        Self::new_interruptible(places, weights, knots, listen)
+        Self::new_interruptible(places, weights, knots, check_interrupt)
     }
 
     /// The control points.

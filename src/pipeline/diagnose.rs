@@ -32,8 +32,8 @@ pub(super) fn diagnose(
     }
     found.extend(components(ranked, options));
     found.extend(left_out(given, measured, ranked));
-    let seen = ranked.seen;
-    let border = seen.border_share() * (seen.points().len() as f64).sqrt();
+    let observations = ranked.observations;
+    let border = observations.border_share() * (observations.points().len() as f64).sqrt();
     if kind != Kind::Torus && border < SETTINGS.max_closed_border {
         found.push(Diagnostic::ClosedBody);
     }
@@ -82,18 +82,18 @@ pub(super) fn strays_from_points(
     options: &ReconstructOptions<'_>,
     fit: &SurfaceFit,
 ) -> Option<Diagnostic> {
-    let (frame, seen) = (&ranked.cloud.frame, ranked.seen);
+    let (frame, observations) = (&ranked.cloud.frame, ranked.observations);
     let diagonal = ranked.diagonal;
     let rms = fit.rms();
-    let limit =
-        (SETTINGS.max_noise_ratio * seen.noise()).max(SETTINGS.max_diagonal_share * diagonal);
-    if !seen.planes().reliable || rms <= limit {
+    let limit = (SETTINGS.max_noise_ratio * observations.noise())
+        .max(SETTINGS.max_diagonal_share * diagonal);
+    if !observations.planes().reliable || rms <= limit {
         return None;
     }
     let [rms, noise, diagonal] =
-        [rms, seen.noise(), diagonal].map(|length| frame.length_to_given(length));
+        [rms, observations.noise(), diagonal].map(|length| frame.length_to_given(length));
     Some(match options.kind {
-        Some(asked) => Diagnostic::KindDoubtful { asked, rms, diagonal },
+        Some(requested) => Diagnostic::KindDoubtful { requested, rms, diagonal },
         None => Diagnostic::TwoLayers { held_out: rms, noise },
     })
 }

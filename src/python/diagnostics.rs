@@ -122,8 +122,8 @@ fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
             data.set_item("points", points)?;
             data.set_item("cause", cause.name())?;
         }
-        Diagnostic::KindDoubtful { asked, rms, diagonal } => {
-            data.set_item("asked", asked.name())?;
+        Diagnostic::KindDoubtful { requested, rms, diagonal } => {
+            data.set_item("requested", requested.name())?;
             data.set_item("rms", rms)?;
             data.set_item("diagonal", diagonal)?;
         }

@@ -50,8 +50,8 @@ pub fn defects(
 ///
 /// The box itself would cut the corners of a sheet that is rotated against it.
 fn overshoot(compared: &Comparison<'_>, grid: &CellGrid) -> f64 {
-    let axes = compared.seen.axes();
-    let local = compared.seen.points().iter().map(|point| axes.local(*point));
+    let axes = compared.observations.axes();
+    let local = compared.observations.points().iter().map(|point| axes.local(*point));
     let (low, high) = local.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
         (low.min(point), high.max(point))
     });

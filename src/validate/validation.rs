@@ -57,10 +57,10 @@ fn found(
         *uv = (*uv - low) / size;
     }
     let surface = surface.with_domain((0.0, 1.0), (0.0, 1.0))?;
-    let seen = Observations::of(&points, settings);
+    let observations = Observations::of(&points, settings);
     let closed = closed(&surface);
     let compared = Comparison {
-        seen: &seen,
+        observations: &observations,
         tree: &KdTree::new(&fold_sample),
         surface: &surface,
         closed,

@@ -7,12 +7,12 @@ from typing import Any
 import typer
 
 import neurbs
-from neurbs.cli import batch
-from neurbs.cli.batch import Files, Output, Strict, Suffix
+from neurbs.cli import reconstruct_files
 from neurbs.cli.command import command
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, Nan
 from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, Unit, options_of, values
+from neurbs.cli.reconstruct_files import Files, Output, Strict, Suffix
 
 RECONSTRUCT_OPTIONS = (
     Option(
@@ -137,7 +137,7 @@ def reconstruct(
     **options: Any,
 ) -> int:
     """Run `neurbs.reconstruct` on files and return the exit code."""
-    return batch.run(
+    return reconstruct_files.run(
         context,
         neurbs.reconstruct,
         points,
@@ -174,7 +174,7 @@ def reconstruct_paper(
     **options: Any,
 ) -> int:
     """Run `neurbs.reconstruct_paper` on files and return the exit code."""
-    return batch.run(
+    return reconstruct_files.run(
         context,
         neurbs.reconstruct_paper,
         points,
