@@ -1,4 +1,6 @@
-//! Findings about the points and the tolerance, beside the defects of the surface.
+//! Findings about the points, the fit and the tolerance, beside those of [`crate::validate`].
+//!
+//! A closed body and a doubtful kind are defects, too.
 
 use glam::DVec3;
 
@@ -14,7 +16,7 @@ use crate::fit::EndedBy;
 
 const SETTINGS: DiagnoseSettings = DiagnoseSettings::STANDARD;
 
-/// All findings about the points and the tolerance.
+/// All findings about the points, the fit and the tolerance.
 pub(super) fn diagnose(
     given: &[DVec3],
     ranked: &RankedCloud<'_>,
@@ -49,7 +51,7 @@ fn components(ranked: &RankedCloud<'_>, options: &ReconstructOptions<'_>) -> Opt
     let second = *sizes.get(1)?;
     let several =
         options.component.is_none() && second as f64 > SETTINGS.min_component_share * all as f64;
-    several.then(|| Diagnostic::Components { sizes: sizes.clone(), fitted: None })
+    several.then(|| Diagnostic::Components { sizes: sizes.clone() })
 }
 
 /// Points that were left out as outliers, if they are many or lie together.
@@ -94,7 +96,7 @@ pub(super) fn strays_from_points(
         [rms, observations.noise(), diagonal].map(|length| frame.length_to_given(length));
     Some(match options.kind {
         Some(requested) => Diagnostic::KindDoubtful { requested, rms, diagonal },
-        None => Diagnostic::TwoLayers { held_out: rms, noise },
+        None => Diagnostic::TwoLayers { rms, noise },
     })
 }
 

@@ -50,8 +50,9 @@ pub struct Ranking {
 
 /// Ranks the hypotheses of charts for observed points.
 ///
-/// `given` are the axes x, y and z of the points in the frame of the observations. With `requested`,
-/// only hypotheses of that kind are ranked. A height field that fits well enough ends the search.
+/// `given` are the axes x, y and z of the points in the frame of the observations. With
+/// `requested`, only hypotheses of that kind are ranked. A height field that fits well enough ends
+/// the search.
 ///
 /// # Errors
 ///
@@ -216,7 +217,6 @@ fn coarse_model(
         closed: hypothesis.closed(),
         uv: &fit.uv,
         distances: &fit.distances,
-        diagonal: observations.size(),
     };
     let terms = compared.terms(&settings.terms)?;
     let score = Score { terms: [("", 0.0); 9] };

@@ -236,9 +236,8 @@ fn defects_on(
         closed,
         uv: &uv,
         distances: &distances,
-        diagonal: ranked.diagonal,
     };
-    let mut found = defects(&compared, &ranked.settings.terms, settings)?;
+    let mut found = defects(&compared, ranked.diagonal, &ranked.settings.terms, settings)?;
     let frame = &ranked.cloud.frame;
     for defect in &mut found {
         if let Diagnostic::Overshoot { distance: length, diagonal }

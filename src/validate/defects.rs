@@ -1,4 +1,7 @@
-//! Defects: the findings that make a surface invalid.
+//! Defects of a surface by comparison with its points: folded, overshoot, uncovered, torn, thick.
+//!
+//! The other findings that make a surface invalid need the whole reconstruction; see
+//! `pipeline/diagnose.rs`.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,17 +15,18 @@ use crate::error::Result;
 use crate::numeric::{median, rms};
 use crate::progress::Silent;
 
-/// Finds the defects of a surface; a valid one has none.
+/// Finds the defects of a surface; a valid one has none. `diagonal` is that of the points' box in
+/// their given frame.
 ///
 /// # Errors
 ///
 /// Those of the surface's evaluation; parameters in the domain cause none.
 pub fn defects(
     compared: &Comparison<'_>,
+    diagonal: f64,
     terms: &TermSettings,
     settings: &DefectSettings,
 ) -> Result<Vec<Diagnostic>> {
-    let diagonal = compared.diagonal;
     let grid = CellGrid::of(compared.surface, settings.cells, &mut Silent)?;
     let distance = overshoot(compared, &grid);
     let found = compared.terms(terms)?;

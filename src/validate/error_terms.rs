@@ -42,8 +42,6 @@ pub struct Comparison<'a> {
     pub uv: &'a [DVec2],
     /// Their distances from the surface.
     pub distances: &'a [f64],
-    /// The diagonal of the points' box in their given frame.
-    pub diagonal: f64,
 }
 
 impl Comparison<'_> {

@@ -66,9 +66,8 @@ fn found(
         closed,
         uv: &uv,
         distances: &distances,
-        diagonal: Bounds::of(&points).diagonal(),
     };
-    defects(&compared, &TermSettings::STANDARD, &limits)
+    defects(&compared, Bounds::of(&points).diagonal(), &TermSettings::STANDARD, &limits)
 }
 
 /// Whether u and v of a surface over [0, 1]² are closed: it ends where it begins.

@@ -62,7 +62,7 @@ RECONSTRUCT_OPTIONS = (
     ),
     Option(
         "fairness",
-        "Weight of the bending energy; 1 makes it as important as all points together",
+        "Weight of the fairness energy; 1 makes it as important as all points together",
         "NUMBER",
         default="by cross-validation",
     ),
@@ -88,7 +88,7 @@ PAPER_OPTIONS = (
         "grid",
         "Rows and columns of the lattice",
         "N N",
-        default="by the number of points: 4 nodes for each, at most 2500",
+        default="4 nodes for each point, at most 2500",
     ),
     Option(
         "degree",
