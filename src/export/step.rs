@@ -21,8 +21,10 @@ const ROUNDING: f64 = 1e-11;
 /// The smallest uncertainty that CAD programs accept, in millimeters.
 const MIN_UNCERTAINTY: f64 = 1e-7;
 
-/// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
-/// boundary curves of the net.
+/// Writes a surface as a STEP file: one advanced face in an open shell.
+///
+/// The face is bounded by the four boundary curves of the surface, also where they meet at a seam
+/// or collapse at a pole.
 ///
 /// Coordinates are in millimeters. Unclamped knots are clamped first.
 ///

@@ -1,7 +1,7 @@
 //! Alternating fit: solutions for the net in turn with parameter correction.
 //!
-//! The input is points with rough parameters and a spline space; output is a surface with the points'
-//! projections (W. Wang, H. Pottmann, Y. Liu, 2006).
+//! The input is points with rough parameters and a spline space; output is a surface with the
+//! points' projections (W. Wang, H. Pottmann, Y. Liu, 2006).
 
 use std::borrow::Cow;
 

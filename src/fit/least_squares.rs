@@ -39,10 +39,13 @@ const THIN_PLATE: usize = 2;
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
-/// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
-/// periodic where they should be, or the points do not determine the net; [`Error::NotFinite`] for
-/// a point that is not finite; [`Error::Interrupted`] if the observer stops it.
+/// - [`Error::Parameter`] if points, parameters and weights differ in number, or a parameter lies
+///   outside the domain.
+/// - [`Error::Parameter`] if a weight is negative, all weights are 0, or the fairness is negative.
+/// - [`Error::Parameter`] if knots are not periodic where they should be, or the points do not
+///   determine the net.
+/// - [`Error::NotFinite`] for a point that is not finite.
+/// - [`Error::Interrupted`] if the observer stops it.
 pub fn fit(
     points: &[DVec3],
     uv: &[DVec2],

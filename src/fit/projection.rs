@@ -1,5 +1,8 @@
 //! Projection of points onto a surface, and parameter correction (J. Hoschek, *Intrinsic
 //! parametrization for approximation*, 1988).
+//!
+//! The search is local, from known parameters. The global one is
+//! [`crate::nurbs::ClosestPointSearch`].
 
 use glam::{DVec2, DVec3};
 

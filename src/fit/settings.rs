@@ -1,4 +1,6 @@
 //! Settings of the stages of a fit: every threshold, with its unit and its source.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Least squares: rounding, sample sizes and the distances that are minimized.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,9 +97,9 @@ pub(super) struct FairnessSettings {
     /// Weight above which points are noisy, and cross-validation is repeated early. Unit: none.
     /// Source: calibrated on the scoreboard.
     pub(super) noisy_weight: f64,
-    /// Decimal logarithms of the least and largest weight that cross-validation tries. Below, the
-    /// energy determines nothing; above, little more than a quadratic is left. Unit: decades.
-    /// Source: calibrated on the scoreboard.
+    /// Decimal logarithms of the least and largest weight that cross-validation tries. A lower
+    /// weight has no effect; a higher one leaves little more than a quadratic surface. Unit:
+    /// decades. Source: calibrated on the scoreboard.
     pub(super) exponents: (f64, f64),
     /// First step of the search for the weight. Unit: decades. Source: calibrated on the
     /// scoreboard.
@@ -108,7 +110,7 @@ pub(super) struct FairnessSettings {
     /// Degrees of freedom of net and parameters together, for each of the net. Unit: ratio.
     /// Source: calibrated on the scoreboard.
     pub(super) freedom_factor: f64,
-    /// Degrees of freedom of a surface, at most, as a share of the points. Unit: share. Source:
+    /// Degrees of freedom of a surface over the points, at most. Unit: share. Source:
     /// calibrated on the scoreboard.
     pub(super) max_freedom_share: f64,
     /// Groups of cross-validation. Unit: groups. Source: calibrated on the scoreboard.
@@ -211,8 +213,8 @@ pub struct CoarseSettings {
     /// Least and largest number of control points. Unit: points. Source: calibrated on the
     /// scoreboard.
     pub control_points: (usize, usize),
-    /// Control points, at most, while hopeless hypotheses are dropped. Unit: points. Source:
-    /// calibrated on the scoreboard.
+    /// Control points of the quick fits by which poor hypotheses are dropped, at most. Unit:
+    /// points. Source: calibrated on the scoreboard.
     pub quick_control_points: usize,
     /// Control points along a side, at most. Unit: points. Source: calibrated on the scoreboard.
     pub max_side: usize,

@@ -51,8 +51,8 @@ pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
     groups
 }
 
-/// The group of each of `count` samples in turn, by a stride that is coprime to usual row lengths of
-/// grids.
+/// The group of each of `count` samples in turn, by a stride that is coprime to usual row lengths
+/// of grids.
 pub(super) fn in_turn(count: usize) -> Vec<usize> {
     (0..count).map(|i| (i * 7 + i / SETTINGS.groups) % SETTINGS.groups).collect()
 }

@@ -35,9 +35,10 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`]; [`Error::Parameter`](crate::Error::Parameter) if
-    /// a side of the net has at most `degree` control points or more control points than the grid
-    /// has points; [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// - Those of [`NurbsSurface::grid_parameters`].
+    /// - [`Error::Parameter`](crate::Error::Parameter) if a side of the net has at most `degree`
+    ///   control points or more control points than the grid has points.
+    /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],
         shape: (usize, usize),

@@ -23,8 +23,11 @@ const ROUNDING: f64 = 1e-14;
 ///
 /// # Errors
 ///
-/// [`Error::Net`] if the numbers of points and weights differ, a point is not finite, a weight is
-/// not positive and finite, or their product overflows or underflows.
+/// [`Error::Net`] if one of these holds:
+///
+/// - The numbers of points and weights differ.
+/// - A point is not finite, or a weight is not positive and finite.
+/// - The product of a point and its weight overflows or underflows.
 pub(super) fn to_homogeneous(
     points: &[DVec3],
     weights: Option<&[f64]>,

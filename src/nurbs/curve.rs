@@ -56,8 +56,11 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
-    /// control point is not finite, or a weight is not positive and finite.
+    /// [`Error::Net`] if one of these holds:
+    ///
+    /// - The numbers of control points and weights do not match the knots.
+    /// - A control point is not finite.
+    /// - A weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
@@ -247,9 +250,9 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the order is too high, a parameter is outside the domain and
-    /// `outside` refuses that, or `out` has the wrong length; [`Error::Interrupted`] if the
-    /// observer stops it.
+    /// - [`Error::Parameter`] if the order is too high, a parameter is outside the domain and
+    ///   `outside` refuses that, or `out` has the wrong length.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn derivatives(
         &self,
         u: &[f64],

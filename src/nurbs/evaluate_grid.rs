@@ -37,9 +37,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses that,
-    /// or an output does not have `u.len() * v.len()` elements; [`crate::Error::Interrupted`] if
-    /// the observer stops it.
+    /// - [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses
+    ///   that, or an output does not have `u.len() * v.len()` elements.
+    /// - [`crate::Error::Interrupted`] if the observer stops it.
     pub fn evaluate_grid(
         &self,
         u: &[f64],

@@ -61,9 +61,10 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the length of the grid does not match its shape, it has fewer than 2
-    /// rows or columns, a point is not finite, or neighboring rows or columns coincide;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if the length of the grid does not match its shape, or it has fewer
+    ///   than 2 rows or columns.
+    /// - [`Error::Parameter`] if a point is not finite, or neighboring rows or columns coincide.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn grid_parameters(
         grid: &[DVec3],
         shape: (usize, usize),

@@ -135,9 +135,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the distance between the edges, bounded by their control points,
-    /// exceeds `tolerance`, in the points' unit, or the domains in the other direction differ;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if the distance between the edges, bounded by their control points,
+    ///   exceeds `tolerance`, in the points' unit, or the domains in the other direction differ.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn joined(
         &self,
         direction: Direction,

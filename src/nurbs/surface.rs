@@ -73,8 +73,11 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
-    /// control point is not finite, or a weight is not positive and finite.
+    /// [`Error::Net`] if one of these holds:
+    ///
+    /// - The numbers of control points and weights do not match the knots.
+    /// - A control point is not finite.
+    /// - A weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,

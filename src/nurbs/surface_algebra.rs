@@ -28,9 +28,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a knot is not strictly inside the domain; [`Error::Knots`] if the
-    /// multiplicity of one would exceed the degree; [`Error::Interrupted`] if the observer stops
-    /// it.
+    /// - [`Error::Parameter`] if a knot is not strictly inside the domain.
+    /// - [`Error::Knots`] if the multiplicity of one would exceed the degree.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn insert_knots(
         &self,
         direction: Direction,
@@ -104,9 +104,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the error
-    /// exceeds `tolerance`: the message names the smallest possible tolerance;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the
+    ///   error exceeds `tolerance`: the message names the smallest possible tolerance.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn reduce_degree(
         &self,
         u: usize,

@@ -51,10 +51,11 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
-    /// neighboring curves coincide; [`Error::Net`] if the weights differ so much from curve to
-    /// curve that they would become negative between them; [`Error::Interrupted`] if the observer
-    /// stops it.
+    /// - [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
+    ///   neighboring curves coincide.
+    /// - [`Error::Net`] if the weights differ so much from curve to curve that they would become
+    ///   negative between them.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn lofted(
         curves: &[NurbsCurve],
         degree: usize,

@@ -1,4 +1,4 @@
-//! Mixed units: whether the axes are scaled before the fit, and by what.
+//! Mixed units: the choice of the axes, and of the divisors of the coordinates for the fit.
 
 use glam::{DMat3, DVec3};
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::progress::{Epoch, Observer, Progress};
 
-/// Microseconds a point for each phase, on a processor of 2025. The cost of selection is for a
+/// Microseconds a point for each phase, on a processor of 2025. The cost of ranking is for a
 /// sampled point, the others are for a given point.
 const COSTS: [f64; 4] = [8.0, 100.0, 50.0, 2.0];
 

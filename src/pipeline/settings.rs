@@ -1,4 +1,6 @@
 //! Thresholds of the pipeline, one struct for each stage.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 use crate::fit::CoarseSettings;
 use crate::validate::TermSettings;
@@ -19,7 +21,7 @@ impl AxisScaleSettings {
     pub(super) const STANDARD: Self = Self { max_extent_ratio: 30.0, tail_share: 0.01 };
 }
 
-/// Ranking: how hypotheses are fitted, scored and dropped.
+/// Ranking: how hypotheses are fitted, scored and dropped, and when the search for them ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RankingSettings {
     /// The coarse fits. Unit: none. Source: see [`CoarseSettings`].
@@ -235,7 +237,7 @@ pub(super) struct FitProblemSettings {
     /// Distance to which the surface extends beyond the points by default. Unit: mean spacings.
     /// Source: closed form: a point stands for half a spacing on either side.
     pub(super) border: f64,
-    /// Fairness of heights that must reach a tolerance: it only fills regions without points.
+    /// Fairness of a surface that must reach a tolerance: it only fills regions without points.
     /// Unit: none. Source: rounding.
     pub(super) min_fairness: f64,
     /// Largest number of fits with new robust weights after the first. Unit: fits. Source: cost:

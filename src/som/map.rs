@@ -71,9 +71,11 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// Those of [`cloud::check`]; [`Error::Parameter`](crate::Error::Parameter) for an option out of
-    /// range or not allowed for this lattice; [`Error::Interrupted`](crate::Error::Interrupted) if
-    /// the observer stops it; [`Error::Memory`](crate::Error::Memory) if there is too little memory.
+    /// - Those of [`cloud::check`].
+    /// - [`Error::Parameter`](crate::Error::Parameter) for an option out of range or not allowed
+    ///   for this lattice.
+    /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// - [`Error::Memory`](crate::Error::Memory) if there is too little memory.
     pub fn new(
         points: &[DVec3],
         lattice: Lattice,

@@ -1,4 +1,6 @@
 //! Settings of the boundary: where the points end on a surface.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Boundary: four sides, straight or curved, and the weight that keeps them in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
