@@ -16,11 +16,11 @@ pub enum Diagnostic {
         /// Share of neighboring samples whose normals turn over.
         share: f64,
     },
-    /// The surface leaves the points' bounding box.
+    /// The surface reaches far beyond the points.
     Overshoot {
-        /// Largest distance outside of the box.
+        /// Largest distance outside the cylinder around the box along the points' principal axes.
         distance: f64,
-        /// Diagonal of the box.
+        /// Diagonal of the points' bounding box.
         diagonal: f64,
     },
     /// A part of a closed surface has no points near.
@@ -42,21 +42,17 @@ pub enum Diagnostic {
     },
     /// The points enclose a body, which one surface cannot cover.
     ClosedBody,
-    /// The points lie on a surface with one side, such as a Möbius strip.
-    OneSided,
     /// The points lie in two layers that the surface does not separate.
     TwoLayers {
-        /// Root mean square distance of held-out points.
-        held_out: f64,
+        /// Root mean square distance of the points from the surface.
+        rms: f64,
         /// Noise of the points.
         noise: f64,
     },
-    /// The cloud has several components.
+    /// The cloud has several components, which were fitted together.
     Components {
         /// Number of points of each component, the largest first.
         sizes: Vec<usize>,
-        /// The component that was fitted; `None`: all together.
-        fitted: Option<usize>,
     },
     /// The axes look like different units.
     MixedUnits {
@@ -93,7 +89,7 @@ pub enum Diagnostic {
     /// The requested kind does not fit the points.
     KindDoubtful {
         /// The requested kind.
-        asked: Kind,
+        requested: Kind,
         /// Root mean square distance of the points from the surface.
         rms: f64,
         /// Diagonal of the points' bounding box.
@@ -105,11 +101,6 @@ pub enum Diagnostic {
         steps: u64,
         /// Largest move of a node in the last epoch; `None` if no epoch was finished.
         change: Option<f64>,
-    },
-    /// Points overlap along the direction of the height field.
-    Overlapping {
-        /// Share of the points.
-        share: f64,
     },
 }
 
@@ -166,21 +157,19 @@ impl Diagnostic {
     /// ```
     pub const CODES: &[(&str, &str)] = &[
         ("folded", "The surface folds over where the points do not."),
-        ("overshoot", "The surface leaves the points' bounding box by a tenth of its diagonal."),
+        ("overshoot", "The surface reaches beyond the points by over a tenth of their diagonal."),
         ("uncovered", "Over a tenth of a closed surface's area has no points near."),
         ("torn", "Over 5 % of the neighbor pairs are far apart on the surface."),
         ("thick", "The points fill a volume."),
         ("closed-body", "The points enclose a body, which one surface cannot cover."),
-        ("one-sided", "The points lie on a one-sided surface, such as a Möbius strip."),
         ("two-layers", "The points lie in two layers that the surface does not separate."),
         ("components", "The cloud has several components."),
         ("mixed-units", "The axes look like different units and were scaled for the fit."),
         ("left-out", "Over 1 % of the points, or a group of them, were left out as outliers."),
         ("no-data", "Points with a no-data value were left out."),
         ("tolerance-missed", "Points lie farther from the surface than the tolerance."),
-        ("kind-doubtful", "The kind that was asked for does not fit the points."),
+        ("kind-doubtful", "The requested kind does not fit the points."),
         ("not-settled", "Training ended before the map settled."),
-        ("overlapping", "Points overlap along the direction of the height field."),
     ];
 
     /// The stable code.
@@ -193,7 +182,6 @@ impl Diagnostic {
             Self::Torn { .. } => "torn",
             Self::Thick { .. } => "thick",
             Self::ClosedBody => "closed-body",
-            Self::OneSided => "one-sided",
             Self::TwoLayers { .. } => "two-layers",
             Self::Components { .. } => "components",
             Self::MixedUnits { .. } => "mixed-units",
@@ -202,7 +190,6 @@ impl Diagnostic {
             Self::ToleranceMissed { .. } => "tolerance-missed",
             Self::KindDoubtful { .. } => "kind-doubtful",
             Self::NotSettled { .. } => "not-settled",
-            Self::Overlapping { .. } => "overlapping",
         }
     }
 
@@ -211,7 +198,7 @@ impl Diagnostic {
     /// ```
     /// use neurbs::Diagnostic;
     /// assert!(Diagnostic::ClosedBody.is_defect());
-    /// assert!(!Diagnostic::OneSided.is_defect());
+    /// assert!(!Diagnostic::NoData { value: -9999.0, count: 3 }.is_defect());
     /// ```
     #[must_use]
     pub fn is_defect(&self) -> bool {
@@ -254,7 +241,7 @@ impl Diagnostic {
             ),
             Self::Overshoot { distance, diagonal } => write!(
                 f,
-                "The surface leaves the points' bounding box by {}, which is {} of its diagonal. \
+                "The surface reaches beyond the points by {}, which is {} of their diagonal. \
                  Raise `fairness` or use fewer control points.",
                 Short(distance),
                 Percent(distance / diagonal)
@@ -271,9 +258,9 @@ impl Diagnostic {
                  fit parts of the cloud.",
                 Percent(share)
             ),
-            Self::KindDoubtful { asked, rms, diagonal } => write!(
+            Self::KindDoubtful { requested, rms, diagonal } => write!(
                 f,
-                "The points do not look like kind '{asked}': their rms distance from it is {}, \
+                "The points do not look like kind '{requested}': their rms distance from it is {}, \
                  which is {} of the diagonal. Use `kind=\"auto\"` or another one.",
                 Short(rms),
                 Percent(rms / diagonal)
@@ -302,25 +289,20 @@ impl Diagnostic {
                 "The points enclose a body, which one surface cannot cover. Cut the cloud into \
                  open parts and fit each.",
             ),
-            Self::OneSided => f.write_str(
-                "The points lie on a one-sided surface, such as a Möbius strip. Leave out a strip \
-                 of points across it to cut it open.",
-            ),
-            Self::TwoLayers { held_out, noise } => write!(
+            Self::TwoLayers { rms, noise } => write!(
                 f,
-                "The points lie in two layers that the surface does not separate: points left out \
-                 are {} from it, their noise is {}. Leave one layer out.",
-                Short(*held_out),
+                "The points lie in two layers that the surface does not separate: the rms distance \
+                 of the points from it is {}, but their noise is {}. Leave one layer out.",
+                Short(*rms),
                 Short(*noise)
             ),
-            Self::Components { sizes, fitted } => {
-                write!(f, "The cloud has {} components of {}. ", sizes.len(), Points(sizes))?;
-                match fitted {
-                    Some(component) => write!(f, "Only component {component} was fitted.")?,
-                    None => f.write_str("One surface was fitted to all of them.")?,
-                }
-                f.write_str(" Choose one with `component`, or fit each: `component=\"each\"`.")
-            }
+            Self::Components { sizes } => write!(
+                f,
+                "The cloud has {} components of {}. One surface was fitted to all of them. Choose \
+                 one with `component`, or fit each: `component=\"each\"`.",
+                sizes.len(),
+                Points(sizes)
+            ),
             Self::MixedUnits { scale } => {
                 f.write_str("Axes look like mixed units: ")?;
                 let axes = ["x", "y", "z"].into_iter().zip(scale);
@@ -351,12 +333,6 @@ impl Diagnostic {
                 }
                 f.write_str(". Raise `max_steps` or `min_change`.")
             }
-            Self::Overlapping { share } => write!(
-                f,
-                "{} of the points overlap along z, so a height field cannot follow them. Use \
-                 `kind=\"sheet\"` or `kind=\"tube\"`.",
-                Percent(*share)
-            ),
             _ => Ok(()),
         }
     }
@@ -421,16 +397,14 @@ mod tests {
             Diagnostic::Torn { share },
             Diagnostic::Thick { rms, diagonal },
             Diagnostic::ClosedBody,
-            Diagnostic::OneSided,
-            Diagnostic::TwoLayers { held_out: 0.3, noise: 0.1 },
-            Diagnostic::Components { sizes, fitted: Some(0) },
+            Diagnostic::TwoLayers { rms: 0.3, noise: 0.1 },
+            Diagnostic::Components { sizes },
             Diagnostic::MixedUnits { scale: [1.0, 1.0, 8192.0] },
             Diagnostic::LeftOut { count: 12, points: 100, together: true },
             Diagnostic::NoData { value: -9999.0, count: 3 },
             Diagnostic::ToleranceMissed { tolerance: 0.1, missed: 12, points: 100, cause },
-            Diagnostic::KindDoubtful { asked: Kind::Tube, rms, diagonal },
+            Diagnostic::KindDoubtful { requested: Kind::Tube, rms, diagonal },
             Diagnostic::NotSettled { steps: 100, change: Some(0.5) },
-            Diagnostic::Overlapping { share },
         ]
     }
 
@@ -450,9 +424,13 @@ mod tests {
         let messages: Vec<String> = one_of_each().iter().map(ToString::to_string).collect();
         assert!(messages[0].contains("3.4 % of"), "{}", messages[0]);
         assert!(messages[1].contains("by 0.5, which is 25 %"), "{}", messages[1]);
-        assert!(messages[8].contains("2 components of 90, 10 points. Only component 0"));
-        assert!(messages[9].contains("z was divided by 8192 for"), "{}", messages[9]);
-        assert!(messages[12].starts_with("Tolerance 0.1 not reached: 12 of 100 points"));
+        assert!(
+            messages[6]
+                .contains("rms distance of the points from it is 0.3, but their noise is 0.1")
+        );
+        assert!(messages[7].contains("2 components of 90, 10 points. One surface"));
+        assert!(messages[8].contains("z was divided by 8192 for"), "{}", messages[8]);
+        assert!(messages[11].starts_with("Tolerance 0.1 not reached: 12 of 100 points"));
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub trait Observer {
     fn observe(&mut self, progress: &Progress) -> ControlFlow<()>;
 
     /// Receives the lattice at the end of an epoch of training, and returns whether to continue.
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         let _ = epoch;
         ControlFlow::Continue(())
     }
@@ -121,10 +121,10 @@ impl Observer for Silent {
 }
 
 /// A callback between parts of longer work: an error stops the work.
-pub(crate) type Listen<'a> = dyn FnMut() -> Result<()> + 'a;
+pub(crate) type InterruptCheck<'a> = dyn FnMut() -> Result<()> + 'a;
 
 /// A callback that reports to the observer between parts of a stage that has no steps.
-pub(crate) fn listener(
+pub(crate) fn interrupt_check(
     observer: &mut dyn Observer,
     stage: Stage,
     points: usize,
@@ -134,16 +134,16 @@ pub(crate) fn listener(
 
 /// Reports progress to the observer. A stop becomes [`Error::Interrupted`].
 pub(crate) fn report(observer: &mut dyn Observer, progress: &Progress) -> Result<()> {
-    result(observer.observe(progress))
+    error_if_stopped(observer.observe(progress))
 }
 
 /// Reports an epoch to the observer. A stop becomes [`Error::Interrupted`].
-pub(crate) fn show(observer: &mut dyn Observer, epoch: &Epoch<'_>) -> Result<()> {
-    result(observer.learned(epoch))
+pub(crate) fn report_epoch(observer: &mut dyn Observer, epoch: &Epoch<'_>) -> Result<()> {
+    error_if_stopped(observer.observe_epoch(epoch))
 }
 
 /// [`Error::Interrupted`] for a stop.
-fn result(answer: ControlFlow<()>) -> Result<()> {
+fn error_if_stopped(answer: ControlFlow<()>) -> Result<()> {
     match answer {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(Error::Interrupted),

@@ -233,7 +233,7 @@ impl Event {
         match self {
             Self::Progress(progress) => observer.observe(&progress),
             Self::Epoch { step, error, radius, change, lattice } => {
-                observer.learned(&Epoch { step, error, radius, change, lattice: &lattice })
+                observer.observe_epoch(&Epoch { step, error, radius, change, lattice: &lattice })
             }
         }
     }
@@ -329,7 +329,7 @@ impl Observer for Sender<'_> {
         self.queue.push(Event::Progress(*progress))
     }
 
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         let &Epoch { step, error, radius, change, lattice } = epoch;
         self.queue.push(Event::Epoch { step, error, radius, change, lattice: lattice.to_vec() })
     }

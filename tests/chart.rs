@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::DMat3;
 use neurbs::chart::{CHARTS, Chart, ChartInput, Hypothesis, Kind};
 use neurbs::observe::{Observations, ObserveSettings};
-use neurbs::pipeline::{SelectSettings, rank};
+use neurbs::pipeline::{RankingSettings, rank};
 use neurbs::progress::Silent;
 use neurbs::{DVec2, DVec3};
 
@@ -30,7 +30,8 @@ impl Chart for Spiral {
             let radius = point.truncate().length();
             angle + ((radius - 1.0) / self.pitch - angle).round()
         };
-        let places = input.seen.points().iter().map(|point| DVec2::new(turns(point), point.z));
+        let places =
+            input.observations.points().iter().map(|point| DVec2::new(turns(point), point.z));
         let places: Vec<DVec2> = places.collect();
         let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -59,10 +60,11 @@ fn an_additional_chart_is_ranked_and_wins_where_it_fits_best() {
     let points = roll(pitch);
     let spiral = Spiral { pitch };
     let charts: Vec<&dyn Chart> = CHARTS.into_iter().chain([&spiral as &dyn Chart]).collect();
-    let seen = Observations::of(&points, ObserveSettings::default());
-    let settings = SelectSettings::default();
-    let ranked =
-        |charts| rank(&seen, DMat3::IDENTITY, None, charts, &settings, &mut Silent).unwrap();
+    let observations = Observations::of(&points, ObserveSettings::default());
+    let settings = RankingSettings::default();
+    let ranked = |charts| {
+        rank(&observations, DMat3::IDENTITY, None, charts, &settings, &mut Silent).unwrap()
+    };
     let (with, without) = (ranked(&charts), ranked(&CHARTS));
     assert!(with.models.len() > 1);
     let best = &with.models[0];

@@ -259,7 +259,7 @@ impl Observer for StopAfter {
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn learned(&mut self, _: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, _: &Epoch<'_>) -> ControlFlow<()> {
         self.0 = self.0.saturating_sub(1);
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -298,7 +298,7 @@ fn the_observer_receives_each_epoch() {
         fn observe(&mut self, _: &Progress) -> ControlFlow<()> {
             ControlFlow::Continue(())
         }
-        fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+        fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
             self.0.push((epoch.step, epoch.error, epoch.radius, epoch.lattice.len()));
             ControlFlow::Continue(())
         }

@@ -3,7 +3,7 @@
 >>> import numpy as np
 >>> import neurbs
 >>> x, y = np.random.default_rng(0).random((2, 500))
->>> result = neurbs.reconstruct(np.column_stack([x, y, np.sin(3 * x) * y]), grid=(8, 8))
+>>> result = neurbs.reconstruct(np.column_stack([x, y, np.sin(3 * x) * y]), grid=(9, 7))
 >>> result.surface
 NurbsSurface(net 9 × 7, degree (3, 3), domain [0, 1] × [0, 1], polynomial, open)
 >>> result.mesh.max_deviation < 0.002
@@ -58,8 +58,6 @@ if TYPE_CHECKING:
         MixedUnitsWarning,
         NeurbsWarning,
         NoDataWarning,
-        OneSidedWarning,
-        OverlappingWarning,
         OvershootWarning,
         ThickWarning,
         ToleranceMissedWarning,
@@ -128,8 +126,6 @@ __all__ = [
     "NoDataWarning",
     "NurbsCurve",
     "NurbsSurface",
-    "OneSidedWarning",
-    "OverlappingWarning",
     "OvershootWarning",
     "PointCloud",
     "Progress",
@@ -185,8 +181,6 @@ _HOMES = {
         "MixedUnitsWarning",
         "NeurbsWarning",
         "NoDataWarning",
-        "OneSidedWarning",
-        "OverlappingWarning",
         "OvershootWarning",
         "ThickWarning",
         "ToleranceMissedWarning",

@@ -1,6 +1,6 @@
 """The command `neurbs`, and `python -m neurbs`.
 
-Ctrl-C is handled before NumPy and Typer are loaded, which takes a quarter of a second.
+Loading NumPy and Typer takes a quarter of a second; the handler of Ctrl-C is set before that.
 """
 
 import os

@@ -1,4 +1,7 @@
-"""`neurbs.reconstruct`: scattered points to a surface."""
+"""`neurbs.reconstruct`: scattered points to a surface.
+
+The module is not called ``reconstruct``: importing it would replace the function of this name.
+"""
 
 from __future__ import annotations
 
@@ -93,7 +96,7 @@ def reconstruct(
     """Turn scattered points into a NURBS surface.
 
     Duplicates are merged and gross outliers left out. Each chart proposes parameters (u, v) for the
-    points. A coarse fit of each proposal gets a score, and the best is refined: a B-spline surface
+    points. A coarse fit of each proposal gets a score, and the best is refined. A B-spline surface
     is fitted by least squares with fairness, and the parameters of the points are corrected. A
     height field is fitted as z = f(x, y). A self-organizing map is trained from the coarse surface.
 
@@ -140,8 +143,9 @@ def reconstruct(
         Whether to optimize the weights of the control points at the end, for round shapes. The
         rational surface is kept if it fits better.
     fairness : float, optional
-        Weight of the bending energy: 1 makes it as important as all points together. By default
-        it is chosen by generalized cross-validation.
+        Weight of the fairness energy: 1 makes it as important as all points together. The energy
+        sums squared third derivatives, or second ones where points are few. By default the weight
+        is chosen by generalized cross-validation.
     border : float, optional
         Extension of an open surface beyond the points, in mean spacings of the points, by default
         0.5. It is smaller where the border of the points is certain, and larger where it is

@@ -38,10 +38,11 @@ class Report:
     ended_by : str
         Reason why the net stopped growing: ``"tolerance"`` (all points are within it), ``"noise"``
         (a larger net would follow the noise of the points), ``"exact"`` (the error is
-        negligible), ``"grid"`` (the size was given, or larger nets have defects), ``"points"``
-        (the points do not determine a larger net) or ``"max_control_points"``.
+        negligible), ``"grid"`` (the size was given), ``"defects"`` (larger nets have defects),
+        ``"points"`` (the points do not determine a larger net) or ``"max_control_points"``.
     fairness : float or None
-        Weight of the fairness in the last fit; None for the paper's method, which fits nothing.
+        Weight of the fairness energy in the last fit; None for the paper's method, which has no
+        least-squares fit.
     iterations : int
         Number of least-squares solutions for the control net.
     kind : {"height", "sheet", "tube", "torus"}

@@ -33,7 +33,7 @@ impl Chart for CenterLine {
 
 /// The tube about the center line; `None` if a section is not closed.
 fn tube(input: &ChartInput<'_>) -> Option<Hypothesis> {
-    let (map, points) = (input.landmark_map(Graph::Surface)?, input.seen.points());
+    let (map, points) = (input.landmark_map(Graph::Surface)?, input.observations.points());
     let along: Vec<f64> = map.places.iter().map(|place| place.x).collect();
     let (along, length) = unit(&along);
     let width = SETTINGS.node_distance * median(map.places.iter().map(|place| place.y.abs()));

@@ -14,11 +14,11 @@ const SETTINGS: IsomapSettings = IsomapSettings::STANDARD;
 /// A cloud's observations, with flat maps that several charts share.
 pub struct ChartInput<'a> {
     /// The observations.
-    pub seen: &'a Observations<'a>,
+    pub observations: &'a Observations<'a>,
     /// The given axes x, y and z, in the frame of the observations.
-    pub given: DMat3,
+    pub given_axes: DMat3,
     /// The kind of the options; `None`: any.
-    pub asked: Option<Kind>,
+    pub requested: Option<Kind>,
     maps: [OnceLock<Option<LandmarkMap>>; 2],
 }
 
@@ -34,19 +34,23 @@ pub(super) enum Graph {
 impl<'a> ChartInput<'a> {
     /// The input with these observations.
     #[must_use]
-    pub fn new(seen: &'a Observations<'a>, given: DMat3, asked: Option<Kind>) -> Self {
-        Self { seen, given, asked, maps: [const { OnceLock::new() }; 2] }
+    pub fn new(
+        observations: &'a Observations<'a>,
+        given_axes: DMat3,
+        requested: Option<Kind>,
+    ) -> Self {
+        Self { observations, given_axes, requested, maps: [const { OnceLock::new() }; 2] }
     }
 
     /// Distances along the surface, and the flat map that preserves them. `None` if the map is not
     /// two-dimensional.
     pub(super) fn landmark_map(&self, graph: Graph) -> Option<&LandmarkMap> {
         let (place, links) = match graph {
-            Graph::Surface => (0, self.seen.graph()),
-            Graph::Tight => (1, self.seen.tight_graph()),
+            Graph::Surface => (0, self.observations.graph()),
+            Graph::Tight => (1, self.observations.tight_graph()),
         };
         self.maps[place]
-            .get_or_init(|| LandmarkMap::of(links, self.seen.points(), SETTINGS.landmarks))
+            .get_or_init(|| LandmarkMap::of(links, self.observations.points(), SETTINGS.landmarks))
             .as_ref()
     }
 }

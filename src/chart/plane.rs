@@ -24,16 +24,16 @@ impl Chart for Plane {
     }
 
     fn propose(&self, input: &ChartInput<'_>) -> Vec<Hypothesis> {
-        let seen = input.seen;
+        let observations = input.observations;
         let steep = |up: DVec3| {
-            let share = || seen.share_along(up, SETTINGS.min_cosine);
-            seen.planes().reliable && share() < SETTINGS.min_share
+            let share = || observations.share_along(up, SETTINGS.min_cosine);
+            observations.planes().reliable && share() < SETTINGS.min_share
         };
-        let z = input.given.z_axis;
-        if input.asked == Some(Kind::Height) {
+        let z = input.given_axes.z_axis;
+        if input.requested == Some(Kind::Height) {
             return vec![Footprint::along("plane z", input, z).heights()];
         }
-        let mut normal = seen.normal_axes()[0];
+        let mut normal = observations.normal_axes()[0];
         if normal.dot(z) < 0.0 {
             normal = -normal;
         }
@@ -69,17 +69,17 @@ impl Footprint {
     /// The footprint along a direction.
     fn along(name: &'static str, input: &ChartInput<'_>, up: DVec3) -> Self {
         // Along z the axes are the given ones; otherwise they rotate with the points.
-        let first = if up == input.given.z_axis {
-            input.given.x_axis
+        let first = if up == input.given_axes.z_axis {
+            input.given_axes.x_axis
         } else {
-            let [a, b, _] = input.seen.axes().axes;
+            let [a, b, _] = input.observations.axes().axes;
             let flat = |axis: DVec3| axis.reject_from(up);
             let longer = if flat(a).length() >= flat(b).length() { a } else { b };
             flat(longer).normalize()
         };
         let second = up.cross(first);
         let place = |point: &DVec3| DVec2::new(first.dot(*point), second.dot(*point));
-        let places: Vec<DVec2> = input.seen.points().iter().map(place).collect();
+        let places: Vec<DVec2> = input.observations.points().iter().map(place).collect();
         let rectangle = BoundingRectangle::around(&places);
         let along = rectangle.along.x * first + rectangle.along.y * second;
         Self {

@@ -32,7 +32,7 @@ impl Chart for Polar {
 
 /// The sheet around the most central landmark.
 fn polar(name: &'static str, graph: Graph, input: &ChartInput<'_>) -> Option<Hypothesis> {
-    let (map, points) = (input.landmark_map(graph)?, input.seen.points());
+    let (map, points) = (input.landmark_map(graph)?, input.observations.points());
     let reach = |distances: &Vec<f64>| distances.iter().copied().fold(0.0, f64::max);
     let central = (0..map.landmarks.len())
         .min_by(|&a, &b| reach(&map.distances[a]).total_cmp(&reach(&map.distances[b])))?;
@@ -40,7 +40,7 @@ fn polar(name: &'static str, graph: Graph, input: &ChartInput<'_>) -> Option<Hyp
     let near = quantile(distances.iter().copied(), SETTINGS.cap_share);
     let cap = points.iter().zip(distances).filter(|(_, d)| **d <= near).map(|(point, _)| *point);
     let normal = Plane::of(cap.collect::<Vec<_>>()).normal();
-    let inwards = input.seen.axes().center - center;
+    let inwards = input.observations.axes().center - center;
     let aside = inwards.dot(normal).abs() < SETTINGS.min_inward_cosine * inwards.length();
     let axis = if aside { normal } else { inwards.normalize_or(normal) };
     let (a, b) = axis.any_orthonormal_pair();

@@ -48,9 +48,9 @@ struct Cylindrical {
 impl Cylindrical {
     /// The coordinates about the principal axis with this number. A long surface gets a bent axis.
     fn about(input: &ChartInput<'_>, axis: usize) -> Self {
-        let (center, axes) = (input.seen.axes().center, input.seen.axes().axes);
+        let (center, axes) = (input.observations.axes().center, input.observations.axes().axes);
         let (up, a, b) = (axes[axis], axes[(axis + 1) % 3], axes[(axis + 2) % 3]);
-        let points = input.seen.points();
+        let points = input.observations.points();
         let local = |point: &DVec3| {
             let apart = *point - center;
             (DVec2::new(apart.dot(a), apart.dot(b)), apart.dot(up))

@@ -1,4 +1,6 @@
 //! Thresholds of the charts, one struct for each.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Plane chart: when a height field is proposed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,9 +25,9 @@ impl PlaneChartSettings {
 /// Bounding rectangle: when it is turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RectangleSettings {
-    /// Share of a rectangle, times the number of points evenly scattered over it, that their
-    /// rectangle of least area leaves out by chance: two gaps along each direction. Unit: none.
-    /// Source: closed form: the expected gap at either end of n points is 1 / n.
+    /// Share of a rectangle that the least rectangle around n points in it leaves out by chance,
+    /// times n: two gaps along each direction. Unit: none. Source: closed form: the expected gap at
+    /// either end of n points is 1 / n.
     pub(super) chance_gaps: f64,
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Points that are processed between two reports: about ten milliseconds of neighbor searches.
 pub(super) const POINTS_PER_REPORT: usize = 1 << 14;
@@ -72,22 +72,25 @@ pub fn centroid(points: &[DVec3]) -> DVec3 {
     interruptible_centroid(points, &mut || Ok(())).unwrap_or(points[0])
 }
 
-/// As [`centroid`], but `listen` may stop it.
-pub(crate) fn interruptible_centroid(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
+/// As [`centroid`], but `check_interrupt` may stop it.
+pub(crate) fn interruptible_centroid(
+    points: &[DVec3],
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<DVec3> {
     let origin = points[0];
     let mut sum = DVec3::ZERO;
-    for batch in batches(points, listen) {
+    for batch in batches(points, check_interrupt) {
         batch?.iter().for_each(|&p| sum += p - origin);
     }
     Ok(origin + sum / points.len() as f64)
 }
 
-/// The points in batches of a few milliseconds of work. `listen` is called before each.
+/// The points in batches of a few milliseconds of work. `check_interrupt` is called before each.
 pub(crate) fn batches<'a>(
     points: &'a [DVec3],
-    listen: &'a mut Listen<'_>,
+    check_interrupt: &'a mut InterruptCheck<'_>,
 ) -> impl Iterator<Item = Result<&'a [DVec3]>> {
-    points.chunks(POINTS_PER_REPORT).map(move |batch| listen().map(|()| batch))
+    points.chunks(POINTS_PER_REPORT).map(move |batch| check_interrupt().map(|()| batch))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::bounds::{Bounds, POINTS_PER_REPORT, batches};
 use super::normalization::Normalization;
 use super::settings::CheckSettings;
 use crate::error::{Error, Result};
-use crate::progress::{self, Listen, Observer, Stage};
+use crate::progress::{self, InterruptCheck, Observer, Stage};
 use crate::worker_pool::install;
 
 const SETTINGS: CheckSettings = CheckSettings::STANDARD;
@@ -25,8 +25,8 @@ pub fn check(points: &[DVec3]) -> Result<()> {
 
 /// The bounds of points that pass [`check`].
 pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
-    let mut listen = progress::listener(observer, Stage::Checking, points.len());
-    let bounds = finite_bounds(points, &mut listen)?;
+    let mut check_interrupt = progress::interrupt_check(observer, Stage::Checking, points.len());
+    let bounds = finite_bounds(points, &mut check_interrupt)?;
     let given = points.len();
     match count_distinct(points) {
         1 if given > 1 => return Err(Error::AllEqual { given, point: points[0] }),
@@ -40,7 +40,7 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
     if !(least..=most).contains(&extent) {
         return Err(Error::Extent { extent, least, most });
     }
-    check_width(points, &bounds, &mut listen)?;
+    check_width(points, &bounds, &mut check_interrupt)?;
     Ok(bounds)
 }
 
@@ -49,9 +49,12 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
 /// # Errors
 ///
 /// [`Error::NotFinite`] with the first point that is not.
-pub(crate) fn finite_bounds(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Bounds> {
+pub(crate) fn finite_bounds(
+    points: &[DVec3],
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<Bounds> {
     let mut bounds = Bounds::empty();
-    for (number, batch) in batches(points, listen).enumerate() {
+    for (number, batch) in batches(points, check_interrupt).enumerate() {
         let batch = batch?;
         check_finite(batch).map_err(|error| match error {
             Error::NotFinite { index, point } => {
@@ -91,17 +94,21 @@ fn count_distinct(points: &[DVec3]) -> usize {
 }
 
 /// Refuses collinear points. The line passes through the first point and the one farthest from it.
-fn check_width(points: &[DVec3], bounds: &Bounds, listen: &mut Listen<'_>) -> Result<()> {
+fn check_width(
+    points: &[DVec3],
+    bounds: &Bounds,
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<()> {
     let frame = Normalization::within(bounds);
     let first = frame.apply(points[0]);
     let mut along = DVec3::ZERO;
     let farther = |a: DVec3, b: DVec3| if b.length_squared() > a.length_squared() { b } else { a };
-    for batch in batches(points, listen) {
+    for batch in batches(points, check_interrupt) {
         let local = batch?.par_iter().map(|&p| frame.apply(p) - first);
         along = farther(along, install(|| local.reduce(|| DVec3::ZERO, farther)));
     }
     let (length, mut width) = (along.length(), 0.0_f64);
-    for batch in batches(points, listen) {
+    for batch in batches(points, check_interrupt) {
         let aside = |&p: &DVec3| (frame.apply(p) - first).cross(along).length() / length;
         let widths = batch?.par_iter().map(aside);
         width = width.max(install(|| widths.reduce(|| 0.0, f64::max)));

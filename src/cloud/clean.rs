@@ -68,11 +68,13 @@ impl Cleaning {
 
 /// Finds duplicates and gross outliers among points that have passed [`check`](super::check).
 ///
-/// The spacing at a point is the distance to one of its nearest neighbors. A point is a duplicate if
-/// an earlier one lies within a tiny share of the typical spacing. There are two kinds of outliers.
-/// One has a larger spacing than its surroundings and lies steeply above their plane. The other has
-/// a far larger spacing than usual and fills a volume with its neighbors. In a small cloud, only
-/// points far outside are outliers.
+/// The spacing at a point is the distance to one of its nearest neighbors. A point is a duplicate
+/// if an earlier one lies within a tiny share of the typical spacing. There are three kinds of
+/// outliers:
+///
+/// - One has a larger spacing than its surroundings and lies steeply above their plane.
+/// - One has a far larger spacing than usual and fills a volume with its neighbors.
+/// - One has a spacing of several radii of the cloud. In a small cloud, only these are outliers.
 ///
 /// O(n log n); needs about 60 bytes a point.
 ///

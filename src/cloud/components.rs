@@ -9,6 +9,7 @@ use super::plane::Plane;
 use super::sampling::{even_sample, items_at};
 use super::settings::ComponentSettings;
 use crate::error::Result;
+use crate::numeric::whole;
 use crate::progress::Observer;
 use crate::worker_pool;
 
@@ -187,7 +188,8 @@ fn numbered(roots: &[u32]) -> (Vec<u32>, Vec<usize>) {
         counts[root as usize] += 1;
     }
     let most = counts.iter().copied().max().unwrap_or(0);
-    let fewest = SETTINGS.min_points.max(roots.len() / SETTINGS.min_share_divisor).min(most);
+    let fewest = whole(SETTINGS.min_share * roots.len() as f64);
+    let fewest = fewest.max(SETTINGS.min_points).min(most);
     let mut order: Vec<usize> =
         (0..roots.len()).filter(|&root| counts[root] >= fewest.max(1)).collect();
     order.sort_by_key(|&root| std::cmp::Reverse(counts[root]));

@@ -155,11 +155,11 @@ impl Observer for LocalObserver<'_> {
         self.observer.observe(&Progress { change, error, ..*progress })
     }
 
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         let to_given = |&node: &DVec3| self.frame.to_given(node);
         let lattice: Vec<DVec3> = epoch.lattice.iter().map(to_given).collect();
         let [error, change] = [epoch.error, epoch.change].map(|x| self.frame.length_to_given(x));
-        self.observer.learned(&Epoch { error, change, lattice: &lattice, ..*epoch })
+        self.observer.observe_epoch(&Epoch { error, change, lattice: &lattice, ..*epoch })
     }
 }
 

@@ -56,17 +56,17 @@ impl Plane {
 
     /// Whether the points lie on a line, as neighbors on scan lines do.
     pub(crate) fn is_line(&self) -> bool {
-        self.deviations[1] < SETTINGS.max_thin_ratio * self.deviations[0]
+        self.deviations[1] < SETTINGS.max_line_ratio * self.deviations[0]
     }
 
     /// Whether the points lie on a plane, and on no line.
     pub(crate) fn is_flat(&self) -> bool {
-        !self.is_line() && self.deviations[2] < SETTINGS.max_thin_ratio * self.deviations[1]
+        !self.is_line() && self.deviations[2] < SETTINGS.max_flat_ratio * self.deviations[1]
     }
 
     /// Whether the points fill a volume, as those around an outlier do.
     pub(crate) fn is_thick(&self) -> bool {
-        self.deviations[2] > SETTINGS.max_thin_ratio * self.deviations[0]
+        self.deviations[2] > SETTINGS.min_thick_ratio * self.deviations[0]
     }
 
     /// Distance of a point from the plane, with the sign of its side.

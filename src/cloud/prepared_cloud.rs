@@ -154,9 +154,9 @@ fn thinned(given: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<u32>> {
     for batch in given.chunks(POINTS_PER_REPORT) {
         let (step, total) = (sample.seen(), given.len());
         let progress = Progress::of_stage(Stage::Cleaning, step, total as u64, total);
-        let mut listen = || progress::report(observer, &progress);
-        listen()?;
-        sample.extend_listening(batch, &mut listen)?;
+        let mut check_interrupt = || progress::report(observer, &progress);
+        check_interrupt()?;
+        sample.extend_interruptible(batch, &mut check_interrupt)?;
     }
     Ok(sample.indices().into_iter().filter_map(|index| u32::try_from(index).ok()).collect())
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::bounds::{Bounds, POINTS_PER_REPORT};
 use super::settings::SampleSettings;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 const SETTINGS: SampleSettings = SampleSettings::STANDARD;
 
@@ -98,63 +98,67 @@ impl EvenSample {
     /// Adds the next points of the stream.
     pub fn extend(&mut self, points: &[DVec3]) {
         // This closure never stops it.
-        let _never = self.extend_listening(points, &mut || Ok(()));
+        let _never = self.extend_interruptible(points, &mut || Ok(()));
     }
 
-    /// As [`Self::extend`], but `listen` may stop it. A stopped sample is incomplete.
-    pub(crate) fn extend_listening(
+    /// As [`Self::extend`], but `check_interrupt` may stop it. A stopped sample is incomplete.
+    pub(crate) fn extend_interruptible(
         &mut self,
         points: &[DVec3],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<()> {
         for &point in points {
-            self.add_point(Chosen::new(point, self.seen), listen)?;
+            self.add_point(Chosen::new(point, self.seen), check_interrupt)?;
         }
         Ok(())
     }
 
     /// Adds a point, and doubles the voxels while there are too many.
-    fn add_point(&mut self, chosen: Chosen, listen: &mut Listen<'_>) -> Result<()> {
+    fn add_point(
+        &mut self,
+        chosen: Chosen,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<()> {
         self.seen += 1;
         if self.side > 0.0 {
             prefer(&mut self.voxels, self.side, chosen);
             while self.voxels.len() > self.most {
                 self.side *= 2.0;
                 let chosen = std::mem::take(&mut self.voxels).into_values();
-                self.fill(chosen, listen)?;
+                self.fill(chosen, check_interrupt)?;
             }
         } else {
             self.first.push(chosen);
             if self.first.len() > self.most {
-                self.divide(listen)?;
+                self.divide(check_interrupt)?;
             }
         }
         Ok(())
     }
 
     /// Sorts the first points into the smallest voxels that suffice.
-    fn divide(&mut self, listen: &mut Listen<'_>) -> Result<()> {
+    fn divide(&mut self, check_interrupt: &mut InterruptCheck<'_>) -> Result<()> {
         let points: Vec<DVec3> = self.first.iter().map(|chosen| chosen.point).collect();
-        let Some(side) = side(&points, self.most, 1, listen)? else {
+        let Some(side) = side(&points, self.most, 1, check_interrupt)? else {
             // All points are copies of one.
             self.first.truncate(1);
             return Ok(());
         };
         self.side = side;
         let first = std::mem::take(&mut self.first).into_iter();
-        self.fill(first, listen)
+        self.fill(first, check_interrupt)
     }
 
     /// Puts points into empty voxels.
     fn fill(
         &mut self,
         chosen: impl ExactSizeIterator<Item = Chosen>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<()> {
         self.voxels.reserve(self.most.min(chosen.len()));
         for (k, chosen) in chosen.enumerate() {
             if k % POINTS_PER_REPORT == 0 {
-                listen()?;
+                check_interrupt()?;
             }
             prefer(&mut self.voxels, self.side, chosen);
         }
@@ -190,7 +194,12 @@ impl EvenSample {
 
 /// The side of the smallest voxels of which at most `most` contain points. `steps` sizes are tried
 /// for each doubling. `None` if all points are copies of one.
-fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> Result<Option<f64>> {
+fn side(
+    points: &[DVec3],
+    most: usize,
+    steps: i32,
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<Option<f64>> {
     let Bounds { min, max } = Bounds::of(points);
     let extent = (max - min).max_element();
     if extent == 0.0 {
@@ -208,7 +217,7 @@ fn side(points: &[DVec3], most: usize, steps: i32, listen: &mut Listen<'_>) -> R
         }
         for (k, &point) in points.iter().enumerate() {
             if k % POINTS_PER_REPORT == 0 {
-                listen()?;
+                check_interrupt()?;
             }
             voxels.insert(voxel(point, side));
             if voxels.len() > most {

@@ -1,4 +1,6 @@
 //! Thresholds of the preparation of a cloud, one struct for each stage.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Checks: which points can be a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +71,7 @@ pub(super) struct CleanSettings {
     /// Unit: ratio. Source: calibrated on the scoreboard.
     pub(super) min_local_spacing: f64,
     /// Height of a point above the plane of its surroundings over its spacing, above which it may
-    /// be an outlier: sparse parts of a surface are not as steep (30 degrees). Unit: ratio.
+    /// be an outlier. Sparse parts of a surface are not as steep (30 degrees). Unit: ratio.
     /// Source: calibrated on the scoreboard.
     pub(super) min_slope: f64,
     /// Height of a point above that plane over the deviation of its surroundings, above which it
@@ -120,20 +122,15 @@ pub(super) struct ComponentSettings {
     /// Fewest points of a component. Unit: points. Source: closed form: a bilinear patch has four
     /// corners.
     pub(super) min_points: usize,
-    /// The number of all points over the fewest of a component. Unit: ratio. Source: calibrated on
-    /// the scoreboard.
-    pub(super) min_share_divisor: usize,
+    /// Fewest points of a component over all points. Unit: share. Source: calibrated on the
+    /// scoreboard.
+    pub(super) min_share: f64,
 }
 
 impl ComponentSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self {
-        max_sample: 20_000,
-        k_neighbors: 8,
-        k_nearest: 2,
-        min_points: 4,
-        min_share_divisor: 1000,
-    };
+    pub(super) const STANDARD: Self =
+        Self { max_sample: 20_000, k_neighbors: 8, k_nearest: 2, min_points: 4, min_share: 0.001 };
 }
 
 /// Sampling: the sizes of voxels that are tried.
@@ -142,8 +139,8 @@ pub(super) struct SampleSettings {
     /// Doublings from the smallest voxel to one that contains all points. Unit: doublings. Source:
     /// closed form: two to this power, cubed, exceeds any number of points.
     pub(super) doublings: i32,
-    /// Sizes of voxels that an even sample tries for each doubling: on a surface it takes at least
-    /// seven tenths of the points that it may take. Unit: sizes. Source: closed form.
+    /// Sizes of voxels that an even sample tries for each doubling. On a surface, neighboring sizes
+    /// give sample sizes whose ratio is at least 0.7. Unit: sizes. Source: closed form.
     pub(super) sizes_per_doubling: i32,
 }
 
@@ -177,16 +174,21 @@ pub(super) struct PlaneSettings {
     /// Sweeps of Jacobi's method; three axes need five or six. Unit: sweeps. Source: Golub and Van
     /// Loan, Matrix Computations, section 8.5.
     pub(super) max_sweeps: usize,
-    /// Second deviation over the first, below which points are a line. Third over the second, below
-    /// which they are flat. Third over the first, above which they fill a volume. Random points in
-    /// a disc have ratios of 1 and 0, in a ball of 1. Unit: ratio. Source: calibrated on the
-    /// scoreboard.
-    pub(super) max_thin_ratio: f64,
+    /// Second deviation over the first, below which points are a line. Random points in a disc have
+    /// a ratio of 1. Unit: ratio. Source: calibrated on the scoreboard.
+    pub(super) max_line_ratio: f64,
+    /// Third deviation over the second, below which points are flat. Unit: ratio. Source:
+    /// calibrated on the scoreboard.
+    pub(super) max_flat_ratio: f64,
+    /// Third deviation over the first, above which points fill a volume. Random points in a ball
+    /// have a ratio of 1. Unit: ratio. Source: calibrated on the scoreboard.
+    pub(super) min_thick_ratio: f64,
 }
 
 impl PlaneSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self { max_sweeps: 12, max_thin_ratio: 0.25 };
+    pub(super) const STANDARD: Self =
+        Self { max_sweeps: 12, max_line_ratio: 0.25, max_flat_ratio: 0.25, min_thick_ratio: 0.25 };
 }
 
 /// Preparation: how many points are fitted.

@@ -89,10 +89,10 @@ fn write_record(
 fn global(unit: LengthUnit) -> Vec<String> {
     let (flag, unit_name) = match unit {
         LengthUnit::Inch => ("1", "IN"),
-        LengthUnit::Millimetre => ("2", "MM"),
+        LengthUnit::Millimeter => ("2", "MM"),
         LengthUnit::Foot => ("4", "FT"),
-        LengthUnit::Metre => ("6", "M"),
-        LengthUnit::Centimetre => ("10", "CM"),
+        LengthUnit::Meter => ("6", "M"),
+        LengthUnit::Centimeter => ("10", "CM"),
     };
     let text = |value: &str| format!("{}H{value}", value.len());
     let name = || text("surface");
@@ -116,7 +116,7 @@ fn global(unit: LengthUnit) -> Vec<String> {
         "1".into(),
         "0.01".into(),
         date(),
-        real(RESOLUTION / unit.in_millimetres()),
+        real(RESOLUTION / unit.in_millimeters()),
         "0.0".into(),
         String::new(),
         String::new(),

@@ -21,8 +21,10 @@ const ROUNDING: f64 = 1e-11;
 /// The smallest uncertainty that CAD programs accept, in millimeters.
 const MIN_UNCERTAINTY: f64 = 1e-7;
 
-/// Writes a surface as a STEP file: one advanced face in an open shell, bounded by the four
-/// boundary curves of the net.
+/// Writes a surface as a STEP file: one advanced face in an open shell.
+///
+/// The face is bounded by the four boundary curves of the surface, also where they meet at a seam
+/// or collapse at a pole.
 ///
 /// Coordinates are in millimeters. Unclamped knots are clamped first.
 ///
@@ -70,7 +72,7 @@ fn uncertainty(surface: &NurbsSurface, unit: LengthUnit) -> f64 {
     let (min, max) =
         net.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &p| (min.min(p), max.max(p)));
     let magnitude = min.abs().max(max.abs()).max_element();
-    let min_uncertainty = MIN_UNCERTAINTY / unit.in_millimetres();
+    let min_uncertainty = MIN_UNCERTAINTY / unit.in_millimeters();
     min_uncertainty.max(UNCERTAINTY * (max - min).length()).max(ROUNDING * magnitude)
 }
 
@@ -199,9 +201,9 @@ fn face<W: Write>(file: &mut Entities<'_, W>, surface: &NurbsSurface) -> Result<
 /// Writes the unit of length. Inches and feet are defined by millimeters.
 fn length_unit<W: Write>(file: &mut Entities<'_, W>, unit: LengthUnit) -> Result<String> {
     let (prefix, name) = match unit {
-        LengthUnit::Millimetre => (".MILLI.", None),
-        LengthUnit::Centimetre => (".CENTI.", None),
-        LengthUnit::Metre => ("$", None),
+        LengthUnit::Millimeter => (".MILLI.", None),
+        LengthUnit::Centimeter => (".CENTI.", None),
+        LengthUnit::Meter => ("$", None),
         LengthUnit::Inch => (".MILLI.", Some("INCH")),
         LengthUnit::Foot => (".MILLI.", Some("FOOT")),
     };
@@ -209,9 +211,9 @@ fn length_unit<W: Write>(file: &mut Entities<'_, W>, unit: LengthUnit) -> Result
     let Some(name) = name else {
         return Ok(metric);
     };
-    let millimetres = real(unit.in_millimetres());
+    let millimeters = real(unit.in_millimeters());
     let factor =
-        file.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({millimetres}),{metric})"))?;
+        file.add(&format!("LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({millimeters}),{metric})"))?;
     let dimension = file.add("DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)")?;
     file.add(&format!(
         "(CONVERSION_BASED_UNIT('{name}',{factor}) LENGTH_UNIT() NAMED_UNIT({dimension}))"

@@ -6,18 +6,18 @@
 ///
 /// ```
 /// use neurbs::export::LengthUnit;
-/// assert_eq!(LengthUnit::default(), LengthUnit::Millimetre);
-/// assert_eq!(LengthUnit::Inch.in_millimetres(), 25.4);
+/// assert_eq!(LengthUnit::default(), LengthUnit::Millimeter);
+/// assert_eq!(LengthUnit::Inch.in_millimeters(), 25.4);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LengthUnit {
     /// 1 mm, the default unit of CAD programs.
     #[default]
-    Millimetre,
+    Millimeter,
     /// 10 mm.
-    Centimetre,
+    Centimeter,
     /// 1000 mm.
-    Metre,
+    Meter,
     /// 25.4 mm.
     Inch,
     /// 304.8 mm, the international foot, not the US survey foot.
@@ -27,15 +27,15 @@ pub enum LengthUnit {
 impl LengthUnit {
     /// All units.
     pub const ALL: [Self; 5] =
-        [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
+        [Self::Millimeter, Self::Centimeter, Self::Meter, Self::Inch, Self::Foot];
 
     /// The unit in millimeters.
     #[must_use]
-    pub fn in_millimetres(self) -> f64 {
+    pub fn in_millimeters(self) -> f64 {
         match self {
-            Self::Millimetre => 1.0,
-            Self::Centimetre => 10.0,
-            Self::Metre => 1000.0,
+            Self::Millimeter => 1.0,
+            Self::Centimeter => 10.0,
+            Self::Meter => 1000.0,
             Self::Inch => 25.4,
             Self::Foot => 304.8,
         }
@@ -45,9 +45,9 @@ impl LengthUnit {
     #[must_use]
     pub fn symbol(self) -> &'static str {
         match self {
-            Self::Millimetre => "mm",
-            Self::Centimetre => "cm",
-            Self::Metre => "m",
+            Self::Millimeter => "mm",
+            Self::Centimeter => "cm",
+            Self::Meter => "m",
             Self::Inch => "in",
             Self::Foot => "ft",
         }

@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 use super::alternating_fit::AlternatingFit;
 use super::fit_result::{Approximation, EndedBy};
 use super::isocurve_length::isocurve_lengths;
-use super::knot_insertion;
 use super::options::Growth;
 use super::projection::Projection;
 use super::residual_correlation::are_noise;
 use super::settings::{ProjectionSettings, RefinementSettings};
+use super::span_division;
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -94,7 +94,7 @@ impl AlternatingFit<'_> {
             let space = SplineSpace::new(knots, self.closed)?;
             let lengths = isocurve_lengths(&surface);
             let refined =
-                |share| knot_insertion::refined(&space, &projections, error, lengths, share);
+                |share| span_division::refined(&space, &projections, error, lengths, share);
             let (mut finer, mut share, mut ended_by) =
                 (refined(SETTINGS.divided_error)?, SETTINGS.divided_error, EndedBy::Noise);
             let limit = growth.most.min(max_supported);

@@ -1,7 +1,7 @@
 //! Alternating fit: solutions for the net in turn with parameter correction.
 //!
-//! Input are points with rough parameters and a spline space; output is a surface with the points'
-//! projections (W. Wang, H. Pottmann, Y. Liu, 2006).
+//! The input is points with rough parameters and a spline space; output is a surface with the
+//! points' projections (W. Wang, H. Pottmann, Y. Liu, 2006).
 
 use std::borrow::Cow;
 
@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::boundary::{BoundaryConstraint, ClosedBoundary, Depth, bounded_by_curves};
-use super::cross_validation;
-use super::fairness::{Energy, ORDER};
+use super::fairness_choice;
+use super::fairness_energy::{Energy, ORDER};
 use super::fit_result::{Approximation, EndedBy};
 use super::isocurve_length::isocurve_lengths;
 use super::normal_equations::{NormalEquations, Sample};
@@ -42,7 +42,7 @@ pub(super) struct AlternatingFit<'a> {
     stride: usize,
     fixed: Option<f64>,
     /// The last result of cross-validation.
-    pub(super) score: Option<cross_validation::Score>,
+    pub(super) score: Option<fairness_choice::Score>,
     /// Weight of the fairness, which falls from solution to solution.
     pub(super) fairness_weight: f64,
     /// Share of the weight that remains after each solution. More flattens folded sheets; less, too
@@ -224,7 +224,7 @@ impl<'a> AlternatingFit<'a> {
             let (known, current) = (self.score, self.energy(space, lengths));
             let zero_matrix = self.zero_matrix(space);
             let (score, equations) = rayon::join(
-                || select_fairness.then(|| cross_validation::best(space, samples, current, known)),
+                || select_fairness.then(|| fairness_choice::best(space, samples, current, known)),
                 || {
                     NormalEquations::of_tangent_distances(
                         space,

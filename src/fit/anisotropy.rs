@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
-use super::fairness::Energy;
+use super::fairness_energy::Energy;
 use super::normal_equations::{NormalEquations, Sample};
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;

@@ -343,7 +343,7 @@ struct TileFactor<'a> {
 impl WithSimd for TileFactor<'_> {
     type Output = bool;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
         let Self { values, side } = self;

@@ -34,7 +34,7 @@ struct Substitution<'a, const WIDTH: usize> {
 impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { factor, x } = self;
@@ -77,7 +77,7 @@ impl<const WIDTH: usize> WithSimd for Substitution<'_, WIDTH> {
 }
 
 /// Subtracts the product of a tile's first rows with vectors.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn subtract_product<const WIDTH: usize>(
     tile: &[f64],
@@ -97,7 +97,7 @@ fn subtract_product<const WIDTH: usize>(
 }
 
 /// The sum of numbers times vectors, in four independent parts.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn product<const WIDTH: usize>(numbers: &[f64], vectors: &[[f64; WIDTH]]) -> [f64; WIDTH] {
     let mut sums = [[0.0; WIDTH]; 4];

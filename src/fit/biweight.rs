@@ -1,8 +1,8 @@
 //! Robust weights: Tukey's biweight, which removes outliers.
 
-use super::settings::RobustSettings;
+use super::settings::BiweightSettings;
 
-const SETTINGS: RobustSettings = RobustSettings::STANDARD;
+const SETTINGS: BiweightSettings = BiweightSettings::STANDARD;
 
 /// Standard deviations of normal noise for each median absolute deviation.
 pub(crate) const MAD_TO_DEVIATION: f64 = 1.4826;

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 
 use super::band_matrix::BandMatrix;
 use super::biweight::{MAD_TO_DEVIATION, biweight};
-use super::fairness::Energy;
-use super::folds::Folds;
+use super::fairness_energy::Energy;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::Patches;
 use super::projection::projections;
 use super::settings::{CoarseSettings, FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
+use super::validation_groups::ValidationGroups;
 use crate::error::{Error, Result};
 use crate::numeric::{median, rms, whole};
 use crate::nurbs::{KnotVector, NurbsSurface};
@@ -74,7 +74,7 @@ pub fn quick_error(problem: &CoarseProblem<'_>, settings: &CoarseSettings) -> Re
 /// [`Error::Parameter`] if the points do not determine the net.
 pub fn coarse(
     problem: &CoarseProblem<'_>,
-    folds: &Folds,
+    groups: &ValidationGroups,
     settings: &CoarseSettings,
 ) -> Result<CoarseFit> {
     let mut solver = CoarseSolver::new(problem, settings, settings.control_points.1)?;
@@ -85,14 +85,14 @@ pub fn coarse(
         solver.reweight(&surface, round);
     }
     fairness = solver.cross_validated()?;
-    let (fairness, held_out, left_out) = solver.raise_fairness(fairness, folds)?;
+    let (fairness, held_out, left_out) = solver.raise_fairness(fairness, groups)?;
     let surface = solver.solve(fairness)?;
     let distances = solver.distances(&surface);
     Ok(CoarseFit { surface, uv: solver.uv, distances, fairness, held_out, left_out })
 }
 
-/// The points of a fold, and the equations of all others.
-struct FoldEquations {
+/// The points of a group, and the equations of all others.
+struct GroupEquations {
     points_out: Vec<usize>,
     others: NormalEquations,
 }
@@ -199,13 +199,17 @@ impl<'a> CoarseSolver<'a> {
     /// Raises the fairness above that of generalized cross-validation while the product of both
     /// errors at left-out points falls. Returns it, the errors in turn and by blocks, and the
     /// distances in turn.
-    fn raise_fairness(&self, fairness: f64, folds: &Folds) -> Result<(f64, [f64; 2], Vec<f64>)> {
+    fn raise_fairness(
+        &self,
+        fairness: f64,
+        groups: &ValidationGroups,
+    ) -> Result<(f64, [f64; 2], Vec<f64>)> {
         let all = self.equations(|_| true)?;
-        let in_turn = self.fold_equations(&all, &folds.in_turn)?;
-        let blocks = self.fold_equations(&all, &folds.blocks)?;
+        let in_turn = self.group_equations(&all, &groups.in_turn)?;
+        let blocks = self.group_equations(&all, &groups.blocks)?;
         let errors = |fairness: f64| -> Result<([f64; 2], Vec<f64>)> {
-            let in_turn = self.fold_distances(&all, &in_turn, fairness)?;
-            let blocks = self.fold_distances(&all, &blocks, fairness)?;
+            let in_turn = self.group_distances(&all, &in_turn, fairness)?;
+            let blocks = self.group_distances(&all, &blocks, fairness)?;
             Ok(([rms(in_turn.iter().copied()), rms(blocks)], in_turn))
         };
         let product = |found: &([f64; 2], Vec<f64>)| found.0[0] * found.0[1];
@@ -223,40 +227,46 @@ impl<'a> CoarseSolver<'a> {
         Ok((fairness, held_out, left_out))
     }
 
-    /// For each fold its points, and the equations of all other points.
-    fn fold_equations(&self, all: &NormalEquations, folds: &[usize]) -> Result<Vec<FoldEquations>> {
-        let fold_of = |fold: usize| -> Result<FoldEquations> {
-            let points_out = (0..folds.len()).filter(|&i| folds[i] == fold).collect();
-            let mut others = all.clone();
-            others.add_scaled(-1.0, &self.equations(|i| folds[i] == fold)?);
-            Ok(FoldEquations { points_out, others })
-        };
-        (0..FAIRNESS.folds).into_par_iter().map(fold_of).collect()
-    }
-
-    /// Distances of the points of each fold from the surface fitted to the others.
-    fn fold_distances(
+    /// For each group its points, and the equations of all other points.
+    fn group_equations(
         &self,
         all: &NormalEquations,
-        fold_equations: &[FoldEquations],
+        groups: &[usize],
+    ) -> Result<Vec<GroupEquations>> {
+        let group_of = |group: usize| -> Result<GroupEquations> {
+            let points_out = (0..groups.len()).filter(|&i| groups[i] == group).collect();
+            let mut others = all.clone();
+            others.add_scaled(-1.0, &self.equations(|i| groups[i] == group)?);
+            Ok(GroupEquations { points_out, others })
+        };
+        (0..FAIRNESS.groups).into_par_iter().map(group_of).collect()
+    }
+
+    /// Distances of the points of each group from the surface fitted to the others.
+    fn group_distances(
+        &self,
+        all: &NormalEquations,
+        group_equations: &[GroupEquations],
         fairness: f64,
     ) -> Result<Vec<f64>> {
-        let distances = |FoldEquations { points_out, others }: &FoldEquations| -> Result<Vec<f64>> {
-            let (surface, _) = self.solved(others, all, fairness)?;
-            let points: Vec<DVec3> = points_out.iter().map(|&at| self.problem.points[at]).collect();
-            let uv: Vec<DVec2> = points_out.iter().map(|&at| self.uv[at]).collect();
-            let projections = projections(
-                &surface,
-                self.problem.closed,
-                &points,
-                &uv,
-                self.settings.held_out_steps,
-            );
-            Ok(projections.iter().map(|projection| projection.offset.length()).collect())
-        };
-        let found = fold_equations.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
+        let distances =
+            |GroupEquations { points_out, others }: &GroupEquations| -> Result<Vec<f64>> {
+                let (surface, _) = self.solved(others, all, fairness)?;
+                let points: Vec<DVec3> =
+                    points_out.iter().map(|&at| self.problem.points[at]).collect();
+                let uv: Vec<DVec2> = points_out.iter().map(|&at| self.uv[at]).collect();
+                let projections = projections(
+                    &surface,
+                    self.problem.closed,
+                    &points,
+                    &uv,
+                    self.settings.held_out_steps,
+                );
+                Ok(projections.iter().map(|projection| projection.offset.length()).collect())
+            };
+        let found = group_equations.par_iter().map(distances).collect::<Result<Vec<_>>>()?;
         let mut left_out = vec![0.0; self.uv.len()];
-        for (FoldEquations { points_out, .. }, distances) in fold_equations.iter().zip(found) {
+        for (GroupEquations { points_out, .. }, distances) in group_equations.iter().zip(found) {
             points_out.iter().zip(distances).for_each(|(&at, distance)| left_out[at] = distance);
         }
         Ok(left_out)
@@ -301,7 +311,7 @@ fn net(
     let aspect = (along_u / along_v).clamp(1.0 / settings.aspect, settings.aspect);
     let (open_side, closed_side) = settings.min_side;
     let least = problem.closed.map(|closed| if closed { closed_side } else { open_side });
-    let rows = whole((total * aspect).sqrt().round()).clamp(least[0], settings.side);
-    let cols = whole((total / rows as f64).round()).clamp(least[1], settings.side);
+    let rows = whole((total * aspect).sqrt().round()).clamp(least[0], settings.max_side);
+    let cols = whole((total / rows as f64).round()).clamp(least[1], settings.max_side);
     [rows, cols]
 }

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::folds::{blocks, in_clumps, in_turn};
 use super::height_field::HeightField;
-use super::k_fold::KFold;
+use super::held_out_groups::HeldOutGroups;
 use super::least_squares::Equations;
 use super::normal_equations::Sample;
 use super::settings::{HeightSettings, LeastSquaresSettings};
+use super::validation_groups::{blocks, in_clumps, in_turn};
 use super::warm_start::WarmStart;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -39,7 +39,7 @@ impl HeightField<'_> {
         equations: Equations,
         given: Option<f64>,
         near: Option<WarmStart>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Choice> {
         let sample = |i: usize| {
             let plain = Sample::plain(self.local[i], self.uv[i], self.weight(i));
@@ -48,14 +48,14 @@ impl HeightField<'_> {
         let samples: Vec<Sample> = (0..self.local.len()).map(sample).collect();
         let known = near.map(|near| near.fairness_for(self.local.len()));
         let space = equations.space().clone();
-        let turn = KFold::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
+        let turn = HeldOutGroups::of(&space, &samples, LEAST_SQUARES.enough_points, |samples| {
             in_turn(samples.len())
         })?;
-        let mut choose = |held_out: &KFold<'_>, equations: &Equations| {
+        let mut choose = |held_out: &HeldOutGroups<'_>, equations: &Equations| {
             let error = |fairness| error(held_out, equations, fairness);
             let fairness = match given {
                 Some(fairness) => fairness,
-                None => best(known, error, listen)?,
+                None => best(known, error, check_interrupt)?,
             };
             Result::Ok((fairness, error(fairness)?))
         };
@@ -63,7 +63,7 @@ impl HeightField<'_> {
             let (fairness, expected) = choose(&turn, &equations)?;
             return Ok(Choice { equations, fairness, expected, expected_of_blocks: 0.0 });
         }
-        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
+        let block = HeldOutGroups::of(&space, &samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let (mut found, mut least) = (None, f64::INFINITY);
@@ -82,7 +82,7 @@ impl HeightField<'_> {
     }
 }
 
-fn error(held_out: &KFold<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
+fn error(held_out: &HeldOutGroups<'_>, equations: &Equations, fairness: f64) -> Result<f64> {
     held_out.error(&equations.energy, equations.times(fairness))
 }
 
@@ -91,7 +91,7 @@ fn error(held_out: &KFold<'_>, equations: &Equations, fairness: f64) -> Result<f
 fn best(
     known: Option<f64>,
     error: impl Fn(f64) -> Result<f64>,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<f64> {
     let fairness = |k: i32| 10.0_f64.powf(0.5 * f64::from(k));
     let all = 2 * SETTINGS.exponents.0..=2 * SETTINGS.exponents.1;
@@ -99,7 +99,7 @@ fn best(
     let mut walk = |errors: &mut BTreeMap<i32, f64>, from: i32, step: i32, worse: f64| {
         let mut k = from;
         while all.contains(&k) {
-            listen()?;
+            check_interrupt()?;
             let found = match errors.get(&k) {
                 Some(found) => *found,
                 None => error(fairness(k))?,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::base_domain::{BaseDomain, BasePlane};
 use super::boundary::min_max;
 use super::dense_matrix::DenseMatrix;
-use super::fairness::ORDER;
+use super::fairness_energy::ORDER;
 use super::fit_result::HeightFit;
 use super::least_squares::{Equations, PartialSums, check};
 use super::options::{FitOptions, HeightOptions};
@@ -16,7 +16,7 @@ use super::plane_trend::PlaneTrend;
 use super::settings::{HeightSettings, LeastSquaresSettings};
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 const SETTINGS: HeightSettings = HeightSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -65,9 +65,9 @@ impl<'a> HeightField<'a> {
     }
 
     /// The normal equations of the heights, with the fairness energy.
-    pub(super) fn equations(&self, listen: &mut Listen<'_>) -> Result<Equations> {
+    pub(super) fn equations(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Equations> {
         let Self { local, uv, weights, options, order, .. } = self;
-        let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, listen)?;
+        let sums = PartialSums::sum(local, uv, *weights, DVec3::ZERO, options, check_interrupt)?;
         Ok(Equations::of(sums, *order, 1.0))
     }
 
@@ -78,11 +78,11 @@ impl<'a> HeightField<'a> {
         equations: Equations,
         fairness: f64,
         reach: Option<f64>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<HeightFit> {
-        let (heights, reach) = self.tightened(equations, fairness, reach, listen)?;
+        let (heights, reach) = self.tightened(equations, fairness, reach, check_interrupt)?;
         let Self { axes: [along, across, up], ground, local, trend, uv, .. } = self;
-        listen()?;
+        check_interrupt()?;
         let residuals = residuals(&heights, &local, &uv);
         let (rows, cols) = (heights.knots_u().greville(), heights.knots_v().greville());
         let net = heights.control_points().iter().enumerate().map(|(i, point)| {
@@ -102,14 +102,14 @@ impl<'a> HeightField<'a> {
         mut equations: Equations,
         fairness: f64,
         known: Option<f64>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<(NurbsSurface, Option<f64>)> {
         if let Some(reach) = known {
             equations.tighten(reach);
         }
         let (low, high) = min_max(self.local.iter().map(|point| point.z));
         let beyond = SETTINGS.max_overshoot * (high - low);
-        let (mut heights, mut reach) = (equations.solve(fairness, listen)?, known);
+        let (mut heights, mut reach) = (equations.solve(fairness, check_interrupt)?, known);
         while fairness > 0.0 && reach.is_none_or(|reach| reach > SETTINGS.min_reach) {
             let (lowest, highest) = min_max(self::heights(&heights));
             if low - beyond <= lowest && highest <= high + beyond {
@@ -117,7 +117,7 @@ impl<'a> HeightField<'a> {
             }
             let shorter = SETTINGS.reach_factor * reach.unwrap_or(1.0);
             equations.tighten(shorter);
-            (heights, reach) = (equations.solve(fairness, listen)?, Some(shorter));
+            (heights, reach) = (equations.solve(fairness, check_interrupt)?, Some(shorter));
         }
         Ok((heights, reach))
     }
@@ -145,7 +145,7 @@ fn on_conic(uv: &[DVec2]) -> bool {
     let Some(lower) = moments.cholesky() else { return true };
     (0..count * count)
         .step_by(count + 1)
-        .any(|at| lower.values[at].powi(2) < SETTINGS.conic * moments.values[at])
+        .any(|at| lower.values[at].powi(2) < SETTINGS.min_conic_share * moments.values[at])
 }
 
 /// Heights of a surface, evenly over its domain.

@@ -76,13 +76,13 @@ pub(crate) fn fit_heights_over(
     near: Option<WarmStart>,
     observer: &mut dyn Observer,
 ) -> Result<HeightFit> {
-    let mut listen = progress::listener(observer, Stage::Fitting, points.len());
+    let mut check_interrupt = progress::interrupt_check(observer, Stage::Fitting, points.len());
     let heights = HeightField::of(points, weights, base, options)?;
-    let equations = heights.equations(&mut listen)?;
-    let found = heights.choose(equations, options.fairness, near, &mut listen)?;
+    let equations = heights.equations(&mut check_interrupt)?;
+    let found = heights.choose(equations, options.fairness, near, &mut check_interrupt)?;
     let reach = near.and_then(|near| near.reach);
     let Choice { equations, fairness, expected, expected_of_blocks } = found;
-    let fit = heights.fitted(equations, fairness, reach, &mut listen)?;
+    let fit = heights.fitted(equations, fairness, reach, &mut check_interrupt)?;
     Ok(HeightFit { expected, expected_of_blocks, ..fit })
 }
 

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::band_matrix::BandMatrix;
-use super::fairness::{Energy, LengthSums};
+use super::fairness_energy::{Energy, LengthSums};
 use super::normal_equations::{NormalEquations, Sample};
 use super::options::FitOptions;
 use super::settings::LeastSquaresSettings;
@@ -11,7 +11,7 @@ use super::sizes::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
 use crate::nurbs::NurbsSurface;
-use crate::progress::{self, Listen, Observer, Stage};
+use crate::progress::{self, InterruptCheck, Observer, Stage};
 use crate::worker_pool::{self, install};
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -39,10 +39,13 @@ const THIN_PLATE: usize = 2;
 ///
 /// # Errors
 ///
-/// [`Error::Parameter`] if points, parameters and weights differ in number, a parameter lies
-/// outside the domain, a weight is negative or all are 0, the fairness is negative, knots are not
-/// periodic where they should be, or the points do not determine the net; [`Error::NotFinite`] for
-/// a point that is not finite; [`Error::Interrupted`] if the observer stops it.
+/// - [`Error::Parameter`] if points, parameters and weights differ in number, or a parameter lies
+///   outside the domain.
+/// - [`Error::Parameter`] if a weight is negative, all weights are 0, or the fairness is negative.
+/// - [`Error::Parameter`] if knots are not periodic where they should be, or the points do not
+///   determine the net.
+/// - [`Error::NotFinite`] for a point that is not finite.
+/// - [`Error::Interrupted`] if the observer stops it.
 pub fn fit(
     points: &[DVec3],
     uv: &[DVec2],
@@ -54,9 +57,9 @@ pub fn fit(
     // Relative to the centroid, coordinates keep their digits wherever the points lie.
     let center = points.iter().sum::<DVec3>() / points.len() as f64;
     worker_pool::run_observed(points.len(), observer, |observer| {
-        let mut listen = progress::listener(observer, Stage::Fitting, points.len());
-        let sums = PartialSums::sum(points, uv, weights, center, options, &mut listen)?;
-        Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut listen)
+        let mut check_interrupt = progress::interrupt_check(observer, Stage::Fitting, points.len());
+        let sums = PartialSums::sum(points, uv, weights, center, options, &mut check_interrupt)?;
+        Equations::of(sums, THIN_PLATE, 1.0).solve(options.fairness, &mut check_interrupt)
     })
 }
 
@@ -114,7 +117,7 @@ impl PartialSums {
         weights: Option<&[f64]>,
         origin: DVec3,
         options: &FitOptions,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let knots = [options.knots_u.clone(), options.knots_v.clone()];
         let space = SplineSpace::new(knots, options.closed.into())?;
@@ -125,11 +128,11 @@ impl PartialSums {
         let sample = |i: usize| Sample::plain(points[i] - origin, uv[i], weight(i));
         let mut samples = Vec::with_capacity(points.len());
         for from in (0..points.len()).step_by(POINTS_PER_CALL) {
-            listen()?;
+            check_interrupt()?;
             samples.extend((from..points.len().min(from + POINTS_PER_CALL)).map(sample));
         }
-        let equations = NormalEquations::of_distances(&space, &samples, listen)?;
-        let lengths = LengthSums::of(&space, &samples, listen)?;
+        let equations = NormalEquations::of_distances(&space, &samples, check_interrupt)?;
+        let lengths = LengthSums::of(&space, &samples, check_interrupt)?;
         Ok(Self { space, origin, extent, count: points.len(), equations, lengths })
     }
 
@@ -207,14 +210,18 @@ impl Equations {
         if bends { fairness * self.trace() / self.scale } else { 0.0 }
     }
 
-    pub(super) fn solve(&self, fairness: f64, listen: &mut Listen<'_>) -> Result<NurbsSurface> {
-        listen()?;
+    pub(super) fn solve(
+        &self,
+        fairness: f64,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<NurbsSurface> {
+        check_interrupt()?;
         let PartialSums { space, origin, extent, count, equations, .. } = &self.sums;
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(self.times(fairness), &self.energy);
         let mut net = equations.right.clone();
-        let determined = matrix.factor(listen)? && {
-            listen()?;
+        let determined = matrix.factor(check_interrupt)? && {
+            check_interrupt()?;
             matrix.solve(&mut net);
             net.iter().all(|p| {
                 DVec3::from_array(*p).length() <= SETTINGS.max_control_point_distance * extent

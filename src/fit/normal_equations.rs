@@ -14,7 +14,7 @@ use super::sizes::{BATCH, CUBIC_ORDER, POINTS_PER_CALL, POINTS_PER_TASK};
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{MAX_ORDER, values_at, window};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool;
 
 /// Numbers in the blocks that are summed up at a time, 16 MB.
@@ -55,13 +55,19 @@ impl NormalEquations {
     pub(super) fn of_distances(
         space: &SplineSpace,
         samples: &[Sample],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| ([sample.weight], sample.weight * sample.point);
         let mut equations = Self::empty(space, space.matrix(1));
-        equations.add(space, samples, coefficients, listen, |matrix, [a, b], [value]| {
-            matrix.add(a, b, value);
-        })?;
+        equations.add(
+            space,
+            samples,
+            coefficients,
+            check_interrupt,
+            |matrix, [a, b], [value]| {
+                matrix.add(a, b, value);
+            },
+        )?;
         Ok(equations)
     }
 
@@ -71,7 +77,7 @@ impl NormalEquations {
         space: &SplineSpace,
         samples: &[Sample],
         matrix: BandMatrix,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let coefficients = |sample: &Sample| {
             let (normal, rest) = (sample.normal.to_array(), sample.tangential);
@@ -83,9 +89,15 @@ impl NormalEquations {
             (metric, sample.weight * (along + rest * sample.point))
         };
         let mut equations = Self::empty(space, matrix);
-        equations.add(space, samples, coefficients, listen, |matrix, [a, b], values| {
-            matrix.add_block(a, b, values);
-        })?;
+        equations.add(
+            space,
+            samples,
+            coefficients,
+            check_interrupt,
+            |matrix, [a, b], values| {
+                matrix.add_block(a, b, values);
+            },
+        )?;
         Ok(equations)
     }
 
@@ -108,11 +120,11 @@ impl NormalEquations {
         space: &SplineSpace,
         samples: &[Sample],
         coefficients: impl Fn(&Sample) -> ([f64; C], DVec3) + Sync,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
         scatter: impl Fn(&mut BandMatrix, [usize; 2], [f64; C]) + Sync,
     ) -> Result<()> {
         let layout = Layout::of(space, C);
-        let cells = Cells::of(space, samples, listen)?;
+        let cells = Cells::of(space, samples, check_interrupt)?;
         let tasks = cells.tasks();
         let (length, sums) = (layout.length(), layout.height * layout.width);
         let few = samples.len() * sums < BLOCK_NUMBERS;
@@ -154,7 +166,7 @@ impl NormalEquations {
         let (mut filled, mut next) = (vec![0.0; batch * length], vec![0.0; batch * length]);
         let mut ready: &[Task] = &[];
         for tasks in tasks.chunks(batch).chain([&[][..]]) {
-            listen()?;
+            check_interrupt()?;
             rayon::join(|| fill(tasks, &mut next), || add(ready, &filled));
             std::mem::swap(&mut filled, &mut next);
             ready = tasks;
@@ -190,7 +202,7 @@ impl Layout {
         Self::of_sizes((rows, cols), coefficients)
     }
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn of_sizes((rows, cols): (usize, usize), coefficients: usize) -> Self {
         let row_pairs = rows * (rows + 1) / 2;
@@ -236,7 +248,7 @@ struct Sums<'a, const C: usize, F> {
 impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> WithSimd for Sums<'_, C, F> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         // Loops over constant sizes are unrolled; most surfaces are bicubic.
@@ -250,7 +262,7 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> WithSimd for Sums<'_, 
 }
 
 impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn add(self, &Layout { rows, cols, row_pairs, height, width }: &Layout) {
         let Self { space, samples, members, coefficients, scratch, block, .. } = self;
@@ -302,7 +314,7 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
 
 /// Adds the product of two matrices to a third: for each sample, a line of `height` numbers times
 /// one of `width`.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn add_product([of_rows, of_cols]: [&[f64]; 2], [height, width]: [usize; 2], sums: &mut [f64]) {
     for line in (0..height).step_by(LINES) {
@@ -344,9 +356,9 @@ impl Cells {
     pub(super) fn of(
         space: &SplineSpace,
         samples: &[Sample],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        listen()?;
+        check_interrupt()?;
         let [u, v] = &space.knots;
         let counts = [u, v].map(|knots| knots.control_points() - knots.degree());
         let cell = |sample: &Sample| {
@@ -354,7 +366,7 @@ impl Cells {
             u32::try_from(row * counts[1] + col).unwrap_or(u32::MAX)
         };
         let cells: Vec<u32> = samples.par_iter().with_min_len(POINTS_PER_TASK).map(cell).collect();
-        listen()?;
+        check_interrupt()?;
         let mut starts = vec![0; counts[0] * counts[1] + 1];
         for &cell in &cells {
             starts[cell as usize + 1] += 1;
@@ -364,7 +376,7 @@ impl Cells {
         let mut order = vec![0; samples.len()];
         for (index, &cell) in (0_u32..).zip(&cells) {
             if (index as usize).is_multiple_of(POINTS_PER_CALL) {
-                listen()?;
+                check_interrupt()?;
             }
             order[next[cell as usize]] = index;
             next[cell as usize] += 1;

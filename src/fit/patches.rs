@@ -25,7 +25,7 @@ impl Tangents {
     #[inline]
     pub(super) fn normal(&self) -> DVec3 {
         let cross = self.u.cross(self.v);
-        let least = SETTINGS.degenerate * self.u.length() * self.v.length();
+        let least = SETTINGS.zero_ratio * self.u.length() * self.v.length();
         if cross.length() > least { cross.normalize_or_zero() } else { DVec3::ZERO }
     }
 }
@@ -75,7 +75,7 @@ struct Task<'a, Q: Evaluation> {
 impl<Q: Evaluation> WithSimd for Task<'_, Q> {
     type Output = [Q::Output; BATCH];
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         let mut outputs = [Q::Output::default(); BATCH];
@@ -101,7 +101,7 @@ where
 {
     type Output = A;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn evaluate(&self, index: usize) -> A {
         (self.output)(index, self.patches.at((self.uv)(index)))
@@ -152,7 +152,7 @@ impl<'a> Patches<'a> {
         evaluate_all(&Each { patches: self, uv, output }, count)
     }
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn at(&self, uv: DVec2) -> Tangents {
         if self.cubics.is_empty() {
@@ -213,7 +213,7 @@ impl<'a> Patches<'a> {
     }
 }
 
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 pub(super) fn add(sum: &mut Quad, factor: f64, quad: &Quad) {
     for (sum, value) in sum.iter_mut().zip(quad) {
@@ -222,7 +222,7 @@ pub(super) fn add(sum: &mut Quad, factor: f64, quad: &Quad) {
 }
 
 /// A step of Horner's rule.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn horner(sum: &mut Quad, at: f64, next: &Quad) {
     for (sum, next) in sum.iter_mut().zip(next) {

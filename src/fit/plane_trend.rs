@@ -30,7 +30,7 @@ impl PlaneTrend {
         }
         // Collinear places do not determine the slope across their line.
         let extended = moments.determinant()
-            > SETTINGS.degenerate * (moments.x_axis.x + moments.y_axis.y).powi(2);
+            > SETTINGS.zero_ratio * (moments.x_axis.x + moments.y_axis.y).powi(2);
         Self { center, slope: if extended { moments.inverse() * right } else { DVec2::ZERO } }
     }
 

@@ -1,5 +1,8 @@
 //! Projection of points onto a surface, and parameter correction (J. Hoschek, *Intrinsic
 //! parametrization for approximation*, 1988).
+//!
+//! The search is local, from known parameters. The global one is
+//! [`crate::nurbs::ClosestPointSearch`].
 
 use glam::{DVec2, DVec3};
 
@@ -64,7 +67,7 @@ struct ProjectionTask<'a> {
 impl Evaluation for ProjectionTask<'_> {
     type Output = Projection;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn evaluate(&self, index: usize) -> Projection {
         self.domain.project_point(&self.patches, self.points[index], self.uv[index], self.steps)
@@ -131,7 +134,7 @@ impl Domain {
         DVec2::new(place(0), place(1))
     }
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn project_point(
         &self,
@@ -189,7 +192,7 @@ impl Domain {
 
 /// The Gauss-Newton step in parameters that removes the tangential residual. Directions that are
 /// `blocked` do not move.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn step(here: &Tangents, offset: DVec3, blocked: [bool; 2]) -> DVec2 {
     let (uu, uv, vv) = (here.u.length_squared(), here.u.dot(here.v), here.v.length_squared());
@@ -201,7 +204,7 @@ fn step(here: &Tangents, offset: DVec3, blocked: [bool; 2]) -> DVec2 {
         [false, true] => DVec2::new(alone(ru, uu), 0.0),
         [false, false] => {
             let det = uu * vv - uv * uv;
-            if det > LEAST_SQUARES.degenerate * uu * vv {
+            if det > LEAST_SQUARES.zero_ratio * uu * vv {
                 DVec2::new(vv * ru - uv * rv, uu * rv - uv * ru) / det
             } else {
                 DVec2::new(alone(ru, uu), alone(rv, vv))

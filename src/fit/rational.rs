@@ -18,11 +18,14 @@ use crate::worker_pool;
 const SETTINGS: RationalSettings = RationalSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Fits the weights of a surface to points. Knots and the number of control points stay; control
+/// Fits the weights of a surface to points. Knots and the number of control points stay. Control
 /// points and weights change so that the weighted mean squared distance falls.
 ///
-/// The result is never worse. The surface is returned unchanged if that mean falls by less than a
-/// twentieth, if it is rational already, or if it has more than 256 control points.
+/// The result is never worse. The surface is returned unchanged in these cases:
+///
+/// - the mean falls by less than a twentieth;
+/// - the surface is rational already;
+/// - it has more than 256 control points.
 ///
 /// ```
 /// use neurbs::{DVec2, DVec3, NurbsSurface, fit::{FitOptions, fit, fit_weights}, progress::Silent};

@@ -1,11 +1,13 @@
 //! Settings of the stages of a fit: every threshold, with its unit and its source.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Least squares: rounding, sample sizes and the distances that are minimized.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LeastSquaresSettings {
     /// Relative size below which a determinant or a cross product is zero. Unit: ratio. Source:
     /// rounding.
-    pub(super) degenerate: f64,
+    pub(super) zero_ratio: f64,
     /// Share of the mean diagonal entry added for unknowns that no sample touches. Unit: share.
     /// Source: rounding.
     pub(super) ridge: f64,
@@ -29,7 +31,7 @@ pub(super) struct LeastSquaresSettings {
 impl LeastSquaresSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self {
-        degenerate: 1e-12,
+        zero_ratio: 1e-12,
         ridge: 1e-10,
         rounding_ridge: 1e-14,
         max_control_point_distance: 1e6,
@@ -95,9 +97,9 @@ pub(super) struct FairnessSettings {
     /// Weight above which points are noisy, and cross-validation is repeated early. Unit: none.
     /// Source: calibrated on the scoreboard.
     pub(super) noisy_weight: f64,
-    /// Decimal logarithms of the least and largest weight that cross-validation tries. Below, the
-    /// energy determines nothing; above, little more than a quadratic is left. Unit: decades.
-    /// Source: calibrated on the scoreboard.
+    /// Decimal logarithms of the least and largest weight that cross-validation tries. A lower
+    /// weight has no effect; a higher one leaves little more than a quadratic surface. Unit:
+    /// decades. Source: calibrated on the scoreboard.
     pub(super) exponents: (f64, f64),
     /// First step of the search for the weight. Unit: decades. Source: calibrated on the
     /// scoreboard.
@@ -108,14 +110,14 @@ pub(super) struct FairnessSettings {
     /// Degrees of freedom of net and parameters together, for each of the net. Unit: ratio.
     /// Source: calibrated on the scoreboard.
     pub(super) freedom_factor: f64,
-    /// Degrees of freedom of a surface, at most, as a share of the points. Unit: share. Source:
+    /// Degrees of freedom of a surface over the points, at most. Unit: share. Source:
     /// calibrated on the scoreboard.
-    pub(super) max_freedom: f64,
-    /// Folds of cross-validation. Unit: folds. Source: calibrated on the scoreboard.
-    pub(super) folds: usize,
-    /// Blocks in a fold, at most, and mean samples in a block where samples are few. Unit: blocks.
+    pub(super) max_freedom_share: f64,
+    /// Groups of cross-validation. Unit: groups. Source: calibrated on the scoreboard.
+    pub(super) groups: usize,
+    /// Blocks in a group, at most, and mean samples in a block where samples are few. Unit: blocks.
     /// Source: calibrated on the scoreboard.
-    pub(super) blocks_per_fold: usize,
+    pub(super) blocks_per_group: usize,
     /// Occupied cells of a grid with as many cells as samples, below which samples lie in clumps.
     /// Unit: share. Source: closed form: random samples occupy 0.63 of a square, 0.50 of one
     /// around a disc.
@@ -145,9 +147,9 @@ impl FairnessSettings {
         first_exponent_step: 0.5,
         min_exponent_step: 0.2,
         freedom_factor: 1.2,
-        max_freedom: 0.9,
-        folds: 5,
-        blocks_per_fold: 12,
+        max_freedom_share: 0.9,
+        groups: 5,
+        blocks_per_group: 12,
         min_occupied: 0.45,
         max_anisotropy: 10.0,
         min_freedom_removed: 0.1,
@@ -192,13 +194,13 @@ impl ProjectionSettings {
 
 /// Robust weights: Tukey's biweight.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct RobustSettings {
+pub(super) struct BiweightSettings {
     /// Distance from which on the weight is 0. Less removes details while the surface is coarse.
     /// Unit: standard deviations. Source: P. Huber, *Robust Statistics*, 1981.
     pub(super) cutoff: f64,
 }
 
-impl RobustSettings {
+impl BiweightSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self { cutoff: 4.7 };
 }
@@ -211,11 +213,11 @@ pub struct CoarseSettings {
     /// Least and largest number of control points. Unit: points. Source: calibrated on the
     /// scoreboard.
     pub control_points: (usize, usize),
-    /// Control points, at most, while hopeless hypotheses are dropped. Unit: points. Source:
-    /// calibrated on the scoreboard.
+    /// Control points of the quick fits by which poor hypotheses are dropped, at most. Unit:
+    /// points. Source: calibrated on the scoreboard.
     pub quick_control_points: usize,
     /// Control points along a side, at most. Unit: points. Source: calibrated on the scoreboard.
-    pub side: usize,
+    pub max_side: usize,
     /// Control points along an open and along a closed side, at least. Unit: points. Source:
     /// calibrated on the scoreboard.
     pub min_side: (usize, usize),
@@ -245,7 +247,7 @@ impl CoarseSettings {
         points_per_control_point: 5,
         control_points: (20, 144),
         quick_control_points: 80,
-        side: 36,
+        max_side: 36,
         min_side: (4, 6),
         aspect: 12.0,
         rounds: 5,
@@ -322,7 +324,7 @@ pub(super) struct HeightSettings {
     pub(super) min_points_for_third_order: usize,
     /// Share of a quadratic term that the other terms do not explain, below which all places lie
     /// on one conic. Unit: share. Source: rounding.
-    pub(super) conic: f64,
+    pub(super) min_conic_share: f64,
     /// Distance beyond the range of the heights, at most. Unit: ranges of the heights. Source:
     /// calibrated on the scoreboard.
     pub(super) max_overshoot: f64,
@@ -347,7 +349,7 @@ impl HeightSettings {
         max_error_ratio: 1.01,
         anisotropies: [1.0, 0.1, 10.0, 0.01, 100.0],
         min_points_for_third_order: 30,
-        conic: 1e-4,
+        min_conic_share: 1e-4,
         max_overshoot: 0.5,
         reach_factor: 0.25,
         min_reach: 1.0 / 64.0,

@@ -31,15 +31,15 @@ pub struct Tessellation<'a> {
 impl NurbsSurface {
     /// The surface as triangles that lie within a certified tolerance of it everywhere.
     ///
-    /// No vertex lies on an edge, every inner edge belongs to two triangles, closed directions are
-    /// welded (unless split on request), poles are one vertex, and creases (knots repeated as often
+    /// No vertex lies on an edge, and every inner edge belongs to two triangles. Closed directions
+    /// are welded, unless split on request. A pole is one vertex. Creases (knots repeated as often
     /// as the degree) lie on edges. The same bits for any number of threads; O(triangles).
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`](crate::Error::Parameter) if a limit is out of its range, or so small
-    /// that the mesh would have more than `options.max_triangles`;
-    /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// - [`Error::Parameter`](crate::Error::Parameter) if a limit is out of its range, or so small
+    ///   that the mesh would have more than `options.max_triangles`.
+    /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn tessellate(
         &self,
         options: &TessellateOptions,

@@ -1,6 +1,6 @@
 //! Bernstein polynomials, and the weights of their blossoms on a triangle's coefficients.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use crate::nurbs::{MAX_ORDER, Row};
 

@@ -2,7 +2,7 @@
 //!
 //! Coefficients are sorted by their multi-index: its first entry, then its second.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use pulp::Simd;
 

@@ -6,7 +6,7 @@
 //! either. Seen along a triangle's normal, the surface covers the triangle except where its sides
 //! pass over. These sides stay within the same bound of the outer edges.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec3, DVec4};
 use pulp::{Simd, WithSimd};

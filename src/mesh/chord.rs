@@ -1,6 +1,6 @@
 //! The deviation of a boundary curve of a cell from the triangle edge (chord) that replaces it.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec3, DVec4};
 

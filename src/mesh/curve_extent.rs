@@ -1,6 +1,6 @@
 //! The length and the sag of curves, by their control points.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec4;
 

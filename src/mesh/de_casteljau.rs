@@ -1,6 +1,6 @@
 //! Control points of parts of Bézier curves and patches (de Casteljau's algorithm).
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec4;
 

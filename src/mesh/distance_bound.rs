@@ -3,7 +3,7 @@
 //! Because a bound is convex, a Bézier patch nowhere exceeds the largest bound of its control
 //! points.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec4;
 use pulp::{Scalar, Simd};

@@ -9,7 +9,7 @@
 //! the fold is a valley, a surface within a height h of both planes can be h / cos(θ / 2) away from
 //! the fold, where θ is the angle between the planes. Heights on that side get this factor.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec3};
 use pulp::Simd;

@@ -1,6 +1,6 @@
 //! Batches of eight numbers in the layout of SIMD registers, and arithmetic on them.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec3;
 use pulp::Simd;

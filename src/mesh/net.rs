@@ -1,6 +1,6 @@
 //! The control net of a rectangle of Bézier patches.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec4};
 

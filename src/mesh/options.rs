@@ -9,6 +9,9 @@ pub const MAX_TRIANGLES: usize = 100_000_000;
 /// The default tolerance, relative to the diagonal of the control net's box.
 const DEFAULT_TOLERANCE: f64 = 1e-3;
 
+/// Rounding errors of points on a surface, as a share of the largest coordinate.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// The smallest limit of the aspect ratio: the triangles of a halved square already have √5.
 const MIN_ASPECT_LIMIT: f64 = 4.0;
 
@@ -94,12 +97,13 @@ impl TessellateOptions {
     ///
     /// [`Error::Parameter`] if a limit is out of its range.
     pub fn of_surfaces(&self, surfaces: &[&NurbsSurface]) -> Result<Self> {
-        let tolerance = Some(self.limits(diagonal(surfaces))?.tolerance);
+        let tolerance = Some(self.limits(surfaces)?.tolerance);
         Ok(Self { tolerance, relative: false, ..*self })
     }
 
-    /// Checks the options and converts a relative tolerance with this diagonal.
-    pub(super) fn limits(&self, diagonal: f64) -> Result<Limits> {
+    /// Checks the options for these surfaces, and converts a relative tolerance.
+    pub(super) fn limits(&self, surfaces: &[&NurbsSurface]) -> Result<Limits> {
+        let (diagonal, magnitude) = extent(surfaces);
         let tolerance = match self.tolerance {
             None => DEFAULT_TOLERANCE * diagonal,
             Some(tolerance) => {
@@ -107,6 +111,14 @@ impl TessellateOptions {
                 if self.relative { tolerance * diagonal } else { tolerance }
             }
         };
+        let rounding = ROUNDING * magnitude;
+        if diagonal > 0.0 && tolerance < rounding {
+            let must = format!(
+                "at least {rounding:.1e}, the rounding of coordinates up to {magnitude:.1e}: move the \
+                 surface to the origin"
+            );
+            return Err(Error::parameter("tolerance", must, format!("{tolerance:.1e}")));
+        }
         let cosine = self.max_angle.map(|angle| positive("max_angle", angle)).transpose()?;
         let edge = self.max_edge.map(|edge| positive("max_edge", edge)).transpose()?;
         let aspect = match self.max_aspect {
@@ -122,9 +134,11 @@ impl TessellateOptions {
     }
 }
 
-/// The diagonal of the box around the control nets of surfaces.
-pub(super) fn diagonal(surfaces: &[&NurbsSurface]) -> f64 {
+/// The diagonal of the box around the control nets of surfaces, and their largest coordinate.
+fn extent(surfaces: &[&NurbsSurface]) -> (f64, f64) {
     let boxes = surfaces.iter().map(|surface| surface.net_box());
     let whole = boxes.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)));
-    whole.map_or(0.0, |(low, high)| low.distance(high))
+    whole.map_or((0.0, 0.0), |(low, high)| {
+        (low.distance(high), low.abs().max(high.abs()).max_element())
+    })
 }

@@ -4,7 +4,7 @@ use super::block_edges::BlockEdges;
 use super::block_grid::BlockGrid;
 use super::cell::Cell;
 use super::estimate::Estimate;
-use super::options::{Limits, TessellateOptions, diagonal};
+use super::options::{Limits, TessellateOptions};
 use super::parallel_map::{MIN_PARALLEL_TRIANGLES, parallel_map};
 use super::subdivider::Subdivider;
 use super::triangle_conversion::TriangleConversion;
@@ -49,7 +49,7 @@ impl<'a> Partition<'a> {
         options: &TessellateOptions,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let limits = options.limits(diagonal(&[surface]))?;
+        let limits = options.limits(&[surface])?;
         let nets = surface.patch_nets();
         let estimate = Estimate::of(&nets, &limits);
         if estimate.triangles > REFUSAL_FACTOR * options.max_triangles as f64 {

@@ -1,6 +1,6 @@
 //! An upper bound of the distance of a Bézier patch from the triangles, over one face.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec4};
 use pulp::Simd;

@@ -1,6 +1,6 @@
 //! Sparse matrices that turn Bézier points into others, eight rows at a time.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use std::collections::BTreeMap;
 

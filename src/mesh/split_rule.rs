@@ -1,6 +1,6 @@
 //! Whether a cell must be split, and in which direction.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec3, DVec4};
 

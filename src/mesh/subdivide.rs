@@ -3,7 +3,7 @@
 //! A cell beyond the limits is halved across the direction that bends more. A cell of several
 //! patches is halved between patches.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use pulp::{Simd, WithSimd};
 

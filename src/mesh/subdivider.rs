@@ -1,6 +1,6 @@
 //! The surface over cells during subdivision: their control nets, samples and points.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use std::ops::Range;
 

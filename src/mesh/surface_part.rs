@@ -1,6 +1,6 @@
 //! A part of a cell's surface with its control net.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec2;
 

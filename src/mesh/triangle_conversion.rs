@@ -4,7 +4,7 @@
 //! forms*, 1989): a function of as many arguments as the degree, equal to the polynomial where all
 //! agree.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use std::sync::OnceLock;
 

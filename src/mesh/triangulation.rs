@@ -3,7 +3,7 @@
 //! The outline has the four corners of the cell, and on its sides the corners of neighboring cells.
 //! All of them become corners of triangles, so no vertex lies on an edge.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::DVec3;
 

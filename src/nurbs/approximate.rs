@@ -11,7 +11,7 @@ use super::knot_vector::KnotVector;
 use super::parametrization::GridOptions;
 use super::surface::NurbsSurface;
 use crate::error::Result;
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
     /// Approximates a grid of points by a surface with a smaller net, by least squares first in u
@@ -35,9 +35,10 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`NurbsSurface::grid_parameters`]; [`Error::Parameter`](crate::Error::Parameter) if
-    /// a side of the net has at most `degree` control points or more control points than the grid
-    /// has points; [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// - Those of [`NurbsSurface::grid_parameters`].
+    /// - [`Error::Parameter`](crate::Error::Parameter) if a side of the net has at most `degree`
+    ///   control points or more control points than the grid has points.
+    /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],
         shape: (usize, usize),
@@ -47,9 +48,15 @@ impl NurbsSurface {
     ) -> Result<Self> {
         let GridOptions { degree, closed, .. } = *options;
         let sides = [(net.0, degree.0, closed.0), (net.1, degree.1, closed.1)];
-        by_directions(grid, shape, options, observer, |d, points, width, parameters, listen| {
-            approximate_family(&points, width, parameters, sides[d], listen)
-        })
+        by_directions(
+            grid,
+            shape,
+            options,
+            observer,
+            |d, points, width, parameters, check_interrupt| {
+                approximate_family(&points, width, parameters, sides[d], check_interrupt)
+            },
+        )
     }
 }
 
@@ -59,7 +66,7 @@ fn approximate_family(
     width: usize,
     parameters: &[f64],
     (count, degree, closed): (usize, usize, bool),
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<CurveFamily> {
     check_counts(degree, count, parameters.len())?;
     // Interpolates the parameters linearly at a fractional index.
@@ -82,7 +89,7 @@ fn approximate_family(
     let mut sums = vec![DVec4::ZERO; count * width];
     let mut entries = Vec::with_capacity(parameters.len() * (degree + 1) * (degree + 1));
     for (row, parameter) in points.chunks(width).zip(parameters) {
-        listen()?;
+        check_interrupt()?;
         let basis = padded(&knots, *parameter);
         for k in 0..=degree {
             let (i, value) = ((basis.first + k) % count, basis.values[k]);
@@ -98,18 +105,19 @@ fn approximate_family(
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
-        matrix.solve(&mut sums, width, listen)?
+        matrix.solve(&mut sums, width, check_interrupt)?
     } else {
         let mut matrix = BandedMatrix::new(count, degree.min(count - 1));
         for (i, j, value) in entries {
             matrix.add(i, j, value);
         }
-        matrix.solve(&mut sums, width, listen)?
+        matrix.solve(&mut sums, width, check_interrupt)?
     };
     if !solved {
         return Err(singular(degree));
     }
-    let points = if closed { wrapped_rows(&sums, width, degree, 0, listen)? } else { sums };
+    let points =
+        if closed { wrapped_rows(&sums, width, degree, 0, check_interrupt)? } else { sums };
     Ok(CurveFamily { knots, points, width })
 }
 

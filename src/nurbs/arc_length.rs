@@ -56,9 +56,9 @@ impl NurbsCurve {
             .collect();
         let total: f64 = spans.iter().map(|(.., length)| length).sum();
         let allowed = (accuracy / spans.len() as f64).max(ROUNDING) * total;
-        let mut listen = interrupt_check(observer);
+        let mut check_interrupt = interrupt_check(observer);
         let span_length = |span: &(f64, f64, f64)| {
-            listen()?;
+            check_interrupt()?;
             Ok(refined_length(*span, (allowed, false), &quadrature, MAX_HALVINGS))
         };
         spans.iter().map(span_length).sum()

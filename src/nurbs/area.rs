@@ -146,7 +146,7 @@ impl Rule {
     }
 
     /// Integrates the area element, and the sum of the tangents' lengths.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn integrate(&self, patch: &BezierPatch) -> (f64, f64) {
         let (mut area, mut lengths) = (0.0, 0.0);

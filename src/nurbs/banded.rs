@@ -8,7 +8,7 @@ use glam::DVec4;
 
 use super::work_blocks::row_ranges;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// A matrix is singular if a pivot is smaller than this fraction of its largest entry.
 const SINGULAR_PIVOT: f64 = 1e-14;
@@ -46,12 +46,12 @@ impl BandedMatrix {
         mut self,
         rows: &mut [DVec4],
         width: usize,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<bool> {
         let largest = self.entries.iter().fold(0.0_f64, |max, entry| max.max(entry.abs()));
         let (n, half_bandwidth) = (self.size, self.half_bandwidth);
         for range in row_ranges(n, width) {
-            listen()?;
+            check_interrupt()?;
             for k in range {
                 let pivot = self.entries[self.at(k, k)];
                 if pivot.is_nan() || pivot.abs() <= SINGULAR_PIVOT * largest {
@@ -70,7 +70,7 @@ impl BandedMatrix {
             }
         }
         for range in row_ranges(n, width) {
-            listen()?;
+            check_interrupt()?;
             for k in range.map(|behind| n - 1 - behind) {
                 for j in k + 1..n.min(k + half_bandwidth + 1) {
                     subtract(rows, width, k, j, self.entries[self.at(k, j)]);
@@ -123,7 +123,7 @@ impl CyclicBandedMatrix {
         self,
         rows: &mut [DVec4],
         width: usize,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<bool> {
         let corner = self.half_bandwidth.min(self.size);
         let inner = self.size - corner;
@@ -132,7 +132,7 @@ impl CyclicBandedMatrix {
         let extra = corner.div_ceil(4);
         let mut sides = vec![DVec4::ZERO; inner * (width + extra)];
         for range in row_ranges(inner, width) {
-            listen()?;
+            check_interrupt()?;
             for i in range {
                 let side = &mut sides[i * (width + extra)..][..width];
                 side.copy_from_slice(&rows[i * width..][..width]);
@@ -149,7 +149,7 @@ impl CyclicBandedMatrix {
                 (false, _) => below[(i - inner) * self.size + j] += value,
             }
         }
-        if !band.solve(&mut sides, width + extra, listen)? {
+        if !band.solve(&mut sides, width + extra, check_interrupt)? {
             return Ok(false);
         }
         let side = |i: usize| &sides[i * (width + extra)..][..width + extra];
@@ -157,7 +157,7 @@ impl CyclicBandedMatrix {
         let mut small = BandedMatrix::new(corner, corner);
         let mut last = rows[inner * width..].to_vec();
         for row in 0..corner {
-            listen()?;
+            check_interrupt()?;
             let below = &below[row * self.size..][..self.size];
             for column in 0..corner {
                 let inside: f64 =
@@ -170,11 +170,11 @@ impl CyclicBandedMatrix {
                 }
             }
         }
-        if !small.solve(&mut last, width, listen)? {
+        if !small.solve(&mut last, width, check_interrupt)? {
             return Ok(false);
         }
         for range in row_ranges(inner, width) {
-            listen()?;
+            check_interrupt()?;
             for i in range {
                 let row = &mut rows[i * width..][..width];
                 row.copy_from_slice(&side(i)[..width]);

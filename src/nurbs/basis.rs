@@ -22,7 +22,7 @@ impl<const ORDER: usize> Basis<ORDER> {
     ///
     /// In the step from degree k - 1 to degree k, each function passes one part to its right
     /// neighbor and keeps the rest.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(crate) fn at(knots: &KnotVector, u: f64) -> Self {
         let span = knots.span(u);
@@ -51,7 +51,7 @@ impl<const ORDER: usize> Basis<ORDER> {
     }
 
     /// Appends zeros up to `MAX_ORDER` functions.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn padded(self) -> Basis<MAX_ORDER> {
         let mut padded = Basis { first: self.first, ..Basis::default() };
@@ -89,14 +89,14 @@ macro_rules! with_order {
 pub(super) use with_order;
 
 /// Returns the `N` items from index `first`.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 pub(crate) fn window<T, const N: usize>(items: &[T], first: usize) -> &[T; N] {
     items[first..].first_chunk().expect("spans lie inside their tables")
 }
 
 /// Evaluates [`Basis::at`] for a degree that is only known at run time.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
     // Most surfaces are cubic, so this degree is inlined in every caller.
@@ -105,7 +105,7 @@ pub(crate) fn padded(knots: &KnotVector, u: f64) -> Basis<MAX_ORDER> {
 
 /// Writes the `degree + 1` nonzero basis functions at `u` to `values`, for a degree that is only
 /// known at run time. Returns the index of the control point of the first function.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 pub(crate) fn values_at(knots: &KnotVector, u: f64, values: &mut [f64]) -> usize {
     // Avoids writing the padding to memory.

@@ -81,7 +81,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
     }
 
     /// Sums the control points of each row of a tile, weighted by the basis functions.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn values<'a, S: Simd>(
         &self,
@@ -94,7 +94,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
 
     /// Sums the control points of each row of a tile, weighted by the derivatives of the basis
     /// functions.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn slopes<'a, S: Simd>(
         &self,
@@ -107,7 +107,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
 }
 
 /// Sums control points weighted by `functions`, one register of columns at a time.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn combine<'a, S: Simd, const ORDER: usize>(
     simd: S,

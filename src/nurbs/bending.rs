@@ -1,6 +1,6 @@
 //! Second derivatives of a patch, estimated from its control net or its points.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use glam::{DVec2, DVec4};
 

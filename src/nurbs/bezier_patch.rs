@@ -12,7 +12,7 @@ use super::partials::Partials;
 use super::surface::NurbsSurface;
 use super::work_blocks::collect_in_steps;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// A part of a surface over a rectangle of its parameters, in Bézier form.
 #[derive(Clone, Debug)]
@@ -29,9 +29,9 @@ impl BezierPatch {
     /// Returns the patches of a surface, row by row, and their numbers along u and v.
     pub(super) fn of(
         surface: &NurbsSurface,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<(Vec<Self>, (usize, usize))> {
-        let whole = surface.bezier_form(listen)?;
+        let whole = surface.bezier_form(check_interrupt)?;
         let (degree_u, degree_v) = (whole.knots_u().degree(), whole.knots_v().degree());
         let (u, v) = (whole.knots_u().breaks(), whole.knots_v().breaks());
         let (net, cols) = (whole.homogeneous(), whole.shape().1);
@@ -41,7 +41,7 @@ impl BezierPatch {
             Self { net, degree_u, degree_v, u: (u[i], u[i + 1]), v: (v[j], v[j + 1]) }
         };
         let shape = (u.len() - 1, v.len() - 1);
-        let patches = collect_in_steps(shape, listen, |rows| {
+        let patches = collect_in_steps(shape, check_interrupt, |rows| {
             rows.flat_map(|i| (0..shape.1).map(move |j| patch(i, j)))
         })?;
         Ok((patches, shape))
@@ -123,7 +123,7 @@ impl BezierPatch {
     }
 
     /// Sums the rows of the net weighted by `factors`: the control points of an isocurve.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn row(&self, factors: &Row) -> BezierPatchRow {
         let mut points = [DVec4::ZERO; MAX_ORDER];
@@ -150,7 +150,7 @@ pub(super) struct BezierPatchRow {
 
 impl BezierPatchRow {
     /// Sums the control points weighted by `factors`.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn sum(&self, factors: &Row) -> DVec4 {
         let points = self.points[..self.order].iter().zip(factors);
@@ -162,7 +162,7 @@ impl BezierPatchRow {
 ///
 /// A curve begins at each of `starts`, and its control points are `stride` apart. `first` and
 /// `second` initially contain the same curves; they become the first and second halves.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 pub(crate) fn halve(
     first: &mut [DVec4],

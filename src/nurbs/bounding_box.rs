@@ -9,7 +9,7 @@ use super::bezier_patch::BezierPatch;
 use super::surface::NurbsSurface;
 use super::work_blocks::interrupt_check;
 use crate::error::Result;
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 use crate::worker_pool;
 
 /// Maximal distance between the box and the surface, as a fraction of the surface's size.
@@ -64,9 +64,10 @@ impl NurbsSurface {
     /// [`crate::Error::Interrupted`] if the observer stops it.
     pub fn bounding_box(&self, observer: &mut dyn Observer) -> Result<(DVec3, DVec3)> {
         let tolerance = BOX_TOLERANCE * self.size();
-        let mut listen = interrupt_check(observer);
-        let (patches, _) = BezierPatch::of(self, &mut listen)?;
-        let mut extent = |direction: DVec3| farthest(&patches, direction, tolerance, &mut listen);
+        let mut check_interrupt = interrupt_check(observer);
+        let (patches, _) = BezierPatch::of(self, &mut check_interrupt)?;
+        let mut extent =
+            |direction: DVec3| farthest(&patches, direction, tolerance, &mut check_interrupt);
         let high = DVec3::new(extent(DVec3::X)?, extent(DVec3::Y)?, extent(DVec3::Z)?);
         let low = DVec3::new(extent(DVec3::NEG_X)?, extent(DVec3::NEG_Y)?, extent(DVec3::NEG_Z)?);
         Ok((-low, high))
@@ -81,7 +82,7 @@ fn farthest(
     patches: &[BezierPatch],
     direction: DVec3,
     tolerance: f64,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<f64> {
     let corners = |patch: &BezierPatch| {
         let (p, q) = patch.degrees();
@@ -91,7 +92,7 @@ fn farthest(
             .into_iter()
             .fold(f64::NEG_INFINITY, f64::max)
     };
-    listen()?;
+    check_interrupt()?;
     let (mut reached, bounds) = worker_pool::install(|| {
         let reached = patches.par_iter().map(corners).reduce(|| f64::NEG_INFINITY, f64::max);
         let bounds = patches.par_iter().map(|patch| bound(patch, direction));
@@ -112,7 +113,7 @@ fn farthest(
         if bound <= reached + tolerance {
             return Ok(unhalved_bound.max(reached).max(bound));
         }
-        listen()?;
+        check_interrupt()?;
         let halves = if nonlinearity(&patch, direction, 0) >= nonlinearity(&patch, direction, 1) {
             patch.halves_u()
         } else {

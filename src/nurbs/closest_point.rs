@@ -1,4 +1,5 @@
-//! Projection of points onto a surface: the globally closest point.
+//! Projection of points onto a surface: the globally closest point. For a local search from known
+//! parameters see [`crate::fit::project`].
 //!
 //! A tree of bounding boxes over nearly flat pieces gives lower bounds of the distance. Newton's
 //! method with second derivatives finds the projection on a piece. A piece is skipped only if it

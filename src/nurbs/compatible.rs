@@ -3,13 +3,16 @@
 use super::curve_family::CurveFamily;
 use super::knot_multiset::{difference, intersection};
 use crate::error::{Error, Result};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Elevates all families to the highest degree among them, clamped.
-pub(super) fn unify_degrees(families: &mut [CurveFamily], listen: &mut Listen<'_>) -> Result<()> {
+pub(super) fn unify_degrees(
+    families: &mut [CurveFamily],
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<()> {
     let degree = families.iter().map(|family| family.knots.degree()).max().unwrap_or(0);
     families.iter_mut().try_for_each(|family| {
-        *family = family.elevated(degree - family.knots.degree(), listen)?;
+        *family = family.elevated(degree - family.knots.degree(), check_interrupt)?;
         Ok(())
     })
 }
@@ -19,8 +22,11 @@ pub(super) fn unify_degrees(families: &mut [CurveFamily], listen: &mut Listen<'_
 /// # Errors
 ///
 /// [`Error::Parameter`] if the domains differ.
-pub(super) fn unify(families: &mut [CurveFamily], listen: &mut Listen<'_>) -> Result<()> {
-    unify_degrees(families, listen)?;
+pub(super) fn unify(
+    families: &mut [CurveFamily],
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<()> {
+    unify_degrees(families, check_interrupt)?;
     let domain = families[0].knots.domain();
     if let Some(other) = families.iter().map(|family| family.knots.domain()).find(|d| *d != domain)
     {
@@ -32,13 +38,13 @@ pub(super) fn unify(families: &mut [CurveFamily], listen: &mut Listen<'_>) -> Re
     }
     let mut all: Vec<f64> = Vec::new();
     for family in &*families {
-        listen()?;
+        check_interrupt()?;
         let new = difference(family.knots.inner(), &intersection(family.knots.inner(), &all));
         all.extend(new);
         all.sort_by(f64::total_cmp);
     }
     families.iter_mut().try_for_each(|family| {
-        *family = family.refined(&difference(&all, family.knots.inner()), listen)?;
+        *family = family.refined(&difference(&all, family.knots.inner()), check_interrupt)?;
         Ok(())
     })
 }

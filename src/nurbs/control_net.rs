@@ -5,7 +5,7 @@ use glam::{DVec3, DVec4};
 
 use super::work_blocks::{collect_in_steps, row_ranges};
 use crate::error::{Error, Result};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// A homogeneous point (w x, w y, w z, w) as an array, which the compiler vectorizes.
 pub(super) type HomogeneousPoint = [f64; 4];
@@ -23,13 +23,16 @@ const ROUNDING: f64 = 1e-14;
 ///
 /// # Errors
 ///
-/// [`Error::Net`] if the numbers of points and weights differ, a point is not finite, a weight is
-/// not positive and finite, or their product overflows or underflows.
+/// [`Error::Net`] if one of these holds:
+///
+/// - The numbers of points and weights differ.
+/// - A point is not finite, or a weight is not positive and finite.
+/// - The product of a point and its weight overflows or underflows.
 pub(super) fn to_homogeneous(
     points: &[DVec3],
     weights: Option<&[f64]>,
     name: impl Fn(usize) -> String,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec4>> {
     let fail = |must, got| Err(Error::Net { must, got });
     if let Some(weights) = weights.filter(|weights| weights.len() != points.len()) {
@@ -39,7 +42,7 @@ pub(super) fn to_homogeneous(
     let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
     let mut homogeneous = Vec::with_capacity(points.len());
     for range in row_ranges(points.len(), 1) {
-        listen()?;
+        check_interrupt()?;
         if let Some(i) = range.clone().find(|&i| !points[i].is_finite()) {
             return fail("be finite", format!("control point {} is {}", name(i), points[i]));
         }
@@ -64,24 +67,28 @@ pub(super) fn to_homogeneous(
 pub(super) fn dehomogenize(
     net: &[DVec4],
     rational: bool,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<(Vec<DVec3>, Option<Vec<f64>>)> {
     let all = (net.len(), 1);
-    let points =
-        collect_in_steps(all, listen, |part| net[part].iter().map(|h| h.truncate() / h.w))?;
+    let points = collect_in_steps(all, check_interrupt, |part| {
+        net[part].iter().map(|h| h.truncate() / h.w)
+    })?;
     if !rational {
         return Ok((points, None));
     }
-    Ok((points, Some(collect_in_steps(all, listen, |part| net[part].iter().map(|h| h.w))?)))
+    Ok((
+        points,
+        Some(collect_in_steps(all, check_interrupt, |part| net[part].iter().map(|h| h.w))?),
+    ))
 }
 
 /// Transposes a net with this many columns.
 pub(super) fn transpose<T: Copy>(
     net: &[T],
     cols: usize,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<T>> {
-    collect_in_steps((cols, net.len() / cols), listen, |columns| {
+    collect_in_steps((cols, net.len() / cols), check_interrupt, |columns| {
         columns.flat_map(|j| net.iter().skip(j).step_by(cols).copied())
     })
 }

@@ -14,7 +14,7 @@ use super::knot_vector::KnotVector;
 use super::parameter_checks::{Outside, check_inside, check_length};
 use super::work_blocks::for_row_blocks;
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 use crate::worker_pool;
 
 /// A NURBS curve in space.
@@ -56,8 +56,11 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
-    /// control point is not finite, or a weight is not positive and finite.
+    /// [`Error::Net`] if one of these holds:
+    ///
+    /// - The numbers of control points and weights do not match the knots.
+    /// - A control point is not finite.
+    /// - A weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
@@ -71,7 +74,7 @@ impl NurbsCurve {
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         knots: KnotVector,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let (count, needed) = (control_points.len(), knots.control_points());
         if count != needed {
@@ -81,8 +84,12 @@ impl NurbsCurve {
                 got,
             });
         }
-        let points =
-            to_homogeneous(&control_points, weights.as_deref(), |i| i.to_string(), listen)?;
+        let points = to_homogeneous(
+            &control_points,
+            weights.as_deref(),
+            |i| i.to_string(),
+            check_interrupt,
+        )?;
         Ok(Self { control_points, weights, family: CurveFamily { knots, points, width: 1 } })
     }
 
@@ -147,11 +154,11 @@ impl NurbsCurve {
         points: Vec<DVec4>,
         rational: bool,
         knots: KnotVector,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let (places, weights) = dehomogenize(&points, rational, listen)?;
+        let (places, weights) = dehomogenize(&points, rational, check_interrupt)?;
         drop(points);
-        Self::new_interruptible(places, weights, knots, listen)
+        Self::new_interruptible(places, weights, knots, check_interrupt)
     }
 
     /// The control points.
@@ -243,9 +250,9 @@ impl NurbsCurve {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the order is too high, a parameter is outside the domain and
-    /// `outside` refuses that, or `out` has the wrong length; [`Error::Interrupted`] if the
-    /// observer stops it.
+    /// - [`Error::Parameter`] if the order is too high, a parameter is outside the domain and
+    ///   `outside` refuses that, or `out` has the wrong length.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn derivatives(
         &self,
         u: &[f64],

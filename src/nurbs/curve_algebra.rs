@@ -9,7 +9,7 @@ use super::split_join::joined;
 use super::surface_algebra::check_tolerance;
 use super::work_blocks::interrupt_check;
 use crate::error::Result;
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsCurve {
     /// Inserts knots without changing the curve; see
@@ -32,7 +32,7 @@ impl NurbsCurve {
     /// [`Error::Parameter`]: crate::Error::Parameter
     /// [`Error::Knots`]: crate::Error::Knots
     pub fn insert_knots(&self, knots: &[f64], observer: &mut dyn Observer) -> Result<Self> {
-        self.map_family(observer, |family, listen| family.refined(knots, listen))
+        self.map_family(observer, |family, check_interrupt| family.refined(knots, check_interrupt))
     }
 
     /// Removes as many of these inner knots (`None`: of all) as `tolerance` allows; see
@@ -57,8 +57,8 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.map_family(observer, |family, listen| {
-            family.with_knots_removed(knots, tolerance, listen)
+        self.map_family(observer, |family, check_interrupt| {
+            family.with_knots_removed(knots, tolerance, check_interrupt)
         })
     }
 
@@ -77,7 +77,7 @@ impl NurbsCurve {
     /// [`Error::Parameter`](crate::Error::Parameter) if the degree would exceed
     /// [`MAX_DEGREE`](super::MAX_DEGREE).
     pub fn elevate_degree(&self, times: usize, observer: &mut dyn Observer) -> Result<Self> {
-        self.map_family(observer, |family, listen| family.elevated(times, listen))
+        self.map_family(observer, |family, check_interrupt| family.elevated(times, check_interrupt))
     }
 
     /// Lowers the degree by `times`; the result is clamped. No point moves by more than
@@ -103,7 +103,9 @@ impl NurbsCurve {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.map_family(observer, |family, listen| family.reduced(times, tolerance, listen))
+        self.map_family(observer, |family, check_interrupt| {
+            family.reduced(times, tolerance, check_interrupt)
+        })
     }
 
     /// Clamps the knots: the curve begins and ends at its outermost control points.
@@ -137,11 +139,11 @@ impl NurbsCurve {
     /// [`Error::Parameter`](crate::Error::Parameter) if the parameter is not strictly inside the
     /// domain, [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn split(&self, at: f64, observer: &mut dyn Observer) -> Result<(Self, Self)> {
-        let mut listen = interrupt_check(observer);
-        let (before, after) = self.family().split(at, &mut listen)?;
+        let mut check_interrupt = interrupt_check(observer);
+        let (before, after) = self.family().split(at, &mut check_interrupt)?;
         let mut part = |family: CurveFamily| {
             let rational = self.weights().is_some();
-            Self::from_homogeneous(family.points, rational, family.knots, &mut listen)
+            Self::from_homogeneous(family.points, rational, family.knots, &mut check_interrupt)
         };
         Ok((part(before)?, part(after)?))
     }
@@ -160,7 +162,9 @@ impl NurbsCurve {
     /// [`Error::Parameter`](crate::Error::Parameter) if the range is empty or not inside the
     /// domain, [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn sub_curve(&self, from: f64, to: f64, observer: &mut dyn Observer) -> Result<Self> {
-        self.map_family(observer, |family, listen| family.restricted((from, to), listen))
+        self.map_family(observer, |family, check_interrupt| {
+            family.restricted((from, to), check_interrupt)
+        })
     }
 
     /// Maps the parameter linearly to another domain.
@@ -215,12 +219,13 @@ impl NurbsCurve {
     /// observer stops it.
     pub fn joined(&self, next: &Self, tolerance: f64, observer: &mut dyn Observer) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let listen = &mut interrupt_check(observer);
-        let mut families = [self.family().copied(listen)?, next.family().copied(listen)?];
-        unify_degrees(&mut families, listen)?;
-        let joined = joined(&families[0], &families[1], tolerance, listen)?;
+        let check_interrupt = &mut interrupt_check(observer);
+        let mut families =
+            [self.family().copied(check_interrupt)?, next.family().copied(check_interrupt)?];
+        unify_degrees(&mut families, check_interrupt)?;
+        let joined = joined(&families[0], &families[1], tolerance, check_interrupt)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        Self::from_homogeneous(joined.points, rational, joined.knots, listen)
+        Self::from_homogeneous(joined.points, rational, joined.knots, check_interrupt)
     }
 
     /// Applies an affine map.
@@ -245,10 +250,15 @@ impl NurbsCurve {
     fn map_family(
         &self,
         observer: &mut dyn Observer,
-        f: impl FnOnce(&CurveFamily, &mut Listen<'_>) -> Result<CurveFamily>,
+        f: impl FnOnce(&CurveFamily, &mut InterruptCheck<'_>) -> Result<CurveFamily>,
     ) -> Result<Self> {
-        let listen = &mut interrupt_check(observer);
-        let family = f(self.family(), listen)?;
-        Self::from_homogeneous(family.points, self.weights().is_some(), family.knots, listen)
+        let check_interrupt = &mut interrupt_check(observer);
+        let family = f(self.family(), check_interrupt)?;
+        Self::from_homogeneous(
+            family.points,
+            self.weights().is_some(),
+            family.knots,
+            check_interrupt,
+        )
     }
 }

@@ -12,7 +12,7 @@ use glam::DVec4;
 use super::knot_vector::KnotVector;
 use super::work_blocks::{collect_in_steps, row_ranges};
 use crate::error::{Error, Result};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Curves over the same knots. Row i contains the i-th control points of all curves.
 #[derive(Clone, Debug)]
@@ -52,8 +52,8 @@ impl CurveFamily {
     }
 
     /// Copies the family, with interrupt checks.
-    pub(super) fn copied(&self, listen: &mut Listen<'_>) -> Result<Self> {
-        let points = self.rows_from(0..self.rows(), listen)?;
+    pub(super) fn copied(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
+        let points = self.rows_from(0..self.rows(), check_interrupt)?;
         Ok(Self { knots: self.knots.clone(), points, width: self.width })
     }
 
@@ -61,23 +61,24 @@ impl CurveFamily {
     pub(super) fn rows_from(
         &self,
         rows: Range<usize>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Vec<DVec4>> {
         let points = &self.points[rows.start * self.width..rows.end * self.width];
-        collect_in_steps((points.len(), 1), listen, |part| points[part].iter().copied())
+        collect_in_steps((points.len(), 1), check_interrupt, |part| points[part].iter().copied())
     }
 
     /// Negates all parameters; negation is exact.
-    pub(super) fn mirrored(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn mirrored(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let knots = self.knots.as_slice().iter().rev().map(|knot| -knot).collect();
         let knots = KnotVector::new(self.knots.degree(), knots)?;
-        Ok(Self { knots, ..self.reversed(listen)? })
+        Ok(Self { knots, ..self.reversed(check_interrupt)? })
     }
 
     /// Reverses the direction of the curves, on the same domain.
-    pub(super) fn reversed(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn reversed(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let count = self.rows();
-        let points = concat_rows((count, self.width), listen, |row| self.row(count - 1 - row))?;
+        let points =
+            concat_rows((count, self.width), check_interrupt, |row| self.row(count - 1 - row))?;
         Ok(Self { knots: self.knots.reversed(), points, width: self.width })
     }
 }
@@ -85,12 +86,12 @@ impl CurveFamily {
 /// Concatenates `rows` rows of this width.
 pub(super) fn concat_rows<'a>(
     (rows, width): (usize, usize),
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     row: impl Fn(usize) -> &'a [DVec4],
 ) -> Result<Vec<DVec4>> {
     let mut points = Vec::with_capacity(rows * width);
     for range in row_ranges(rows, width) {
-        listen()?;
+        check_interrupt()?;
         range.for_each(|k| points.extend_from_slice(row(k)));
     }
     Ok(points)

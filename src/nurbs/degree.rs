@@ -10,18 +10,24 @@ use super::knot_vector::{KnotVector, MAX_DEGREE};
 use super::work_blocks::collect_in_steps;
 use crate::error::{Error, Result};
 use crate::memory;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 impl CurveFamily {
     /// Raises the degree by `times`; the result is clamped. Costs O(degree) refinements for each
     /// degree.
-    pub(super) fn elevated(&self, times: usize, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn elevated(
+        &self,
+        times: usize,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
         let degree = self.knots.degree().saturating_add(times);
         if degree > MAX_DEGREE {
             let must = format!("at most {MAX_DEGREE} after elevation");
             return Err(Error::parameter("degree", must, degree));
         }
-        (0..times).try_fold(self.clamped(listen)?, |family, _| family.elevated_once(listen))
+        (0..times).try_fold(self.clamped(check_interrupt)?, |family, _| {
+            family.elevated_once(check_interrupt)
+        })
     }
 
     /// Raises the degree by 1; the multiplicity of each distinct knot grows by 1.
@@ -30,7 +36,7 @@ impl CurveFamily {
     /// those belongs to the new knots without every (p + 1)-th one, a refinement of the old knots
     /// (H. Prautzsch, *Degree elevation of B-spline curves*, 1984). Knot insertion uses convex
     /// combinations only, so rounding errors do not grow.
-    fn elevated_once(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    fn elevated_once(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let (p, (start, end)) = (self.knots.degree(), self.knots.domain());
         let breaks = self.knots.breaks();
         let inner = breaks[1..breaks.len() - 1].iter();
@@ -38,7 +44,7 @@ impl CurveFamily {
         let raised = KnotVector::clamped(p + 1, (start, end), inner)?;
         let rows = raised.control_points();
         memory::check_net(rows, self.width)?;
-        let mut points = collect_in_steps((rows, self.width), listen, |rows| {
+        let mut points = collect_in_steps((rows, self.width), check_interrupt, |rows| {
             std::iter::repeat_n(DVec4::ZERO, rows.len() * self.width)
         })?;
         let new = raised.as_slice();
@@ -46,12 +52,13 @@ impl CurveFamily {
             let kept = |i: &usize| i % (p + 1) != omitted;
             let inside = p + 2..new.len() - p - 2;
             let kept_knots: Vec<f64> = inside.filter(kept).map(|i| new[i]).collect();
-            let refined = self.refined(&difference(&kept_knots, self.knots.inner()), listen)?;
+            let refined =
+                self.refined(&difference(&kept_knots, self.knots.inner()), check_interrupt)?;
             // One of the knots i + 1 to i + p + 1 is omitted. The index of the last remaining one,
             // relative to the clamped start, is that of the control point.
             let mut source = 0;
             for (i, row) in points.chunks_mut(self.width).enumerate() {
-                listen()?;
+                check_interrupt()?;
                 if i > 0 && kept(&(i + p + 1)) {
                     source += 1;
                 }
@@ -61,7 +68,7 @@ impl CurveFamily {
             }
         }
         for row in points.chunks_mut(self.width) {
-            listen()?;
+            check_interrupt()?;
             for point in row {
                 *point /= (p + 1) as f64;
             }
@@ -82,16 +89,17 @@ impl CurveFamily {
         &self,
         times: usize,
         tolerance: f64,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let degree = self.knots.degree();
         if times >= degree {
             let must = format!("less than the degree, {degree}");
             return Err(Error::parameter("degree reduction", must, times));
         }
-        let original = self.clamped(listen)?;
-        let reduced = (0..times)
-            .try_fold(original.copied(listen)?, |family, _| family.reduced_once(listen))?;
+        let original = self.clamped(check_interrupt)?;
+        let reduced = (0..times).try_fold(original.copied(check_interrupt)?, |family, _| {
+            family.reduced_once(check_interrupt)
+        })?;
         let min_weight = reduced.points.iter().map(|point| point.w).fold(f64::INFINITY, f64::min);
         if min_weight <= 0.0 {
             let must = format!(
@@ -100,19 +108,19 @@ impl CurveFamily {
             );
             return Err(Error::parameter("degree reduction", must, times));
         }
-        let back = reduced.elevated(times, listen)?;
+        let back = reduced.elevated(times, check_interrupt)?;
         let new = difference(back.knots.inner(), original.knots.inner());
-        let original = original.refined(&new, listen)?;
+        let original = original.refined(&new, check_interrupt)?;
         let error = distance_bound(&original.points, &back.points);
         // Not `>`: NaN must not pass.
         if error <= tolerance {
             return Ok(reduced);
         }
-        let must = format!("at min_weight {error:e} for this degree reduction");
+        let must = format!("at least {error:e} for this degree reduction");
         Err(Error::parameter("tolerance", must, tolerance))
     }
 
-    fn reduced_once(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    fn reduced_once(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let degree = self.knots.degree() - 1;
         let breaks = self.knots.breaks();
         let inner = breaks[1..breaks.len() - 1].iter();
@@ -128,10 +136,10 @@ impl CurveFamily {
         for i in 0..count {
             elevation[i * width + i / 4][i % 4] = 1.0;
         }
-        let elevation =
-            Self { knots: knots.clone(), points: elevation, width }.elevated_once(listen)?;
+        let elevation = Self { knots: knots.clone(), points: elevation, width }
+            .elevated_once(check_interrupt)?;
         let new = difference(elevation.knots.inner(), self.knots.inner());
-        let target = self.refined(&new, listen)?;
+        let target = self.refined(&new, check_interrupt)?;
         let coefficient = |row: usize, i: usize| elevation.row(row)[i / 4][i % 4];
 
         let half_bandwidth = (degree + 1).min(count - 1);
@@ -142,7 +150,7 @@ impl CurveFamily {
             points[end * self.width..][..self.width].copy_from_slice(target.row(row));
         }
         for row in 0..target.rows() {
-            listen()?;
+            check_interrupt()?;
             for i in (1..count - 1).filter(|&i| coefficient(row, i) != 0.0) {
                 for j in i.saturating_sub(half_bandwidth)..count.min(i + half_bandwidth + 1) {
                     matrix.add(i, j, coefficient(row, i) * coefficient(row, j));
@@ -153,7 +161,7 @@ impl CurveFamily {
                 }
             }
         }
-        let solved = matrix.solve(&mut points, self.width, listen)?;
+        let solved = matrix.solve(&mut points, self.width, check_interrupt)?;
         assert!(solved, "elevation is injective, so its normal equations are regular");
         Ok(Self { knots, points, width: self.width })
     }

@@ -33,9 +33,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the order exceeds [`MAX_DERIVATIVE`], a parameter is outside the
-    /// domain and `outside` refuses that, or `out` has the wrong length; [`Error::Interrupted`] if
-    /// the observer stops it.
+    /// - [`Error::Parameter`] if the order exceeds [`MAX_DERIVATIVE`], a parameter is outside the
+    ///   domain and `outside` refuses that, or `out` has the wrong length.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn derivatives(
         &self,
         uv: &[DVec2],

@@ -9,7 +9,7 @@ use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
 use super::work_blocks::collect_in_steps;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// A parameter direction of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,14 +65,17 @@ impl NurbsSurface {
     pub(super) fn family(
         &self,
         direction: Direction,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<CurveFamily> {
         let ((rows, cols), net) = (self.shape(), self.homogeneous());
         let (points, width) = match direction {
-            Direction::U => {
-                (collect_in_steps((net.len(), 1), listen, |part| net[part].iter().copied())?, cols)
-            }
-            Direction::V => (transpose(net, cols, listen)?, rows),
+            Direction::U => (
+                collect_in_steps((net.len(), 1), check_interrupt, |part| {
+                    net[part].iter().copied()
+                })?,
+                cols,
+            ),
+            Direction::V => (transpose(net, cols, check_interrupt)?, rows),
         };
         Ok(CurveFamily { knots: self.knots(direction).clone(), points, width })
     }
@@ -81,11 +84,11 @@ impl NurbsSurface {
     pub(super) fn map_family<'l>(
         &self,
         direction: Direction,
-        listen: &mut Listen<'l>,
-        f: impl FnOnce(&CurveFamily, &mut Listen<'l>) -> Result<CurveFamily>,
+        check_interrupt: &mut InterruptCheck<'l>,
+        f: impl FnOnce(&CurveFamily, &mut InterruptCheck<'l>) -> Result<CurveFamily>,
     ) -> Result<Self> {
-        let family = f(&self.family(direction, listen)?, listen)?;
-        self.with_family(direction, family, listen)
+        let family = f(&self.family(direction, check_interrupt)?, check_interrupt)?;
+        self.with_family(direction, family, check_interrupt)
     }
 
     /// Returns the surface with `family` as its net along a direction; rational if this surface is.
@@ -93,9 +96,9 @@ impl NurbsSurface {
         &self,
         direction: Direction,
         family: CurveFamily,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        self.replace_family(direction, family, self.weights().is_some(), listen)
+        self.replace_family(direction, family, self.weights().is_some(), check_interrupt)
     }
 
     /// Returns the surface with `family` as its net along a direction.
@@ -104,24 +107,32 @@ impl NurbsSurface {
         direction: Direction,
         family: CurveFamily,
         rational: bool,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let knots = family.knots.clone();
         match direction {
             Direction::U => {
                 let knots = [knots, self.knots_v().clone()];
-                Self::from_homogeneous(family.points, rational, knots, listen)
+                Self::from_homogeneous(family.points, rational, knots, check_interrupt)
             }
             Direction::V => {
                 let knots = [self.knots_u().clone(), knots];
-                Self::from_homogeneous(transposed_rows(family, listen)?, rational, knots, listen)
+                Self::from_homogeneous(
+                    transposed_rows(family, check_interrupt)?,
+                    rational,
+                    knots,
+                    check_interrupt,
+                )
             }
         }
     }
 }
 
 /// Returns the points of a family, column by column.
-pub(super) fn transposed_rows(family: CurveFamily, listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
+pub(super) fn transposed_rows(
+    family: CurveFamily,
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<Vec<DVec4>> {
     let CurveFamily { points, width, .. } = family;
-    transpose(&points, width, listen)
+    transpose(&points, width, check_interrupt)
 }

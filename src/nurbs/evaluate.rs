@@ -68,9 +68,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses that,
-    /// or the length of `out` differs from that of `uv`; [`crate::Error::Interrupted`] if the
-    /// observer stops it.
+    /// - [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses
+    ///   that, or the length of `out` differs from that of `uv`.
+    /// - [`crate::Error::Interrupted`] if the observer stops it.
     pub fn evaluate(
         &self,
         uv: &[DVec2],

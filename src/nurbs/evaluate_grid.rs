@@ -37,9 +37,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses that,
-    /// or an output does not have `u.len() * v.len()` elements; [`crate::Error::Interrupted`] if
-    /// the observer stops it.
+    /// - [`crate::Error::Parameter`] if a parameter is outside the domain and `outside` refuses
+    ///   that, or an output does not have `u.len() * v.len()` elements.
+    /// - [`crate::Error::Interrupted`] if the observer stops it.
     pub fn evaluate_grid(
         &self,
         u: &[f64],
@@ -122,7 +122,7 @@ struct PointTile<'a, const ORDER: usize>(Tile<'a, ORDER>);
 impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Tile { surface, u, width, columns, isocurves, points } = self.0;
@@ -150,7 +150,7 @@ impl<const ORDER: usize> WithSimd for PointTile<'_, ORDER> {
 }
 
 /// Writes one block of a row: the points of its columns.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn interleave(row: &mut [DVec3], block: usize, point: impl Fn(usize) -> DVec3) {
     let out = &mut row[block * BLOCK..];
@@ -178,7 +178,7 @@ struct NormalTile<'a, F: Fn(usize, usize) -> DVec3, const ORDER: usize> {
 impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'_, F, ORDER> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self {
@@ -232,7 +232,7 @@ impl<F: Fn(usize, usize) -> DVec3, const ORDER: usize> WithSimd for NormalTile<'
 ///
 /// `normal_margin` becomes positive where the tangents define the normal. Entries of missing
 /// columns are meaningless and never read.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn normalize(
     [BlockValues(x), BlockValues(y), BlockValues(z), BlockValues(w)]: &mut [BlockValues; 4],

@@ -47,7 +47,7 @@ struct Rows<'a, const ORDER: usize> {
 impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         for (at, row) in self.uv.iter().zip(self.out) {
@@ -67,7 +67,7 @@ struct Sums<'a, const ORDER: usize, const SUMS: usize> {
 impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     type Output = ();
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.surface.homogeneous());
@@ -93,7 +93,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
 }
 
 /// Adds `factor` times `points` to `sums`.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn add<const ORDER: usize>(
     sums: &mut [HomogeneousPoint; ORDER],
@@ -108,7 +108,7 @@ fn add<const ORDER: usize>(
 }
 
 /// Returns the sum of points weighted by `factors`.
-#[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn weighted<const ORDER: usize>(
     points: &[HomogeneousPoint; ORDER],

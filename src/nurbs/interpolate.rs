@@ -14,7 +14,7 @@ use super::parametrization::{
 use super::surface::NurbsSurface;
 use super::work_blocks::{collect_in_steps, interrupt_check, row_ranges};
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
     /// Builds the surface through a grid of points, given row by row, v fastest. It has as many
@@ -45,9 +45,15 @@ impl NurbsSurface {
     ) -> Result<Self> {
         let GridOptions { degree, closed, .. } = *options;
         let (degree, closed) = ([degree.0, degree.1], [closed.0, closed.1]);
-        by_directions(grid, shape, options, observer, |d, points, width, parameters, listen| {
-            interpolate_family(points, width, parameters, degree[d], closed[d], listen)
-        })
+        by_directions(
+            grid,
+            shape,
+            options,
+            observer,
+            |d, points, width, parameters, check_interrupt| {
+                interpolate_family(points, width, parameters, degree[d], closed[d], check_interrupt)
+            },
+        )
     }
 }
 
@@ -60,22 +66,27 @@ pub(super) fn by_directions(
     shape: (usize, usize),
     options: &GridOptions,
     observer: &mut dyn Observer,
-    solve: impl Fn(usize, Vec<DVec4>, usize, &[f64], &mut Listen<'_>) -> Result<CurveFamily>,
+    solve: impl Fn(usize, Vec<DVec4>, usize, &[f64], &mut InterruptCheck<'_>) -> Result<CurveFamily>,
 ) -> Result<NurbsSurface> {
-    let listen = &mut interrupt_check(observer);
-    let GridParameters { u, v } = GridParameters::new(grid, shape, options, listen)?;
-    let points = homogeneous(grid, listen)?;
-    let along = solve(0, points, shape.1, &u, listen)?;
+    let check_interrupt = &mut interrupt_check(observer);
+    let GridParameters { u, v } = GridParameters::new(grid, shape, options, check_interrupt)?;
+    let points = homogeneous(grid, check_interrupt)?;
+    let along = solve(0, points, shape.1, &u, check_interrupt)?;
     let (rows, knots_u) = (along.rows(), along.knots.clone());
-    let across = transposed_rows(along, listen)?;
-    let across = solve(1, across, rows, &v, listen)?;
+    let across = transposed_rows(along, check_interrupt)?;
+    let across = solve(1, across, rows, &v, check_interrupt)?;
     let knots = [knots_u, across.knots.clone()];
-    NurbsSurface::from_homogeneous(transposed_rows(across, listen)?, false, knots, listen)
+    NurbsSurface::from_homogeneous(
+        transposed_rows(across, check_interrupt)?,
+        false,
+        knots,
+        check_interrupt,
+    )
 }
 
 /// Appends the weight 1 to each point.
-fn homogeneous(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Vec<DVec4>> {
-    collect_in_steps((points.len(), 1), listen, |part| {
+fn homogeneous(points: &[DVec3], check_interrupt: &mut InterruptCheck<'_>) -> Result<Vec<DVec4>> {
+    collect_in_steps((points.len(), 1), check_interrupt, |part| {
         points[part].iter().map(|point| point.extend(1.0))
     })
 }
@@ -103,14 +114,15 @@ impl NurbsCurve {
         closed: bool,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let listen = &mut interrupt_check(observer);
-        check_points("points", points, listen)?;
+        let check_interrupt = &mut interrupt_check(observer);
+        check_points("points", points, check_interrupt)?;
         check_counts(degree, points.len(), points.len())?;
-        let parameters = row_parameters("points", points, 1, parametrization, closed, listen)?;
+        let parameters =
+            row_parameters("points", points, 1, parametrization, closed, check_interrupt)?;
         let parameters = shifted_if_even(parameters, degree, closed);
-        let points = homogeneous(points, listen)?;
-        let family = interpolate_family(points, 1, &parameters, degree, closed, listen)?;
-        Self::from_homogeneous(family.points, false, family.knots, listen)
+        let points = homogeneous(points, check_interrupt)?;
+        let family = interpolate_family(points, 1, &parameters, degree, closed, check_interrupt)?;
+        Self::from_homogeneous(family.points, false, family.knots, check_interrupt)
     }
 }
 
@@ -121,7 +133,7 @@ pub(super) fn interpolate_family(
     parameters: &[f64],
     degree: usize,
     closed: bool,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<CurveFamily> {
     let count = parameters.len();
     check_counts(degree, count, count)?;
@@ -137,18 +149,18 @@ pub(super) fn interpolate_family(
         // Shifts the largest function of each parameter to the diagonal.
         let shift = degree / 2;
         let mut matrix = CyclicBandedMatrix::new(count, degree);
-        collocate(&knots, parameters, listen, |i, j, value| {
+        collocate(&knots, parameters, check_interrupt, |i, j, value| {
             matrix.add(i, j + count - shift, value);
         })?;
-        let solved = matrix.solve(&mut points, width, listen)?;
-        points = wrapped_rows(&points, width, degree, count - shift, listen)?;
+        let solved = matrix.solve(&mut points, width, check_interrupt)?;
+        points = wrapped_rows(&points, width, degree, count - shift, check_interrupt)?;
         (solved, knots)
     } else {
         let inner = (1..count - degree).map(|j| mean(&parameters[j..j + degree]));
         let knots = KnotVector::clamped(degree, (0.0, 1.0), inner)?;
         let mut matrix = BandedMatrix::new(count, degree.min(count - 1));
-        collocate(&knots, parameters, listen, |i, j, value| matrix.add(i, j, value))?;
-        (matrix.solve(&mut points, width, listen)?, knots)
+        collocate(&knots, parameters, check_interrupt, |i, j, value| matrix.add(i, j, value))?;
+        (matrix.solve(&mut points, width, check_interrupt)?, knots)
     };
     if solved { Ok(CurveFamily { knots, points, width }) } else { Err(singular(degree)) }
 }
@@ -158,11 +170,11 @@ pub(super) fn interpolate_family(
 fn collocate(
     knots: &KnotVector,
     parameters: &[f64],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     mut add: impl FnMut(usize, usize, f64),
 ) -> Result<()> {
     for range in row_ranges(parameters.len(), 1) {
-        listen()?;
+        check_interrupt()?;
         for i in range {
             let basis = padded(knots, parameters[i]);
             let functions = basis.values[..=knots.degree()].iter().enumerate();
@@ -180,11 +192,11 @@ pub(super) fn wrapped_rows(
     width: usize,
     degree: usize,
     start: usize,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec4>> {
     let count = points.len() / width;
     let row = |i: usize| &points[(i + start) % count * width..][..width];
-    collect_in_steps((count + degree, width), listen, |rows| rows.flat_map(row).copied())
+    collect_in_steps((count + degree, width), check_interrupt, |rows| rows.flat_map(row).copied())
 }
 
 /// Checks that `control_points` exceeds the degree and is at most `points`.

@@ -17,7 +17,7 @@ pub(super) struct Isocurve {
 
 impl Isocurve {
     /// Computes the isocurve at `u` with `ROWS - 1` derivatives.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn contract<const ROWS: usize>(&mut self, surface: &NurbsSurface, u: f64) {
         let basis = BasisDerivatives::<ROWS>::at(surface.knots_u(), u);

@@ -7,7 +7,7 @@ use super::knot_vector::KnotVector;
 use super::work_blocks::row_ranges;
 use crate::error::Result;
 use crate::memory;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 impl CurveFamily {
     /// Returns rows that are combinations of two rows each: `share` times the first
@@ -16,11 +16,11 @@ impl CurveFamily {
         &self,
         count: usize,
         row: impl Fn(usize) -> (f64, usize, usize),
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Vec<DVec4>> {
         let mut points = Vec::with_capacity(count * self.width);
         for range in row_ranges(count, self.width) {
-            listen()?;
+            check_interrupt()?;
             for (share, a, b) in range.map(&row) {
                 let pairs = self.row(a).iter().zip(self.row(b));
                 points.extend(pairs.map(|(a, b)| share * *a + (1.0 - share) * *b));
@@ -31,7 +31,7 @@ impl CurveFamily {
 
     /// Inserts one knot, inside the domain or at its start (Boehm's algorithm; The NURBS Book,
     /// A5.1). All combinations are convex, so rounding errors do not grow.
-    fn with_knot(&self, value: f64, listen: &mut Listen<'_>) -> Result<Self> {
+    fn with_knot(&self, value: f64, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let (degree, span) = (self.knots.degree(), self.knots.span(value));
         let t = self.knots.as_slice();
         let combination = |i: usize| {
@@ -44,7 +44,7 @@ impl CurveFamily {
             }
             ((value - from) / (to - from), i, i - 1)
         };
-        let points = self.combined_rows(self.rows() + 1, combination, listen)?;
+        let points = self.combined_rows(self.rows() + 1, combination, check_interrupt)?;
         let mut knots = t.to_vec();
         knots.insert(span + 1, value);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
@@ -57,10 +57,14 @@ impl CurveFamily {
     ///
     /// [`crate::Error::Parameter`] if a knot is not strictly inside the domain,
     /// [`crate::Error::Knots`] if the multiplicity of one would exceed the degree.
-    pub(super) fn refined(&self, knots: &[f64], listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn refined(
+        &self,
+        knots: &[f64],
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
         knots.iter().try_for_each(|&knot| self.check_inside("knots", knot))?;
         if knots.is_empty() {
-            return self.copied(listen);
+            return self.copied(check_interrupt);
         }
         let mut all = [self.knots.as_slice(), knots].concat();
         all.sort_by(f64::total_cmp);
@@ -68,11 +72,16 @@ impl CurveFamily {
         let refined = KnotVector::new(self.knots.degree(), all)?;
         let mut sorted = knots.to_vec();
         sorted.sort_by(f64::total_cmp);
-        self.inserted(&sorted, refined, listen)
+        self.inserted(&sorted, refined, check_interrupt)
     }
 
     /// Inserts sorted knots in place, from the last to the first (The NURBS Book, A5.4).
-    fn inserted(&self, new: &[f64], knots: KnotVector, listen: &mut Listen<'_>) -> Result<Self> {
+    fn inserted(
+        &self,
+        new: &[f64],
+        knots: KnotVector,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
         let (p, width) = (self.knots.degree(), self.width);
         let t = self.knots.as_slice();
         let s = knots.as_slice();
@@ -90,12 +99,12 @@ impl CurveFamily {
         };
         let empty = vec![DVec4::ZERO; width];
         let row = |row| old(row).map_or(&empty[..], |row| self.row(row));
-        let mut points = concat_rows((total, width), listen, row)?;
+        let mut points = concat_rows((total, width), check_interrupt, row)?;
         // The next row to fill is k - p - 1; the old span to copy is i.
         let mut i = last + p - 1;
         let mut k = last + p - 1 + new.len();
         for &value in new.iter().rev() {
-            listen()?;
+            check_interrupt()?;
             while value <= t[i] && i > first {
                 let (to, from) = ((k - p - 1) * width, (i - p - 1) * width);
                 points[to..to + width].copy_from_slice(&self.points[from..from + width]);
@@ -118,19 +127,22 @@ impl CurveFamily {
     }
 
     /// Clamps the knots on the same domain.
-    pub(super) fn clamped(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn clamped(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         if self.is_clamped() {
-            return self.copied(listen);
+            return self.copied(check_interrupt);
         }
-        let starting = self.clamped_at_start(listen)?;
-        starting.mirrored(listen)?.clamped_at_start(listen)?.mirrored(listen)
+        let starting = self.clamped_at_start(check_interrupt)?;
+        starting
+            .mirrored(check_interrupt)?
+            .clamped_at_start(check_interrupt)?
+            .mirrored(check_interrupt)
     }
 
-    fn clamped_at_start(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    fn clamped_at_start(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let (start, degree) = (self.knots.domain().0, self.knots.degree());
-        let mut family = self.copied(listen)?;
+        let mut family = self.copied(check_interrupt)?;
         while family.knots.multiplicity(start) < degree {
-            family = family.with_knot(start, listen)?;
+            family = family.with_knot(start, check_interrupt)?;
         }
         // Keeps the last `degree` knots at the start and all knots after it, and repeats one of
         // them.
@@ -141,19 +153,19 @@ impl CurveFamily {
         }
         let mut knots = family.knots.as_slice()[first - 1..].to_vec();
         knots[0] = start;
-        let points = family.rows_from(first - 1..family.rows(), listen)?;
+        let points = family.rows_from(first - 1..family.rows(), check_interrupt)?;
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 
     /// Inserts every inner knot up to multiplicity `degree`: a sequence of Bézier curves.
-    pub(super) fn bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn bezier_form(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         if !self.is_clamped() {
-            return self.clamped(listen)?.bezier_form(listen);
+            return self.clamped(check_interrupt)?.bezier_form(check_interrupt);
         }
         let degree = self.knots.degree();
         let missing = |value| std::iter::repeat_n(value, degree - self.knots.multiplicity(value));
         let breaks = self.knots.breaks();
         let new: Vec<f64> = breaks[1..breaks.len() - 1].iter().flat_map(|&v| missing(v)).collect();
-        self.refined(&new, listen)
+        self.refined(&new, check_interrupt)
     }
 }

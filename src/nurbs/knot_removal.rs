@@ -5,7 +5,7 @@ use super::curve_family::CurveFamily;
 use super::knot_multiset::difference;
 use super::knot_vector::KnotVector;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 impl CurveFamily {
     /// Removes as many of these knots (`None`: of all inner knots) as `tolerance` allows. Knots
@@ -18,19 +18,19 @@ impl CurveFamily {
         &self,
         knots: Option<&[f64]>,
         tolerance: f64,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let original = self.clamped(listen)?;
+        let original = self.clamped(check_interrupt)?;
         let mut candidates = knots.unwrap_or(original.knots.inner()).to_vec();
         candidates.retain(|value| original.knots.inner().contains(value));
         let mut error = |family: &Self| -> Result<f64> {
-            listen()?;
+            check_interrupt()?;
             // Control points of a rational curve must have positive weights.
             if family.points.iter().any(|point| point.w <= 0.0) {
                 return Ok(f64::INFINITY);
             }
             let new = difference(original.knots.inner(), family.knots.inner());
-            Ok(distance_bound(&original.points, &family.refined(&new, listen)?.points))
+            Ok(distance_bound(&original.points, &family.refined(&new, check_interrupt)?.points))
         };
         let cost = |&value: &f64| Ok((error(&original.without_knot(value)?)?, value));
         let mut costs = candidates.iter().map(cost).collect::<Result<Vec<_>>>()?;

@@ -306,7 +306,7 @@ impl KnotVector {
     }
 
     /// The index i with `knots[i] <= u < knots[i + 1]`; see [`SpanTable::span`].
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(crate) fn span(&self, u: f64) -> usize {
         self.table.span(self.degree, &self.knots, u)

@@ -88,9 +88,10 @@ impl OrderedSurface {
     ///
     /// # Errors
     ///
-    /// Those of [`Self::check_shape`]; [`Error::Parameter`] if the degree is out of range, or
-    /// neighboring rows or columns to interpolate coincide; [`Error::Net`] if the number of points
-    /// does not match the shape, or a point is not finite.
+    /// - Those of [`Self::check_shape`].
+    /// - [`Error::Parameter`] if the degree is out of range, or neighboring rows or columns to
+    ///   interpolate coincide.
+    /// - [`Error::Net`] if the number of points does not match the shape, or a point is not finite.
     pub fn through(
         self,
         points: Vec<DVec3>,

@@ -6,7 +6,7 @@ use super::control_net::transpose;
 use super::surface::NurbsSurface;
 use super::work_blocks::{interrupt_check, row_ranges};
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 /// The method that assigns parameters to the points of a grid (The NURBS Book, section 9.2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +61,10 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the length of the grid does not match its shape, it has fewer than 2
-    /// rows or columns, a point is not finite, or neighboring rows or columns coincide;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if the length of the grid does not match its shape, or it has fewer
+    ///   than 2 rows or columns.
+    /// - [`Error::Parameter`] if a point is not finite, or neighboring rows or columns coincide.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn grid_parameters(
         grid: &[DVec3],
         shape: (usize, usize),
@@ -88,23 +89,30 @@ impl GridParameters {
         grid: &[DVec3],
         (rows, cols): (usize, usize),
         options: &GridOptions,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         if grid.len() != rows * cols || rows < 2 || cols < 2 {
             let must = format!("{rows} × {cols} points, at least 2 × 2");
             return Err(Error::parameter("grid", must, grid.len()));
         }
-        check_points("grid", grid, listen)?;
-        let transposed = transpose(grid, cols, listen)?;
+        check_points("grid", grid, check_interrupt)?;
+        let transposed = transpose(grid, cols, check_interrupt)?;
         let GridOptions { degree, parametrization, closed } = *options;
-        let u = row_parameters("rows of the grid", grid, cols, parametrization, closed.0, listen)?;
+        let u = row_parameters(
+            "rows of the grid",
+            grid,
+            cols,
+            parametrization,
+            closed.0,
+            check_interrupt,
+        )?;
         let v = row_parameters(
             "columns of the grid",
             &transposed,
             rows,
             parametrization,
             closed.1,
-            listen,
+            check_interrupt,
         )?;
         Ok(Self {
             u: shifted_if_even(u, degree.0, closed.0),
@@ -117,10 +125,10 @@ impl GridParameters {
 pub(super) fn check_points(
     name: &'static str,
     points: &[DVec3],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<()> {
     for mut range in row_ranges(points.len(), 1) {
-        listen()?;
+        check_interrupt()?;
         if let Some(i) = range.find(|&i| !points[i].is_finite()) {
             return Err(Error::parameter(name, "finite", format!("{} at index {i}", points[i])));
         }
@@ -136,7 +144,7 @@ pub(super) fn row_parameters(
     width: usize,
     parametrization: Parametrization,
     closed: bool,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<f64>> {
     let rows = points.len() / width;
     let count = rows - usize::from(!closed);
@@ -151,14 +159,14 @@ pub(super) fn row_parameters(
     };
     let mut totals = vec![0.0; width];
     for range in row_ranges(count, width) {
-        listen()?;
+        check_interrupt()?;
         for row in range {
             totals.iter_mut().enumerate().for_each(|(j, total)| *total += step_length(row, j));
         }
     }
     let mut means = vec![0.0; count];
     for range in row_ranges(count, width) {
-        listen()?;
+        check_interrupt()?;
         for row in range {
             // Columns that collapse to one point are ignored.
             let columns = (0..width).filter(|&j| totals[j] > 0.0);

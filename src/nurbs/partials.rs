@@ -33,7 +33,7 @@ impl TangentThresholds {
     /// The arguments are the squared lengths of the tangents and of their cross product. A NaN
     /// result counts as degenerate. Loops over this function vectorize, because it has no branches
     /// and no divisions.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn normal_margin(self, u: f64, v: f64, cross: f64) -> f64 {
         // One instruction, unlike `f64::min`; it returns `b` if that is NaN.

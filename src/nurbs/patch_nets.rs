@@ -1,6 +1,6 @@
 //! Bézier extraction: the control nets of all Bézier patches of a surface, in one array.
 
-#![expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+#![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
 use std::fmt;
 use std::ops::Range;

@@ -44,7 +44,7 @@ impl SpanTable {
     /// its end (The NURBS Book, A2.1).
     ///
     /// Outside the domain it is the first or last span. The span is never empty.
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn span(&self, degree: usize, knots: &[f64], u: f64) -> usize {
         let start = knots[degree];

@@ -11,7 +11,7 @@ use super::surface::NurbsSurface;
 use super::surface_algebra::check_tolerance;
 use super::work_blocks::interrupt_check;
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
     /// Splits the surface at a parameter; both parts keep their parameters.
@@ -35,9 +35,10 @@ impl NurbsSurface {
         at: f64,
         observer: &mut dyn Observer,
     ) -> Result<(Self, Self)> {
-        let mut listen = interrupt_check(observer);
-        let (before, after) = self.family(direction, &mut listen)?.split(at, &mut listen)?;
-        let mut part = |family| self.with_family(direction, family, &mut listen);
+        let mut check_interrupt = interrupt_check(observer);
+        let (before, after) =
+            self.family(direction, &mut check_interrupt)?.split(at, &mut check_interrupt)?;
+        let mut part = |family| self.with_family(direction, family, &mut check_interrupt);
         Ok((part(before)?, part(after)?))
     }
 
@@ -61,9 +62,13 @@ impl NurbsSurface {
         v: (f64, f64),
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        let mut listen = interrupt_check(observer);
-        self.map_family(Direction::U, &mut listen, |family, listen| family.restricted(u, listen))?
-            .map_family(Direction::V, &mut listen, |family, listen| family.restricted(v, listen))
+        let mut check_interrupt = interrupt_check(observer);
+        self.map_family(Direction::U, &mut check_interrupt, |family, check_interrupt| {
+            family.restricted(u, check_interrupt)
+        })?
+        .map_family(Direction::V, &mut check_interrupt, |family, check_interrupt| {
+            family.restricted(v, check_interrupt)
+        })
     }
 
     /// Returns the Bézier patches of the surface, one for each pair of spans, row by row. The
@@ -81,10 +86,10 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn bezier_patches(&self, observer: &mut dyn Observer) -> Result<Vec<Vec<Self>>> {
-        let (rational, mut listen) = (self.weights().is_some(), interrupt_check(observer));
-        let (patches, (_, cols)) = BezierPatch::of(self, &mut listen)?;
+        let (rational, mut check_interrupt) = (self.weights().is_some(), interrupt_check(observer));
+        let (patches, (_, cols)) = BezierPatch::of(self, &mut check_interrupt)?;
         let mut row = |row: &[BezierPatch]| {
-            listen()?;
+            check_interrupt()?;
             row.iter().map(|patch| patch.surface(rational)).collect()
         };
         patches.chunks(cols).map(&mut row).collect()
@@ -130,9 +135,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if the distance between the edges, bounded by their control points,
-    /// exceeds `tolerance`, in the points' unit, or the domains in the other direction differ;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if the distance between the edges, bounded by their control points,
+    ///   exceeds `tolerance`, in the points' unit, or the domains in the other direction differ.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn joined(
         &self,
         direction: Direction,
@@ -141,25 +146,29 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        let mut listen = interrupt_check(observer);
-        let [along, next_along] = compatible(direction, self, next, false, &mut listen)?;
+        let mut check_interrupt = interrupt_check(observer);
+        let [along, next_along] = compatible(direction, self, next, false, &mut check_interrupt)?;
         let across = direction.other();
-        let [first, second] = compatible(across, &along, &next_along, true, &mut listen)?;
-        let family = first.family(direction, &mut listen)?;
-        let next_family = second.family(direction, &mut listen)?;
-        let joined = joined(&family, &next_family, tolerance, &mut listen)?;
+        let [first, second] = compatible(across, &along, &next_along, true, &mut check_interrupt)?;
+        let family = first.family(direction, &mut check_interrupt)?;
+        let next_family = second.family(direction, &mut check_interrupt)?;
+        let joined = joined(&family, &next_family, tolerance, &mut check_interrupt)?;
         let rational = self.weights().is_some() || next.weights().is_some();
-        first.replace_family(direction, joined, rational, &mut listen)
+        first.replace_family(direction, joined, rational, &mut check_interrupt)
     }
 }
 
 impl CurveFamily {
     /// Splits the curves at a parameter inside the domain; both parts are clamped.
-    pub(super) fn split(&self, at: f64, listen: &mut Listen<'_>) -> Result<(Self, Self)> {
+    pub(super) fn split(
+        &self,
+        at: f64,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<(Self, Self)> {
         self.check_inside("split", at)?;
         let degree = self.knots.degree();
         let missing = degree.saturating_sub(self.knots.multiplicity(at));
-        let family = self.clamped(listen)?.refined(&vec![at; missing], listen)?;
+        let family = self.clamped(check_interrupt)?.refined(&vec![at; missing], check_interrupt)?;
         let t = family.knots.as_slice();
         let (first, end) =
             (t.partition_point(|&knot| knot < at), t.partition_point(|&knot| knot <= at));
@@ -167,7 +176,7 @@ impl CurveFamily {
         let after: Vec<f64> = [at].into_iter().chain(t[first..].iter().copied()).collect();
         let mut part = |knots: Vec<f64>, rows| -> Result<Self> {
             let (knots, points) =
-                (KnotVector::new(degree, knots)?, family.rows_from(rows, listen)?);
+                (KnotVector::new(degree, knots)?, family.rows_from(rows, check_interrupt)?);
             Ok(Self { knots, points, width: self.width })
         };
         let cut = first - 1;
@@ -178,21 +187,29 @@ impl CurveFamily {
     pub(super) fn restricted(
         &self,
         (from, to): (f64, f64),
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let (start, end) = self.knots.domain();
         if !(start <= from && from < to && to <= end) {
             let must = format!("an increasing pair inside the domain [{start}, {end}]");
             return Err(Error::parameter("range", must, format!("({from}, {to})")));
         }
-        let tail = if from > start { self.split(from, listen)?.1 } else { self.clamped(listen)? };
-        if to < end { Ok(tail.split(to, listen)?.0) } else { Ok(tail) }
+        let tail = if from > start {
+            self.split(from, check_interrupt)?.1
+        } else {
+            self.clamped(check_interrupt)?
+        };
+        if to < end { Ok(tail.split(to, check_interrupt)?.0) } else { Ok(tail) }
     }
 
     /// Joins this family and `next`, which has the same degree and begins where this one ends. The
     /// knots of `next` are shifted to follow those of this family.
-    pub(super) fn joined(&self, next: &Self, listen: &mut Listen<'_>) -> Result<Self> {
-        let (first, next) = (self.clamped(listen)?, next.clamped(listen)?);
+    pub(super) fn joined(
+        &self,
+        next: &Self,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
+        let (first, next) = (self.clamped(check_interrupt)?, next.clamped(check_interrupt)?);
         let degree = first.knots.degree();
         let ((_, end), (start, _)) = (first.knots.domain(), next.knots.domain());
         let shift = end - start;
@@ -200,7 +217,7 @@ impl CurveFamily {
         let tail = next.knots.as_slice()[degree + 1..].iter().map(|knot| knot + shift);
         let knots = t[..t.len() - 1].iter().copied().chain(tail).collect();
         let mut points = first.points;
-        points.extend(next.rows_from(1..next.rows(), listen)?);
+        points.extend(next.rows_from(1..next.rows(), check_interrupt)?);
         Ok(Self { knots: KnotVector::new(degree, knots)?, points, width: self.width })
     }
 }
@@ -210,9 +227,9 @@ pub(super) fn joined(
     first: &CurveFamily,
     next: &CurveFamily,
     tolerance: f64,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<CurveFamily> {
-    let (first, mut next) = (first.clamped(listen)?, next.clamped(listen)?);
+    let (first, mut next) = (first.clamped(check_interrupt)?, next.clamped(check_interrupt)?);
     // A common factor of all weights does not change the curves.
     let factor = first.row(first.rows() - 1)[0].w / next.row(0)[0].w;
     next.points.iter_mut().for_each(|point| *point *= factor);
@@ -223,7 +240,7 @@ pub(super) fn joined(
         let must = format!("at least {gap:e}, the distance between the edges");
         return Err(Error::parameter("tolerance", must, tolerance));
     }
-    first.joined(&next, listen)
+    first.joined(&next, check_interrupt)
 }
 
 /// Elevates two surfaces to the higher of their degrees in a direction; if `knots`, also unites
@@ -233,14 +250,18 @@ fn compatible(
     a: &NurbsSurface,
     b: &NurbsSurface,
     knots: bool,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<[NurbsSurface; 2]> {
-    let mut families = [a.family(direction, listen)?, b.family(direction, listen)?];
+    let mut families =
+        [a.family(direction, check_interrupt)?, b.family(direction, check_interrupt)?];
     if knots {
-        unify(&mut families, listen)?;
+        unify(&mut families, check_interrupt)?;
     } else {
-        unify_degrees(&mut families, listen)?;
+        unify_degrees(&mut families, check_interrupt)?;
     }
     let [first, second] = families;
-    Ok([a.with_family(direction, first, listen)?, b.with_family(direction, second, listen)?])
+    Ok([
+        a.with_family(direction, first, check_interrupt)?,
+        b.with_family(direction, second, check_interrupt)?,
+    ])
 }

@@ -9,7 +9,7 @@ use super::knot_vector::{KnotVector, check_degree};
 use super::partials::TangentThresholds;
 use super::patch_nets::PatchNets;
 use crate::error::{Error, Result};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// A tensor-product NURBS surface.
 ///
@@ -73,8 +73,11 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Net`] if the numbers of control points and weights do not match the knots, a
-    /// control point is not finite, or a weight is not positive and finite.
+    /// [`Error::Net`] if one of these holds:
+    ///
+    /// - The numbers of control points and weights do not match the knots.
+    /// - A control point is not finite.
+    /// - A weight is not positive and finite.
     pub fn new(
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
@@ -89,7 +92,7 @@ impl NurbsSurface {
         control_points: Vec<DVec3>,
         weights: Option<Vec<f64>>,
         [knots_u, knots_v]: [KnotVector; 2],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let (rows, cols) = (knots_u.control_points(), knots_v.control_points());
         if control_points.len() != rows * cols {
@@ -103,7 +106,8 @@ impl NurbsSurface {
             });
         }
         let name = |i: usize| format!("{:?}", (i / cols, i % cols));
-        let homogeneous = to_homogeneous(&control_points, weights.as_deref(), name, listen)?;
+        let homogeneous =
+            to_homogeneous(&control_points, weights.as_deref(), name, check_interrupt)?;
         let net_box = bounds(control_points.iter().copied());
         let length = |knots: &KnotVector| knots.domain().1 - knots.domain().0;
         let size = net_box.0.distance(net_box.1);
@@ -144,11 +148,11 @@ impl NurbsSurface {
         net: Vec<DVec4>,
         rational: bool,
         knots: [KnotVector; 2],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
-        let (points, weights) = dehomogenize(&net, rational, listen)?;
+        let (points, weights) = dehomogenize(&net, rational, check_interrupt)?;
         drop(net);
-        Self::new_interruptible(points, weights, knots, listen)
+        Self::new_interruptible(points, weights, knots, check_interrupt)
     }
 
     /// Builds a polynomial surface on `[0, 1]²` with clamped, evenly spaced knots over a net of

@@ -10,7 +10,7 @@ use super::direction::Direction;
 use super::surface::NurbsSurface;
 use super::work_blocks::interrupt_check;
 use crate::error::{Error, Result};
-use crate::progress::{Listen, Observer};
+use crate::progress::{InterruptCheck, Observer};
 
 impl NurbsSurface {
     /// Inserts knots, each strictly inside the domain, without changing the surface (The NURBS
@@ -28,17 +28,17 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a knot is not strictly inside the domain; [`Error::Knots`] if the
-    /// multiplicity of one would exceed the degree; [`Error::Interrupted`] if the observer stops
-    /// it.
+    /// - [`Error::Parameter`] if a knot is not strictly inside the domain.
+    /// - [`Error::Knots`] if the multiplicity of one would exceed the degree.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn insert_knots(
         &self,
         direction: Direction,
         knots: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        self.map_family(direction, &mut interrupt_check(observer), |family, listen| {
-            family.refined(knots, listen)
+        self.map_family(direction, &mut interrupt_check(observer), |family, check_interrupt| {
+            family.refined(knots, check_interrupt)
         })
     }
 
@@ -68,8 +68,8 @@ impl NurbsSurface {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         check_tolerance(tolerance)?;
-        self.map_family(direction, &mut interrupt_check(observer), |family, listen| {
-            family.with_knots_removed(knots, tolerance, listen)
+        self.map_family(direction, &mut interrupt_check(observer), |family, check_interrupt| {
+            family.with_knots_removed(knots, tolerance, check_interrupt)
         })
     }
 
@@ -104,9 +104,9 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the error
-    /// exceeds `tolerance`: the message names the smallest possible tolerance;
-    /// [`Error::Interrupted`] if the observer stops it.
+    /// - [`Error::Parameter`] if a degree would be 0, a weight would not stay positive, or the
+    ///   error exceeds `tolerance`: the message names the smallest possible tolerance.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn reduce_degree(
         &self,
         u: usize,
@@ -120,7 +120,7 @@ impl NurbsSurface {
         self.in_changed_directions(
             [u, v],
             &mut interrupt_check(observer),
-            |family, times, listen| family.reduced(times, share, listen),
+            |family, times, check_interrupt| family.reduced(times, share, check_interrupt),
         )
     }
 
@@ -128,14 +128,16 @@ impl NurbsSurface {
     fn in_changed_directions(
         &self,
         [u, v]: [usize; 2],
-        listen: &mut Listen<'_>,
-        f: impl Fn(&CurveFamily, usize, &mut Listen<'_>) -> Result<CurveFamily>,
+        check_interrupt: &mut InterruptCheck<'_>,
+        f: impl Fn(&CurveFamily, usize, &mut InterruptCheck<'_>) -> Result<CurveFamily>,
     ) -> Result<Self> {
         let mut surface = Cow::Borrowed(self);
         for (direction, times) in [(Direction::U, u), (Direction::V, v)] {
             if times > 0 {
-                let changed = surface
-                    .map_family(direction, listen, |family, listen| f(family, times, listen))?;
+                let changed =
+                    surface.map_family(direction, check_interrupt, |family, check_interrupt| {
+                        f(family, times, check_interrupt)
+                    })?;
                 surface = Cow::Owned(changed);
             }
         }
@@ -155,19 +157,19 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn clamp(&self, observer: &mut dyn Observer) -> Result<Self> {
-        let mut listen = interrupt_check(observer);
-        self.map_family(Direction::U, &mut listen, CurveFamily::clamped)?.map_family(
+        let mut check_interrupt = interrupt_check(observer);
+        self.map_family(Direction::U, &mut check_interrupt, CurveFamily::clamped)?.map_family(
             Direction::V,
-            &mut listen,
+            &mut check_interrupt,
             CurveFamily::clamped,
         )
     }
 
     /// Inserts every inner knot up to multiplicity `degree`, in both directions.
-    pub(super) fn bezier_form(&self, listen: &mut Listen<'_>) -> Result<Self> {
-        self.map_family(Direction::U, listen, CurveFamily::bezier_form)?.map_family(
+    pub(super) fn bezier_form(&self, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
+        self.map_family(Direction::U, check_interrupt, CurveFamily::bezier_form)?.map_family(
             Direction::V,
-            listen,
+            check_interrupt,
             CurveFamily::bezier_form,
         )
     }
@@ -204,10 +206,10 @@ impl NurbsSurface {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn transposed(&self, observer: &mut dyn Observer) -> Result<Self> {
-        let mut listen = interrupt_check(observer);
-        let CurveFamily { knots, points, .. } = self.family(Direction::V, &mut listen)?;
+        let mut check_interrupt = interrupt_check(observer);
+        let CurveFamily { knots, points, .. } = self.family(Direction::V, &mut check_interrupt)?;
         let knots = [knots, self.knots_u().clone()];
-        Self::from_homogeneous(points, self.weights().is_some(), knots, &mut listen)
+        Self::from_homogeneous(points, self.weights().is_some(), knots, &mut check_interrupt)
     }
 
     /// Applies an affine map.

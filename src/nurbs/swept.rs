@@ -51,10 +51,11 @@ impl NurbsSurface {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
-    /// neighboring curves coincide; [`Error::Net`] if the weights differ so much from curve to
-    /// curve that they would become negative between them; [`Error::Interrupted`] if the observer
-    /// stops it.
+    /// - [`Error::Parameter`] if there are fewer than two curves, their domains differ, or two
+    ///   neighboring curves coincide.
+    /// - [`Error::Net`] if the weights differ so much from curve to curve that they would become
+    ///   negative between them.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn lofted(
         curves: &[NurbsCurve],
         degree: usize,
@@ -64,24 +65,26 @@ impl NurbsSurface {
         if curves.len() < 2 {
             return Err(Error::parameter("curves", "at least two", curves.len()));
         }
-        let listen = &mut interrupt_check(observer);
+        let check_interrupt = &mut interrupt_check(observer);
         let families: Result<Vec<CurveFamily>> =
-            curves.iter().map(|curve| curve.family().copied(listen)).collect();
+            curves.iter().map(|curve| curve.family().copied(check_interrupt)).collect();
         let mut families = families?;
-        unify(&mut families, listen)?;
+        unify(&mut families, check_interrupt)?;
         let (count, width) = (families.len(), families[0].rows());
-        let points = collect_in_steps((count, width), listen, |rows| {
+        let points = collect_in_steps((count, width), check_interrupt, |rows| {
             rows.flat_map(|row| families[row].points.iter().copied())
         })?;
-        let places = collect_in_steps((points.len(), 1), listen, |part| {
+        let places = collect_in_steps((points.len(), 1), check_interrupt, |part| {
             points[part].iter().map(|h| h.truncate() / h.w)
         })?;
         let degree = degree.min(count - 1);
-        let parameters = row_parameters("curves", &places, width, parametrization, false, listen)?;
-        let family = interpolate_family(points, width, &parameters, degree, false, listen)?;
+        let parameters =
+            row_parameters("curves", &places, width, parametrization, false, check_interrupt)?;
+        let family =
+            interpolate_family(points, width, &parameters, degree, false, check_interrupt)?;
         let rational = curves.iter().any(|curve| curve.weights().is_some());
         let knots = [family.knots, families.swap_remove(0).knots];
-        Self::from_homogeneous(family.points, rational, knots, listen)
+        Self::from_homogeneous(family.points, rational, knots, check_interrupt)
     }
 
     /// Revolves a profile around an axis by `angle` (at most a full turn), exactly (The NURBS Book,
@@ -122,9 +125,10 @@ impl NurbsSurface {
             let turned = origin + center + at.x * x + at.y * axis.cross(x);
             (turned * (weight * h.w)).extend(weight * h.w)
         };
-        let listen = &mut interrupt_check(observer);
-        let net = collect_in_steps((circle.len() * count, 1), listen, |part| part.map(&turned))?;
-        Self::from_homogeneous(net, true, [knots, profile.knots.clone()], listen)
+        let check_interrupt = &mut interrupt_check(observer);
+        let net =
+            collect_in_steps((circle.len() * count, 1), check_interrupt, |part| part.map(&turned))?;
+        Self::from_homogeneous(net, true, [knots, profile.knots.clone()], check_interrupt)
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use crate::error::Result;
-use crate::progress::{self, Listen, Observer, Progress, Stage};
+use crate::progress::{self, InterruptCheck, Observer, Progress, Stage};
 
 /// Points between two progress reports: a few milliseconds of work. Synchronizing the threads costs
 /// a few microseconds.
@@ -82,12 +82,12 @@ pub(super) fn row_ranges(rows: usize, width: usize) -> impl Iterator<Item = Rang
 /// Collects the results of `part` for each of these ranges, with interrupt checks.
 pub(super) fn collect_in_steps<T, I: Iterator<Item = T>>(
     (rows, width): (usize, usize),
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     part: impl Fn(Range<usize>) -> I,
 ) -> Result<Vec<T>> {
     let mut all = Vec::with_capacity(rows * width);
     for rows in row_ranges(rows, width) {
-        listen()?;
+        check_interrupt()?;
         all.extend(part(rows));
     }
     Ok(all)

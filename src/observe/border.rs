@@ -47,8 +47,8 @@ mod tests {
     fn a_square_has_border_points_and_a_ball_has_none() {
         let square: Vec<DVec3> =
             (0..400_u32).map(|i| DVec3::new(f64::from(i / 20), f64::from(i % 20), 0.0)).collect();
-        let seen = Observations::of(&square, ObserveSettings::default());
-        assert_eq!(seen.border().iter().filter(|open| **open).count(), 76);
+        let observations = Observations::of(&square, ObserveSettings::default());
+        assert_eq!(observations.border().iter().filter(|open| **open).count(), 76);
         let ball: Vec<DVec3> = (0..1000)
             .map(|i| {
                 let z = 1.0 - (f64::from(i) + 0.5) / 500.0;
@@ -56,7 +56,7 @@ mod tests {
                 DVec3::new(turn.cos(), turn.sin(), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
             })
             .collect();
-        let seen = Observations::of(&ball, ObserveSettings::default());
-        assert!(seen.border_share() * 1000.0_f64.sqrt() < 0.12);
+        let observations = Observations::of(&ball, ObserveSettings::default());
+        assert!(observations.border_share() * 1000.0_f64.sqrt() < 0.12);
     }
 }

@@ -18,9 +18,9 @@ use crate::numeric::median;
 /// use neurbs::{DVec3, observe::{Observations, ObserveSettings}};
 /// let points: Vec<DVec3> =
 ///     (0..400).map(|i| DVec3::new(f64::from(i / 20), f64::from(i % 20), 0.0)).collect();
-/// let seen = Observations::of(&points, ObserveSettings::default());
-/// assert_eq!(seen.noise(), 0.0);
-/// assert!(seen.normal_axes()[0].z.abs() > 0.999);
+/// let observations = Observations::of(&points, ObserveSettings::default());
+/// assert_eq!(observations.noise(), 0.0);
+/// assert!(observations.normal_axes()[0].z.abs() > 0.999);
 /// ```
 pub struct Observations<'a> {
     settings: ObserveSettings,

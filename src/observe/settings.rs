@@ -1,4 +1,6 @@
 //! Thresholds of the observations.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Observations: sample size, local planes, graphs and border.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -73,8 +73,8 @@ mod tests {
         };
         let above = DVec3::new(0.5, 0.5, 2.0);
         let points: Vec<DVec3> = layer(DVec3::ZERO).chain(layer(above)).collect();
-        let seen = Observations::of(&points, ObserveSettings::default());
-        let graph = seen.graph();
+        let observations = Observations::of(&points, ObserveSettings::default());
+        let graph = observations.graph();
         let across = (0..900).flat_map(|i| graph.edges(i)).filter(|edge| edge.to >= 900).count();
         // At corners the nearest neighbors lie on both layers.
         assert!((1..20).contains(&across), "{across}");

@@ -1,4 +1,4 @@
-//! Mixed units: whether the axes are scaled before the fit, and by what.
+//! Mixed units: the choice of the axes, and of the divisors of the coordinates for the fit.
 
 use glam::{DMat3, DVec3};
 
@@ -78,8 +78,9 @@ fn height_field_fits(
     let options = ReconstructOptions { weights: None, component: None, ..*options };
     let mut observer = before_phases(observer);
     with_ranked_cloud(&sample, axes, &options, &mut observer, |found, _| {
-        let (min_cosine, settings) = (found.settings.drop.scaled_min_cosine, &found.settings);
-        let ends = |model: &Model| ends_search(model, found.seen, min_cosine, settings);
+        let (min_cosine, settings) =
+            (found.settings.search.end_search_scaled_min_cosine, &found.settings);
+        let ends = |model: &Model| ends_search(model, found.observations, min_cosine, settings);
         Ok(found.ranking.models.first().is_some_and(ends))
     })
 }

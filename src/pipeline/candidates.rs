@@ -66,7 +66,7 @@ impl fmt::Display for Outcome<'_> {
                 f.write_str("chosen with defects: no other candidate is better")
             }
             Self::HigherScore { by, term, term_by } => {
-                write!(f, "score {by:.2} higher, most by {term} ({term_by:.2})")
+                write!(f, "score higher by {by:.2}, mainly from {term} ({term_by:.2})")
             }
             Self::Dropped { error_ratio } => write!(
                 f,

@@ -1,4 +1,6 @@
-//! Findings about the points and the tolerance, beside the defects of the surface.
+//! Findings about the points, the fit and the tolerance, beside those of [`crate::validate`].
+//!
+//! A closed body and a doubtful kind are defects, too.
 
 use glam::DVec3;
 
@@ -14,7 +16,7 @@ use crate::fit::EndedBy;
 
 const SETTINGS: DiagnoseSettings = DiagnoseSettings::STANDARD;
 
-/// All findings about the points and the tolerance.
+/// All findings about the points, the fit and the tolerance.
 pub(super) fn diagnose(
     given: &[DVec3],
     ranked: &RankedCloud<'_>,
@@ -32,8 +34,8 @@ pub(super) fn diagnose(
     }
     found.extend(components(ranked, options));
     found.extend(left_out(given, measured, ranked));
-    let seen = ranked.seen;
-    let border = seen.border_share() * (seen.points().len() as f64).sqrt();
+    let observations = ranked.observations;
+    let border = observations.border_share() * (observations.points().len() as f64).sqrt();
     if kind != Kind::Torus && border < SETTINGS.max_closed_border {
         found.push(Diagnostic::ClosedBody);
     }
@@ -49,7 +51,7 @@ fn components(ranked: &RankedCloud<'_>, options: &ReconstructOptions<'_>) -> Opt
     let second = *sizes.get(1)?;
     let several =
         options.component.is_none() && second as f64 > SETTINGS.min_component_share * all as f64;
-    several.then(|| Diagnostic::Components { sizes: sizes.clone(), fitted: None })
+    several.then(|| Diagnostic::Components { sizes: sizes.clone() })
 }
 
 /// Points that were left out as outliers, if they are many or lie together.
@@ -82,19 +84,19 @@ pub(super) fn strays_from_points(
     options: &ReconstructOptions<'_>,
     fit: &SurfaceFit,
 ) -> Option<Diagnostic> {
-    let (frame, seen) = (&ranked.cloud.frame, ranked.seen);
+    let (frame, observations) = (&ranked.cloud.frame, ranked.observations);
     let diagonal = ranked.diagonal;
     let rms = fit.rms();
-    let limit =
-        (SETTINGS.max_noise_ratio * seen.noise()).max(SETTINGS.max_diagonal_share * diagonal);
-    if !seen.planes().reliable || rms <= limit {
+    let limit = (SETTINGS.max_noise_ratio * observations.noise())
+        .max(SETTINGS.max_diagonal_share * diagonal);
+    if !observations.planes().reliable || rms <= limit {
         return None;
     }
     let [rms, noise, diagonal] =
-        [rms, seen.noise(), diagonal].map(|length| frame.length_to_given(length));
+        [rms, observations.noise(), diagonal].map(|length| frame.length_to_given(length));
     Some(match options.kind {
-        Some(asked) => Diagnostic::KindDoubtful { asked, rms, diagonal },
-        None => Diagnostic::TwoLayers { held_out: rms, noise },
+        Some(requested) => Diagnostic::KindDoubtful { requested, rms, diagonal },
+        None => Diagnostic::TwoLayers { rms, noise },
     })
 }
 

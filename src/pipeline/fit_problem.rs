@@ -116,7 +116,7 @@ impl FitProblem<'_> {
         Ok((SurfaceFit::new(found.finest, weights), accepted))
     }
 
-    /// Refits a surface without its outliers, until these stay the same.
+    /// Refits a surface without its outliers until these stay the same, a few times at most.
     fn reweight(&self, mut fitted: SurfaceFit, observer: &mut dyn Observer) -> Result<SurfaceFit> {
         for _ in 0..SETTINGS.max_reweightings {
             let weights = self.robust_weights(&fitted.distances, 0.0, observer)?;
@@ -161,7 +161,7 @@ impl FitProblem<'_> {
     }
 
     /// Refines the net until the tolerance holds. Returns `None` without a tolerance, and if no
-    /// nearer surface is found: both its rms and its largest distance must be smaller.
+    /// nearer surface is found: neither its rms nor its largest distance may be larger.
     pub(super) fn grow_to_tolerance(
         &self,
         fitted: &SurfaceFit,

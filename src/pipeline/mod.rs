@@ -36,4 +36,4 @@ pub use self::reconstruction::Reconstruction;
 pub use self::recover_net::recover_net;
 pub use self::report::{Deviations, PERCENTILES, Report, TrainingReport};
 pub use self::score::Score;
-pub use self::settings::{DropSettings, ScoreSettings, SelectSettings};
+pub use self::settings::{RankingSettings, ScoreSettings, SearchSettings};

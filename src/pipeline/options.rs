@@ -41,8 +41,9 @@ pub struct ReconstructOptions<'a> {
     /// Whether the weights of the control points are fitted last, by
     /// [`fit_weights`](crate::fit::fit_weights).
     pub rational: bool,
-    /// Weight of the bending energy against the points: with 1 it weighs as much as all of them.
-    /// `None`: by cross-validation.
+    /// Weight of the fairness energy against the points: with 1 it weighs as much as all of them.
+    /// The energy sums squared third derivatives, or second ones where points are few. `None`: by
+    /// cross-validation.
     pub fairness: Option<f64>,
     /// Approximate distance to which the surface extends beyond the points at open borders, in mean
     /// spacings. It is smaller where the border is certain. `None`: the default.

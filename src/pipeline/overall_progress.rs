@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use crate::progress::{Epoch, Observer, Progress};
 
-/// Microseconds a point for each phase, on a processor of 2025. The cost of selection is for a
+/// Microseconds a point for each phase, on a processor of 2025. The cost of ranking is for a
 /// sampled point, the others are for a given point.
 const COSTS: [f64; 4] = [8.0, 100.0, 50.0, 2.0];
 
@@ -12,7 +12,7 @@ const COSTS: [f64; 4] = [8.0, 100.0, 50.0, 2.0];
 #[derive(Clone, Copy)]
 pub(super) enum Phase {
     Prepare,
-    Select,
+    Rank,
     Refine,
     Measure,
 }
@@ -69,8 +69,8 @@ impl Observer for PhaseObserver<'_> {
         self.observer.observe(&Progress { share, ..*progress })
     }
 
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
-        self.observer.learned(epoch)
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+        self.observer.observe_epoch(epoch)
     }
 }
 
@@ -86,7 +86,7 @@ mod tests {
             shares.extend(progress.share);
             ControlFlow::Continue(())
         };
-        for phase in [Phase::Prepare, Phase::Select, Phase::Refine, Phase::Measure] {
+        for phase in [Phase::Prepare, Phase::Rank, Phase::Refine, Phase::Measure] {
             let mut observer = phase.observed(3000, 2000, &mut note);
             for step in [0, 5, 10, 0, 10, 2, 4] {
                 let progress = Progress::of_stage(Stage::Fitting, step, 10, 3000);

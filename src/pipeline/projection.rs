@@ -1,4 +1,6 @@
 //! Projection of all points onto a surface, from known parameters of some of them.
+//!
+//! The search is local; it starts from the parameters of the nearest known point.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;

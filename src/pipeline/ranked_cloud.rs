@@ -5,7 +5,7 @@ use glam::{DMat3, DVec3};
 use super::options::{ReconstructOptions, Start};
 use super::overall_progress::Phase;
 use super::ranking::{Ranking, rank};
-use super::settings::SelectSettings;
+use super::settings::RankingSettings;
 use super::stage_times::StageTimes;
 use crate::chart::{CHARTS, Kind};
 use crate::cloud::{Bounds, KdTree, PrepareOptions, PreparedCloud, items_at, random_sample};
@@ -35,13 +35,13 @@ pub(super) struct RankedCloud<'a> {
     /// The sampled points.
     pub(super) sample: &'a [DVec3],
     /// Observations of the sample.
-    pub(super) seen: &'a Observations<'a>,
+    pub(super) observations: &'a Observations<'a>,
     /// The diagonal of the sample's box in the given frame, as a local length.
     pub(super) diagonal: f64,
     pub(super) ranking: Ranking,
     /// Divisors of the given coordinates.
     pub(super) axis_scale: DVec3,
-    pub(super) settings: SelectSettings,
+    pub(super) settings: RankingSettings,
     pub(super) times: StageTimes,
 }
 
@@ -66,22 +66,22 @@ pub(super) fn with_ranked_cloud<T>(
     let mut times = StageTimes::start();
     let ReconstructOptions { weights, clean, component, .. } = *options;
     let prepare = PrepareOptions { weights, clean, component, axis_scale: axes.scale };
-    let (settings, select) = (ObserveSettings::STANDARD, SelectSettings::default());
+    let (settings, select) = (ObserveSettings::STANDARD, RankingSettings::default());
     let mut phase = Phase::Prepare.observed(points.len(), settings.max_sample, observer);
     let cloud = PreparedCloud::of(points, &prepare, &mut phase)?;
-    let mut phase = Phase::Select.observed(points.len(), settings.max_sample, observer);
+    let mut phase = Phase::Rank.observed(points.len(), settings.max_sample, observer);
     times.end_stage("prepare");
     let sample_indices = random_sample(&cloud.points, settings.max_sample);
     let sample = items_at(&cloud.points, &sample_indices);
     let fold_sample = random_sample(&cloud.points, DefectSettings::STANDARD.max_points);
     let fold_sample = items_at(&cloud.points, &fold_sample);
-    let seen = Observations::of(&sample, settings);
+    let observations = Observations::of(&sample, settings);
     times.end_stage("observe");
     let local = |axis: DVec3| cloud.frame.direction_to_local(axis).normalize();
     let xyz =
         DMat3::from_cols(local(axes.xyz.x_axis), local(axes.xyz.y_axis), local(axes.xyz.z_axis));
-    let ranking = rank_allowed(&seen, xyz, axes.kind, options.init, &select, &mut phase)?;
-    times.end_stage("select");
+    let ranking = rank_allowed(&observations, xyz, axes.kind, options.init, &select, &mut phase)?;
+    times.end_stage("rank");
     let (cloud, frame) = (&cloud, cloud.frame);
     let given_sample: Vec<DVec3> =
         sample.iter().map(|point| frame.to_given(*point) / axes.scale).collect();
@@ -91,7 +91,7 @@ pub(super) fn with_ranked_cloud<T>(
             sample_indices,
             tree: KdTree::new(&fold_sample),
             sample: &sample,
-            seen: &seen,
+            observations: &observations,
             diagonal: frame.length_to_local(Bounds::of(&given_sample).diagonal()),
             ranking,
             axis_scale: axes.scale,
@@ -105,20 +105,20 @@ pub(super) fn with_ranked_cloud<T>(
 /// Ranks the charts that the start of the map allows, and all charts if those propose nothing.
 /// Given nodes need no ranking.
 fn rank_allowed(
-    seen: &Observations<'_>,
+    observations: &Observations<'_>,
     xyz: DMat3,
     kind: Option<Kind>,
     start: Start<'_>,
-    settings: &SelectSettings,
+    settings: &RankingSettings,
     observer: &mut dyn Observer,
 ) -> Result<Ranking> {
     if let Start::Given { .. } = start {
         return Ok(Ranking::default());
     }
     let allowed: Vec<_> = CHARTS.into_iter().filter(|chart| start.allows(chart.name())).collect();
-    let found = rank(seen, xyz, kind, &allowed, settings, observer)?;
+    let found = rank(observations, xyz, kind, &allowed, settings, observer)?;
     if found.models.is_empty() && allowed.len() < CHARTS.len() {
-        return rank(seen, xyz, kind, &CHARTS, settings, observer);
+        return rank(observations, xyz, kind, &CHARTS, settings, observer);
     }
     Ok(found)
 }

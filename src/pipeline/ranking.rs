@@ -5,10 +5,10 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::score::Score;
-use super::settings::SelectSettings;
+use super::settings::RankingSettings;
 use crate::chart::{Chart, ChartInput, Hypothesis, Kind};
 use crate::error::Result;
-use crate::fit::{CoarseFit, CoarseProblem, Folds, coarse, quick_error};
+use crate::fit::{CoarseFit, CoarseProblem, ValidationGroups, coarse, quick_error};
 use crate::numeric::rms;
 use crate::observe::Observations;
 use crate::progress::{self, Observer, Progress, Stage};
@@ -50,85 +50,99 @@ pub struct Ranking {
 
 /// Ranks the hypotheses of charts for observed points.
 ///
-/// `given` are the axes x, y and z of the points in the frame of the observations. With `asked`,
-/// only hypotheses of that kind are ranked. A height field that fits well enough ends the search.
+/// `given` are the axes x, y and z of the points in the frame of the observations. With
+/// `requested`, only hypotheses of that kind are ranked. A height field that fits well enough ends
+/// the search.
 ///
 /// # Errors
 ///
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn rank(
-    seen: &Observations<'_>,
+    observations: &Observations<'_>,
     given: DMat3,
-    asked: Option<Kind>,
+    requested: Option<Kind>,
     charts: &[&dyn Chart],
-    settings: &SelectSettings,
+    settings: &RankingSettings,
     observer: &mut dyn Observer,
 ) -> Result<Ranking> {
-    let input = ChartInput::new(seen, given, asked);
-    let folds = Folds::of(seen.points());
-    let fits = |hypothesis: &Hypothesis| asked.is_none_or(|kind| kind == hypothesis.kind);
+    let input = ChartInput::new(observations, given, requested);
+    let groups = ValidationGroups::of(observations.points());
+    let fits = |hypothesis: &Hypothesis| requested.is_none_or(|kind| kind == hypothesis.kind);
     let mut report = |step: usize| {
         let (step, total) = (step as u64, charts.len() as u64 + 1);
         progress::report(
             observer,
-            &Progress::of_stage(Stage::Fitting, step, total, seen.points().len()),
+            &Progress::of_stage(Stage::Fitting, step, total, observations.points().len()),
         )
     };
     let (mut waiting, mut fitted): (Vec<Hypothesis>, Vec<Model>) = (Vec::new(), Vec::new());
-    let apply = |chart: &&&dyn Chart| asked.is_none_or(|kind| chart.kinds().contains(&kind));
+    let apply = |chart: &&&dyn Chart| requested.is_none_or(|kind| chart.kinds().contains(&kind));
     for (step, chart) in charts.iter().filter(apply).enumerate() {
         report(step)?;
         for hypothesis in chart.propose(&input).into_iter().filter(fits) {
-            let free = asked.is_none() && seen.points().len() >= settings.drop.exit_min_points;
-            if !free || !is_gentle(&hypothesis, seen, settings.drop.exit_min_cosine, settings) {
+            let free = requested.is_none()
+                && observations.points().len() >= settings.search.end_search_min_points;
+            if !free
+                || !is_gentle(
+                    &hypothesis,
+                    observations,
+                    settings.search.end_search_min_cosine,
+                    settings,
+                )
+            {
                 waiting.push(hypothesis);
                 continue;
             }
-            let Some(model) = coarse_model(hypothesis, seen, &folds, settings)? else { continue };
-            if ends_search(&model, seen, settings.drop.exit_min_cosine, settings) {
-                return Ok(scored(vec![model], seen, settings, Vec::new()));
+            let Some(model) = coarse_model(hypothesis, observations, &groups, settings)? else {
+                continue;
+            };
+            if ends_search(&model, observations, settings.search.end_search_min_cosine, settings) {
+                return Ok(scored(vec![model], observations, settings, Vec::new()));
             }
             fitted.push(model);
         }
     }
     report(charts.len())?;
-    let (kept, dropped) = drop_poor(waiting, &fitted, seen, settings);
+    let (kept, dropped) = drop_poor(waiting, &fitted, observations, settings);
     for batch in kept.chunks(worker_pool::num_threads()) {
         report(charts.len())?;
-        let fit =
-            |hypothesis: &Hypothesis| coarse_model(hypothesis.clone(), seen, &folds, settings);
+        let fit = |hypothesis: &Hypothesis| {
+            coarse_model(hypothesis.clone(), observations, &groups, settings)
+        };
         let found: Vec<Option<Model>> = batch.par_iter().map(fit).collect::<Result<_>>()?;
         fitted.extend(found.into_iter().flatten());
     }
-    Ok(scored(fitted, seen, settings, dropped))
+    Ok(scored(fitted, observations, settings, dropped))
 }
 
 /// Whether the hypothesis is a height field and nearly all local planes are within the slope that
 /// `min_cosine` allows.
 fn is_gentle(
     hypothesis: &Hypothesis,
-    seen: &Observations<'_>,
+    observations: &Observations<'_>,
     min_cosine: f64,
-    settings: &SelectSettings,
+    settings: &RankingSettings,
 ) -> bool {
     let up = hypothesis.heights.map(|axes| axes[2]);
-    up.is_some_and(|up: DVec3| seen.share_along(up, min_cosine) >= settings.drop.exit_min_share)
+    up.is_some_and(|up: DVec3| {
+        observations.share_along(up, min_cosine) >= settings.search.end_search_min_share
+    })
 }
 
 /// Whether a model is a height field that no other hypothesis can beat by much.
 pub(super) fn ends_search(
     model: &Model,
-    seen: &Observations<'_>,
+    observations: &Observations<'_>,
     min_cosine: f64,
-    settings: &SelectSettings,
+    settings: &RankingSettings,
 ) -> bool {
     let (limits, terms) = (&settings.score, &model.terms);
-    let torn = terms.torn * (seen.points().len() as f64).sqrt();
-    let thickness = &seen.planes().thickness;
+    let torn = terms.torn * (observations.points().len() as f64).sqrt();
+    let thickness = &observations.planes().thickness;
     let held_out = model.fit.left_out.iter().zip(thickness);
-    let relative = rms(held_out.map(|(error, around)| error / around.max(seen.noise())));
-    is_gentle(&model.hypothesis, seen, min_cosine, settings)
-        && relative <= settings.drop.exit_max_error
+    let relative = rms(held_out.map(|(error, around)| error / around.max(observations.noise())));
+    is_gentle(&model.hypothesis, observations, min_cosine, settings)
+        && relative <= settings.search.end_search_max_error
         && torn <= limits.torn_scale
         && terms.misaligned <= limits.misaligned_scale
         && terms.folded <= limits.folded_scale
@@ -140,11 +154,11 @@ pub(super) fn ends_search(
 fn drop_poor(
     waiting: Vec<Hypothesis>,
     fitted: &[Model],
-    seen: &Observations<'_>,
-    settings: &SelectSettings,
+    observations: &Observations<'_>,
+    settings: &RankingSettings,
 ) -> (Vec<Hypothesis>, Vec<Dropped>) {
     let quick = |hypothesis: &Hypothesis| {
-        quick_error(&problem(hypothesis, seen), &settings.coarse).unwrap_or(f64::INFINITY)
+        quick_error(&problem(hypothesis, observations), &settings.coarse).unwrap_or(f64::INFINITY)
     };
     let errors: Vec<f64> = waiting.par_iter().map(quick).collect();
     let mut all: Vec<(f64, Hypothesis)> = errors.into_iter().zip(waiting).collect();
@@ -152,14 +166,14 @@ fn drop_poor(
     let known = fitted.iter().map(|model| model.fit.held_out[0]);
     let best =
         all.first().map(|first| first.0).into_iter().chain(known).fold(f64::INFINITY, f64::min);
-    let limit =
-        (settings.drop.max_error_ratio * best).max(settings.drop.max_noise_ratio * seen.noise());
+    let limit = (settings.search.max_error_ratio * best)
+        .max(settings.search.max_noise_ratio * observations.noise());
     // Without reliable local planes a height field is as likely as surfaces that follow noise.
-    let (mut free, unreliable) = (0, !seen.planes().reliable);
+    let (mut free, unreliable) = (0, !observations.planes().reliable);
     let is_kept = |(error, hypothesis): &(f64, Hypothesis)| {
         let heights = unreliable && hypothesis.kind == Kind::Height;
         free += usize::from(!heights);
-        *error <= limit && (heights || free <= settings.drop.max_hypotheses)
+        *error <= limit && (heights || free <= settings.search.max_hypotheses)
     };
     let (all, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(is_kept);
     let dropped = rest.into_iter().map(|(error, h)| Dropped {
@@ -171,14 +185,17 @@ fn drop_poor(
 }
 
 /// The coarse fit problem of a hypothesis.
-fn problem<'a>(hypothesis: &'a Hypothesis, seen: &'a Observations<'_>) -> CoarseProblem<'a> {
+fn problem<'a>(
+    hypothesis: &'a Hypothesis,
+    observations: &'a Observations<'_>,
+) -> CoarseProblem<'a> {
     CoarseProblem {
-        points: seen.points(),
+        points: observations.points(),
         uv: &hypothesis.uv,
         lengths: hypothesis.lengths,
         closed: hypothesis.closed(),
         fixed: hypothesis.kind == Kind::Height,
-        noise: seen.noise(),
+        noise: observations.noise(),
     }
 }
 
@@ -186,21 +203,20 @@ fn problem<'a>(hypothesis: &'a Hypothesis, seen: &'a Observations<'_>) -> Coarse
 /// points do not determine the fit.
 fn coarse_model(
     hypothesis: Hypothesis,
-    seen: &Observations<'_>,
-    folds: &Folds,
-    settings: &SelectSettings,
+    observations: &Observations<'_>,
+    groups: &ValidationGroups,
+    settings: &RankingSettings,
 ) -> Result<Option<Model>> {
-    let Ok(fit) = coarse(&problem(&hypothesis, seen), folds, &settings.coarse) else {
+    let Ok(fit) = coarse(&problem(&hypothesis, observations), groups, &settings.coarse) else {
         return Ok(None);
     };
     let compared = Comparison {
-        seen,
-        tree: seen.tree(),
+        observations,
+        tree: observations.tree(),
         surface: &fit.surface,
         closed: hypothesis.closed(),
         uv: &fit.uv,
         distances: &fit.distances,
-        diagonal: seen.size(),
     };
     let terms = compared.terms(&settings.terms)?;
     let score = Score { terms: [("", 0.0); 9] };
@@ -211,14 +227,14 @@ fn coarse_model(
 /// the floor below which errors do not differ.
 fn scored(
     mut models: Vec<Model>,
-    seen: &Observations<'_>,
-    settings: &SelectSettings,
+    observations: &Observations<'_>,
+    settings: &RankingSettings,
     dropped: Vec<Dropped>,
 ) -> Ranking {
     let best = models.iter().map(|model| model.fit.held_out[0]).fold(f64::INFINITY, f64::min);
-    let floor = best.min(seen.noise()).max(f64::EPSILON.sqrt() * seen.size());
+    let floor = best.min(observations.noise()).max(f64::EPSILON.sqrt() * observations.size());
     for model in &mut models {
-        let (kind, points) = (model.hypothesis.kind, seen.points().len());
+        let (kind, points) = (model.hypothesis.kind, observations.points().len());
         let held_out = model.fit.held_out;
         model.score = Score::of(
             kind,

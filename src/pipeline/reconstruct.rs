@@ -1,4 +1,4 @@
-//! Reconstruction: scattered points in, a NURBS surface out, as a page of named stages.
+//! Reconstruction: scattered points in, a NURBS surface out.
 
 use std::time::Instant;
 
@@ -62,6 +62,7 @@ fn finish(
     let sampled = ranked.sample.len();
     let mut phase = Phase::Refine.observed(points.len(), sampled, observer);
     let refined = select_best(&ranked, options, &mut candidates, &mut phase)?;
+    // Selection refines the candidates, so both are one stage.
     ranked.times.end_stage("refine");
 
     let RefinedSurface { kind, heights, mut fit, map, defects, .. } = refined;

@@ -80,8 +80,8 @@ pub(super) fn fit_problem<'a>(
         heights,
         lengths,
         // Half of normal noise lies within its median.
-        noise: ranked.seen.noise() / MAD_TO_DEVIATION,
-        spacing: ranked.seen.spacing(),
+        noise: ranked.observations.noise() / MAD_TO_DEVIATION,
+        spacing: ranked.observations.spacing(),
         tolerance: options.tolerance.map(|length| ranked.cloud.frame.length_to_local(length)),
         options,
     }
@@ -177,7 +177,7 @@ fn with_repair(
         let has_defects = |fit: &SurfaceFit| {
             Ok(!defects_on(ranked, &fit.surface, &fit.uv, problem.kind, &STRICT)?.is_empty())
         };
-        let max_rms = SETTINGS.max_error_ratio * fit.rms().max(ranked.seen.noise());
+        let max_rms = SETTINGS.max_error_ratio * fit.rms().max(ranked.observations.noise());
         let found = repaired(problem, &fit, max_rms, has_defects, observer)?;
         if let Some(better) = found {
             return Ok((better, Vec::new()));
@@ -230,15 +230,14 @@ fn defects_on(
     let distances: Vec<f64> = pairs.map(|(on, point)| on.distance(*point)).collect();
     let closed = kind.closed().into();
     let compared = Comparison {
-        seen: ranked.seen,
+        observations: ranked.observations,
         tree: &ranked.tree,
         surface,
         closed,
         uv: &uv,
         distances: &distances,
-        diagonal: ranked.diagonal,
     };
-    let mut found = defects(&compared, &ranked.settings.terms, settings)?;
+    let mut found = defects(&compared, ranked.diagonal, &ranked.settings.terms, settings)?;
     let frame = &ranked.cloud.frame;
     for defect in &mut found {
         if let Diagnostic::Overshoot { distance: length, diagonal }

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::settings::OutlierSettings;
+use super::settings::SurfaceOutlierSettings;
 use crate::cloud::{KdTree, Neighbor};
 use crate::error::Result;
 use crate::fit::{EXACT_ERROR, biweight, cutoff_distance, diameter};
 use crate::numeric::median;
 use crate::progress::Observer;
 
-const SETTINGS: OutlierSettings = OutlierSettings::STANDARD;
+const SETTINGS: SurfaceOutlierSettings = SurfaceOutlierSettings::STANDARD;
 
 /// Weights by Tukey's biweight, see [`biweights`](crate::fit::biweights); `None` if no point loses
 /// weight.

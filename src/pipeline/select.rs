@@ -13,8 +13,8 @@ const SETTINGS: SelectionSettings = SelectionSettings::STANDARD;
 
 /// Refines the ranked hypotheses and returns the best surface. Sets the outcome of each candidate.
 ///
-/// The first complete surface without defects that is about as near to the points as those before
-/// ends the selection. If there is none, the nearest without defects is returned, else the first.
+/// The selection ends at the first surface that has no defects, could grow, and is about as near to
+/// the points as those before. Else the nearest without defects is returned, or the first.
 pub(super) fn select_best(
     ranked: &RankedCloud<'_>,
     options: &ReconstructOptions<'_>,

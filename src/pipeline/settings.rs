@@ -1,4 +1,6 @@
 //! Thresholds of the pipeline, one struct for each stage.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 use crate::fit::CoarseSettings;
 use crate::validate::TermSettings;
@@ -19,9 +21,9 @@ impl AxisScaleSettings {
     pub(super) const STANDARD: Self = Self { max_extent_ratio: 30.0, tail_share: 0.01 };
 }
 
-/// Ranking: how hypotheses are fitted, scored and dropped.
+/// Ranking: how hypotheses are fitted, scored and dropped, and when the search for them ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SelectSettings {
+pub struct RankingSettings {
     /// The coarse fits. Unit: none. Source: see [`CoarseSettings`].
     pub coarse: CoarseSettings,
     /// The error terms of a coarse fit. Unit: none. Source: see [`TermSettings`].
@@ -29,14 +31,14 @@ pub struct SelectSettings {
     /// Weights and scales of the score. Unit: none. Source: see [`ScoreSettings`].
     pub score: ScoreSettings,
     /// Limits for dropping a hypothesis and for ending the search. Unit: none. Source: see
-    /// [`DropSettings`].
-    pub drop: DropSettings,
+    /// [`SearchSettings`].
+    pub search: SearchSettings,
 }
 
 /// Ranking: limits for dropping a hypothesis before it is scored, and for ending the search at a
 /// height field.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DropSettings {
+pub struct SearchSettings {
     /// Largest number of hypotheses that are scored. Height fields come on top where the local
     /// planes are unreliable. Unit: hypotheses. Source: cost: seconds of a call.
     pub max_hypotheses: usize,
@@ -48,37 +50,37 @@ pub struct DropSettings {
     pub max_noise_ratio: f64,
     /// Smallest number of points with which a height field may end the search. Unit: points.
     /// Source: calibrated on the scoreboard.
-    pub exit_min_points: usize,
+    pub end_search_min_points: usize,
     /// Error of held-out points over the noise and curvature around each, up to which a height
     /// field ends the search. Unit: ratio. Source: calibrated on the scoreboard.
-    pub exit_max_error: f64,
+    pub end_search_max_error: f64,
     /// Cosine of the steepest slope (53 degrees) with which a height field ends the search. Noise
     /// along the plane makes steeper height fields worse than sheets. Unit: none. Source:
     /// calibrated on the scoreboard.
-    pub exit_min_cosine: f64,
+    pub end_search_min_cosine: f64,
     /// The same limit for height fields in scaled units (78 degrees). Unit: none. Source:
     /// calibrated on the scoreboard.
-    pub scaled_min_cosine: f64,
+    pub end_search_scaled_min_cosine: f64,
     /// Smallest share of the local normals within that slope. Unit: share. Source: calibrated on
     /// the scoreboard.
-    pub exit_min_share: f64,
+    pub end_search_min_share: f64,
 }
 
-impl DropSettings {
+impl SearchSettings {
     /// The values that are used.
     pub const STANDARD: Self = Self {
         max_hypotheses: 8,
         max_error_ratio: 5.0,
         max_noise_ratio: 2.0,
-        exit_min_points: 100,
-        exit_max_error: 1.5,
-        exit_min_cosine: 0.6,
-        scaled_min_cosine: 0.2,
-        exit_min_share: 0.95,
+        end_search_min_points: 100,
+        end_search_max_error: 1.5,
+        end_search_min_cosine: 0.6,
+        end_search_scaled_min_cosine: 0.2,
+        end_search_min_share: 0.95,
     };
 }
 
-impl Default for DropSettings {
+impl Default for SearchSettings {
     fn default() -> Self {
         Self::STANDARD
     }
@@ -235,7 +237,7 @@ pub(super) struct FitProblemSettings {
     /// Distance to which the surface extends beyond the points by default. Unit: mean spacings.
     /// Source: closed form: a point stands for half a spacing on either side.
     pub(super) border: f64,
-    /// Fairness of heights that must reach a tolerance: it only fills regions without points.
+    /// Fairness of a surface that must reach a tolerance: it only fills regions without points.
     /// Unit: none. Source: rounding.
     pub(super) min_fairness: f64,
     /// Largest number of fits with new robust weights after the first. Unit: fits. Source: cost:
@@ -266,7 +268,7 @@ impl RepairSettings {
 
 /// Robust weights: which points are outliers of the fitted surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OutlierSettings {
+pub(super) struct SurfaceOutlierSettings {
     /// Neighbors whose distances from the surface give the usual distance at a point. Where the
     /// surface cannot follow a feature, all are far from it and none is an outlier. Unit: points.
     /// Source: calibrated on the scoreboard.
@@ -277,7 +279,7 @@ pub(super) struct OutlierSettings {
     pub(super) max_slight_ratio: f64,
 }
 
-impl OutlierSettings {
+impl SurfaceOutlierSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self { k_neighbors: 16, max_slight_ratio: 0.1 };
 }

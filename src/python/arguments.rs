@@ -4,6 +4,7 @@
 //! True and False are refused as numbers, because they indicate a mistaken argument.
 
 use glam::DVec3;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::arrays::Numbers;
@@ -113,4 +114,18 @@ pub(super) fn choice<T: Copy>(
         let names: Vec<String> = all.iter().map(|&one| format!("'{}'", name_of(one))).collect();
         bad_argument(name, &names.join(" or "), value)
     })
+}
+
+/// Refuses an argument under its old name, with the new one.
+///
+/// Python reports a missing argument by its new name before this is called.
+pub(super) fn refuse_old_name(
+    old: &str,
+    new: &str,
+    value: Option<&Bound<'_, PyAny>>,
+) -> PyResult<()> {
+    match value {
+        None => Ok(()),
+        Some(_) => Err(PyTypeError::new_err(format!("argument '{old}': it is now '{new}'"))),
+    }
 }

@@ -105,12 +105,12 @@ impl Observer for Watcher {
         answer
     }
 
-    fn learned(&mut self, learned: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         let Some(observer) = self.observer.take() else {
             return ControlFlow::Continue(());
         };
         let answer = self
-            .check_in(|py| observer.call1(py, (epoch::Epoch::of_core(py, learned)?,)).map(|_| ()));
+            .check_in(|py| observer.call1(py, (epoch::Epoch::of_core(py, epoch)?,)).map(|_| ()));
         self.observer = Some(observer);
         answer
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use pyo3::prelude::*;
 
-use super::arguments::{optional_count, optional_real, vector};
+use super::arguments::{optional_count, optional_real, refuse_old_name, vector};
 use super::arrays::Numbers;
 use super::call;
 use super::construction::parametrization;
@@ -69,11 +69,11 @@ impl NurbsCurve {
         Self::new(points.py(), core)
     }
 
-    /// The exact arc ``centre + x cos t + y sin t`` for t from 0 to ``angle``.
+    /// The exact arc ``center + x cos t + y sin t`` for t from 0 to ``angle``.
     ///
     /// Parameters
     /// ----------
-    /// centre, x, y : array_like of shape (3,)
+    /// center, x, y : array_like of shape (3,)
     ///     The center and two radius vectors. Perpendicular vectors of the same length give a
     ///     circle, others an ellipse.
     /// angle : float, default 2π
@@ -95,18 +95,20 @@ impl NurbsCurve {
     /// NurbsCurve(9 control points, degree 2, domain [0, 1], rational, closed)
     #[staticmethod]
     #[pyo3(
-        signature = (centre, x, y, angle=None),
-        text_signature = "(centre, x, y, angle=6.283185307179586)"
+        signature = (center, x, y, angle=None, *, centre=None),
+        text_signature = "(center, x, y, angle=6.283185307179586)"
     )]
     fn arc(
-        centre: &Bound<'_, PyAny>,
+        center: &Bound<'_, PyAny>,
         x: &Bound<'_, PyAny>,
         y: &Bound<'_, PyAny>,
         angle: Option<&Bound<'_, PyAny>>,
+        centre: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        refuse_old_name("centre", "center", centre)?;
         let angle = optional_real("angle", angle)?.unwrap_or(TAU);
-        let py = centre.py();
-        let (centre, x, y) = (vector(centre, "centre")?, vector(x, "x")?, vector(y, "y")?);
-        Self::new(py, nurbs::NurbsCurve::arc(centre, x, y, angle)?)
+        let py = center.py();
+        let (center, x, y) = (vector(center, "center")?, vector(x, "x")?, vector(y, "y")?);
+        Self::new(py, nurbs::NurbsCurve::arc(center, x, y, angle)?)
     }
 }

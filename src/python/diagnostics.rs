@@ -85,11 +85,10 @@ pub(super) fn findings<'py>(
 fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
     let data = PyDict::new(py);
     match found {
-        Diagnostic::ClosedBody | Diagnostic::OneSided => {}
+        Diagnostic::ClosedBody => {}
         Diagnostic::Folded { share }
         | Diagnostic::Uncovered { share }
-        | Diagnostic::Torn { share }
-        | Diagnostic::Overlapping { share } => data.set_item("share", share)?,
+        | Diagnostic::Torn { share } => data.set_item("share", share)?,
         Diagnostic::Overshoot { distance, diagonal } => {
             data.set_item("distance", distance)?;
             data.set_item("diagonal", diagonal)?;
@@ -98,14 +97,11 @@ fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
             data.set_item("rms", rms)?;
             data.set_item("diagonal", diagonal)?;
         }
-        Diagnostic::TwoLayers { held_out, noise } => {
-            data.set_item("held_out", held_out)?;
+        Diagnostic::TwoLayers { rms, noise } => {
+            data.set_item("rms", rms)?;
             data.set_item("noise", noise)?;
         }
-        Diagnostic::Components { sizes, fitted } => {
-            data.set_item("sizes", sizes)?;
-            data.set_item("fitted", fitted)?;
-        }
+        Diagnostic::Components { sizes } => data.set_item("sizes", sizes)?,
         Diagnostic::MixedUnits { scale } => data.set_item("scale", scale)?,
         Diagnostic::LeftOut { count, points, together } => {
             data.set_item("count", count)?;
@@ -122,8 +118,8 @@ fn finding<'py>(py: Python<'py>, found: &Diagnostic) -> PyResult<Finding<'py>> {
             data.set_item("points", points)?;
             data.set_item("cause", cause.name())?;
         }
-        Diagnostic::KindDoubtful { asked, rms, diagonal } => {
-            data.set_item("asked", asked.name())?;
+        Diagnostic::KindDoubtful { requested, rms, diagonal } => {
+            data.set_item("requested", requested.name())?;
             data.set_item("rms", rms)?;
             data.set_item("diagonal", diagonal)?;
         }

@@ -55,8 +55,8 @@ impl Observer for Recorder<'_> {
         self.watcher.observe(progress)
     }
 
-    fn learned(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
+    fn observe_epoch(&mut self, epoch: &Epoch<'_>) -> ControlFlow<()> {
         self.keep(Stage::Training, epoch.step, epoch.error);
-        self.watcher.learned(epoch)
+        self.watcher.observe_epoch(epoch)
     }
 }

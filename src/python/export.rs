@@ -55,7 +55,7 @@ fn write_file(
 pub(super) fn length_units(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let units = PyDict::new(py);
     for unit in LengthUnit::ALL {
-        units.set_item(unit.symbol(), unit.in_millimetres())?;
+        units.set_item(unit.symbol(), unit.in_millimeters())?;
     }
     Ok(units)
 }

@@ -5,7 +5,8 @@ use pyo3::prelude::*;
 use super::arguments;
 use crate::chart::Kind;
 
-/// The allowed kinds; `None` selects the kind of the best candidate.
+/// The kinds by name; `None` selects the kind of the best candidate. A body is no wrong name: the
+/// check of the options refuses it and gives the reason.
 const KINDS: [Option<Kind>; 6] = [
     None,
     Some(Kind::Sheet),

@@ -61,10 +61,17 @@ impl Cleaning {
 ///
 /// Notes
 /// -----
-/// A duplicate lies within a ten-thousandth of the typical spacing from an earlier point. An
-/// outlier is 2.5 times as far from its 8 nearest points as is usual there or in the whole cloud,
-/// and lies off their plane and its curved continuation; or it is 6 times as far. Scan lines,
-/// contour lines and tenfold changes of density are not mistaken for outliers. O(n log n).
+/// The spacing at a point is the distance to its third-nearest neighbor. A duplicate lies within a
+/// ten-thousandth of the typical spacing from an earlier point. An outlier has more than twice the
+/// typical spacing, and one of these holds:
+///
+/// - its spacing is more than twice that of its surroundings, and it lies steeply above their
+///   plane;
+/// - it fills a volume with its neighbors;
+/// - its spacing is more than four times the radius of the cloud.
+///
+/// Up to 32 points, only the last counts. Scan lines, contour lines and tenfold changes of density
+/// are not mistaken for outliers. O(n log n).
 ///
 /// Examples
 /// --------

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 
-use super::arguments::{optional_real, real, vector};
+use super::arguments::{optional_real, real, refuse_old_name, vector};
 use super::surface::NurbsSurface;
 use crate::nurbs;
 
@@ -131,7 +131,7 @@ impl NurbsSurface {
     ///
     /// Parameters
     /// ----------
-    /// centre : array_like of shape (3,)
+    /// center : array_like of shape (3,)
     ///     The center.
     /// radius : float
     ///     The radius.
@@ -157,17 +157,23 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.sphere([0, 0, 0], 1)
     /// NurbsSurface(net 9 × 5, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u)
     #[staticmethod]
-    fn sphere(centre: &Bound<'_, PyAny>, radius: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (center, radius, *, centre=None), text_signature = "(center, radius)")]
+    fn sphere(
+        center: &Bound<'_, PyAny>,
+        radius: &Bound<'_, PyAny>,
+        centre: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        refuse_old_name("centre", "center", centre)?;
         let radius = real("radius", radius)?;
-        let (py, centre) = (centre.py(), vector(centre, "centre")?);
-        Self::new(py, nurbs::NurbsSurface::sphere(centre, radius)?)
+        let (py, center) = (center.py(), vector(center, "center")?);
+        Self::new(py, nurbs::NurbsSurface::sphere(center, radius)?)
     }
 
     /// An exact torus about the z axis through its center; u runs around the axis.
     ///
     /// Parameters
     /// ----------
-    /// centre : array_like of shape (3,)
+    /// center : array_like of shape (3,)
     ///     The center.
     /// major, minor : float
     ///     The radius of the circle that the tube follows, and the radius of the tube.
@@ -192,13 +198,19 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.torus([0, 0, 0], 3, 1)
     /// NurbsSurface(net 9 × 9, degree (2, 2), domain [0, 1] × [0, 1], rational, closed in u and v)
     #[staticmethod]
+    #[pyo3(
+        signature = (center, major, minor, *, centre=None),
+        text_signature = "(center, major, minor)"
+    )]
     fn torus(
-        centre: &Bound<'_, PyAny>,
+        center: &Bound<'_, PyAny>,
         major: &Bound<'_, PyAny>,
         minor: &Bound<'_, PyAny>,
+        centre: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
+        refuse_old_name("centre", "center", centre)?;
         let (major, minor) = (real("major", major)?, real("minor", minor)?);
-        let (py, centre) = (centre.py(), vector(centre, "centre")?);
-        Self::new(py, nurbs::NurbsSurface::torus(centre, major, minor)?)
+        let (py, center) = (center.py(), vector(center, "center")?);
+        Self::new(py, nurbs::NurbsSurface::torus(center, major, minor)?)
     }
 }

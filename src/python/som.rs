@@ -325,8 +325,8 @@ impl Observer for TimeLimit<'_> {
         self.watcher.observe(progress)
     }
 
-    fn learned(&mut self, epoch: &CoreEpoch<'_>) -> ControlFlow<()> {
-        self.watcher.learned(epoch)?;
+    fn observe_epoch(&mut self, epoch: &CoreEpoch<'_>) -> ControlFlow<()> {
+        self.watcher.observe_epoch(epoch)?;
         // Stop only after whole epochs, so that no work is lost.
         self.expired = self.end.is_some_and(|end| Instant::now() >= end);
         if self.expired { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

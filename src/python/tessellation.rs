@@ -27,7 +27,7 @@ impl NurbsSurface {
     ///     Numbers of vertices along u and v of a uniform grid, at least 2 each, instead of a
     ///     tolerance.
     /// relative : bool, default False
-    ///     Whether `tolerance` is a share of the diagonal.
+    ///     Whether `tolerance` is a share of the diagonal of the control net's bounding box.
     /// max_angle : float, optional
     ///     Largest angle between the surface's normals at the ends of an edge, in radians.
     /// max_edge : float, optional

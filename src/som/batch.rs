@@ -65,10 +65,16 @@ pub(super) fn end_epoch(
     observer: &mut dyn Observer,
 ) -> Result<Result<()>> {
     let (plan, radius) = (&map.plan, map.radius());
-    let mut listen = || map.report(observer);
+    let mut check_interrupt = || map.report(observer);
     let channels = sums.channels();
-    let places =
-        smooth(&map.lattice, &channels, plan.neighborhood, plan.kernel, radius, &mut listen)?;
+    let places = smooth(
+        &map.lattice,
+        &channels,
+        plan.neighborhood,
+        plan.kernel,
+        radius,
+        &mut check_interrupt,
+    )?;
     let mut farthest: f64 = 0.0;
     for (node, place) in map.nodes.iter_mut().zip(places) {
         // A node with no weighted points stays where it is.

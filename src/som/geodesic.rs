@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use super::landmark_isomap::{LandmarkMap, spread_out};
 use crate::cloud::{Edge, NeighborGraph, in_axes, min_area_rectangle};
 use crate::error::Result;
-use crate::progress::{self, Listen, Observer, Progress, Stage};
+use crate::progress::{self, InterruptCheck, Observer, Progress, Stage};
 
 /// Neighbors per point: enough to connect a sheet, too few to reach the next fold.
 const K_NEIGHBORS: usize = 8;
@@ -31,16 +31,16 @@ const N_LANDMARKS: usize = 60;
 /// [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
 pub fn unroll(points: &[DVec3], observer: &mut dyn Observer) -> Result<Option<Vec<DVec2>>> {
     let graph = NeighborGraph::connected(points, K_NEIGHBORS, observer)?;
-    let mut listen = progress::listener(observer, Stage::Training, points.len());
-    embed(&graph, spread_out(points, N_LANDMARKS), &mut listen)
+    let mut check_interrupt = progress::interrupt_check(observer, Stage::Training, points.len());
+    embed(&graph, spread_out(points, N_LANDMARKS), &mut check_interrupt)
 }
 
 /// As [`unroll`], with a listener in place of an observer.
 pub(super) fn unroll_listening(
     points: &[DVec3],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
-    let mut observer = |_: &Progress| match listen() {
+    let mut observer = |_: &Progress| match check_interrupt() {
         Ok(()) => ControlFlow::Continue(()),
         Err(_) => ControlFlow::Break(()),
     };
@@ -51,7 +51,7 @@ pub(super) fn unroll_listening(
 pub(super) fn draw_graph(
     nodes: usize,
     edges: &[(usize, usize)],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
     let mut lists: Vec<Vec<Edge>> = vec![Vec::new(); nodes];
     for &(a, b) in edges {
@@ -60,7 +60,7 @@ pub(super) fn draw_graph(
     let graph = NeighborGraph::symmetric(lists);
     let step = nodes.div_ceil(N_LANDMARKS);
     let landmarks: Vec<usize> = (0..nodes).step_by(step).collect();
-    embed(&graph, landmarks, listen)
+    embed(&graph, landmarks, check_interrupt)
 }
 
 fn edge(to: usize, length: f64) -> Edge {
@@ -71,9 +71,9 @@ fn edge(to: usize, length: f64) -> Edge {
 fn embed(
     graph: &NeighborGraph,
     landmarks: Vec<usize>,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Option<Vec<DVec2>>> {
-    let found = LandmarkMap::from(graph, landmarks, listen)?;
+    let found = LandmarkMap::from(graph, landmarks, check_interrupt)?;
     Ok(found.map(|map| straighten(&map.places)))
 }
 

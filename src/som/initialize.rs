@@ -11,7 +11,7 @@ use super::sampling::{place_nodes, subsample};
 use super::{ordered_start, search};
 use crate::cloud::{self, Bounds};
 use crate::error::{Error, Result};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Extent of the paper's "small" random values, as a share of the bounding box's diagonal.
 const RANDOM_SPREAD: f64 = 0.01;
@@ -33,20 +33,22 @@ pub(super) fn nodes(
     lattice: &Lattice,
     init: &Init,
     random: &mut Random,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
     let center = match init {
-        Init::Pca => return ordered_start::principal(points, lattice, listen),
-        Init::Geodesic => return ordered_start::geodesic(points, lattice, random, listen),
-        Init::Auto => return better_order(points, lattice, random, listen),
+        Init::Pca => return ordered_start::principal(points, lattice, check_interrupt),
+        Init::Geodesic => return ordered_start::geodesic(points, lattice, random, check_interrupt),
+        Init::Auto => return better_order(points, lattice, random, check_interrupt),
         Init::Given(nodes) => return check_given(nodes, lattice).map(|()| nodes.clone()),
-        Init::Centroid => cloud::interruptible_centroid(points, listen)?,
-        Init::DensestCluster => densest_cluster(points, listen)?,
+        Init::Centroid => cloud::interruptible_centroid(points, check_interrupt)?,
+        Init::DensestCluster => densest_cluster(points, check_interrupt)?,
         Init::Random => DVec3::ZERO,
     };
     let spread = RANDOM_SPREAD * bounds.diagonal();
     let mut offset = || spread * (random.unit() - 0.5);
-    place_nodes(lattice.len(), listen, |_| center + DVec3::new(offset(), offset(), offset()))
+    place_nodes(lattice.len(), check_interrupt, |_| {
+        center + DVec3::new(offset(), offset(), offset())
+    })
 }
 
 /// The geodesic start or the principal-plane start, whichever fits the points better.
@@ -54,13 +56,13 @@ fn better_order(
     points: &[DVec3],
     lattice: &Lattice,
     random: &mut Random,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
-    let geodesic = ordered_start::geodesic(points, lattice, random, listen)?;
-    let plane = ordered_start::principal(points, lattice, listen)?;
+    let geodesic = ordered_start::geodesic(points, lattice, random, check_interrupt)?;
+    let plane = ordered_start::principal(points, lattice, check_interrupt)?;
     let sample = subsample(points, MAX_SAMPLE);
-    let geodesic_misfit = misfit(&geodesic, lattice, &sample, listen)?;
-    let plane_misfit = misfit(&plane, lattice, &sample, listen)?;
+    let geodesic_misfit = misfit(&geodesic, lattice, &sample, check_interrupt)?;
+    let plane_misfit = misfit(&plane, lattice, &sample, check_interrupt)?;
     Ok(if plane_misfit < geodesic_misfit { plane } else { geodesic })
 }
 
@@ -71,7 +73,7 @@ fn misfit(
     nodes: &[DVec3],
     lattice: &Lattice,
     points: &[DVec3],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<f64> {
     let bounds = Bounds::of(points);
     let spacing = bounds.diagonal() / (lattice.len() as f64).sqrt();
@@ -85,7 +87,7 @@ fn misfit(
     let take = |piece: &[(bool, f64)]| {
         sum += piece.iter().map(|&(torn, far)| f64::from(torn) + far / spacing).sum::<f64>();
     };
-    search::query(&local, &frame, (points, &bounds), 2, &mut |_| listen(), look, take)?;
+    search::query(&local, &frame, (points, &bounds), 2, &mut |_| check_interrupt(), look, take)?;
     Ok(sum / points.len() as f64)
 }
 
@@ -101,12 +103,12 @@ fn check_given(nodes: &[DVec3], lattice: &Lattice) -> Result<()> {
 }
 
 /// The centroid of the cluster with the most points, by Lloyd's k-means.
-fn densest_cluster(points: &[DVec3], listen: &mut Listen<'_>) -> Result<DVec3> {
+fn densest_cluster(points: &[DVec3], check_interrupt: &mut InterruptCheck<'_>) -> Result<DVec3> {
     let sample = subsample(points, MAX_SAMPLE);
     let mut centers = subsample(&sample, N_CLUSTERS);
     let mut counts = vec![0; centers.len()];
     for _ in 0..KMEANS_ROUNDS {
-        listen()?;
+        check_interrupt()?;
         let mut sums = vec![DVec3::ZERO; centers.len()];
         counts.fill(0);
         for &point in &sample {
@@ -146,7 +148,7 @@ mod tests {
 
     #[test]
     fn auto_start_is_the_better_of_geodesic_and_pca() {
-        let listen = &mut || Ok(());
+        let check_interrupt = &mut || Ok(());
         let mut random = Random::new(8);
         let lattice = Lattice::quad(20, 8).unwrap();
         let mut chosen = |arc: f64, gap: f64| {
@@ -159,8 +161,9 @@ mod tests {
             let mut misfit_of = |init| {
                 let bounds = Bounds::of(&points);
                 let start =
-                    nodes(&points, &bounds, &lattice, &init, &mut Random::new(1), listen).unwrap();
-                misfit(&start, &lattice, &points, listen).unwrap()
+                    nodes(&points, &bounds, &lattice, &init, &mut Random::new(1), check_interrupt)
+                        .unwrap();
+                misfit(&start, &lattice, &points, check_interrupt).unwrap()
             };
             [misfit_of(Init::Auto), misfit_of(Init::Geodesic), misfit_of(Init::Pca)]
         };
@@ -179,8 +182,9 @@ mod tests {
             [(Init::Centroid, cloud::centroid(&points)), (Init::Random, DVec3::ZERO)]
         {
             let (bounds, mut random) = (Bounds::of(&points), Random::new(0));
-            let listen = &mut || Ok(());
-            let start = nodes(&points, &bounds, &lattice, &init, &mut random, listen).unwrap();
+            let check_interrupt = &mut || Ok(());
+            let start =
+                nodes(&points, &bounds, &lattice, &init, &mut random, check_interrupt).unwrap();
             assert!(start.iter().all(|node| node.distance(center) < 0.02));
             assert!(start[0] != start[1]);
         }

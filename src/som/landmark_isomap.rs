@@ -11,7 +11,7 @@ use super::eigen;
 use crate::cloud::NeighborGraph;
 use crate::error::Result;
 use crate::numeric::index;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool;
 
 /// Distances computed between two reports, about ten milliseconds.
@@ -40,11 +40,11 @@ impl LandmarkMap {
     pub(super) fn from(
         graph: &NeighborGraph,
         landmarks: Vec<usize>,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Option<Self>> {
         let mut distances: Vec<Vec<f64>> = Vec::with_capacity(landmarks.len());
         for several in landmarks.chunks((DISTANCES_PER_REPORT / graph.len().max(1)).max(1)) {
-            listen()?;
+            check_interrupt()?;
             let found = several.par_iter().map(|&from| graph.distances_from(&[index(from)]));
             worker_pool::install(|| distances.par_extend(found));
         }

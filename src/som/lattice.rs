@@ -83,8 +83,9 @@ impl Lattice {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if a side has fewer than 2 nodes (3 if closed), or there are more than
-    /// [`MAX_NODES`] nodes; [`Error::Memory`] if there is too little memory for a triangular grid.
+    /// - [`Error::Parameter`] if a side has fewer than 2 nodes (3 if closed), or there are more
+    ///   than [`MAX_NODES`] nodes.
+    /// - [`Error::Memory`] if there is too little memory for a triangular grid.
     pub fn grid(rows: usize, cols: usize, cells: Cells, topology: Topology) -> Result<Self> {
         let fits = rows.checked_mul(cols).is_some_and(|m| m <= MAX_NODES);
         let min_nodes = |closed| if closed { 3 } else { 2 };
@@ -124,8 +125,11 @@ impl Lattice {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] if there are fewer than 2 or more than [`MAX_NODES`] nodes, an edge
-    /// names a missing node or joins a node to itself, or the graph is not connected.
+    /// [`Error::Parameter`] if one of these holds:
+    ///
+    /// - There are fewer than 2 or more than [`MAX_NODES`] nodes.
+    /// - An edge names a missing node, or joins a node to itself.
+    /// - The graph is not connected.
     pub fn graph(nodes: usize, edges: &[(usize, usize)]) -> Result<Self> {
         if !(2..=MAX_NODES).contains(&nodes) {
             let must = format!("from 2 to {MAX_NODES}");

@@ -71,9 +71,11 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// Those of [`cloud::check`]; [`Error::Parameter`](crate::Error::Parameter) for an option out of
-    /// range or not allowed for this lattice; [`Error::Interrupted`](crate::Error::Interrupted) if
-    /// the observer stops it; [`Error::Memory`](crate::Error::Memory) if there is too little memory.
+    /// - Those of [`cloud::check`].
+    /// - [`Error::Parameter`](crate::Error::Parameter) for an option out of range or not allowed
+    ///   for this lattice.
+    /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
+    /// - [`Error::Memory`](crate::Error::Memory) if there is too little memory.
     pub fn new(
         points: &[DVec3],
         lattice: Lattice,
@@ -99,13 +101,13 @@ impl SelfOrganizingMap {
         let frame = Frame::of(bounds);
         let mut random = Random::new(options.seed);
         let count = usize::try_from(epoch_points).unwrap_or(usize::MAX);
-        let mut listen = || {
+        let mut check_interrupt = || {
             let now = Progress::of_stage(Stage::Training, 0, plan.max_steps, count);
             progress::report(observer, &now)
         };
         let init = &options.init;
         let mut nodes =
-            initialize::nodes(sample, bounds, &lattice, init, &mut random, &mut listen)?;
+            initialize::nodes(sample, bounds, &lattice, init, &mut random, &mut check_interrupt)?;
         for node in &mut nodes {
             *node = frame.apply(*node);
         }

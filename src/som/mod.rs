@@ -31,11 +31,11 @@
 
 mod batch;
 mod batch_sums;
-mod box_tree;
 mod bytes;
 mod eigen;
 mod frame;
 mod gaussian;
+mod gaussian_sums;
 mod geodesic;
 mod graph;
 mod grid;
@@ -45,6 +45,7 @@ mod lattice;
 mod map;
 mod nearest_lists;
 mod node_sums;
+mod octree;
 mod online;
 mod online_state;
 mod options;
@@ -57,7 +58,6 @@ mod report;
 mod sampling;
 mod schedule;
 mod search;
-mod separable;
 mod serialization;
 mod simd_nodes;
 mod smoothing;

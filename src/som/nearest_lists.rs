@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 
-use super::box_tree::{BoxTree, MAX_LEVELS};
+use super::octree::{MAX_LEVELS, Octree};
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool;
 
 /// Each level halves a box along each axis.
@@ -42,7 +42,7 @@ const ROUNDING_SHARE: f64 = 1e-13;
 /// nodes after O(log m) steps down the tree.
 pub(super) struct NearestLists<'a> {
     nodes: &'a [DVec3],
-    boxes: BoxTree,
+    boxes: Octree,
     /// Widening of boxes against rounding of distant nodes, in the unit of length.
     slack: f64,
     /// Number of nearest nodes that each list must contain: one or two.
@@ -82,9 +82,9 @@ impl<'a> NearestLists<'a> {
     /// Prepares the search for the `k_nearest` (one or two) nearest of `nodes`.
     pub(super) fn new(
         nodes: &'a [DVec3],
-        boxes: BoxTree,
+        boxes: Octree,
         k_nearest: usize,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let far = boxes.low.abs().max((boxes.low + boxes.size).abs());
         let far = nodes.iter().fold(far, |far, node| far.max(node.abs())).max_element();
@@ -100,7 +100,7 @@ impl<'a> NearestLists<'a> {
             }
             let level = level - 1;
             for (number, child) in (0..).zip(part.children()) {
-                listen()?;
+                check_interrupt()?;
                 let place = [
                     x | ((number >> 2) << level),
                     y | (((number >> 1) & 1) << level),
@@ -137,7 +137,7 @@ impl<'a> NearestLists<'a> {
         level: usize,
         scratch: &mut Vec<u32>,
     ) -> TreeBox {
-        let BoxTree { low, size, levels, .. } = self.boxes;
+        let Octree { low, size, levels, .. } = self.boxes;
         let number = place.map(|along| f64::from(along >> level));
         let size = size / f64::from(1_u32 << (levels - level));
         let half = 0.5 * size * (1.0 + BOX_WIDENING) + self.slack;
@@ -266,7 +266,7 @@ mod tests {
     fn compare(nodes: &[DVec3], points: &[DVec3]) {
         let bounds = Bounds::of(points);
         for assumed_points in [points.len(), 1_000_000] {
-            let boxes = BoxTree::new(&bounds, assumed_points, nodes.len());
+            let boxes = Octree::new(&bounds, assumed_points, nodes.len());
             let tree =
                 |k_nearest| NearestLists::new(nodes, boxes, k_nearest, &mut || Ok(())).unwrap();
             let (one, two) = (tree(1), tree(2));

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::graph::{Graph, Visits};
 use super::lattice::Lattice;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool;
 
 /// Values processed between two reports, about ten milliseconds.
@@ -23,12 +23,12 @@ pub(super) fn by_rows<T: Send>(
     cols: usize,
     mut values: Vec<T>,
     cost: usize,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     make: impl Fn(usize, &mut [T]) + Sync,
 ) -> Result<Vec<T>> {
     let rows_per_report = (VALUES_PER_REPORT / (cols * cost)).max(1);
     for (number, rows) in values.chunks_mut(rows_per_report * cols).enumerate() {
-        listen()?;
+        check_interrupt()?;
         let first = number * rows_per_report;
         let rows = rows.par_chunks_mut(cols).enumerate();
         worker_pool::install(|| rows.for_each(|(row, values)| make(first + row, values)));
@@ -40,11 +40,11 @@ pub(super) fn by_rows<T: Send>(
 pub(super) fn by_nodes<T: Clone + Default + Send>(
     lattice: &Lattice,
     cost: usize,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     make: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>> {
     let (_, cols) = lattice.shape();
-    by_rows(cols, vec![T::default(); lattice.len()], cost, listen, |row, values| {
+    by_rows(cols, vec![T::default(); lattice.len()], cost, check_interrupt, |row, values| {
         for (col, value) in values.iter_mut().enumerate() {
             *value = make(row * cols + col);
         }
@@ -56,14 +56,14 @@ pub(super) fn graph_sums(
     graph: &Graph,
     sums: &[Channels],
     weights: &[f64],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<Channels>> {
     let mut result = vec![Channels::default(); sums.len()];
     let mut visits = Visits::default();
     let mut visited = 0;
     for (node, sum) in sums.iter().enumerate().filter(|(_, sum)| **sum != Channels::default()) {
         if visited > VISITS_PER_REPORT {
-            listen()?;
+            check_interrupt()?;
             visited = 0;
         }
         graph.visit(node, weights.len() - 1, &mut visits, |other, edges| {

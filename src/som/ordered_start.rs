@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::box_tree::BoxTree;
 use super::eigen;
 use super::geodesic;
 use super::lattice::Lattice;
 use super::nearest_lists::NearestLists;
 use super::node_sums::Channels;
+use super::octree::Octree;
 use super::options::{Kernel, Neighborhood};
 use super::random::Random;
 use super::sampling::{place_nodes, subsample};
@@ -17,7 +17,7 @@ use super::smoothing::smooth;
 use super::topology::{Cells, Topology};
 use crate::cloud::{self, Bounds};
 use crate::error::Result;
-use crate::progress::{self, Listen, Observer, Stage};
+use crate::progress::{self, InterruptCheck, Observer, Stage};
 
 /// Largest number of points whose distances along the surface are computed.
 const MAX_GEODESIC_SAMPLE: usize = 3000;
@@ -41,22 +41,22 @@ const MIN_RADIUS: f64 = 0.8;
 pub(super) fn principal(
     points: &[DVec3],
     lattice: &Lattice,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
-    let frame = PrincipalFrame::of(points, listen)?;
+    let frame = PrincipalFrame::of(points, check_interrupt)?;
     if lattice.topology() != Topology::Sheet {
-        return closed(points, lattice, &frame, listen);
+        return closed(points, lattice, &frame, check_interrupt);
     }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for piece in cloud::batches(points, listen) {
+    for piece in cloud::batches(points, check_interrupt) {
         for &point in piece? {
             let local = frame.apply(point);
             (low, high) = (low.min(local), high.max(local));
         }
     }
     let size = high - low;
-    let layout = Layout::of(lattice, listen)?;
-    place_nodes(lattice.len(), listen, |node| {
+    let layout = Layout::of(lattice, check_interrupt)?;
+    place_nodes(lattice.len(), check_interrupt, |node| {
         let uv = layout.place(node);
         frame.undo(DVec3::new(low.x + uv.x * size.x, low.y + uv.y * size.y, 0.0))
     })
@@ -67,19 +67,19 @@ pub(super) fn geodesic(
     points: &[DVec3],
     lattice: &Lattice,
     random: &mut Random,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
     if lattice.topology() != Topology::Sheet {
-        return principal(points, lattice, listen);
+        return principal(points, lattice, check_interrupt);
     }
     let chosen = random.sample(points.len().min(MAX_GEODESIC_SAMPLE), points.len());
     let sample: Vec<DVec3> = chosen.into_iter().map(|index| points[index]).collect();
-    match geodesic::unroll_listening(&sample, listen)? {
+    match geodesic::unroll_listening(&sample, check_interrupt)? {
         Some(places) => {
             let uv = in_unit_square(&places);
-            smoothed_nodes(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), listen)
+            smoothed_nodes(&sample, &uv, lattice, radius(lattice, OPEN_RADIUS), check_interrupt)
         }
-        None => principal(points, lattice, listen),
+        None => principal(points, lattice, check_interrupt),
     }
 }
 
@@ -102,8 +102,8 @@ pub fn spread_out(
 ) -> Result<Vec<DVec3>> {
     let closed = lattice.topology() != Topology::Sheet;
     let share = if closed { CLOSED_RADIUS } else { OPEN_RADIUS };
-    let mut listen = progress::listener(observer, Stage::Training, points.len());
-    smoothed_nodes(points, uv, lattice, radius(lattice, share), &mut listen)
+    let mut check_interrupt = progress::interrupt_check(observer, Stage::Training, points.len());
+    smoothed_nodes(points, uv, lattice, radius(lattice, share), &mut check_interrupt)
 }
 
 /// The start of a tube or torus, by the points' angles.
@@ -114,7 +114,7 @@ fn closed(
     points: &[DVec3],
     lattice: &Lattice,
     frame: &PrincipalFrame,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
     let sample = subsample(points, MAX_ANGLE_SAMPLE);
     let local: Vec<DVec3> = sample.iter().map(|&p| frame.apply(p)).collect();
@@ -134,7 +134,7 @@ fn closed(
         let along = |z: f64| if height > 0.0 { (z - bounds.min.z) / height } else { 0.5 };
         turned.iter().map(|p| DVec2::new(turn(p.x, p.y), along(p.z))).collect()
     };
-    smoothed_nodes(&sample, &uv, lattice, radius(lattice, CLOSED_RADIUS), listen)
+    smoothed_nodes(&sample, &uv, lattice, radius(lattice, CLOSED_RADIUS), check_interrupt)
 }
 
 /// The axis about which the radii vary least relative to their mean.
@@ -163,12 +163,12 @@ enum Layout {
 }
 
 impl Layout {
-    fn of(lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
+    fn of(lattice: &Lattice, check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
         let (rows, cols) = lattice.shape();
         if lattice.is_grid() {
             return Ok(Self::Grid { rows, cols });
         }
-        let drawn = geodesic::draw_graph(lattice.len(), &lattice.edges(), listen)?;
+        let drawn = geodesic::draw_graph(lattice.len(), &lattice.edges(), check_interrupt)?;
         let in_line = || (0..lattice.len()).map(|i| DVec2::new(i as f64, 0.0)).collect();
         Ok(Self::Embedded(in_unit_square(&drawn.unwrap_or_else(in_line))))
     }
@@ -190,7 +190,7 @@ impl Layout {
         &self,
         uv: &[DVec2],
         lattice: &Lattice,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Vec<usize>> {
         match *self {
             Self::Grid { rows, cols } => {
@@ -205,8 +205,8 @@ impl Layout {
             Self::Embedded(ref places) => {
                 let nodes: Vec<DVec3> = places.iter().map(|p| p.extend(0.0)).collect();
                 let bounds = Bounds { min: DVec3::ZERO, max: DVec3::new(1.0, 1.0, 0.0) };
-                let boxes = BoxTree::new(&bounds, uv.len(), nodes.len());
-                let tree = NearestLists::new(&nodes, boxes, 1, listen)?;
+                let boxes = Octree::new(&bounds, uv.len(), nodes.len());
+                let tree = NearestLists::new(&nodes, boxes, 1, check_interrupt)?;
                 let mut lookup = tree.lookup();
                 Ok(uv.iter().map(|&p| lookup.nearest(p.extend(0.0)).0).collect())
             }
@@ -249,11 +249,11 @@ fn smoothed_nodes(
     uv: &[DVec2],
     lattice: &Lattice,
     mut radius: f64,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<DVec3>> {
     let origin = points[0];
     let mut sums = vec![Channels::default(); lattice.len()];
-    let owners = Layout::of(lattice, listen)?.owners(uv, lattice, listen)?;
+    let owners = Layout::of(lattice, check_interrupt)?.owners(uv, lattice, check_interrupt)?;
     for (&point, node) in points.iter().zip(owners) {
         let local = point - origin;
         for (sum, value) in sums[node].iter_mut().zip([1.0, local.x, local.y, local.z]) {
@@ -263,7 +263,8 @@ fn smoothed_nodes(
     let open_grid = lattice.cells() == Some(Cells::Quad) && lattice.topology() == Topology::Sheet;
     let kernel = if open_grid { Kernel::Linear } else { Kernel::Mean };
     loop {
-        let places = smooth(lattice, &sums, Neighborhood::Gaussian, kernel, radius, listen)?;
+        let places =
+            smooth(lattice, &sums, Neighborhood::Gaussian, kernel, radius, check_interrupt)?;
         let places: Option<Vec<DVec3>> = places.into_iter().collect();
         if let Some(places) = places {
             return Ok(places.into_iter().map(|place| place + origin).collect());
@@ -280,10 +281,10 @@ struct PrincipalFrame {
 }
 
 impl PrincipalFrame {
-    fn of(points: &[DVec3], listen: &mut Listen<'_>) -> Result<Self> {
-        let center = cloud::interruptible_centroid(points, listen)?;
+    fn of(points: &[DVec3], check_interrupt: &mut InterruptCheck<'_>) -> Result<Self> {
+        let center = cloud::interruptible_centroid(points, check_interrupt)?;
         let mut covariance = [0.0; 9];
-        for piece in cloud::batches(points, listen) {
+        for piece in cloud::batches(points, check_interrupt) {
             for &point in piece? {
                 let p = (point - center).to_array();
                 for (place, sum) in covariance.iter_mut().enumerate() {

@@ -37,9 +37,9 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`] for a point that is not finite; [`Error::Parameter`] if points lie more
-    /// than 1e150 from the center of the map's points; [`Error::Interrupted`] if the observer stops
-    /// it.
+    /// - [`Error::NotFinite`] for a point that is not finite.
+    /// - [`Error::Parameter`] if points lie more than 1e150 from the center of the map's points.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn predict(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<Vec<usize>> {
         let mut winners = Vec::with_capacity(points.len());
         self.winners(points, observer, |piece| winners.extend_from_slice(piece))?;

@@ -40,6 +40,6 @@ impl SelfOrganizingMap {
             change: self.change.unwrap_or(f64::NAN),
             lattice: &lattice,
         };
-        progress::show(observer, &epoch)
+        progress::report_epoch(observer, &epoch)
     }
 }

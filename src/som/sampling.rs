@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Nodes placed between two reports, a few milliseconds.
 const NODES_PER_REPORT: usize = 1 << 16;
@@ -16,12 +16,12 @@ pub(super) fn subsample(points: &[DVec3], count: usize) -> Vec<DVec3> {
 /// Collects `place(node)` for all nodes, in order.
 pub(super) fn place_nodes(
     nodes: usize,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
     mut place: impl FnMut(usize) -> DVec3,
 ) -> Result<Vec<DVec3>> {
     let mut places = Vec::with_capacity(nodes);
     for first in (0..nodes).step_by(NODES_PER_REPORT) {
-        listen()?;
+        check_interrupt()?;
         places.extend((first..nodes.min(first + NODES_PER_REPORT)).map(&mut place));
     }
     Ok(places)

@@ -6,12 +6,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::batch_sums::{BatchSums, PartSums};
-use super::box_tree::BoxTree;
 use super::frame::Frame;
 use super::nearest_lists::{Lookup, NearestLists};
+use super::octree::Octree;
 use crate::cloud::Bounds;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool::{self, for_each_task};
 
 /// Points summed between two reports, about ten milliseconds.
@@ -50,7 +50,7 @@ type Piece<'a> = (&'a [DVec3], &'a [u32]);
 pub(super) struct OrderedPoints<'a> {
     frame: Frame,
     points: &'a [DVec3],
-    boxes: BoxTree,
+    boxes: Octree,
     ranks: Vec<u32>,
     /// Points to a task.
     per_task: usize,
@@ -65,15 +65,15 @@ impl<'a> OrderedPoints<'a> {
         points: &'a [DVec3],
         bounds: &Bounds,
         nodes: usize,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let local = local(&frame, bounds);
-        let boxes = BoxTree::new(&local, points.len(), nodes);
+        let boxes = Octree::new(&local, points.len(), nodes);
         let mut ranks = vec![0; points.len()];
         let per_task = per_task(points.len(), POINTS_PER_TASK);
         let slabs = points.chunks(POINTS_PER_REPORT).zip(ranks.chunks_mut(POINTS_PER_REPORT));
         for (points, ranks) in slabs {
-            listen()?;
+            check_interrupt()?;
             let tasks = ranks.chunks_mut(per_task).zip(points.chunks(per_task));
             for_each_task(tasks, 1, |(): &mut (), (ranks, points)| {
                 boxes.morton_ranks(points.iter().map(|&point| frame.apply(point)), ranks);
@@ -89,10 +89,10 @@ impl<'a> OrderedPoints<'a> {
         nodes: &[DVec3],
         reach: f64,
         sums: &mut BatchSums,
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<()> {
         let reach_squared = reach * reach;
-        let tree = NearestLists::new(nodes, self.boxes, 1, listen)?;
+        let tree = NearestLists::new(nodes, self.boxes, 1, check_interrupt)?;
         let per_task = self.per_task;
         let scratch = || (tree.lookup(), vec![DVec3::ZERO; per_task.min(self.points.len())]);
         // `begun` is the index of the current piece and of the next point in it.
@@ -131,7 +131,7 @@ impl<'a> OrderedPoints<'a> {
             let mut begun = vec![(0, 0); pieces.len().div_ceil(per_part)];
             let mut unfinished = true;
             while unfinished {
-                listen()?;
+                check_interrupt()?;
                 let end = Instant::now() + REPORT_INTERVAL;
                 let tasks = pieces.par_chunks(per_part).zip(&mut begun);
                 let parts = tasks.map_init(scratch, |scratch, (pieces, begun)| {
@@ -159,7 +159,7 @@ pub(super) fn query<T: Send + Clone + Default>(
     query: impl Fn(&mut Lookup<'_>, DVec3) -> T + Sync,
     mut take: impl FnMut(&[T]),
 ) -> Result<()> {
-    let boxes = BoxTree::new(&local(frame, bounds), points.len(), nodes.len());
+    let boxes = Octree::new(&local(frame, bounds), points.len(), nodes.len());
     let tree = NearestLists::new(nodes, boxes, k_nearest, &mut || report(0))?;
     let mut answers = vec![T::default(); points.len().min(QUERIES_PER_REPORT)];
     let per_task = per_task(points.len(), QUERIES_PER_TASK);

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::gaussian::{LANES, SideWeights, gaussian_weights};
 use super::lattice::{Distances, Lattice};
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Moves by a smaller share of the distance vanish in rounding and are skipped.
 const NEGLIGIBLE_SHARE: f64 = 1e-18;
@@ -37,7 +37,11 @@ pub(super) struct SimdNodes {
 }
 
 impl SimdNodes {
-    pub(super) fn new(nodes: &[DVec3], lattice: &Lattice, listen: &mut Listen<'_>) -> Result<Self> {
+    pub(super) fn new(
+        nodes: &[DVec3],
+        lattice: &Lattice,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Self> {
         // The nodes of a graph form one row.
         let (rows, cols) = match lattice.distances() {
             Distances::Grid(grid) => (grid.rows, grid.cols),
@@ -45,7 +49,7 @@ impl SimdNodes {
         };
         let mut blocks = Vec::with_capacity(rows * cols.div_ceil(LANES));
         for row in nodes.chunks(cols) {
-            listen()?;
+            check_interrupt()?;
             blocks.extend(row.chunks(LANES).map(Block::of));
         }
         let (closed_u, closed_v) = lattice.topology().closed();

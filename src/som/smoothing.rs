@@ -4,15 +4,15 @@ use std::array;
 
 use glam::{DMat3, DVec3};
 
+use super::gaussian_sums::GaussianSums;
 use super::grid::Grid;
 use super::lattice::{Distances, Lattice};
 use super::node_sums::{Channels, by_nodes, graph_sums};
 use super::options::{Kernel, Neighborhood};
-use super::separable::Separable;
 use super::topology::Cells;
 use super::triangular;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// Ridge term of the local regression, as a share of the neighborhood's variance. It keeps the line
 /// stable where almost all points lie on one line of nodes.
@@ -33,31 +33,31 @@ pub(super) fn smooth(
     neighborhood: Neighborhood,
     kernel: Kernel,
     radius: f64,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<Option<DVec3>>> {
     let totals = match (neighborhood, lattice.distances()) {
         (Neighborhood::Gaussian, Distances::Grid(_)) if kernel == Kernel::Linear => {
-            return local_lines(lattice, sums, radius, listen);
+            return local_lines(lattice, sums, radius, check_interrupt);
         }
         (Neighborhood::Gaussian, Distances::Grid(_)) => {
-            let around = Separable::new(lattice, radius);
-            let along_rows = around.over_rows(0, sums, listen)?;
-            around.over_cols(0, &along_rows, listen)?
+            let around = GaussianSums::new(lattice, radius);
+            let along_rows = around.over_rows(0, sums, check_interrupt)?;
+            around.over_cols(0, &along_rows, check_interrupt)?
         }
         (Neighborhood::Bubble, Distances::Grid(grid)) => {
             let around = bubble(grid, sums, edges_within(radius));
-            by_nodes(lattice, grid.rows, listen, around)?
+            by_nodes(lattice, grid.rows, check_interrupt, around)?
         }
         (_, Distances::Graph(graph)) => {
             let weights = by_edges(lattice, neighborhood, radius);
             if lattice.cells() == Some(Cells::Triangular) {
-                triangular::sums_around(lattice, sums, &weights, listen)?
+                triangular::sums_around(lattice, sums, &weights, check_interrupt)?
             } else {
-                graph_sums(graph, sums, &weights, listen)?
+                graph_sums(graph, sums, &weights, check_interrupt)?
             }
         }
     };
-    by_nodes(lattice, 1, listen, |node| {
+    by_nodes(lattice, 1, check_interrupt, |node| {
         let [count, x, y, z] = totals[node];
         (count > f64::MIN_POSITIVE).then(|| DVec3::new(x, y, z) / count)
     })
@@ -98,19 +98,19 @@ fn local_lines(
     lattice: &Lattice,
     sums: &[Channels],
     radius: f64,
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<Option<DVec3>>> {
-    let around = Separable::new(lattice, radius);
+    let around = GaussianSums::new(lattice, radius);
     let count = |sums: &[Channels]| -> Vec<[f64; 1]> { sums.iter().map(|s| [s[0]]).collect() };
-    let r0 = around.over_rows(0, sums, listen)?;
-    let r1 = around.over_rows(1, sums, listen)?;
-    let r2 = around.over_rows(2, &count(sums), listen)?;
-    let s00 = around.over_cols(0, &r0, listen)?;
-    let s01 = around.over_cols(1, &r0, listen)?;
-    let s10 = around.over_cols(0, &r1, listen)?;
-    let s02 = around.over_cols(2, &count(&r0), listen)?;
-    let s11 = around.over_cols(1, &count(&r1), listen)?;
-    let s20 = around.over_cols(0, &r2, listen)?;
+    let r0 = around.over_rows(0, sums, check_interrupt)?;
+    let r1 = around.over_rows(1, sums, check_interrupt)?;
+    let r2 = around.over_rows(2, &count(sums), check_interrupt)?;
+    let s00 = around.over_cols(0, &r0, check_interrupt)?;
+    let s01 = around.over_cols(1, &r0, check_interrupt)?;
+    let s10 = around.over_cols(0, &r1, check_interrupt)?;
+    let s02 = around.over_cols(2, &count(&r0), check_interrupt)?;
+    let s11 = around.over_cols(1, &count(&r1), check_interrupt)?;
+    let s20 = around.over_cols(0, &r2, check_interrupt)?;
     let line = |node: usize| {
         let split = |[count, x, y, z]: Channels| (count, DVec3::new(x, y, z));
         let (n00, p00) = split(s00[node]);
@@ -129,7 +129,7 @@ fn local_lines(
         let place = first.x * p00 + (first.y * p10 + first.z * p01) * scale;
         Some(place / n00).filter(|place| place.is_finite()).or(Some(p00 / n00))
     };
-    by_nodes(lattice, 1, listen, line)
+    by_nodes(lattice, 1, check_interrupt, line)
 }
 
 /// The sums over all nodes at most `radius` edges from a node, by running sums along rows.

@@ -83,9 +83,10 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFinite`] for a point that is not finite; [`Error::Parameter`] if a point lies
-    /// more than some hundred extents outside the first points; [`Error::Interrupted`] if the
-    /// observer stops it.
+    /// - [`Error::NotFinite`] for a point that is not finite.
+    /// - [`Error::Parameter`] if a point lies more than some hundred extents outside the first
+    ///   points.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn sums(&self, points: &[DVec3], observer: &mut dyn Observer) -> Result<BatchSums> {
         let bounds = self.check_chunk(points, observer)?;
         let ordered = batch::order(self, points, &bounds, observer)?;
@@ -172,9 +173,10 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// Those of the sampler; [`Error::Parameter`] if it returns another number of points than
-    /// requested; [`Error::NotFinite`] for a point that is not finite; [`Error::Interrupted`] if
-    /// the observer stops it.
+    /// - Those of the sampler.
+    /// - [`Error::Parameter`] if it returns another number of points than requested.
+    /// - [`Error::NotFinite`] for a point that is not finite.
+    /// - [`Error::Interrupted`] if the observer stops it.
     pub fn fit_distribution(
         sampler: &mut Sampler<'_>,
         lattice: Lattice,

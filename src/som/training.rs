@@ -75,9 +75,9 @@ impl SelfOrganizingMap {
     ///
     /// # Errors
     ///
-    /// [`Error::Interrupted`] if the observer stops it. The map then keeps its state, and training
-    /// can continue with the same result as without the interruption. [`Error::Parameter`] if these
-    /// are not the points that the map was created for.
+    /// - [`Error::Interrupted`] if the observer stops it. The map then keeps its state, and
+    ///   training can continue with the same result as without the interruption.
+    /// - [`Error::Parameter`] if these are not the points that the map was created for.
     pub fn train(&mut self, points: &[DVec3], observer: &mut dyn Observer) -> Result<()> {
         let bounds = cloud::finite_bounds(points, &mut || self.report(observer))?;
         let same =

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::lattice::Lattice;
 use super::node_sums::{Channels, VALUES_PER_REPORT};
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 use crate::worker_pool;
 
 /// Distance to a row that cannot be reached in this direction.
@@ -33,7 +33,7 @@ pub(super) fn sums_around(
     lattice: &Lattice,
     sums: &[Channels],
     weights: &[f64],
-    listen: &mut Listen<'_>,
+    check_interrupt: &mut InterruptCheck<'_>,
 ) -> Result<Vec<Channels>> {
     let (rows, cols) = lattice.shape();
     let halves = [0, 1].map(|first| RightHalf::new(lattice, weights, first));
@@ -45,7 +45,7 @@ pub(super) fn sums_around(
     let rows_per_report =
         VALUES_PER_REPORT / (VALUES_PER_ROW_PAIR * cols * rows.min(weights.len()));
     for first in (0..rows).step_by(rows_per_report.max(1)) {
-        listen()?;
+        check_interrupt()?;
         let last = rows.min(first + rows_per_report.max(1));
         let channels = channels.par_iter_mut();
         worker_pool::install(|| {

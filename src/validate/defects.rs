@@ -1,4 +1,7 @@
-//! Defects: the findings that make a surface invalid.
+//! Defects of a surface by comparison with its points: folded, overshoot, uncovered, torn, thick.
+//!
+//! The other findings that make a surface invalid need the whole reconstruction; see
+//! `pipeline/diagnose.rs`.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,17 +15,18 @@ use crate::error::Result;
 use crate::numeric::{median, rms};
 use crate::progress::Silent;
 
-/// Finds the defects of a surface; a valid one has none.
+/// Finds the defects of a surface; a valid one has none. `diagonal` is that of the points' box in
+/// their given frame.
 ///
 /// # Errors
 ///
 /// Those of the surface's evaluation; parameters in the domain cause none.
 pub fn defects(
     compared: &Comparison<'_>,
+    diagonal: f64,
     terms: &TermSettings,
     settings: &DefectSettings,
 ) -> Result<Vec<Diagnostic>> {
-    let diagonal = compared.diagonal;
     let grid = CellGrid::of(compared.surface, settings.cells, &mut Silent)?;
     let distance = overshoot(compared, &grid);
     let found = compared.terms(terms)?;
@@ -50,8 +54,8 @@ pub fn defects(
 ///
 /// The box itself would cut the corners of a sheet that is rotated against it.
 fn overshoot(compared: &Comparison<'_>, grid: &CellGrid) -> f64 {
-    let axes = compared.seen.axes();
-    let local = compared.seen.points().iter().map(|point| axes.local(*point));
+    let axes = compared.observations.axes();
+    let local = compared.observations.points().iter().map(|point| axes.local(*point));
     let (low, high) = local.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
         (low.min(point), high.max(point))
     });

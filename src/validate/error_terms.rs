@@ -31,7 +31,7 @@ pub struct Terms {
 /// A surface and the observed points, with their parameters on it.
 pub struct Comparison<'a> {
     /// The observations.
-    pub seen: &'a Observations<'a>,
+    pub observations: &'a Observations<'a>,
     /// A tree over the larger sample by which folds are detected.
     pub tree: &'a KdTree<'a>,
     /// The surface.
@@ -42,8 +42,6 @@ pub struct Comparison<'a> {
     pub uv: &'a [DVec2],
     /// Their distances from the surface.
     pub distances: &'a [f64],
-    /// The diagonal of the points' box in their given frame.
-    pub diagonal: f64,
 }
 
 impl Comparison<'_> {
@@ -60,9 +58,9 @@ impl Comparison<'_> {
             grid.areas.iter().zip(&inside).filter(|(_, inside)| **inside).map(|(a, _)| a).sum();
         let usual = (area / self.uv.len() as f64).sqrt();
         let (local, mean) = (settings.max_local_gap, settings.max_mean_gap);
-        let spacing = self.seen.local_spacing();
+        let spacing = self.observations.local_spacing();
         let (mut uncovered, mut planar, mut misaligned) = (0.0, 0.0, 0.0);
-        let planes = self.seen.planes();
+        let planes = self.observations.planes();
         for cell in (0..grid.areas.len()).filter(|&cell| inside[cell]) {
             let (own, near) = (grid.areas[cell], &nearest[cell]);
             let reach = (local * spacing[near.index as usize]).max(mean * usual);
@@ -105,7 +103,7 @@ impl Comparison<'_> {
 
     /// The point nearest to each cell.
     fn nearest(&self, grid: &CellGrid) -> Vec<Neighbor> {
-        let tree = self.seen.tree();
+        let tree = self.observations.tree();
         let nearest = |found: &mut Vec<Neighbor>, place: &DVec3| {
             tree.nearest_where(*place, 1, f64::INFINITY, found, |_| true);
             found[0]
@@ -117,8 +115,8 @@ impl Comparison<'_> {
     /// the surface than they are in space.
     fn torn(&self, settings: &TermSettings) -> Result<f64> {
         let parts = settings.link_parts;
-        let (graph, points) = (self.seen.graph(), self.seen.points());
-        let least = settings.min_link * self.seen.spacing();
+        let (graph, points) = (self.observations.graph(), self.observations.points());
+        let least = settings.min_link * self.observations.spacing();
         let steepest = self.steepest();
         let (mut links, mut limits, mut starts) = (0_usize, Vec::new(), Vec::new());
         for from in 0..points.len() {

@@ -1,4 +1,6 @@
 //! Thresholds of validation: error terms and defects.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Error terms: the comparison of a surface with its points.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +61,9 @@ pub struct DefectSettings {
     /// Neighboring cells whose normals turn over against the local planes. Unit: share. Source:
     /// calibrated on the scoreboard.
     pub max_folded: f64,
-    /// Distance of the surface outside the points' box over the box's diagonal. Unit: share.
-    /// Source: calibrated on the scoreboard.
+    /// Distance of the surface outside the cylinder around the box along the points' principal
+    /// axes, over the diagonal of their bounding box. Unit: share. Source: calibrated on the
+    /// scoreboard.
     pub max_overshoot: f64,
     /// Area of a closed surface without points near. Unit: share. Source: calibrated on the
     /// scoreboard.

@@ -57,18 +57,17 @@ fn found(
         *uv = (*uv - low) / size;
     }
     let surface = surface.with_domain((0.0, 1.0), (0.0, 1.0))?;
-    let seen = Observations::of(&points, settings);
+    let observations = Observations::of(&points, settings);
     let closed = closed(&surface);
     let compared = Comparison {
-        seen: &seen,
+        observations: &observations,
         tree: &KdTree::new(&fold_sample),
         surface: &surface,
         closed,
         uv: &uv,
         distances: &distances,
-        diagonal: Bounds::of(&points).diagonal(),
     };
-    defects(&compared, &TermSettings::STANDARD, &limits)
+    defects(&compared, Bounds::of(&points).diagonal(), &TermSettings::STANDARD, &limits)
 }
 
 /// Whether u and v of a surface over [0, 1]² are closed: it ends where it begins.

@@ -90,9 +90,7 @@ def test_the_report_is_plain(result: Reconstruction) -> None:
     assert report["grid"] == [rows, cols]
     assert report["points"] == len(result.points)
     assert report["converged"] is True
-    assert {"prepare", "observe", "select", "refine", "measure", "python"} <= report[
-        "seconds"
-    ].keys()
+    assert {"prepare", "observe", "rank", "refine", "measure", "python"} <= report["seconds"].keys()
     assert report["percentiles"][50] <= report["rms"] <= report["max"]
 
 

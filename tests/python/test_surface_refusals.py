@@ -45,7 +45,11 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: CURVE.length(accuracy=x), 2, "accuracy must be between"),
     (lambda x: NurbsCurve(POINTS, degree=x), -3, "degree must be an integer from 0"),
     (lambda x: NurbsCurve(POINTS, x), np.full(30, 1e-320), "no subnormal weights"),
-    (lambda x: NurbsCurve(x, np.full(4, 1e200)), np.full((4, 3), 1e200), "multiplied by its"),
+    (
+        lambda x: NurbsCurve(x, np.full(4, 1e200)),
+        np.full((4, 3), 1e200),
+        "finite products of points and weights",
+    ),
     (NurbsCurve, np.empty((0, 3)), "more than the degree, 3, got 0"),
     (NurbsCurve.interpolate, np.empty((0, 3)), "more than the degree, 3, got 0"),
     (NurbsCurve.interpolate, np.ones((5, 3)), "different from their neighbou?rs"),
@@ -57,7 +61,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: NurbsSurface(GRID, degree=(1, 1), knots=x), ([0, 0, 1], [0, 1]), "4 knots|knots"),
     (lambda x: NurbsSurface(GRID, closed=True, degree=x), 6, "more than the degree, 6, got 6"),
     (lambda x: NurbsSurface.interpolate(GRID, parametrization=x), "arc", "'chord' or 'uniform'"),
-    (NurbsSurface.interpolate, np.empty((0, 0, 3)), "at least 2 × 2 points"),
+    (NurbsSurface.interpolate, np.empty((0, 0, 3)), "points, at least 2 × 2"),
     (NurbsSurface.interpolate, GRID * np.nan, "grid must be finite"),
     (lambda x: NurbsSurface.approximate(GRID, x), (7, 4), "at most as large as the grid"),
     (lambda x: NurbsSurface.approximate(GRID, x), 4, "net must be two integers"),
@@ -73,8 +77,16 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (NurbsSurface.bezier, np.ones((11, 3, 3)), "degree must be between 1 and 9, got 10"),
     (NurbsSurface.lofted, [CURVE], "at least two, got 1"),
     (lambda x: NurbsSurface.ruled(CURVE, x), CURVE.with_domain(0, 2), "domain must be"),
-    (lambda x: NurbsSurface.revolved(CURVE, [0, 0, 0], x), [0, 0, 0], "axis must be a direction"),
-    (lambda x: NurbsSurface.plane([0, 0, 0], x, x), [1, 0, 0], "u × v must be a direction"),
+    (
+        lambda x: NurbsSurface.revolved(CURVE, [0, 0, 0], x),
+        [0, 0, 0],
+        "axis must be a finite vector of positive length",
+    ),
+    (
+        lambda x: NurbsSurface.plane([0, 0, 0], x, x),
+        [1, 0, 0],
+        "u × v must be a finite vector of positive length",
+    ),
     (lambda x: NurbsSurface.sphere([0, 0, 0], x), np.inf, "radius must be a positive length"),
 ]
 
@@ -120,3 +132,21 @@ def test_knots_for_too_large_a_net_are_refused_before_memory_runs_out() -> None:
     knots = np.r_[0, np.linspace(0, 1, 2000), 1]
     with pytest.raises(NeurbsError, match="at most 1048576 control points"):
         NurbsSurface.fit([[0, 0, 0]], [[0, 0]], knots=(knots, knots), degree=1)
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments"),
+    [
+        (NurbsSurface.sphere, {"radius": 1}),
+        (NurbsSurface.torus, {"major": 3, "minor": 1}),
+        (NurbsCurve.arc, {"x": [1, 0, 0], "y": [0, 1, 0]}),
+    ],
+)
+def test_the_old_spelling_of_center_is_refused_with_the_new_one(
+    make: Callable[..., object], arguments: dict[str, Any]
+) -> None:
+    make(center=[0, 0, 0], **arguments)
+    with pytest.raises(TypeError, match="'center'"):
+        make(centre=[0, 0, 0], **arguments)
+    with pytest.raises(TypeError, match="'centre': it is now 'center'"):
+        make([0, 0, 0], centre=[0, 0, 0], **arguments)

@@ -2,7 +2,7 @@
 
 Exit codes: 0 done; 1 the job failed; 2 the command line is wrong; 3 too many points lie outside the
 tolerance (compare); 4 the tolerance is missed or the surface is not valid (reconstruct --strict);
-130 interrupted. A failure prints one message on stderr and no traceback.
+130 interrupted; 143 terminated. A failure prints one message on stderr and no traceback.
 """
 
 from neurbs.cli.command import app, main

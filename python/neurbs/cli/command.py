@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         # Names of files may have characters that the terminal's encoding lacks.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    # As after Ctrl-C, unfinished files are removed.
+    # SystemExit unwinds the stack, so unfinished files are removed as after Ctrl-C.
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(TERMINATED))
     code = _run(sys.argv[1:] if arguments is None else list(arguments))
     try:

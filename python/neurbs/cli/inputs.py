@@ -41,7 +41,7 @@ Nan: TypeAlias = Annotated[
     typer.Option(
         "--nan",
         metavar="WORD",
-        help="What to do with incomplete points and those not finite (error|drop, default: error)",
+        help="Treatment of points that are incomplete or not finite (error|drop, default: error)",
     ),
 ]
 

@@ -45,7 +45,7 @@ class Command(TyperCommand):
 def option_argument(context: typer.Context, error: neurbs.NeurbsError) -> str | None:
     """Return the argument that an error is about, if an option has given its value."""
     value = None if error.argument is None else context.params.get(error.argument)
-    # The points in a file are no option, its path is.
+    # Points come from files, which are arguments of the command, not options.
     return None if value is None or isinstance(value, (Path, list)) else error.argument
 
 

@@ -55,13 +55,13 @@ class Option:
     default: str = ""
 
 
-SEED = Option("seed", "Seed of all random numbers; a seed gives the same bits again", "N")
+SEED = Option("seed", "Seed of all random numbers; the same seed gives the same result", "N")
 REACH = Option(
     "reach",
-    "Distance from a node within which a point is on the lattice, in the points' unit; training "
-    "ends when all points are",
+    "Distance from a node within which a point counts as reached, in the points' unit; training "
+    "ends when all points are reached",
     "NUMBER",
-    default="0.001 of the diagonal of their bounding box",
+    default="0.001 of the diagonal of the points' bounding box",
 )
 
 

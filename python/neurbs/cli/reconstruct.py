@@ -7,12 +7,12 @@ from typing import Any
 import typer
 
 import neurbs
-from neurbs.cli import batch
-from neurbs.cli.batch import Files, Output, Strict, Suffix
+from neurbs.cli import reconstruct_files
 from neurbs.cli.command import command
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, Nan
 from neurbs.cli.options import REACH, SEED, AsJson, Option, Quiet, Unit, options_of, values
+from neurbs.cli.reconstruct_files import Files, Output, Strict, Suffix
 
 RECONSTRUCT_OPTIONS = (
     Option(
@@ -62,7 +62,7 @@ RECONSTRUCT_OPTIONS = (
     ),
     Option(
         "fairness",
-        "Weight of the bending energy; 1 makes it as important as all points together",
+        "Weight of the fairness energy; 1 makes it as important as all points together",
         "NUMBER",
         default="by cross-validation",
     ),
@@ -88,7 +88,7 @@ PAPER_OPTIONS = (
         "grid",
         "Rows and columns of the lattice",
         "N N",
-        default="by the number of points: 4 nodes for each, at most 2500",
+        default="4 nodes for each point, at most 2500",
     ),
     Option(
         "degree",
@@ -137,7 +137,7 @@ def reconstruct(
     **options: Any,
 ) -> int:
     """Run `neurbs.reconstruct` on files and return the exit code."""
-    return batch.run(
+    return reconstruct_files.run(
         context,
         neurbs.reconstruct,
         points,
@@ -174,7 +174,7 @@ def reconstruct_paper(
     **options: Any,
 ) -> int:
     """Run `neurbs.reconstruct_paper` on files and return the exit code."""
-    return batch.run(
+    return reconstruct_files.run(
         context,
         neurbs.reconstruct_paper,
         points,

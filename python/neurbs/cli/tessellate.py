@@ -28,7 +28,11 @@ OPTIONS = (
         "N N",
         default="no grid",
     ),
-    Option("relative", "Take --tolerance as a share of the diagonal", ""),
+    Option(
+        "relative",
+        "Take --tolerance as a share of the diagonal of the control net's bounding box",
+        "",
+    ),
     Option(
         "max_angle",
         "Largest angle between the surface's normals at the ends of an edge, in radians",

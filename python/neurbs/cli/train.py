@@ -53,8 +53,8 @@ OPTIONS = (
     ),
     Option(
         "kernel",
-        "What a node becomes in batch training: the weighted mean of the points around it, or the "
-        "value of a line fitted to them (linear)",
+        "New position of a node in batch training: the weighted mean of the points around it, or "
+        "the value at the node of a linear fit to them (linear)",
         choices=("mean", "linear"),
         default="linear on quad lattices with gaussian neighborhoods, else mean",
     ),

@@ -9,7 +9,7 @@ from typing import Any
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
-from neurbs.io.vtk_legacy import check_whole
+from neurbs.io.vtk_legacy_check import check_whole
 
 _READERS = {
     ".vtk": ("vtkmodules.vtkIOLegacy", "vtkGenericDataObjectReader"),

@@ -42,9 +42,10 @@ def write(
 ) -> None:
     """Write an HTML page about a result; `Reconstruction.write_report` is this function.
 
-    The page is one file of about 5 to 8 MB, for any browser without a network. It has the surface
-    in 3D, colored by the deviation; the points, or a sample of many; a histogram and measures of
-    the deviations; the convergence; settings, version and the command that repeats the job.
+    The page is one file of about 5 to 8 MB, for any browser without a network. It shows the surface
+    in 3D, colored by the deviation, and the points, or a sample of many. A histogram and measures
+    of the deviations and the convergence follow. At the end are settings, version and the command
+    that repeats the job.
 
     Parameters
     ----------

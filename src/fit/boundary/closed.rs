@@ -185,7 +185,7 @@ impl PolarCurve {
         let places: Vec<(f64, f64)> =
             polar.into_iter().map(|(turn, square)| (turn, 1.0 - square / mean)).collect();
 
-        let first = SETTINGS.stiffnesses[SETTINGS.stiffnesses.len() / 2];
+        let first = SETTINGS.penalties[SETTINGS.penalties.len() / 2];
         let knots = KnotVector::periodic_uniform(DEGREE, SETTINGS.control_points)?;
         let all = places.iter().copied();
         let mut likelihood = Likelihood::new(all, places.len(), knots, first, SETTINGS.heights);
@@ -204,7 +204,7 @@ impl PolarCurve {
         let mut heights = vec![0.0; SETTINGS.control_points];
         let noise = 2.0 * noise / mean.sqrt();
         let scale = likelihood.find(&mut heights, noise, update_density);
-        let here = likelihood.choose_stiffness(&mut heights, scale, &SETTINGS.stiffnesses);
+        let here = likelihood.choose_penalty(&mut heights, scale, &SETTINGS.penalties);
         let deviations = likelihood.standard_deviations(&here);
         let curve = |turn: f64| height(&heights, &Basis::at(&likelihood.knots, turn));
         let outside = places.iter().map(|&(turn, y)| curve(turn) - y).fold(0.0, f64::max);

@@ -12,9 +12,9 @@ const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 /// How closely a curve follows the points.
 struct Flexibility {
     control_points: usize,
-    /// Stiffnesses among which the evidence chooses, see [`Likelihood::stiffness`]. The search
+    /// Penalties among which the evidence chooses, see [`Likelihood::penalty`]. The search
     /// begins with the last.
-    stiffnesses: &'static [f64],
+    penalties: &'static [f64],
     /// The largest height of the curve.
     max_height: f64,
     /// Points higher than this do not influence the curve.
@@ -26,7 +26,7 @@ struct Flexibility {
 /// Covers rounded corners instead of following them.
 const STIFF: Flexibility = Flexibility {
     control_points: SETTINGS.stiff_control_points,
-    stiffnesses: SETTINGS.stiff_stiffnesses,
+    penalties: SETTINGS.stiff_penalties,
     max_height: SETTINGS.stiff_max_height,
     max_influence: SETTINGS.stiff_max_influence,
     density_height: Some(SETTINGS.stiff_density_height),
@@ -35,7 +35,7 @@ const STIFF: Flexibility = Flexibility {
 /// Follows notches, but not into their corners, where parameters would crowd.
 const FLEXIBLE: Flexibility = Flexibility {
     control_points: SETTINGS.flexible_control_points,
-    stiffnesses: SETTINGS.flexible_stiffnesses,
+    penalties: SETTINGS.flexible_penalties,
     max_height: SETTINGS.flexible_max_height,
     max_influence: SETTINGS.flexible_max_influence,
     density_height: None,
@@ -106,12 +106,12 @@ impl BoundaryCurve {
         closed: bool,
         flexibility: &'static Flexibility,
     ) -> Result<Self> {
-        let &Flexibility { control_points, stiffnesses, max_height, max_influence, density_height } =
+        let &Flexibility { control_points, penalties, max_height, max_influence, density_height } =
             flexibility;
         let near = places.iter().copied().filter(|place| place.1 < max_influence);
         let knots = uniform(DEGREE, control_points, closed)?;
         let bounds = (SETTINGS.min_height, max_height);
-        let least = stiffnesses[stiffnesses.len() - 1];
+        let least = penalties[penalties.len() - 1];
         let mut likelihood = Likelihood::new(near, places.len(), knots, least, bounds);
         let even = likelihood.slopes.clone();
         if let Some(depth) = density_height {
@@ -132,7 +132,7 @@ impl BoundaryCurve {
         let lowest = places.iter().map(|place| place.1).fold(f64::INFINITY, f64::min);
         let mut heights = vec![lowest.clamp(SETTINGS.min_height, max_height); control_points];
         let scale = likelihood.find(&mut heights, noise, |_, _| {});
-        let here = likelihood.choose_stiffness(&mut heights, scale, stiffnesses);
+        let here = likelihood.choose_penalty(&mut heights, scale, penalties);
         let relative_margins =
             likelihood.slopes.iter().zip(&even).map(|(here, even)| relative_margin(here / even));
         let mut uncertainties: Vec<(f64, f64)> =

@@ -50,7 +50,7 @@ pub(super) struct Likelihood {
     pub(super) closed: bool,
     /// Penalty on bending: the area, in unit squares, that weighs as much as half a squared second
     /// difference of 1.
-    pub(super) stiffness: f64,
+    pub(super) penalty: f64,
     /// Least and largest height of curves.
     bounds: (f64, f64),
 }
@@ -62,7 +62,7 @@ impl Likelihood {
         places: impl Iterator<Item = (f64, f64)>,
         count: usize,
         knots: KnotVector,
-        stiffness: f64,
+        penalty: f64,
         bounds: (f64, f64),
     ) -> Self {
         let closed = knots.is_periodic();
@@ -73,7 +73,7 @@ impl Likelihood {
         let places = places.into_par_iter().with_min_len(POINTS_PER_TASK).map(place).collect();
         let count = count as f64;
         let slopes = areas(&knots, control_points).iter().map(|area| count * area).collect();
-        Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, stiffness, bounds }
+        Self { knots, places, coarsest: 0.0, stride: 1, slopes, count, closed, penalty, bounds }
     }
 
     /// Finds the likeliest curve, if y has noise of this size, by decreasing scales of the blur.
@@ -169,34 +169,34 @@ impl Likelihood {
         self.knots.greville().into_iter().take(size).map(deviation).collect()
     }
 
-    /// The logarithm of the evidence for this stiffness, by Laplace's approximation around the
+    /// The logarithm of the evidence for this penalty, by Laplace's approximation around the
     /// likeliest curve, up to a constant.
     pub(super) fn evidence(&self, LocalExpansion { value, matrix, .. }: &LocalExpansion) -> f64 {
         let Some(factor) = matrix.cholesky() else { return f64::NEG_INFINITY };
         let bends = self.bend_triples().count() as f64;
-        value + 0.5 * (bends * self.stiffness.ln() - factor.ln_determinant())
+        value + 0.5 * (bends * self.penalty.ln() - factor.ln_determinant())
     }
 
-    /// Chooses the stiffness with the largest evidence, and its likeliest curve. Returns the
+    /// Chooses the penalty with the largest evidence, and its likeliest curve. Returns the
     /// expansion there.
-    pub(super) fn choose_stiffness(
+    pub(super) fn choose_penalty(
         &mut self,
         heights: &mut Vec<f64>,
         scale: f64,
-        stiffnesses: &[f64],
+        penalties: &[f64],
     ) -> LocalExpansion {
         let mut trial = heights.clone();
-        let (mut most, mut best) = (f64::NEG_INFINITY, (self.stiffness, None));
-        for &stiffness in stiffnesses {
-            self.stiffness = stiffness;
+        let (mut most, mut best) = (f64::NEG_INFINITY, (self.penalty, None));
+        for &penalty in penalties {
+            self.penalty = penalty;
             let here = self.maximize(&mut trial, scale);
             let evidence = self.evidence(&here);
             if evidence > most {
-                (most, best) = (evidence, (stiffness, Some(here)));
+                (most, best) = (evidence, (penalty, Some(here)));
                 heights.clone_from(&trial);
             }
         }
-        self.stiffness = best.0;
+        self.penalty = best.0;
         best.1.unwrap_or_else(|| self.local(heights, scale))
     }
 
@@ -234,7 +234,7 @@ impl Likelihood {
             }
         }
         likely -= factors.ln();
-        let stiff = self.stiffness * self.count;
+        let stiff = self.penalty * self.count;
         for three in self.bend_triples() {
             let bent = bend(heights, three);
             bending += bent * bent;
@@ -337,19 +337,19 @@ pub(crate) mod tests {
         even().filter(|&(x, y)| y > curve(x)).collect()
     }
 
-    /// The stiffness with the largest evidence for points above a curve.
-    fn likeliest_stiffness(curve: impl Fn(f64) -> f64) -> f64 {
+    /// The penalty with the largest evidence for points above a curve.
+    fn likeliest_penalty(curve: impl Fn(f64) -> f64) -> f64 {
         let places = above(curve);
         let mut best = (f64::NEG_INFINITY, 0.0);
-        for stiffness in [100.0, 1.0, 0.01] {
+        for penalty in [100.0, 1.0, 0.01] {
             let all = places.iter().copied();
             let knots = KnotVector::periodic_uniform(DEGREE, 16).unwrap();
-            let mut found = Likelihood::new(all, places.len(), knots, stiffness, (-1.0, 1.0));
+            let mut found = Likelihood::new(all, places.len(), knots, penalty, (-1.0, 1.0));
             let mut heights = vec![0.0; 16];
             let scale = found.find(&mut heights, 0.0, |_, _| {});
             let evidence = found.evidence(&found.local(&heights, scale));
             if evidence > best.0 {
-                best = (evidence, stiffness);
+                best = (evidence, penalty);
             }
         }
         best.1
@@ -357,7 +357,7 @@ pub(crate) mod tests {
 
     #[test]
     fn level_curves_are_stiff_and_wavy_ones_are_not() {
-        assert_eq!(likeliest_stiffness(|_| 0.1), 100.0);
-        assert_eq!(likeliest_stiffness(|x| 0.2 + 0.1 * (18.85 * x).sin()), 0.01);
+        assert_eq!(likeliest_penalty(|_| 0.1), 100.0);
+        assert_eq!(likeliest_penalty(|x| 0.2 + 0.1 * (18.85 * x).sin()), 0.01);
     }
 }

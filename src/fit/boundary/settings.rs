@@ -1,4 +1,6 @@
 //! Settings of the boundary: where the points end on a surface.
+//!
+//! The scoreboard that calibrated them is `benches/scoreboard.py`; see the [crate](crate).
 
 /// Boundary: four sides, straight or curved, and the weight that keeps them in place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,9 +27,9 @@ pub(super) struct BoundarySettings {
     /// Control points of a stiff curve, which does not follow rounded corners. Unit: points.
     /// Source: calibrated on the scoreboard.
     pub(super) stiff_control_points: usize,
-    /// Stiffnesses of a stiff curve; the search begins with the last. Unit: none, see
-    /// `Likelihood::stiffness`. Source: calibrated on the scoreboard.
-    pub(super) stiff_stiffnesses: &'static [f64],
+    /// Penalties of a stiff curve; the search begins with the last. Unit: none, see
+    /// `Likelihood::penalty`. Source: calibrated on the scoreboard.
+    pub(super) stiff_penalties: &'static [f64],
     /// Largest height of a stiff curve. Unit: sides of the domain. Source: calibrated on the
     /// scoreboard.
     pub(super) stiff_max_height: f64,
@@ -40,9 +42,9 @@ pub(super) struct BoundarySettings {
     /// Control points of a flexible curve, which follows notches. Unit: points. Source: calibrated
     /// on the scoreboard.
     pub(super) flexible_control_points: usize,
-    /// Stiffnesses of a flexible curve. Unit: none, see `Likelihood::stiffness`. Source: calibrated
+    /// Penalties of a flexible curve. Unit: none, see `Likelihood::penalty`. Source: calibrated
     /// on the scoreboard.
-    pub(super) flexible_stiffnesses: &'static [f64],
+    pub(super) flexible_penalties: &'static [f64],
     /// Largest height of a flexible curve. Unit: sides of the domain. Source: calibrated on the
     /// scoreboard.
     pub(super) flexible_max_height: f64,
@@ -80,12 +82,12 @@ impl BoundarySettings {
         min_notch: 0.03,
         min_height: -0.5,
         stiff_control_points: 8,
-        stiff_stiffnesses: &[1000.0, 100.0, 10.0],
+        stiff_penalties: &[1000.0, 100.0, 10.0],
         stiff_max_height: 0.1,
         stiff_max_influence: 0.4,
         stiff_density_height: 0.15,
         flexible_control_points: 10,
-        flexible_stiffnesses: &[1.0],
+        flexible_penalties: &[1.0],
         flexible_max_height: 0.3,
         flexible_max_influence: 0.7,
         min_density: 0.02,
@@ -108,9 +110,9 @@ pub(super) struct ClosedBoundarySettings {
     pub(super) max_corner: f64,
     /// Control points of the curve. Unit: points. Source: calibrated on the scoreboard.
     pub(super) control_points: usize,
-    /// Stiffnesses among which the evidence chooses; the search begins with the middle one. Unit:
-    /// none, see `Likelihood::stiffness`. Source: calibrated on the scoreboard.
-    pub(super) stiffnesses: [f64; 5],
+    /// Penalties among which the evidence chooses; the search begins with the middle one. Unit:
+    /// none, see `Likelihood::penalty`. Source: calibrated on the scoreboard.
+    pub(super) penalties: [f64; 5],
     /// Least and largest height: the squared distance from the center is 1 less the height. Unit:
     /// mean squared distances. Source: calibrated on the scoreboard.
     pub(super) heights: (f64, f64),
@@ -157,7 +159,7 @@ impl ClosedBoundarySettings {
         corner: 0.2,
         max_corner: 0.3,
         control_points: 16,
-        stiffnesses: [30.0, 3.0, 0.3, 0.03, 0.003],
+        penalties: [30.0, 3.0, 0.3, 0.03, 0.003],
         heights: (-2.0, 0.9),
         density_height: 0.3,
         chance_height: 10.0,

@@ -4,8 +4,8 @@ use super::settings::BoundarySettings;
 
 const SETTINGS: BoundarySettings = BoundarySettings::STANDARD;
 
-/// Mean height of the lowest points over a curve, beyond what chance leaves. `ends` strips at
-/// either end are left out.
+/// Mean height of the lowest point in each strip above a curve, less the mean height by chance.
+/// `ends` strips at either end are left out.
 pub(super) fn empty_area(places: &[(f64, f64)], curve: impl Fn(f64) -> f64, ends: usize) -> f64 {
     let count = places.len();
     let places = lowest_in_strips(places.iter().copied(), SETTINGS.strips);

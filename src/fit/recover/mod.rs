@@ -17,7 +17,7 @@ use self::multistart::{StartParameters, search};
 use self::settings::RecoverySettings;
 use self::varpro::Problem;
 use super::adaptive_refinement::{EXACT_ERROR, diameter};
-use super::approximate::approximate;
+use super::approximate_scattered::approximate;
 use super::options::ApproximateOptions;
 use super::spline_space::SplineSpace;
 use crate::error::Result;

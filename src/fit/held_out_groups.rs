@@ -1,6 +1,6 @@
-//! K-fold cross-validation at fixed parameters: errors at the samples of each fold.
+//! K-fold cross-validation at fixed parameters: errors at the samples of each group.
 //!
-//! The equations of all samples minus those of a fold give the surface of the other folds.
+//! The equations of all samples minus those of a group give the surface of the other groups.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,17 +16,17 @@ use crate::worker_pool;
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
-/// Folds of samples, with the normal equations of each and of all samples.
-pub(super) struct KFold<'a> {
+/// Groups of samples, with the normal equations of each and of all samples.
+pub(super) struct HeldOutGroups<'a> {
     space: &'a SplineSpace,
-    folds: Vec<Vec<Sample>>,
+    groups: Vec<Vec<Sample>>,
     parts: Vec<NormalEquations>,
     all: NormalEquations,
 }
 
-impl<'a> KFold<'a> {
-    /// The folds that `rule` makes of samples with normals, at most 20,000 of them. Only as many
-    /// folds are left out as contain `enough` samples together.
+impl<'a> HeldOutGroups<'a> {
+    /// The groups that `rule` makes of samples with normals, at most 20,000 of them. Only as many
+    /// groups are left out as contain `enough` samples together.
     pub(super) fn of(
         space: &'a SplineSpace,
         samples: &[Sample],
@@ -34,28 +34,28 @@ impl<'a> KFold<'a> {
         rule: impl FnOnce(&[Sample]) -> Vec<usize>,
     ) -> Result<Self> {
         // The equations of each fold and of all, the energy, and one factor for each thread.
-        space.check_memory(1, SETTINGS.folds + 3 + worker_pool::num_threads())?;
+        space.check_memory(1, SETTINGS.groups + 3 + worker_pool::num_threads())?;
         let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let mut folds = vec![Vec::new(); SETTINGS.folds];
-        for (sample, fold) in samples.iter().zip(rule(&samples)) {
-            folds[fold].push(*sample);
+        let mut groups = vec![Vec::new(); SETTINGS.groups];
+        for (sample, group) in samples.iter().zip(rule(&samples)) {
+            groups[group].push(*sample);
         }
         let mut count = 0;
-        let asked = folds.iter().take_while(|fold| {
+        let requested = groups.iter().take_while(|group| {
             let more = count < enough;
-            count += fold.len();
+            count += group.len();
             more
         });
-        let kept = folds.split_off(asked.count());
+        let kept = groups.split_off(requested.count());
         let equations =
             |samples: &[Sample]| NormalEquations::of_distances(space, samples, &mut || Ok(()));
-        let parts = folds.par_iter().map(|fold| equations(fold)).collect::<Result<Vec<_>>>()?;
+        let parts = groups.par_iter().map(|group| equations(group)).collect::<Result<Vec<_>>>()?;
         let mut all = equations(&kept.concat())?;
         for part in &parts {
             all.add_scaled(1.0, part);
         }
-        Ok(Self { space, folds, parts, all })
+        Ok(Self { space, groups, parts, all })
     }
 
     /// The trace of the matrix of all samples.
@@ -63,11 +63,11 @@ impl<'a> KFold<'a> {
         self.all.matrix.trace()
     }
 
-    /// The mean squared distance along normals from the surfaces of the other folds, with the
-    /// energy multiplied by `times`. Infinite if a fold's complement does not determine the
+    /// The mean squared distance along normals from the surfaces of the other groups, with the
+    /// energy multiplied by `times`. Infinite if a group's complement does not determine the
     /// surface.
     pub(super) fn error(&self, energy: &BandMatrix, times: f64) -> Result<f64> {
-        let of_fold = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
+        let of_group = |(samples, part): (&Vec<Sample>, &NormalEquations)| -> Result<f64> {
             let NormalEquations { mut matrix, mut right } = self.all.clone();
             matrix.add_scaled(-1.0, &part.matrix);
             matrix.add_scaled(times, energy);
@@ -89,9 +89,9 @@ impl<'a> KFold<'a> {
                 patches.each(samples.len(), |i| samples[i].uv, |i, place| square(i, place.point));
             Ok(squares.iter().sum())
         };
-        let folds = self.folds.par_iter().zip(&self.parts);
-        let sums = folds.map(of_fold).collect::<Result<Vec<f64>>>()?;
-        let weight: f64 = self.folds.iter().flatten().map(|sample| sample.weight).sum();
+        let groups = self.groups.par_iter().zip(&self.parts);
+        let sums = groups.map(of_group).collect::<Result<Vec<f64>>>()?;
+        let weight: f64 = self.groups.iter().flatten().map(|sample| sample.weight).sum();
         Ok(sums.iter().sum::<f64>() / weight)
     }
 }
@@ -100,8 +100,8 @@ impl<'a> KFold<'a> {
 mod tests {
     use glam::DVec2;
 
-    use super::super::fairness::{Energy, ORDER};
-    use super::super::folds::{blocks, in_turn};
+    use super::super::fairness_energy::{Energy, ORDER};
+    use super::super::validation_groups::{blocks, in_turn};
     use super::*;
     use crate::nurbs::KnotVector;
 
@@ -120,9 +120,10 @@ mod tests {
         let space = SplineSpace::new([knots.clone(), knots], [false; 2]).unwrap();
         let energy = Energy::new((1.0, 1.0), ORDER).matrix(&space);
         let turn =
-            KFold::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len())).unwrap();
+            HeldOutGroups::of(&space, &samples, usize::MAX, |samples| in_turn(samples.len()))
+                .unwrap();
         let places = |samples: &[Sample]| samples.iter().map(|sample| sample.point).collect();
-        let block = KFold::of(&space, &samples, usize::MAX, |samples| {
+        let block = HeldOutGroups::of(&space, &samples, usize::MAX, |samples| {
             let points: Vec<DVec3> = places(samples);
             blocks(&points)
         });

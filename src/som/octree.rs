@@ -19,7 +19,7 @@ const RADIX_BITS: usize = 12;
 
 /// The root box and the number of its levels. The smallest boxes are called cells.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BoxTree {
+pub(super) struct Octree {
     pub(super) low: DVec3,
     pub(super) size: DVec3,
     /// Cells per unit of length along each axis.
@@ -27,7 +27,7 @@ pub(super) struct BoxTree {
     pub(super) levels: usize,
 }
 
-impl BoxTree {
+impl Octree {
     /// The tree to find the nearest of `nodes` nodes for `points` points within `bounds`. It has
     /// about as many cells along a surface as there are nodes. Smaller cells cost more to build
     /// than they save.
@@ -133,7 +133,7 @@ mod tests {
         let mut random = Random::new(6);
         let mut unit = || random.unit();
         let points: Vec<DVec3> = (0..5000).map(|_| DVec3::new(unit(), unit(), unit())).collect();
-        let boxes = BoxTree::new(&Bounds::of(&points), 1 << 30, 1 << 20);
+        let boxes = Octree::new(&Bounds::of(&points), 1 << 30, 1 << 20);
         let order: Vec<usize> = boxes.morton_order(points.iter().copied()).collect();
         let mut sorted = order.clone();
         sorted.sort_unstable();

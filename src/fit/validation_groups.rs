@@ -1,4 +1,4 @@
-//! Folds of samples for cross-validation: blocks in space, and samples taken in turn.
+//! Groups of samples for cross-validation: blocks in space, and samples taken in turn.
 //!
 //! In tracks and clumps, samples left out in turn have near neighbors that predict them, so their
 //! errors do not measure gaps. Blocks leave gaps.
@@ -9,52 +9,52 @@ use super::settings::FairnessSettings;
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 
-/// The fold of each point, by two rules. Folds of blocks leave gaps as wide as those between
-/// tracks, sweeps and clumps of points; folds in turn do not.
+/// The group of each point, by two rules. Groups of blocks leave gaps as wide as those between
+/// tracks, sweeps and clumps of points; groups in turn do not.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Folds {
-    /// Folds of points taken in turn.
+pub struct ValidationGroups {
+    /// Groups of points taken in turn.
     pub in_turn: Vec<usize>,
-    /// Folds of blocks in space.
+    /// Groups of blocks in space.
     pub blocks: Vec<usize>,
 }
 
-impl Folds {
-    /// The folds of points in an order that follows no direction.
+impl ValidationGroups {
+    /// The groups of points in an order that follows no direction.
     #[must_use]
     pub fn of(points: &[DVec3]) -> Self {
         Self { in_turn: in_turn(points.len()), blocks: blocks(points) }
     }
 }
 
-/// The fold of each sample, by blocks. Farthest-point sampling selects seeds; the samples nearest
-/// to each seed are a block, and blocks are assigned to the folds in turn. O(samples · seeds).
+/// The group of each sample, by blocks. Farthest-point sampling selects seeds; the samples nearest
+/// to each seed are a block, and blocks are assigned to the groups in turn. O(samples · seeds).
 pub(super) fn blocks(points: &[DVec3]) -> Vec<usize> {
-    let seeds = (points.len() / SETTINGS.blocks_per_fold)
-        .clamp(3 * SETTINGS.folds, SETTINGS.blocks_per_fold * SETTINGS.folds);
+    let seeds = (points.len() / SETTINGS.blocks_per_group)
+        .clamp(3 * SETTINGS.groups, SETTINGS.blocks_per_group * SETTINGS.groups);
     let center = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
     let mut squares: Vec<f64> = points.iter().map(|point| point.distance_squared(center)).collect();
-    let mut folds = vec![0; points.len()];
+    let mut groups = vec![0; points.len()];
     for seed in 0..seeds.min(points.len()) {
         let farthest = (0..points.len()).max_by(|&a, &b| squares[a].total_cmp(&squares[b]));
         let Some(place) = farthest.map(|at| points[at]) else { break };
         if seed == 0 {
             squares.fill(f64::INFINITY);
         }
-        for ((point, square), fold) in points.iter().zip(&mut squares).zip(&mut folds) {
+        for ((point, square), group) in points.iter().zip(&mut squares).zip(&mut groups) {
             let apart = point.distance_squared(place);
             if apart < *square {
-                (*square, *fold) = (apart, seed % SETTINGS.folds);
+                (*square, *group) = (apart, seed % SETTINGS.groups);
             }
         }
     }
-    folds
+    groups
 }
 
-/// The fold of each of `count` samples in turn, by a stride that is coprime to usual row lengths of
-/// grids.
+/// The group of each of `count` samples in turn, by a stride that is coprime to usual row lengths
+/// of grids.
 pub(super) fn in_turn(count: usize) -> Vec<usize> {
-    (0..count).map(|i| (i * 7 + i / SETTINGS.folds) % SETTINGS.folds).collect()
+    (0..count).map(|i| (i * 7 + i / SETTINGS.groups) % SETTINGS.groups).collect()
 }
 
 /// Whether samples with parameters in the unit square lie in clumps, rows or tracks with empty
@@ -83,19 +83,19 @@ mod tests {
     }
 
     #[test]
-    fn blocks_contain_neighbors_and_every_fold_has_samples() {
+    fn blocks_contain_neighbors_and_every_group_has_samples() {
         let points: Vec<DVec3> = scattered(2000).map(|uv| uv.extend(0.0)).collect();
-        let folds = blocks(&points);
-        for fold in 0..SETTINGS.folds {
-            let count = folds.iter().filter(|found| **found == fold).count();
-            assert!((200..700).contains(&count), "{fold} {count}");
+        let groups = blocks(&points);
+        for group in 0..SETTINGS.groups {
+            let count = groups.iter().filter(|found| **found == group).count();
+            assert!((200..700).contains(&count), "{group} {count}");
         }
         let nearest = |i: usize| {
             let others = (0..2000).filter(|j| *j != i);
             let apart = |j: &usize| points[i].distance_squared(points[*j]);
             others.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap()
         };
-        let alike = (0..200).filter(|&i| folds[i] == folds[nearest(i)]).count();
+        let alike = (0..200).filter(|&i| groups[i] == groups[nearest(i)]).count();
         assert!(alike > 160, "{alike}");
     }
 

@@ -6,7 +6,7 @@ use super::gaussian::{SideWeights, gaussian_weights};
 use super::lattice::Lattice;
 use super::node_sums::by_rows;
 use crate::error::Result;
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 /// The weights along a side of the lattice, multiplied by the signed distance to the power 0, 1 and
 /// 2.
@@ -54,12 +54,12 @@ impl SideMoments {
 }
 
 /// The Gaussian around each node of a quadrilateral grid, as a product of two one-dimensional ones.
-pub(super) struct Separable {
+pub(super) struct GaussianSums {
     rows: SideMoments,
     cols: SideMoments,
 }
 
-impl Separable {
+impl GaussianSums {
     pub(super) fn new(lattice: &Lattice, radius: f64) -> Self {
         let (rows, cols) = lattice.shape();
         let (closed_u, closed_v) = lattice.topology().closed();
@@ -74,18 +74,24 @@ impl Separable {
         &self,
         power: usize,
         sums: &[[f64; N]],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Vec<[f64; N]>> {
         let (rows, cols) = (&self.rows, self.cols.count);
-        by_rows(cols, vec![[0.0; N]; sums.len()], rows.count, listen, |to, row: &mut [[f64; N]]| {
-            let (first, weights) = rows.around(to, power);
-            for (&weight, from) in weights.iter().zip(sums[first * cols..].chunks(cols)) {
-                if weight != 0.0 {
-                    let (row, from) = (row.as_flattened_mut(), from.as_flattened());
-                    row.iter_mut().zip(from).for_each(|(sum, value)| *sum += weight * value);
+        by_rows(
+            cols,
+            vec![[0.0; N]; sums.len()],
+            rows.count,
+            check_interrupt,
+            |to, row: &mut [[f64; N]]| {
+                let (first, weights) = rows.around(to, power);
+                for (&weight, from) in weights.iter().zip(sums[first * cols..].chunks(cols)) {
+                    if weight != 0.0 {
+                        let (row, from) = (row.as_flattened_mut(), from.as_flattened());
+                        row.iter_mut().zip(from).for_each(|(sum, value)| *sum += weight * value);
+                    }
                 }
-            }
-        })
+            },
+        )
     }
 
     /// Weighted sums along v.
@@ -93,14 +99,14 @@ impl Separable {
         &self,
         power: usize,
         sums: &[[f64; N]],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Vec<[f64; N]>> {
         let cols = &self.cols;
         by_rows(
             cols.count,
             vec![[0.0; N]; sums.len()],
             cols.count,
-            listen,
+            check_interrupt,
             |row, totals: &mut [[f64; N]]| {
                 let sums: &[[f64; N]] = &sums[row * cols.count..][..cols.count];
                 for (node, total) in totals.iter_mut().enumerate() {

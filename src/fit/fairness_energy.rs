@@ -6,7 +6,7 @@ use super::settings::LeastSquaresSettings;
 use super::spline_space::SplineSpace;
 use crate::error::Result;
 use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
-use crate::progress::Listen;
+use crate::progress::InterruptCheck;
 
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
@@ -162,11 +162,11 @@ impl LengthSums {
     pub(super) fn of(
         space: &SplineSpace,
         samples: &[Sample],
-        listen: &mut Listen<'_>,
+        check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let step = samples.len().div_ceil(LEAST_SQUARES.max_samples).max(1);
         let samples: Vec<Sample> = samples.iter().step_by(step).copied().collect();
-        let cells = Cells::of(space, &samples, listen)?;
+        let cells = Cells::of(space, &samples, check_interrupt)?;
         let mut sums = Self::default();
         for ends in cells.starts.windows(2) {
             for pair in cells.order[ends[0]..ends[1]].windows(2) {

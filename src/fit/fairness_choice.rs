@@ -1,22 +1,22 @@
-//! Generalized cross-validation of the fairness (G. Golub, M. Heath, G. Wahba, 1979; P. Eilers and
-//! B. Marx, *Flexible smoothing with B-splines and penalties*, 1996).
+//! The choice of the fairness by generalized cross-validation (G. Golub, M. Heath, G. Wahba, 1979;
+//! P. Eilers and B. Marx, *Flexible smoothing with B-splines and penalties*, 1996).
 //!
-//! Input are samples with normals; output is the weight of the fairness. From the second call on,
-//! its anisotropy is chosen first.
+//! The input is samples with normals; output is the weight of the fairness. From the second call
+//! on, its anisotropy is chosen first.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::anisotropy;
 use super::band_matrix::BandMatrix;
-use super::fairness::Energy;
-use super::folds::{blocks, in_clumps};
-use super::k_fold::KFold;
+use super::fairness_energy::Energy;
+use super::held_out_groups::HeldOutGroups;
 use super::normal_equations::{NormalEquations, Sample};
 use super::patches::{Evaluation, Quad, add, evaluate_all};
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::sizes::{CUBIC_ORDER, POINTS_PER_TASK};
 use super::spline_space::SplineSpace;
+use super::validation_groups::{blocks, in_clumps};
 use crate::error::{Error, Result};
 use crate::nurbs::values_at;
 
@@ -141,7 +141,7 @@ impl Search<'_> {
         if !in_clumps(samples.iter().map(|sample| sample.uv)) {
             return Ok(found);
         }
-        let held_out = KFold::of(space, samples, usize::MAX, |samples| {
+        let held_out = HeldOutGroups::of(space, samples, usize::MAX, |samples| {
             blocks(&samples.iter().map(|sample| sample.point).collect::<Vec<_>>())
         })?;
         let error =
@@ -230,7 +230,7 @@ impl<'a> Residuals<'a> {
             return Ok(None);
         }
         let freedom = SETTINGS.freedom_factor * factor.inverse().inner_product(&equations.matrix);
-        if freedom > SETTINGS.max_freedom * self.count {
+        if freedom > SETTINGS.max_freedom_share * self.count {
             return Ok(None);
         }
         // A fourth number fills a register.
@@ -257,7 +257,7 @@ struct Squares<'a> {
 impl Evaluation for Squares<'_> {
     type Output = f64;
 
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn evaluate(&self, index: usize) -> f64 {
         // Loops over constant sizes are unrolled; most surfaces are bicubic.
@@ -269,7 +269,7 @@ impl Evaluation for Squares<'_> {
 }
 
 impl Squares<'_> {
-    #[expect(clippy::inline_always, reason = "must become part of what SIMD dispatch compiles")]
+    #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     fn square(&self, index: usize, [rows, cols]: [usize; 2]) -> f64 {
         let Residuals { space, residual_samples, functions, .. } = self.residuals;
