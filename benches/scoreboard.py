@@ -24,12 +24,12 @@ beyond
     95th percentile of the distance from samples of the surface to the nearest point, in mean
     spacings.
 folds
-    Share of neighbouring samples of the surface whose normals turn over against the local planes
+    Share of neighboring samples of the surface whose normals turn over against the local planes
     of the points, in percent, less what the true surface shows by this measure.
 cpu
     CPU seconds of the call.
 units
-    The same over the CPU seconds of a k-d tree of 20,000 points (SciPy, 16 neighbours each), times
+    The same over the CPU seconds of a k-d tree of 20,000 points (SciPy, 16 neighbors each), times
     20,000 / max(points, 2000).
 warn
     Number of warnings.
@@ -83,9 +83,9 @@ def tree_seconds() -> float:
 
 
 def folds(places: Array, normals: Array, points: Array, tree: cKDTree) -> float:
-    """Return the share of neighbouring samples whose normals turn over, in percent.
+    """Return the share of neighboring samples whose normals turn over, in percent.
 
-    The sign of the local plane's normal is carried along from a sample to its neighbour, and must
+    The sign of the local plane's normal is carried along from a sample to its neighbor, and must
     not flip against the normal of the surface.
     """
     distances, nearest = tree.query(places, k=12)

@@ -189,8 +189,8 @@ def ring(u: Array, v: Array) -> Array:
 
 
 def _outside_holes(u: Array, v: Array) -> Mask:
-    centres = ((0.25, 0.3), (0.7, 0.5), (0.3, 0.75))
-    return np.all([np.hypot(2.4 * (u - a), 2 * (v - b)) > 0.25 for a, b in centres], axis=0)
+    centers = ((0.25, 0.3), (0.7, 0.5), (0.3, 0.75))
+    return np.all([np.hypot(2.4 * (u - a), 2 * (v - b)) > 0.25 for a, b in centers], axis=0)
 
 
 @family("sheet", "height", keep=_outside_holes)

@@ -4,7 +4,7 @@
     python benches/som_peers.py [--repeat N] [--only ours exact]
 
 Points lie on z = sin 3x cos 2y with noise of 0.02. All start from the same nodes on the principal
-plane, with a Gaussian neighbourhood whose radius falls linearly from a quarter of the side to 1,
+plane, with a Gaussian neighborhood whose radius falls linearly from a quarter of the side to 1,
 and make the same number of steps; numbasom has a start and schedules of its own. Each runs several
 times, one that takes long once; the best counts, so that what is compiled at the first call is not
 counted. QE is the mean distance from a point to its nearest node,

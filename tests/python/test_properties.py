@@ -273,7 +273,7 @@ def test_vertices_come_back_from_their_file(
         assert apart.min(axis=1)[np.unique(mesh.triangles)].max() <= near
         assert apart.min(axis=0).max() <= near
     elif suffix == ".glb":
-        # Counted in single precision from their centre, which has all digits.
+        # Counted in single precision from their center, which has all digits.
         near = single * np.ptp(vertices, axis=0).max() + 4 * np.spacing(np.abs(vertices).max())
         np.testing.assert_allclose(read, vertices, rtol=0, atol=near)
     else:
