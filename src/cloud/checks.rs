@@ -25,6 +25,15 @@ pub fn check(points: &[DVec3]) -> Result<()> {
 
 /// The bounds of points that pass [`check`].
 pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
+    let bounds = checked_extent(points, observer)?;
+    let mut check_interrupt = progress::interrupt_check(observer, Stage::Checking, points.len());
+    check_width(points, &bounds, &mut check_interrupt)?;
+    Ok(bounds)
+}
+
+/// The bounds of points that pass [`check`], except that they may lie on one line. One outlier far
+/// away makes any points look like that.
+pub(crate) fn checked_extent(points: &[DVec3], observer: &mut dyn Observer) -> Result<Bounds> {
     let mut check_interrupt = progress::interrupt_check(observer, Stage::Checking, points.len());
     let bounds = finite_bounds(points, &mut check_interrupt)?;
     let given = points.len();
@@ -40,7 +49,6 @@ pub(crate) fn checked_bounds(points: &[DVec3], observer: &mut dyn Observer) -> R
     if !(least..=most).contains(&extent) {
         return Err(Error::Extent { extent, least, most });
     }
-    check_width(points, &bounds, &mut check_interrupt)?;
     Ok(bounds)
 }
 

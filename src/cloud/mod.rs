@@ -22,7 +22,7 @@ mod test_points;
 pub use self::bounds::{Bounds, centroid};
 pub(crate) use self::bounds::{batches, interruptible_centroid};
 pub use self::checks::{check, check_finite};
-pub(crate) use self::checks::{checked_bounds, finite_bounds};
+pub(crate) use self::checks::{checked_bounds, checked_extent, finite_bounds};
 pub use self::clean::{Cleaning, Fate, clean};
 pub use self::components::{Components, components};
 pub(crate) use self::convex_hull::{convex_hull, in_axes, min_area_rectangle, polygon_area};

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bounds::{POINTS_PER_REPORT, centroid};
-use super::checks::{check, checked_bounds};
+use super::checks::{check, checked_extent};
 use super::clean::{Fate, clean};
 use super::components::{Components, components};
 use super::frame::Frame;
@@ -76,7 +76,7 @@ impl PreparedCloud {
         options: &PrepareOptions<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Self> {
-        checked_bounds(given, observer)?;
+        checked_extent(given, observer)?;
         let no_data = no_data(given).filter(|_| options.clean);
         let has_data = |&index: &u32| {
             let weight = options.weights.map_or(1.0, |weights| weights[index as usize]);
@@ -88,7 +88,7 @@ impl PreparedCloud {
             indices.iter().map(|&index| given[index as usize] / options.axis_scale).collect()
         };
         let mut points = scaled(&indices);
-        check(&points)?;
+        checked_extent(&points, observer)?;
         let mut weights = options.weights.map(|weights| items_at(weights, &indices));
         let (mut merged, mut outliers) = (Vec::new(), Vec::new());
         if options.clean {

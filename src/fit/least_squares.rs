@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::band_matrix::BandMatrix;
 use super::fairness_energy::{Energy, LengthSums};
 use super::normal_equations::{NormalEquations, Sample};
-use super::options::FitOptions;
+use super::options::{FitOptions, check_fairness, check_weights};
 use super::settings::LeastSquaresSettings;
 use super::sizes::{MAX_CONTROL_POINTS, POINTS_PER_CALL};
 use super::spline_space::SplineSpace;
@@ -246,14 +246,13 @@ pub(super) fn check(
     options: &FitOptions,
 ) -> Result<()> {
     let count = points.len();
-    let same = |name, length| {
-        let must = format!("as many as the points, {count}");
-        if length == count { Ok(()) } else { Err(Error::parameter(name, must, length)) }
-    };
     if count == 0 {
         return Err(Error::parameter("points", "at least one", 0));
     }
-    same("uv", uv.len())?;
+    if uv.len() != count {
+        let must = format!("as many as the points, {count}");
+        return Err(Error::parameter("uv", must, uv.len()));
+    }
     let net = (options.knots_u.control_points(), options.knots_v.control_points());
     if net.0.saturating_mul(net.1) > MAX_CONTROL_POINTS {
         let must = format!("for a net of at most {MAX_CONTROL_POINTS} control points");
@@ -271,17 +270,7 @@ pub(super) fn check(
         }
     }
     if let Some(weights) = weights {
-        same("weights", weights.len())?;
-        if let Some(i) = weights.iter().position(|w| !(*w >= 0.0 && w.is_finite())) {
-            let got = format!("{} at index {i}", weights[i]);
-            return Err(Error::parameter("weights", "finite and at least 0", got));
-        }
-        if weights.iter().all(|w| *w == 0.0) {
-            return Err(Error::parameter("weights", "positive for some point", "all 0"));
-        }
+        check_weights(weights, points.len())?;
     }
-    if !(options.fairness >= 0.0 && options.fairness.is_finite()) {
-        return Err(Error::parameter("fairness", "finite and at least 0", options.fairness));
-    }
-    Ok(())
+    check_fairness(options.fairness)
 }

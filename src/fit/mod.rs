@@ -56,6 +56,7 @@ pub(crate) use self::height_fit::grow_heights;
 pub(crate) use self::isocurve_length::isocurve_lengths;
 pub use self::least_squares::{PartialSums, fit};
 pub use self::options::{ApproximateOptions, FitOptions, Growth, HeightOptions};
+pub(crate) use self::options::{check_fairness, check_weights};
 pub use self::projection::project;
 pub use self::rational::fit_weights;
 pub use self::recover::recover_net;

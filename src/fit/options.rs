@@ -104,3 +104,43 @@ pub struct Growth {
     /// Control points, at most.
     pub most: usize,
 }
+
+/// Largest weight of the fairness: beyond it, rounding hides the points.
+const MAX_FAIRNESS: f64 = 1e12;
+
+/// Largest ratio of two weights that are not 0: beyond it, rounding hides the lighter points.
+const MAX_WEIGHT_RATIO: f64 = 1e12;
+
+/// Checks the weight of the fairness.
+pub(crate) fn check_fairness(fairness: f64) -> Result<()> {
+    if (0.0..=MAX_FAIRNESS).contains(&fairness) {
+        return Ok(());
+    }
+    Err(Error::parameter(
+        "fairness",
+        format!("from 0 to {MAX_FAIRNESS:e}"),
+        format!("{fairness:e}"),
+    ))
+}
+
+/// Checks the weights of points: one for each, finite, not negative, not all 0.
+pub(crate) fn check_weights(weights: &[f64], points: usize) -> Result<()> {
+    if weights.len() != points {
+        let must = format!("as many as the points, {points}");
+        return Err(Error::parameter("weights", must, weights.len()));
+    }
+    if let Some(i) = weights.iter().position(|weight| !(*weight >= 0.0 && weight.is_finite())) {
+        let got = format!("{} at index {i}", weights[i]);
+        return Err(Error::parameter("weights", "finite and at least 0", got));
+    }
+    let positive = || weights.iter().copied().filter(|weight| *weight > 0.0);
+    let (least, most) = (positive().fold(f64::INFINITY, f64::min), positive().fold(0.0, f64::max));
+    if most == 0.0 {
+        return Err(Error::parameter("weights", "positive for some point", "all 0"));
+    }
+    if most / least > MAX_WEIGHT_RATIO {
+        let must = format!("0 or within a factor of {MAX_WEIGHT_RATIO:e} of each other");
+        return Err(Error::parameter("weights", must, format!("{least:e} to {most:e}")));
+    }
+    Ok(())
+}

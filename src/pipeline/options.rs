@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::chart::Kind;
 use crate::error::{Error, Result, positive};
+use crate::fit::{check_fairness, check_weights};
 use crate::nurbs::check_degree;
 use crate::som::Lattice;
 
@@ -110,10 +111,9 @@ impl ReconstructOptions<'_> {
         if let Some(tolerance) = self.tolerance {
             positive("tolerance", tolerance)?;
         }
-        for (name, value) in [("fairness", self.fairness), ("border", self.border)] {
-            if let Some(value) = value.filter(|value| !(*value >= 0.0 && value.is_finite())) {
-                return Err(Error::parameter(name, "finite and at least 0", value));
-            }
+        self.fairness.map_or(Ok(()), check_fairness)?;
+        if let Some(border) = self.border.filter(|border| !(*border >= 0.0 && border.is_finite())) {
+            return Err(Error::parameter("border", "finite and at least 0", border));
         }
         if let Some((rows, cols)) = self.grid {
             // The limits of a net are those of a lattice.
@@ -126,19 +126,6 @@ impl ReconstructOptions<'_> {
         }
         Ok(())
     }
-}
-
-/// Checks that there is one finite, non-negative weight for each point.
-fn check_weights(weights: &[f64], points: usize) -> Result<()> {
-    if weights.len() != points {
-        let must = format!("as many as the points, {points}");
-        return Err(Error::parameter("weights", must, weights.len()));
-    }
-    if let Some(i) = weights.iter().position(|weight| !(*weight >= 0.0 && weight.is_finite())) {
-        let got = format!("{} at index {i}", weights[i]);
-        return Err(Error::parameter("weights", "finite and at least 0", got));
-    }
-    Ok(())
 }
 
 /// The nodes of a map before training.

@@ -39,7 +39,7 @@ pub fn reconstruct(
     let started = Instant::now();
     options.check(points.len())?;
     let mut result = worker_pool::run_observed(points.len(), observer, |observer| {
-        let bounds = cloud::checked_bounds(points, &mut before_phases(observer))?;
+        let bounds = cloud::checked_extent(points, &mut before_phases(observer))?;
         let axes = choose_axes(points, options, observer)?;
         with_ranked_cloud(points, axes, options, observer, |ranked, observer| {
             finish(points, &bounds, ranked, options, observer)

@@ -11,7 +11,7 @@ use super::arrays::Numbers;
 use super::errors::{bad_argument, is_about_input};
 
 /// Expected value of a count, for error messages.
-const COUNT: &str = "an integer from 0 to 2^64 - 1";
+const COUNT: &str = "an integer from 0";
 
 /// A non-negative integer.
 pub(super) fn count<'py, T: FromPyObjectOwned<'py>>(
