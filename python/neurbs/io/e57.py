@@ -22,18 +22,11 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 def read_e57(path: Path, request: Request) -> PointSource:
     """Read the points of all scans, in their common frame."""
     pye57 = require_for_file(path, "pye57")
-
-    def damaged(error: Exception) -> NeurbsError:
-        return NeurbsError(f"{path}: must be a complete E57 file, but is damaged: {error}")
-
-    try:
-        with closing(pye57.E57(str(path))) as file:
-            headers = [file.get_header(i) for i in range(file.scan_count)]
-            fields = [set(header.point_fields) for header in headers]
-            count = sum(header.point_count for header in headers)
-            crs = _text(file, "coordinateMetadata")
-    except pye57.libe57.E57Exception as error:
-        raise damaged(error) from None
+    with closing(pye57.E57(str(path))) as file:
+        headers = [file.get_header(i) for i in range(file.scan_count)]
+        fields = [set(header.point_fields) for header in headers]
+        count = sum(header.point_count for header in headers)
+        crs = _text(file, "coordinateMetadata")
     for scan, present in enumerate(fields):
         if not (set(_CARTESIAN) <= present or set(_SPHERICAL) <= present):
             raise NeurbsError(
@@ -43,12 +36,9 @@ def read_e57(path: Path, request: Request) -> PointSource:
     colored = request.attributes and all(set(_COLORS) <= present for present in fields)
 
     def blocks() -> Iterator[Block]:
-        try:
-            with closing(pye57.E57(str(path))) as file:
-                for scan in range(file.scan_count):
-                    yield from _scan(file, scan, colored=colored)
-        except pye57.libe57.E57Exception as error:
-            raise damaged(error) from None
+        with closing(pye57.E57(str(path))) as file:
+            for scan in range(file.scan_count):
+                yield from _scan(file, scan, colored=colored)
 
     # The unit of the E57 standard is the meter.
     return PointSource(blocks(), count=count, unit="m", crs=crs or None)

@@ -11,6 +11,7 @@ import csv
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO, TypeAlias
@@ -20,9 +21,13 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block
+from neurbs.io.reading import damaged
 
 Rows: TypeAlias = Callable[[], Iterator[tuple[int, str]]]
 """Returns an iterator over the rows of a file, each with its line number from 1."""
+
+_MAX_LINE = 1 << 24
+"""Most characters of a line."""
 
 _MAX_SHOWN = 40
 """Most characters of a file's text in an error message."""
@@ -89,6 +94,21 @@ def open_text(path: Path) -> TextIO:
     with path.open("rb") as file:
         wide = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
     return path.open(encoding="utf-16" if wide else "utf-8-sig", errors="replace")
+
+
+def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number, from 1, and text of each line of a text file.
+
+    Raises
+    ------
+    NeurbsError
+        If a line is too long for a file of text.
+    """
+    with open_text(path) as file:
+        for number, line in enumerate(iter(partial(file.readline, _MAX_LINE), ""), start=1):
+            if len(line) == _MAX_LINE:
+                raise damaged(path, f"line {number} has more than {_MAX_LINE:,} characters")
+            yield number, line
 
 
 def is_number(text: str) -> bool:

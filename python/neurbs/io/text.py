@@ -10,7 +10,7 @@ from pathlib import Path
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import PointSource, Request, checked_count
-from neurbs.io.table import Layout, Rows, is_number, open_text, read_blocks, shown, split
+from neurbs.io.table import Layout, Rows, is_number, numbered_lines, read_blocks, shown, split
 from neurbs.io.table_header import Header
 
 _COMMENT = re.compile("#|//")
@@ -56,20 +56,20 @@ def _is_count(text: str) -> bool:
 
 def data_rows(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number, from 1, and text of each line that is not blank and not only a comment."""
-    with open_text(path) as file:
-        for number, line in enumerate(file, start=1):
-            text = line
-            if "#" in line or "//" in line:
-                text = _COMMENT.split(line, maxsplit=1)[0]
-            if text.strip():
-                yield number, text
+    for number, line in numbered_lines(path):
+        text = line
+        if "#" in line or "//" in line:
+            text = _COMMENT.split(line, maxsplit=1)[0]
+        if text.strip():
+            yield number, text
 
 
 def _comment_above(path: Path, line: int) -> str:
     """Return the last comment above a line, where some programs name the columns."""
-    with open_text(path) as file:
-        comments = [text for text in islice(file, line - 1) if text.strip()]
-    return comments[-1].strip().lstrip("#/ ") if comments else ""
+    comment = ""
+    for _, text in islice(numbered_lines(path), line - 1):
+        comment = text.strip() or comment
+    return comment.lstrip("#/ ")
 
 
 @dataclass(frozen=True)
