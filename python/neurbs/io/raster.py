@@ -84,12 +84,12 @@ def read_asc(path: Path, request: Request) -> PointSource:
             else float(entries[f"{axis}llcorner"]) + cell / 2
             for axis in "xy"
         )
-        if cols < 1 or rows < 1:
+        if cols < 1 or rows < 1 or not (cell > 0 and np.isfinite([cell, x, y]).all()):
             raise ValueError
     except (KeyError, ValueError):
         raise NeurbsError(
-            f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize and "
-            f"nodata_value, a number after each, got {' '.join(entries)}"
+            f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize "
+            f"above 0 and nodata_value, a number after each, got {' '.join(entries)}"
         ) from None
     # A number takes a character and a separator.
     check_size(path, rows * cols, 2, "cells", -1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import codecs
 import csv
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -31,6 +32,9 @@ _MAX_LINE = 1 << 24
 
 _MAX_SHOWN = 40
 """Most characters of a file's text in an error message."""
+
+_FORTRAN = re.compile(r"""(?<![^\s,;"])([+-]?(?:\d+\.\d*|\.\d+))[dD]([+-]?\d+)(?![^\s,;"])""")
+"""A number as Fortran writes it in double precision."""
 
 _MISSING = {"", "-", "na", "n/a", "null", "none"}
 """Texts for a missing number, beside ``nan``."""
@@ -77,7 +81,7 @@ class Layout:
     def split(self, text: str) -> list[str]:
         """Split a row into fields, with decimal points."""
         fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
-        return [field.strip() for field in fields]
+        return [without_fortran(field.strip()) for field in fields]
 
     def block(self, values: NDArray[np.float64]) -> Block:
         """Return the columns as points, normals and colors."""
@@ -119,6 +123,17 @@ def is_number(text: str) -> bool:
         return False
     # Python's float also accepts 1_000 and digits of other scripts.
     return text.isascii() and "_" not in text
+
+
+def without_fortran(text: str) -> str:
+    """Replace the exponents of Fortran.
+
+    Examples
+    --------
+    >>> without_fortran("P1.D 1.0D+03 -.5d0")
+    'P1.D 1.0e+03 -.5e0'
+    """
+    return _FORTRAN.sub(r"\1e\2", text) if "D" in text or "d" in text else text
 
 
 def shown(text: str) -> str:
@@ -185,7 +200,11 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
         record = [(str(i), "f8" if i in columns else "U1") for i in range(width)]
         options |= {"dtype": record, "ndmin": 1}
     try:
-        table = np.loadtxt(lines, **options)
+        try:
+            table = np.loadtxt(lines, **options)
+        except ValueError:
+            lines = list(map(without_fortran, lines))
+            table = np.loadtxt(lines, **options)
     except ValueError:
         optional = set(columns) - set(layout.required)
         if not optional:
