@@ -1,6 +1,7 @@
 """Files that are damaged, are cut short, are no files, or refer to other files."""
 
 import io
+import json
 import os
 import struct
 import subprocess
@@ -325,3 +326,141 @@ def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.G
     )
     with pytest.raises(neurbs.NeurbsError, match=r"must be a whole \.tif file"):
         neurbs.read_points(leading)
+
+
+# Files that name others
+
+
+def named_by_glb(path: Path, name: str) -> None:
+    saved_mesh(path)
+    whole = path.read_bytes()
+    (length,) = struct.unpack_from("<I", whole, 12)
+    document = json.loads(whole[20 : 20 + length])
+    document["buffers"][0]["uri"] = name
+    document["images"] = [{"uri": name}]
+    document["textures"] = [{"source": 0}]
+    document["materials"][0]["pbrMetallicRoughness"] = {"baseColorTexture": {"index": 0}}
+    text = json.dumps(document).encode()
+    text = text.ljust(len(text) + -len(text) % 4)
+    rest = struct.pack("<I4s", len(text), b"JSON") + text
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(rest)) + rest)
+
+
+def named_by_obj(path: Path, name: str) -> None:
+    path.write_text(f"mtllib {name}\nusemtl a\nv 1 2 3\nv 1 2 4\nv 4 5 6\nf 1 2 3\n")
+
+
+def named_by_vtp(path: Path, name: str) -> None:
+    saved_mesh(path)
+    whole = path.read_bytes()
+    kinds = f'<!DOCTYPE VTKFile [<!ENTITY % e SYSTEM "{name}"> %e; <!ENTITY f SYSTEM "{name}">]>'
+    path.write_bytes(
+        whole.replace(b"<VTKFile", kinds.encode() + b"<VTKFile", 1).replace(
+            b"<Points>", b"<Points>&f;"
+        )
+    )
+
+
+def named_by_e57(path: Path, name: str) -> None:
+    """Write a file with other XML; its pages end with checksums."""
+    pye57 = pytest.importorskip("pye57")
+    with pye57.E57(str(path), mode="w") as file:
+        file.write_scan_raw({f"cartesian{axis}": np.arange(9.0) for axis in "XYZ"})
+    whole = path.read_bytes()
+    pages = b"".join(whole[start : start + 1020] for start in range(0, len(whole), 1024))
+    place, length = struct.unpack_from("<QQ", whole, 24)
+    place = place // 1024 * 1020 + place % 1024
+    kinds = f'<!DOCTYPE e57Root SYSTEM "{name}"><e57Root'.encode()
+    xml = pages[place : place + length].replace(b"<e57Root", kinds, 1)
+    content = bytearray(pages[:place] + xml)
+    content += bytes(-len(content) % 1020)
+    struct.pack_into("<Q", content, 16, len(content) // 1020 * 1024)
+    struct.pack_into("<Q", content, 32, len(xml))
+    parts = (bytes(content[start : start + 1020]) for start in range(0, len(content), 1020))
+    path.write_bytes(b"".join(part + checksum(part) for part in parts))
+
+
+def checksum(page: bytes) -> bytes:
+    """Return CRC-32C."""
+    value = 0xFFFFFFFF
+    for byte in page:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0x82F63B78 if value & 1 else 0)
+    return (value ^ 0xFFFFFFFF).to_bytes(4, "big")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [
+        (".glb", named_by_glb),
+        (".obj", named_by_obj),
+        (".vtp", named_by_vtp),
+        (".e57", named_by_e57),
+    ],
+)
+@pytest.mark.parametrize("form", ["{0.name}", "{0}", "file://{0}"])
+def test_a_file_does_not_lead_to_another(
+    suffix: str, write: Callable[[Path, str], None], form: str, tmp_path: Path
+) -> None:
+    """The other file is a pipe that another process sees opened."""
+    secret, path = tmp_path / "secret", tmp_path / f"a{suffix}"
+    os.mkfifo(secret)
+    write(path, form.format(secret))
+    writer = subprocess.Popen([sys.executable, "-c", f"open({str(secret)!r}, 'w')"])
+    try:
+        code = (
+            "import contextlib, neurbs\nwith contextlib.suppress(neurbs.NeurbsError):\n"
+            f"    neurbs.read_points({str(path)!r})"
+        )
+        done = subprocess.run([sys.executable, "-c", code], timeout=60, cwd=tmp_path)
+        assert done.returncode == 0
+        assert writer.poll() is None, "the other file was opened"
+    finally:
+        writer.kill()
+        writer.wait()
+
+
+# Names that change what a terminal shows
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files have no control characters")
+def test_control_characters_are_shown_escaped(tmp_path: Path) -> None:
+    bad = "a\x1b[2J\x07\u202eb\nneurbs: done"
+    shown = r"a\x1b[2J\x07\u202eb\nneurbs: done"
+    files: dict[str, str | bytes] = {
+        f"{bad}.csv": "1 2\n1\n",
+        f"{bad}.json": "{",
+        f"{bad}.strange": "",
+        "a.csv": "\x1b[2J,x,\x07\n1,2,3\n",
+        "a.pcd": PCD.replace("FIELDS x", "FIELDS \x1b[2Jx"),
+        "a.ply": "ply\nformat \x1b[2J 1.0\n",
+        "a.npz": b"",
+    }
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("\x1b[2Ja.npy", npy())
+        archive.writestr("b.npy", npy())
+    files.pop("a.npz")
+    for name, content in files.items():
+        (tmp_path / name).write_text(str(content), newline="")
+    for name in [*files, "a.npz"]:
+        path = str(tmp_path / name)
+        for words in (["info", path], ["reconstruct", path, path, "-o", str(tmp_path)]):
+            done = subprocess.run(
+                [sys.executable, "-m", "neurbs", *words], capture_output=True, timeout=60
+            )
+            assert done.returncode in (1, 2)
+            text = done.stdout + done.stderr
+            assert not set(text) & {0x1B, 7}
+            assert "\u202e".encode() not in text
+            assert not any(line.startswith(b"neurbs: done") for line in text.splitlines())
+            if bad in name:
+                assert shown.encode() in text
+    (tmp_path / "b.csv").write_text("x [\x1b[2J],y [\x1b[2J],z [\x1b[2J]\n1,2,3\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "neurbs", "info", str(tmp_path / "b.csv")], capture_output=True
+    )
+    assert done.returncode == 0
+    assert b"\x1b" not in done.stdout
+    assert rb"\x1b[2j" in done.stdout
