@@ -1,6 +1,23 @@
-"""Errors about the value of one argument."""
+"""Messages of errors."""
+
+import re
 
 from neurbs._core import NeurbsError
+
+_UNSEEN = re.compile("[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+"""Control characters, among them those that change the direction of the text."""
+
+
+def printable(text: str) -> str:
+    r"""Escape control characters, which could change what a terminal shows.
+
+    Examples
+    --------
+    >>> from neurbs.errors import printable
+    >>> print(printable("scan\x1b[2J.csv"))
+    scan\x1b[2J.csv
+    """
+    return _UNSEEN.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
 def argument_error(argument: str, requirement: str) -> NeurbsError:

@@ -230,7 +230,8 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     >>> neurbs.from_opencascade(other).closed  # doctest: +SKIP
     (True, False)
     """
-    if surface.IsUPeriodic() or surface.IsVPeriodic():
+    is_periodic = surface.IsUPeriodic() or surface.IsVPeriodic()
+    if is_periodic:
         surface = surface.Copy()
         surface.SetUNotPeriodic()
         surface.SetVNotPeriodic()
@@ -247,7 +248,17 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     rational = surface.IsURational() or surface.IsVRational()
     knots = (np.repeat(u, times_u), np.repeat(v, times_v))
     degree = (surface.UDegree(), surface.VDegree())
-    return NurbsSurface(net, weights if rational else None, degree, knots)
+    ours = NurbsSurface(net, weights if rational else None, degree, knots)
+    # OpenCASCADE leaves the knots of degree 1 unclamped.
+    return clamped(ours) if is_periodic else ours
+
+
+def clamped(surface: NurbsSurface) -> NurbsSurface:
+    """Return the surface with clamped knots; one that has them keeps all digits."""
+    directions = zip(surface.knots, surface.degree, strict=True)
+    if all(u[0] == u[degree] and u[-1] == u[-degree - 1] for u, degree in directions):
+        return surface
+    return surface.clamped()
 
 
 def _opencascade_knots(knots: NDArray[np.float64]) -> tuple[Any, Any]:

@@ -1,5 +1,12 @@
-"""Files that are cut short, or refer to other files."""
+"""Files that are damaged, are cut short, are no files, or refer to other files."""
 
+import io
+import json
+import os
+import struct
+import subprocess
+import sys
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,8 +29,226 @@ from vtkmodules.vtkIOLegacy import (
 )
 
 import neurbs
+from neurbs.io.table import numbered_lines
 
 COUNT = 500
+
+PCD = """VERSION 0.7
+FIELDS x y z
+SIZE 4 4 4
+TYPE F F F
+COUNT 1 1 1
+WIDTH 2
+HEIGHT 1
+POINTS 2
+DATA ascii
+1 2 3
+4 5 6
+"""
+
+GRID = "ncols 2\nnrows 2\nxllcorner 5\nyllcorner 7\ncellsize 2.5\n1 2\n3 4\n"
+
+
+def npy() -> bytes:
+    file = io.BytesIO()
+    np.save(file, np.zeros((9, 3)))
+    return file.getvalue()
+
+
+def npz(compression: int = zipfile.ZIP_DEFLATED, *, old: bytes = b"", new: bytes = b"") -> bytes:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", compression) as archive:
+        archive.writestr("points.npy", npy())
+    return file.getvalue().replace(old, new, 1) if old else file.getvalue()
+
+
+# A local header of an archive has the method at 8, the central one at 10.
+UNKNOWN_METHOD = bytearray(npz())
+UNKNOWN_METHOD[8] = UNKNOWN_METHOD[npz().index(b"PK\x01\x02") + 10] = 77
+
+DAMAGED_LZMA = bytearray(npz(zipfile.ZIP_LZMA))
+DAMAGED_LZMA[60:70] = bytes(10)
+
+DAMAGED: dict[str, tuple[str, bytes, str]] = {
+    "array as archive": (".npz", npy(), "must be a whole"),
+    "unknown compression": (".npz", bytes(UNKNOWN_METHOD), "must be a whole"),
+    "damaged LZMA": (".npz", bytes(DAMAGED_LZMA), "must be a whole"),
+    "wrong checksum": (".npz", npz(0, old=b"\n" + bytes(8), new=b"\n" + bytes(7) + b"\1"), "CRC"),
+    "array without end": (".npz", npz(0, old=b"(9, 3)", new=b"(99,3)"), "must be a whole"),
+    "no numbers per field": (".pcd", PCD.replace("1 1 1", "1 0 1").encode(), "must start with"),
+    "columns without end": (
+        ".asc",
+        GRID.replace("ncols 2", f"ncols {2**63}").encode(),
+        "cut short",
+    ),
+    "quotation without end": (".csv", b'a,"' + b"b" * 140_000 + b'"\n1,2,3\n', "must be a whole"),
+    "nested brackets": (".json", b"[" * 200_000, "must be"),
+    "endless degree": (
+        ".json",
+        b'{"shape": {"type": "surface", "data": [{"control_points": {"points": [[0, 0, 0]]}, '
+        b'"size_u": 1e999, "size_v": 1, "knotvector_u": [], "knotvector_v": []}]}}',
+        "must be",
+    ),
+    "not UTF-8": (
+        ".vtk",
+        b"# vtk DataFile Version 3.0\n\xff\nASCII\nDATASET \xff\n",
+        "must be a whole",
+    ),
+    "short scan": (".las", b"LASF" + bytes(90), "must be a whole"),
+    "no numbers": (".off", b"OFF\n3 one 0\n", "must be a whole"),
+    "scan of one byte": (".e57", b"A", "must be a whole"),
+    "mesh of one byte": (".glb", b"g", "must be a whole"),
+}
+"""By the kind of damage: suffix, content and message."""
+
+
+@pytest.mark.parametrize("kind", DAMAGED)
+def test_a_damaged_file_is_an_error_of_neurbs(kind: str, tmp_path: Path) -> None:
+    suffix, content, message = DAMAGED[kind]
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(content)
+    read: Callable[..., object] = neurbs.read_points
+    if suffix == ".json":
+        read = neurbs.load_surface
+    with pytest.raises(neurbs.NeurbsError, match=message) as caught:
+        read(path)
+    assert str(caught.value).startswith(f"{path}: ")
+    assert "\n" not in str(caught.value)
+    if suffix != ".json":
+        # Lazily read, too.
+        with pytest.raises(neurbs.NeurbsError, match=message):
+            list(neurbs.read_points(path, chunks=10))
+
+
+def test_a_path_with_a_null_character_is_an_error_of_neurbs() -> None:
+    for read in (neurbs.read_points, neurbs.load_surface):
+        with pytest.raises(neurbs.NeurbsError, match=r"a\\x00b: must be a path"):
+            read("a\0b")
+
+
+def test_errors_about_the_file_itself_stay(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        neurbs.read_points(tmp_path / "a.csv")
+    with pytest.raises(IsADirectoryError):
+        neurbs.load_surface(tmp_path)
+
+
+# What is no file
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+@pytest.mark.parametrize("suffix", [".step", ".json", ".3dm", ".csv", ".npz", ".toml"])
+def test_a_pipe_or_a_device_is_refused_at_once(suffix: str, tmp_path: Path) -> None:
+    pipe, device = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+    os.mkfifo(pipe)
+    device.symlink_to("/dev/zero")
+    for path in (pipe, device):
+        words = (
+            ["reconstruct", "a.csv", "-o", "b.step", "--config"] if suffix == ".toml" else ["info"]
+        )
+        done = subprocess.run(
+            [sys.executable, "-m", "neurbs", *words, str(path)],
+            capture_output=True,
+            text=True,
+            timeout=20,
+        )
+        assert "this is a device or a pipe" in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_settings_are_of_a_bounded_size(tmp_path: Path) -> None:
+    path = tmp_path / "a.toml"
+    with path.open("wb") as file:
+        file.truncate(10**9)
+    done = subprocess.run(
+        [sys.executable, "-m", "neurbs", "info", "a.csv", "--config", str(path)],
+        capture_output=True,
+        text=True,
+        timeout=20,
+    )
+    assert "must be a file of at most 1,048,576 bytes" in done.stderr
+
+
+def test_a_line_has_a_bounded_size(tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz"
+    with path.open("wb") as file:
+        file.truncate(10**9)
+    with pytest.raises(neurbs.NeurbsError, match="line 1 has more than 16,777,216 characters"):
+        neurbs.read_points(path)
+    path.write_text("1 2 3\n\n4 5 6")
+    assert list(numbered_lines(path)) == [(1, "1 2 3\n"), (2, "\n"), (3, "4 5 6")]
+
+
+# Cut short
+
+
+def saved_mesh(path: Path) -> None:
+    net = np.stack([*np.indices((4, 5), float), np.ones((4, 5))], axis=-1)
+    neurbs.save(neurbs.NurbsSurface(net).tessellate(shape=(4, 5)), path)
+
+
+def text_ply(path: Path) -> None:
+    rows = "".join(f"{x} {x * x} 5\n" for x in range(9))
+    faces = "".join(f"{3 + x % 2} {x} {x + 1} {x + 2}{' 8' * (x % 2)}\n" for x in range(6))
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 9\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 6\nproperty list uchar int vertex_indices\n"
+        f"end_header\n{rows}{faces}"
+    )
+
+
+def mixed_ply(path: Path) -> None:
+    rows = np.arange(27, dtype="<f4").tobytes()
+    corners = [list(range(3 + x % 2)) for x in range(70)]
+    faces = b"".join(struct.pack(f"<B{len(c)}i", len(c), *c) for c in corners)
+    path.write_bytes(
+        b"ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\n"
+        b"property float y\nproperty float z\nelement face 70\n"
+        b"property list uchar int vertex_indices\nend_header\n" + rows + faces
+    )
+
+
+def vtk_text(path: Path) -> None:
+    data, writer = poly_data()
+    places = vtkPoints()
+    places.SetData(numpy_to_vtk(np.arange(3.0 * COUNT).reshape(-1, 3), deep=1))
+    data.SetPoints(places)
+    data.GetPointData().SetNormals(numpy_to_vtk(np.ones((COUNT, 3)), deep=1))
+    writer.SetInputData(data)
+    writer.SetFileName(str(path))
+    writer.Write()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [
+        (".ply", saved_mesh),
+        (".ply", text_ply),
+        (".ply", mixed_ply),
+        (".off", saved_mesh),
+        (".vtp", saved_mesh),
+        (".vtk", vtk_text),
+    ],
+)
+def test_a_cut_after_the_points_is_an_error(
+    suffix: str, write: Callable[[Path], None], tmp_path: Path
+) -> None:
+    path = tmp_path / f"a{suffix}"
+    write(path)
+    whole = path.read_bytes()
+    points = neurbs.read_points(path)
+    assert len(points) in (9, 20, COUNT)
+    end = len(whole.rstrip())
+    if suffix in (".off", ".vtk") or write is text_ply:
+        # Within the last number a cut cannot be seen.
+        end = max(whole.rfind(b"\n", 0, end), whole.rfind(b" ", 0, end))
+    ends = np.unique(np.linspace(len(whole) // 3, end - 1, 60).astype(int))
+    for cut in ends:
+        path.write_bytes(whole[:cut])
+        if suffix == ".vtk" and whole[cut - 1 : cut + 1] == b"\nP":
+            continue  # Between two sections.
+        with pytest.raises(neurbs.NeurbsError):
+            neurbs.read_points(path)
 
 
 def triangles() -> Any:
@@ -82,7 +307,7 @@ def test_a_vtk_file_that_is_cut_short_is_an_error(
     cut = tmp_path / "cut.vtk"
     for end in np.linspace(200, len(whole) - 3, 40).astype(int):
         cut.write_bytes(whole[:end])
-        with pytest.raises(neurbs.NeurbsError, match="cut short"):
+        with pytest.raises(neurbs.NeurbsError, match=r"must be a whole \.vtk file"):
             neurbs.read_points(cut)
 
 
@@ -99,5 +324,143 @@ def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.G
         <SimpleSource><SourceFilename relativeToVRT="0">{secret}</SourceFilename>
         <SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>"""
     )
-    with pytest.raises(neurbs.NeurbsError, match="must be a complete GeoTIFF"):
+    with pytest.raises(neurbs.NeurbsError, match=r"must be a whole \.tif file"):
         neurbs.read_points(leading)
+
+
+# Files that name others
+
+
+def named_by_glb(path: Path, name: str) -> None:
+    saved_mesh(path)
+    whole = path.read_bytes()
+    (length,) = struct.unpack_from("<I", whole, 12)
+    document = json.loads(whole[20 : 20 + length])
+    document["buffers"][0]["uri"] = name
+    document["images"] = [{"uri": name}]
+    document["textures"] = [{"source": 0}]
+    document["materials"][0]["pbrMetallicRoughness"] = {"baseColorTexture": {"index": 0}}
+    text = json.dumps(document).encode()
+    text = text.ljust(len(text) + -len(text) % 4)
+    rest = struct.pack("<I4s", len(text), b"JSON") + text
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(rest)) + rest)
+
+
+def named_by_obj(path: Path, name: str) -> None:
+    path.write_text(f"mtllib {name}\nusemtl a\nv 1 2 3\nv 1 2 4\nv 4 5 6\nf 1 2 3\n")
+
+
+def named_by_vtp(path: Path, name: str) -> None:
+    saved_mesh(path)
+    whole = path.read_bytes()
+    kinds = f'<!DOCTYPE VTKFile [<!ENTITY % e SYSTEM "{name}"> %e; <!ENTITY f SYSTEM "{name}">]>'
+    path.write_bytes(
+        whole.replace(b"<VTKFile", kinds.encode() + b"<VTKFile", 1).replace(
+            b"<Points>", b"<Points>&f;"
+        )
+    )
+
+
+def named_by_e57(path: Path, name: str) -> None:
+    """Write a file with other XML; its pages end with checksums."""
+    pye57 = pytest.importorskip("pye57")
+    with pye57.E57(str(path), mode="w") as file:
+        file.write_scan_raw({f"cartesian{axis}": np.arange(9.0) for axis in "XYZ"})
+    whole = path.read_bytes()
+    pages = b"".join(whole[start : start + 1020] for start in range(0, len(whole), 1024))
+    place, length = struct.unpack_from("<QQ", whole, 24)
+    place = place // 1024 * 1020 + place % 1024
+    kinds = f'<!DOCTYPE e57Root SYSTEM "{name}"><e57Root'.encode()
+    xml = pages[place : place + length].replace(b"<e57Root", kinds, 1)
+    content = bytearray(pages[:place] + xml)
+    content += bytes(-len(content) % 1020)
+    struct.pack_into("<Q", content, 16, len(content) // 1020 * 1024)
+    struct.pack_into("<Q", content, 32, len(xml))
+    parts = (bytes(content[start : start + 1020]) for start in range(0, len(content), 1020))
+    path.write_bytes(b"".join(part + checksum(part) for part in parts))
+
+
+def checksum(page: bytes) -> bytes:
+    """Return CRC-32C."""
+    value = 0xFFFFFFFF
+    for byte in page:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0x82F63B78 if value & 1 else 0)
+    return (value ^ 0xFFFFFFFF).to_bytes(4, "big")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [
+        (".glb", named_by_glb),
+        (".obj", named_by_obj),
+        (".vtp", named_by_vtp),
+        (".e57", named_by_e57),
+    ],
+)
+@pytest.mark.parametrize("form", ["{0.name}", "{0}", "file://{0}"])
+def test_a_file_does_not_lead_to_another(
+    suffix: str, write: Callable[[Path, str], None], form: str, tmp_path: Path
+) -> None:
+    """The other file is a pipe that another process sees opened."""
+    secret, path = tmp_path / "secret", tmp_path / f"a{suffix}"
+    os.mkfifo(secret)
+    write(path, form.format(secret))
+    writer = subprocess.Popen([sys.executable, "-c", f"open({str(secret)!r}, 'w')"])
+    try:
+        code = (
+            "import contextlib, neurbs\nwith contextlib.suppress(neurbs.NeurbsError):\n"
+            f"    neurbs.read_points({str(path)!r})"
+        )
+        done = subprocess.run([sys.executable, "-c", code], timeout=60, cwd=tmp_path)
+        assert done.returncode == 0
+        assert writer.poll() is None, "the other file was opened"
+    finally:
+        writer.kill()
+        writer.wait()
+
+
+# Names that change what a terminal shows
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files have no control characters")
+def test_control_characters_are_shown_escaped(tmp_path: Path) -> None:
+    bad = "a\x1b[2J\x07\u202eb\nneurbs: done"
+    shown = r"a\x1b[2J\x07\u202eb\nneurbs: done"
+    files: dict[str, str | bytes] = {
+        f"{bad}.csv": "1 2\n1\n",
+        f"{bad}.json": "{",
+        f"{bad}.strange": "",
+        "a.csv": "\x1b[2J,x,\x07\n1,2,3\n",
+        "a.pcd": PCD.replace("FIELDS x", "FIELDS \x1b[2Jx"),
+        "a.ply": "ply\nformat \x1b[2J 1.0\n",
+        "a.npz": b"",
+    }
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("\x1b[2Ja.npy", npy())
+        archive.writestr("b.npy", npy())
+    files.pop("a.npz")
+    for name, content in files.items():
+        (tmp_path / name).write_text(str(content), newline="")
+    for name in [*files, "a.npz"]:
+        path = str(tmp_path / name)
+        for words in (["info", path], ["reconstruct", path, path, "-o", str(tmp_path)]):
+            done = subprocess.run(
+                [sys.executable, "-m", "neurbs", *words], capture_output=True, timeout=60
+            )
+            assert done.returncode in (1, 2)
+            text = done.stdout + done.stderr
+            assert not set(text) & {0x1B, 7}
+            assert "\u202e".encode() not in text
+            assert not any(line.startswith(b"neurbs: done") for line in text.splitlines())
+            if bad in name:
+                assert shown.encode() in text
+    (tmp_path / "b.csv").write_text("x [\x1b[2J],y [\x1b[2J],z [\x1b[2J]\n1,2,3\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "neurbs", "info", str(tmp_path / "b.csv")], capture_output=True
+    )
+    assert done.returncode == 0
+    assert b"\x1b" not in done.stdout
+    assert rb"\x1b[2j" in done.stdout

@@ -215,6 +215,30 @@ OPENCASCADE = [
 ]
 
 
+@pytest.mark.parametrize("suffix", OPENCASCADE)
+@pytest.mark.parametrize("place", [1e7, 1e9])
+def test_a_surface_far_from_the_origin_is_read_at_once(
+    suffix: str, place: float, tmp_path: Path
+) -> None:
+    """A conversion of its edges once took longer than the limit of the reader."""
+    rng = np.random.default_rng(3)
+    net = np.stack([*np.indices((6, 6), float), rng.random((6, 6))], axis=-1)
+    surface = NurbsSurface(net + place, rng.uniform(0.1, 10, (6, 6)))
+    neurbs.save(surface, tmp_path / f"a{suffix}")
+    read = neurbs.load_surface(tmp_path / f"a{suffix}")
+    np.testing.assert_allclose(read.control_points, surface.control_points, rtol=1e-15)
+
+
+@pytest.mark.parametrize("suffix", [".step", ".iges"])
+def test_a_surface_that_is_too_small_for_cad_is_refused(suffix: str, tmp_path: Path) -> None:
+    ball = NurbsSurface.sphere([0, 0, 0], 1e-8)
+    with pytest.raises(neurbs.NeurbsError, match=r"must be larger than 1e-05 mm, got 3\.\de-08 mm"):
+        neurbs.save(ball, tmp_path / f"a{suffix}")
+    assert not list(tmp_path.iterdir())
+    neurbs.save(ball, tmp_path / f"a{suffix}", unit="m")
+    neurbs.save(ball, tmp_path / "a.json")
+
+
 @pytest.mark.parametrize("suffix", [".json", ".3dm", *OPENCASCADE])
 @examples(40)
 @given(surface=surfaces())
@@ -228,8 +252,8 @@ def test_a_surface_comes_back_from_its_file(suffix: str, surface: NurbsSurface) 
     if suffix == ".json":
         assert read == surface
         return
-    # Rhino leaves out the outermost knots.
-    ours = surface.clamped() if suffix == ".3dm" else surface
+    # Rhino leaves out the outermost knots, and OpenCASCADE those of unclamped surfaces in STEP.
+    ours = surface.clamped() if suffix in (".3dm", ".step") else surface
     assert read.degree == ours.degree
     for theirs, knots in zip(read.knots, ours.knots, strict=True):
         np.testing.assert_array_equal(theirs, knots)
@@ -238,6 +262,24 @@ def test_a_surface_comes_back_from_its_file(suffix: str, surface: NurbsSurface) 
     np.testing.assert_allclose(read.control_points, net, rtol=0, atol=4 * np.spacing(size(ours)))
     weights = [np.ones(net.shape[:2]) if s.weights is None else s.weights for s in (read, ours)]
     np.testing.assert_allclose(weights[0], weights[1], rtol=1e-15)
+
+
+@pytest.mark.parametrize("suffix", OPENCASCADE)
+@pytest.mark.parametrize("scale", [1e-2, 1.0, 1e4])
+def test_a_whole_quadric_is_not_said_to_be_trimmed(
+    suffix: str, scale: float, tmp_path: Path
+) -> None:
+    for surface in (
+        NurbsSurface.sphere([1, 2, 3], 6.0),
+        NurbsSurface.cylinder([1, 2, 3], [0, 0, 5], 2.0),
+        NurbsSurface.torus([1, 2, 3], 5.0, 2.0),
+        NurbsSurface.cone([1, 2, 3], [0, 0, 5], 2.0),
+    ):
+        matrix = np.diag([scale, scale, scale, 1.0])
+        neurbs.save(surface.transformed(matrix), tmp_path / f"a{suffix}")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            neurbs.load_surface(tmp_path / f"a{suffix}")
 
 
 @pytest.mark.parametrize("suffix", OPENCASCADE)

@@ -96,12 +96,12 @@ def test_a_damaged_npy_is_refused(tmp_path: Path) -> None:
         whole[:8],
         whole.replace(b"(100", b"(1e5"),
     ):
-        with pytest.raises(NeurbsError, match="is cut short, damaged or made of Python objects"):
+        with pytest.raises(NeurbsError, match=r"must be a whole \.npy file, but is damaged"):
             neurbs.read_points(written(path, damaged))
     with pytest.raises(NeurbsError, match="must be a NumPy array file, but has no header"):
         neurbs.read_points(written(path, b"1 2 3\n"))
     np.save(path, np.array([[{}, 1, 2]], dtype=object))
-    with pytest.raises(NeurbsError, match="made of Python objects"):
+    with pytest.raises(NeurbsError, match="Python objects"):
         neurbs.read_points(path)
 
 
@@ -171,7 +171,10 @@ def test_ply_written_by_another_library(tmp_path: Path) -> None:
         (ply("ascii", b"0 1 2 3\n0 4 5 6\n"), "must have 3 points, .* cut short after 2"),
         (ply("ascii", b""), "must have 3 points, as in its header, but is cut short after 0"),
         (ply("binary_little_endian", vertices("<")[:-1]), "must have 3 points, .* after 2"),
-        (ply("binary_little_endian", b"", count=10**14), "must have 10{14} points, .* after 0"),
+        (
+            ply("binary_little_endian", b"", count=10**14),
+            "must have 10{14} rows of vertex, .* cut short",
+        ),
         (ply("ascii", b"", count=0), "must have at least one point, but has 0 vertices"),
         (
             ply("ascii", b"").replace(b"double z", b"double w"),
@@ -383,7 +386,7 @@ def test_npz_of_several_arrays(tmp_path: Path) -> None:
     np.save(tmp_path / "p.npy", np.arange(10).reshape(2, 5))
     assert neurbs.read_points(tmp_path / "p.npy", columns=(4, 0)).tolist() == [[4, 0, 0], [9, 5, 0]]
     path.write_bytes(b"PK\3\4 nonsense")
-    with pytest.raises(NeurbsError, match="must be a complete archive of NumPy arrays"):
+    with pytest.raises(NeurbsError, match=r"must be a whole \.npz file"):
         neurbs.read_points(path)
 
 

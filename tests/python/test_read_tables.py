@@ -214,3 +214,59 @@ def test_pts_of_several_scans(tmp_path: Path) -> None:
 def test_every_table_in_every_encoding(tmp_path: Path, suffix: str, encoding: str) -> None:
     path = written(tmp_path / f"p{suffix}", "x;y;z;Größe\n1;2;3;ä\n".encode(encoding))
     assert neurbs.read_points(path).tolist() == [[1, 2, 3]]
+
+
+# Numbers that may be misread
+
+
+@pytest.mark.parametrize("separator", [" ", ";", "\t"])
+def test_commas_that_may_separate_thousands_are_refused(separator: str, tmp_path: Path) -> None:
+    path = tmp_path / "p.txt"
+    path.write_text(separator.join(["1,234", "2,000", "3,000"]) + "\n")
+    with pytest.raises(NeurbsError, match=r"line 1 has 1,234, which may be 1\.234 or 1234: write"):
+        neurbs.read_points(path)
+    # One number that can only have decimals is enough.
+    for row in ("1,234 2,000 3,00", "1,234 0,125 3,000", "4567,125 1,234 2,000"):
+        path.write_text("1,234 2,000 3,000\n".replace(" ", separator) + row.replace(" ", separator))
+        assert neurbs.read_points(path)[0].tolist() == [1.234, 2, 3]
+
+
+def test_exponents_of_fortran_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "p.txt"
+    path.write_text("1.0D+03 .5d0 -2.D-1\n4.0D0 5 6\n")
+    assert neurbs.read_points(path).tolist() == [[1000, 0.5, -0.2], [4, 5, 6]]
+    path.write_text("x,y,z\n1,2,3\n4.0D+00,5.0D+00,6.0D+00\n")
+    assert neurbs.read_points(path).tolist() == [[1, 2, 3], [4, 5, 6]]
+    path.write_text("12D3 1 2 3\nP1.D5 4 5 6\n")
+    with pytest.raises(NeurbsError):
+        neurbs.read_points(path, columns=(0, 1, 2))
+
+
+def test_hexadecimal_numbers_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "p.txt"
+    for row in ("0x1F 0x2A 0x3C", "0x1.8p3 0x2 0x3"):
+        path.write_text(f"{row}\n1 2 3\n")
+        with pytest.raises(NeurbsError, match="line 1, column 1 must be a finite number, got '0x1"):
+            neurbs.read_points(path)
+
+
+@pytest.mark.parametrize("cell", ["0", "-1", "nan", "inf"])
+def test_a_grid_without_a_size_of_its_cells_is_refused(cell: str, tmp_path: Path) -> None:
+    path = tmp_path / "p.asc"
+    path.write_text(f"ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize {cell}\n1 2\n")
+    with pytest.raises(NeurbsError, match="cellsize above 0"):
+        neurbs.read_points(path)
+
+
+def test_columns_in_different_units_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "p.csv"
+    for header in ("x [mm],y [m],z [mm]", "x [mm],y [mm],z [m]", "x (ft),y (deg),z (ft)"):
+        path.write_text(f"{header}\n1,2,3\n")
+        with pytest.raises(
+            NeurbsError, match="coordinates must have the same unit, but the header"
+        ):
+            neurbs.read_point_cloud(path)
+    path.write_text("lon [deg],lat [deg],height [m]\n1,2,3\n")
+    assert neurbs.read_point_cloud(path).unit is None
+    path.write_text("x [millimetre],y [mm],z [mm]\n1,2,3\n")
+    assert neurbs.read_point_cloud(path).unit == "mm"

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import neurbs
+from neurbs.io.atomic_write import atomic_write
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals and limits are those of POSIX")
 
@@ -120,8 +121,8 @@ def test_a_save_removes_what_killed_saves_have_left(tmp_path: Path) -> None:
         process = child(
             """
             from pathlib import Path
-            from neurbs.io.replacement import replacement
-            with replacement(Path(sys.argv[1])) as new:
+            from neurbs.io.atomic_write import atomic_write
+            with atomic_write(Path(sys.argv[1])) as new:
                 Path(new).write_text("half")
                 print("running", flush=True)
                 os.kill(os.getpid(), signal.SIGKILL)
@@ -140,8 +141,8 @@ def test_a_save_leaves_the_temporary_file_of_a_running_process(tmp_path: Path) -
     process = child(
         """
         from pathlib import Path
-        from neurbs.io.replacement import replacement
-        with replacement(Path(sys.argv[1])) as new:
+        from neurbs.io.atomic_write import atomic_write
+        with atomic_write(Path(sys.argv[1])) as new:
             Path(new).write_text("all of it")
             print("running", flush=True)
             sys.stdin.readline()
@@ -154,6 +155,23 @@ def test_a_save_leaves_the_temporary_file_of_a_running_process(tmp_path: Path) -
     ended(process)
     assert (tmp_path / "a.step").read_text() == "all of it"
     assert names(tmp_path) == ["a.step", "b.json"]
+
+
+def test_a_save_leaves_the_temporary_files_of_other_hosts(tmp_path: Path) -> None:
+    with atomic_write(tmp_path / "a.txt") as new:
+        mine = Path(new).name
+        Path(new).write_text("whole")
+    end = subprocess.Popen([sys.executable, "-c", ""])
+    end.wait()
+    other = [mine.replace(str(os.getpid()), str(end.pid)).replace("-", "-x", 1)]
+    other.append(mine.replace(".tmp", ".tmp2").replace(str(os.getpid()), str(end.pid)))
+    for name in other:
+        (tmp_path / name).write_text("half")
+    gone = tmp_path / mine.replace(str(os.getpid()), str(end.pid))
+    gone.write_text("half")
+    neurbs.save(thing(1, ".json"), tmp_path / "b.json")
+    assert not gone.exists()
+    assert names(tmp_path) == sorted(["a.txt", "b.json", *other])
 
 
 # No room, no permission

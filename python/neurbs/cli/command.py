@@ -15,6 +15,7 @@ import typer
 
 import neurbs
 from neurbs.cli.messages import Command, failure_message, usage_message, warnings_printed
+from neurbs.errors import printable
 
 FAILED, WRONG_USAGE, OUTSIDE, NOT_MET, INTERRUPTED, TERMINATED = 1, 2, 3, 4, 130, 143
 """Exit codes other than 0."""
@@ -66,7 +67,9 @@ def print_table(lines: dict[str, str]) -> None:
     """Print names and texts in two columns and flush."""
     from neurbs.reconstruction_report import aligned
 
-    print("\n".join(aligned(lines.items())), flush=True)
+    # A text may have several lines.
+    seen = {name: "\n".join(map(printable, text.split("\n"))) for name, text in lines.items()}
+    print("\n".join(aligned(seen.items())), flush=True)
 
 
 def _run(arguments: list[str]) -> int:

@@ -9,10 +9,16 @@ from typing import Annotated, TypeAlias
 
 import typer
 
+from neurbs import NeurbsError
+from neurbs.io.reading import check_file, read_whole
+
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+_MAX_BYTES = 1 << 20
+"""Most bytes of a file of settings."""
 
 
 def _read_config(context: typer.Context, path: Path | None) -> Path | None:
@@ -21,8 +27,13 @@ def _read_config(context: typer.Context, path: Path | None) -> Path | None:
         return None
     wrong = partial(typer.BadParameter, ctx=context, param_hint="'--config'")
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        check_file(path, "settings")
+        content = read_whole(path, _MAX_BYTES)
+    except NeurbsError as error:
+        raise wrong(str(error)) from None
+    try:
+        tables = tomllib.loads(content.decode())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise wrong(f"{path} must be a TOML file, but: {error}") from None
     settings = tables.get(str(context.info_name), {})
     if not isinstance(settings, dict):

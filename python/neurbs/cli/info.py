@@ -13,6 +13,7 @@ from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
 from neurbs.cli.inputs import Columns, File, Nan, load
 from neurbs.cli.options import AsJson
+from neurbs.errors import printable
 
 _MAP = ".npz"
 
@@ -49,7 +50,7 @@ def _is_map(file: Path) -> bool:
     try:
         with np.load(file, allow_pickle=False) as archive:
             return "codebook" in archive.files
-    except (OSError, ValueError, EOFError):
+    except Exception:  # A damaged archive may raise any error. The reader reports it.
         return False
 
 
@@ -104,4 +105,4 @@ def _text(value: Any) -> str:
             return f"{value:,}"
         case list() | tuple():
             return ", ".join(map(_text, value))
-    return str(value)
+    return printable(str(value))

@@ -19,6 +19,7 @@ from typer.core import TyperCommand
 
 import neurbs
 from neurbs.cli.options import flag
+from neurbs.errors import printable
 
 
 class Command(TyperCommand):
@@ -72,7 +73,7 @@ def warnings_printed(context: typer.Context | None = None) -> Iterator[None]:
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
         text = str(message) if context is None else with_options(context, str(message))
-        print(f"neurbs: warning: {text}", file=sys.stderr)
+        print(f"neurbs: warning: {printable(text)}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.showwarning = show
@@ -86,6 +87,10 @@ def failure(error: Exception) -> dict[str, str]:
 
 def failure_message(error: Exception) -> str:
     """Return one line about a failure."""
+    return printable(_failure_text(error))
+
+
+def _failure_text(error: Exception) -> str:
     match error:
         case OSError(strerror=str(reason), filename=str(name)):
             return f"{name}: {reason}"
@@ -105,4 +110,4 @@ def usage_message(error: typer.TyperException) -> str:
     message = " ".join(error.format_message().split()).rstrip(".")
     context: typer.Context | None = getattr(error, "ctx", None)
     command = context.command_path if context else "neurbs"
-    return f"{message} (see '{command} --help')"
+    return printable(f"{message} (see '{command} --help')")

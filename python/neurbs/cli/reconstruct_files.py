@@ -20,6 +20,7 @@ from neurbs.cli.inputs import check_points, read_point_cloud
 from neurbs.cli.messages import failure, option_argument, with_options
 from neurbs.cli.outputs import check_outputs
 from neurbs.cli.progress import progress_bar
+from neurbs.errors import printable
 from neurbs.io.units import check_unit
 
 _WRITABLE = "; ".join(f"{part}: {' '.join(suffixes)}" for part, suffixes in io.WRITABLE.items())
@@ -93,7 +94,7 @@ def run(
     for file, targets in jobs.items():
         try:
             cloud = read_point_cloud(file, columns, nan)
-            with progress_bar(not quiet, file.name if batch else "") as progress:
+            with progress_bar(not quiet, printable(file.name) if batch else "") as progress:
                 found = function(cloud, progress=progress, **given)
             results = _numbered(found, targets)
             for result, written in results:
@@ -215,9 +216,11 @@ def _is_report(target: Path) -> bool:
 
 
 def _with_name(file: Path, message: str) -> str:
-    return message if message.startswith(str(file)) else f"{file}: {message}"
+    name = printable(str(file))
+    return message if message.startswith(name) else f"{name}: {message}"
 
 
 def _summary(name: Path | str, result: Reconstruction, files: list[str]) -> dict[str, str]:
-    lines = {"file": str(name), **result.report.lines(), "written": ", ".join(files)}
+    written = printable(", ".join(files))
+    lines = {"file": printable(str(name)), **result.report.lines(), "written": written}
     return {title: line for title, line in lines.items() if line}

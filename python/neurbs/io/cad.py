@@ -17,8 +17,11 @@ from neurbs.interop import from_opencascade
 from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import symbol
 
-_TRIMMED = 1e-6
-"""A face is trimmed if it lacks at least this share of the area of its surface."""
+_TRIMMED = 1e-5
+"""A face is trimmed if an edge is at least this share of the domain within its surface."""
+
+_SAMPLES = 9
+"""Points of an edge that are compared with the border."""
 
 _STEP = (".step", ".stp")
 
@@ -115,23 +118,48 @@ def _quiet() -> Iterator[None]:
 def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
     """Yield the B-spline surface of each face, and whether the face is trimmed."""
     from OCP.BRep import BRep_Tool
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+    from OCP.Geom import Geom_BSplineSurface
     from OCP.TopAbs import TopAbs_FACE
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
-    def area(face: Any) -> float:
-        properties = GProp_GProps()
-        BRepGProp.SurfaceProperties_s(face, properties)
-        return abs(float(properties.Mass()))
-
-    # This converts planes, cylinders and other surfaces to B-splines.
-    faces = TopExp_Explorer(BRepBuilderAPI_NurbsConvert(shape).Shape(), TopAbs_FACE)
+    faces = TopExp_Explorer(shape, TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face(faces.Current())
         surface = BRep_Tool.Surface_s(face)
-        whole = BRepBuilderAPI_MakeFace(surface, 1e-7).Face()
-        yield from_opencascade(surface), area(face) < (1 - _TRIMMED) * area(whole)
+        if not isinstance(surface, Geom_BSplineSurface):
+            # A plane, a cylinder or another one. To convert a B-spline, too, takes many seconds
+            # far from the origin.
+            converted = BRepBuilderAPI_NurbsConvert(face).Shape()
+            face = TopoDS.Face(TopExp_Explorer(converted, TopAbs_FACE).Current())
+            surface = BRep_Tool.Surface_s(face)
+        yield from_opencascade(surface), _is_trimmed(face, surface)
         faces.Next()
+
+
+def _is_trimmed(face: Any, surface: Any) -> bool:
+    """Whether an edge of a face is within its surface and is no seam, which may be anywhere.
+
+    Areas are not compared: at kinks they are inexact.
+    """
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    u1, u2, v1, v2 = surface.Bounds()
+    low, high = np.array([u1, v1]), np.array([u2, v2])
+    edges = TopExp_Explorer(face, TopAbs_EDGE)
+    while edges.More():
+        edge = TopoDS.Edge(edges.Current())
+        curve = BRepAdaptor_Curve2d(edge, face)
+        parameters = np.linspace(curve.FirstParameter(), curve.LastParameter(), _SAMPLES)
+        places = [curve.Value(float(parameter)) for parameter in parameters]
+        uv = np.array([(place.X(), place.Y()) for place in places])
+        near = np.minimum(abs(uv - low), abs(uv - high)) < _TRIMMED * (high - low)
+        if not near.any(axis=1).all() and not BRep_Tool.IsClosed_s(edge, face):
+            return True
+        edges.Next()
+    return False

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import struct
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -13,6 +15,18 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
+from neurbs.io.reading import check_size, damaged
+
+_HEADER = struct.Struct("<24xQQQ")
+"""Place and length of the XML, and bytes of a page."""
+
+_PAGE, _CHECKSUM = 1024, 4
+"""Bytes of a page, the only size of the standard, and of the checksum at its end."""
+
+_START, _ENCODING = (
+    re.compile(rb"(?:\xef\xbb\xbf)?\s*<[?!\w]"),
+    re.compile(rb"""(?:\xef\xbb\xbf)?\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)"""),
+)
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -22,18 +36,12 @@ _COLORS = ("colorRed", "colorGreen", "colorBlue")
 def read_e57(path: Path, request: Request) -> PointSource:
     """Read the points of all scans, in their common frame."""
     pye57 = require_for_file(path, "pye57")
-
-    def damaged(error: Exception) -> NeurbsError:
-        return NeurbsError(f"{path}: must be a complete E57 file, but is damaged: {error}")
-
-    try:
-        with closing(pye57.E57(str(path))) as file:
-            headers = [file.get_header(i) for i in range(file.scan_count)]
-            fields = [set(header.point_fields) for header in headers]
-            count = sum(header.point_count for header in headers)
-            crs = _text(file, "coordinateMetadata")
-    except pye57.libe57.E57Exception as error:
-        raise damaged(error) from None
+    _check_xml(path)
+    with closing(pye57.E57(str(path))) as file:
+        headers = [file.get_header(i) for i in range(file.scan_count)]
+        fields = [set(header.point_fields) for header in headers]
+        count = sum(header.point_count for header in headers)
+        crs = _text(file, "coordinateMetadata")
     for scan, present in enumerate(fields):
         if not (set(_CARTESIAN) <= present or set(_SPHERICAL) <= present):
             raise NeurbsError(
@@ -43,15 +51,36 @@ def read_e57(path: Path, request: Request) -> PointSource:
     colored = request.attributes and all(set(_COLORS) <= present for present in fields)
 
     def blocks() -> Iterator[Block]:
-        try:
-            with closing(pye57.E57(str(path))) as file:
-                for scan in range(file.scan_count):
-                    yield from _scan(file, scan, colored=colored)
-        except pye57.libe57.E57Exception as error:
-            raise damaged(error) from None
+        with closing(pye57.E57(str(path))) as file:
+            for scan in range(file.scan_count):
+                yield from _scan(file, scan, colored=colored)
 
     # The unit of the E57 standard is the meter.
     return PointSource(blocks(), count=count, unit="m", crs=crs or None)
+
+
+def _check_xml(path: Path) -> None:
+    """Check that the XML of a file names no other files, which the library would read.
+
+    The file consists of pages, each with a checksum at its end.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEADER.size)
+        if len(head) < _HEADER.size:
+            raise damaged(path, "it is shorter than its header")
+        start, length, page = _HEADER.unpack(head)
+        if page != _PAGE:
+            raise damaged(path, f"its pages must have {_PAGE} bytes, got {page}")
+        check_size(path, length, 1, "bytes of XML", start)
+        file.seek(start - start % _PAGE)
+        content = file.read((start % _PAGE + length) // (_PAGE - _CHECKSUM) * _PAGE + 2 * _PAGE)
+    pages = (content[i : i + _PAGE - _CHECKSUM] for i in range(0, len(content), _PAGE))
+    xml = b"".join(pages)[start % _PAGE :][:length]
+    encoding = _ENCODING.match(xml)
+    if not _START.match(xml) or (encoding and encoding[1].lower() != b"utf-8"):
+        raise damaged(path, "its XML must be UTF-8")
+    if b"<!DOCTYPE" in xml:
+        raise damaged(path, "its XML must have no document type, which can name other files")
 
 
 def _text(file: Any, name: str) -> str:

@@ -9,7 +9,11 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError, NurbsSurface
+from neurbs.io.reading import read_whole
 from neurbs.io.surface_file import SurfaceFile
+
+_MAX_BYTES = 1 << 29
+"""Most bytes of a file, which is read as a whole."""
 
 
 def write_json(surface: NurbsSurface, path: str) -> None:
@@ -39,7 +43,7 @@ def write_json(surface: NurbsSurface, path: str) -> None:
 def read_json(path: Path) -> SurfaceFile:
     """Read all surfaces of a file."""
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(read_whole(path, _MAX_BYTES))
     except ValueError as error:
         raise NeurbsError(f"{path}: must be JSON, but is damaged or cut short: {error}") from None
     try:

@@ -10,8 +10,9 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
+from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,9 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError, NurbsSurface
 from neurbs.extras import check_installed
 from neurbs.io.point_cloud import Block, PointSource, Request
+from neurbs.io.reading import damaged
 from neurbs.io.surface_file import SurfaceFile
-from neurbs.io.worker import MEMORY, MEMORY_PER_BYTE, READERS, reader
+from neurbs.io.worker import FOR_ATTRIBUTES, MEMORY, MEMORY_PER_BYTE, READERS, reader
 
 _KEPT = 2
 """Idle workers that are kept."""
@@ -51,7 +53,7 @@ def read_surfaces(path: Path) -> SurfaceFile:
         for part, (points, weights, u, v) in frames
     ]
     if len(surfaces) != head["count"]:
-        raise _damaged(path, "its reader ended early")
+        raise damaged(path, "its reader ended early")
     return SurfaceFile(surfaces, head["trimmed"], head["unit"])
 
 
@@ -68,7 +70,10 @@ def read_points(path: Path, request: Request) -> PointSource:
     }
     frames = _frames(path, what)
     head, _ = next(frames)
-    blocks = (Block(*arrays, part["dropped"]) for part, arrays in frames)
+    blocks = (
+        Block(points, normals, colors, part["dropped"])
+        for part, (points, normals, colors) in frames
+    )
     offset = head["offset"] and tuple(head["offset"])
     return PointSource(blocks, head["count"], head["unit"], head["crs"], offset)
 
@@ -86,7 +91,10 @@ def _frames(path: Path, request: dict[str, Any]) -> Iterator[Frame]:
 
     A worker whose answer is not taken to the end, by Ctrl-C for instance, is killed.
     """
-    check_installed(path, READERS[path.suffix.lower()][0])
+    suffix = path.suffix.lower()
+    check_installed(path, READERS[suffix][0])
+    if suffix in FOR_ATTRIBUTES and request.get("attributes"):
+        check_installed(path, FOR_ATTRIBUTES[suffix])
     worker = _Worker.idle()
     finished = False
     try:
@@ -95,7 +103,7 @@ def _frames(path: Path, request: dict[str, Any]) -> Iterator[Frame]:
         while True:
             frame = worker.frame()
             if frame is None:
-                raise _damaged(path, worker.end())
+                raise damaged(path, worker.end())
             head, _ = frame
             if "error" in head or "end" in head:
                 finished = True
@@ -107,22 +115,16 @@ def _frames(path: Path, request: dict[str, Any]) -> Iterator[Frame]:
         worker.release(reusable=finished)
 
 
-def _damaged(path: Path, cause: str) -> NeurbsError:
-    return NeurbsError(
-        f"{path}: must be a whole {path.suffix.lower()} file, but is damaged: {cause}"
-    )
-
-
 def _error(path: Path, head: dict[str, Any]) -> Exception:
     match head["error"]:
         case "NeurbsError":
             return NeurbsError(head["message"])
-        case "OSError" if head["errno"] is not None:
+        case "OSError":
             return OSError(head["errno"], os.strerror(head["errno"]), str(path))
         case "MemoryError":
             size = MEMORY + MEMORY_PER_BYTE * path.stat().st_size
-            return _damaged(path, f"to read it takes more than {size // 10**6} MB")
-    return _damaged(path, head["message"] or head["error"])
+            return damaged(path, f"to read it takes more than {size // 10**6} MB")
+    return ImportError(head["message"])
 
 
 class _Worker:
@@ -144,7 +146,8 @@ class _Worker:
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._requests, self._answers = self._process.stdin, self._process.stdout
+        self._requests = self._process.stdin
+        self._answers = cast(BufferedReader, self._process.stdout)
         with suppress(ImportError, AttributeError, OSError):
             import fcntl
 
@@ -179,7 +182,7 @@ class _Worker:
                 arrays.append(None)
                 continue
             array = np.empty(tuple(described[1]), described[0])
-            if self._answers.readinto(array.reshape(-1).view(np.uint8)) < array.nbytes:
+            if self._answers.readinto(array.reshape(-1).view(np.uint8).data) < array.nbytes:
                 return None
             arrays.append(array)
         return head, arrays

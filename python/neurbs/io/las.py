@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
+from neurbs.io.reading import check_size, damaged
 from neurbs.io.units import symbol
+
+_OLD_HEADER, _HEADER, _RECORD, _EXTENDED_RECORD = 227, 375, 54, 60
+"""Bytes of a header before and from version 1.4, and fewest bytes of a record and of a long one."""
+
+_COMPRESSED = 0x80
+"""Bit of the point format that marks compressed points."""
 
 _COLORS = ("red", "green", "blue")
 
@@ -19,27 +26,21 @@ _COLORS = ("red", "green", "blue")
 def read_las(path: Path, request: Request) -> PointSource:
     """Read the points of all returns."""
     laspy = require_for_file(path, "laspy")
+    _check_header(path)
     if request.attributes:
         # Without pyproj, laspy does not read the reference system.
         require_for_file(path, "pyproj")
-    damaged = NeurbsError(f"{path}: must be a complete LAS file, but is damaged or cut short")
-    try:
-        with laspy.open(path) as file:
-            header = file.header
-            crs = header.parse_crs() if request.attributes else None
-    except (laspy.errors.LaspyException, ValueError, EOFError):
-        raise damaged from None
+    with laspy.open(path) as file:
+        header = file.header
+        crs = header.parse_crs() if request.attributes else None
     colored = request.attributes and set(_COLORS) <= set(header.point_format.dimension_names)
 
     def blocks() -> Iterator[Block]:
-        try:
-            with laspy.open(path) as file:
-                for chunk in file.chunk_iterator(BLOCK):
-                    points = np.column_stack([chunk.x, chunk.y, chunk.z])
-                    colors = np.column_stack([chunk[c] for c in _COLORS]) if colored else None
-                    yield Block(points, colors=colors)
-        except (laspy.errors.LaspyException, ValueError, EOFError, RuntimeError):
-            raise damaged from None
+        with laspy.open(path) as file:
+            for chunk in file.chunk_iterator(BLOCK):
+                points = np.column_stack([chunk.x, chunk.y, chunk.z])
+                colors = np.column_stack([chunk[c] for c in _COLORS]) if colored else None
+                yield Block(points, colors=colors)
 
     return PointSource(
         checked_count(path, blocks(), header.point_count),
@@ -48,6 +49,24 @@ def read_las(path: Path, request: Request) -> PointSource:
         crs=None if crs is None else crs.to_string(),
         offset=tuple(header.offsets.tolist()) if request.attributes else None,
     )
+
+
+def _check_header(path: Path) -> None:
+    """Compare the numbers of records and points with the size of the file.
+
+    The library would read as many records as the header says.
+    """
+    with path.open("rb") as file:
+        head = file.read(_HEADER)
+    if len(head) < _OLD_HEADER:
+        raise damaged(path, "it is shorter than its header")
+    size, start, records, layout, length, count = struct.unpack_from("<HIIBHI", head, 94)
+    check_size(path, records, _RECORD, "records", size)
+    if head[25] >= 4 and len(head) == _HEADER:
+        extended, records, count = struct.unpack_from("<QIQ", head, 235)
+        check_size(path, records, _EXTENDED_RECORD, "extended records", records and extended)
+    if not layout & _COMPRESSED:
+        check_size(path, count, length, "points", start)
 
 
 def _unit(crs: Any) -> str:

@@ -1,7 +1,8 @@
-"""Vertices of meshes in formats that trimesh reads: `.stl`, `.off`, `.glb`."""
+"""Vertices of meshes in formats that trimesh reads: `.stl`, `.glb`."""
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,10 @@ from neurbs.io.point_cloud import Block, PointSource, Request
 def read_vertices(path: Path, request: Request) -> PointSource:
     """Read the vertices of all meshes and point clouds of a scene, in the frame of the scene."""
     trimesh = require_for_file(path, "trimesh")
-    try:
-        scene = trimesh.load_scene(path, process=False)
-    except MemoryError:
-        raise
-    except Exception as error:
-        # The loaders raise errors of any type: KeyError, IndexError, struct.error, JSON errors.
-        raise NeurbsError(
-            f"{path}: must be a complete {path.suffix.lower()} file, but is damaged: {error}"
-        ) from None
+    # From bytes, because from a path the library would also read the files that the file names.
+    scene = trimesh.load_scene(
+        BytesIO(path.read_bytes()), file_type=path.suffix.lower().lstrip("."), process=False
+    )
     parts = [_part(scene, node, request) for node in scene.graph.nodes_geometry]
     if not any(len(part.points) for part in parts):
         raise NeurbsError(f"{path}: must have at least one point, but has no vertices")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -14,11 +13,15 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request
+from neurbs.io.reading import damaged
 
 _NAMES = ("points", "xyz", "vertices")
 """Names for the array of points in an archive."""
 
 _AXES = ("x", "y", "z")
+
+_MOST_SHRUNK, _HEADER = 1100, 1 << 16
+"""Most bytes of an array for each byte in an archive, and most bytes of its header."""
 
 
 def read_npy(path: Path, request: Request) -> PointSource:
@@ -27,44 +30,52 @@ def read_npy(path: Path, request: Request) -> PointSource:
     with path.open("rb") as file:
         if file.read(len(magic)) != magic:
             raise NeurbsError(f"{path}: must be a NumPy array file, but has no header of one")
-    try:
-        # A memory map, because NumPy then compares the header with the size of the file.
-        array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OverflowError, SyntaxError, TokenError):  # Errors of the header.
-        raise NeurbsError(
-            f"{path}: must be a complete NumPy array of numbers, but is cut short, damaged "
-            "or made of Python objects: save it again with numpy.save"
-        ) from None
+    # A memory map, because NumPy then compares the header with the size of the file.
+    array: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
     return _source(path, array, request)
 
 
 def read_npz(path: Path, request: Request) -> PointSource:
     """Read the array of points from an archive."""
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not isinstance(archive, np.lib.npyio.NpzFile):
-                raise ValueError
-            names = archive.files
-            name = next((n for n in (*_NAMES, *names[: len(names) == 1]) if n in names), None)
-            axes = request.columns or _AXES
-            if name is not None:
-                array = archive[name]
-            elif all(isinstance(axis, str) and axis in names for axis in axes):
-                array = np.stack([np.ravel(archive[str(axis)]) for axis in axes], axis=1)
-                request = Request(nan=request.nan)
-            else:
-                raise NeurbsError(
-                    f"{path}: must have one array, or one named {', '.join(_NAMES)}, or three "
-                    f"named {', '.join(map(str, axes))}, got {', '.join(names) or 'none'}"
-                )
-    except NeurbsError:
-        raise
-    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
-        raise NeurbsError(
-            f"{path}: must be a complete archive of NumPy arrays of numbers, but is cut "
-            "short, damaged or made of Python objects: save it again with numpy.savez"
-        ) from None
+    with zipfile.ZipFile(path) as archive:
+        members = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
+        known = (*_NAMES, *members) if len(members) == 1 else _NAMES
+        name = next((name for name in known if name in members), None)
+        axes = request.columns or _AXES
+        if name is not None:
+            array = _member(path, archive, members[name])
+        elif all(isinstance(axis, str) and axis in members for axis in axes):
+            arrays = [_member(path, archive, members[str(axis)]) for axis in axes]
+            array = np.stack([np.ravel(each) for each in arrays], axis=1)
+            request = Request(nan=request.nan)
+        else:
+            raise NeurbsError(
+                f"{path}: must have one array, or one named {', '.join(_NAMES)}, or three "
+                f"named {', '.join(map(str, axes))}, got {', '.join(members) or 'none'}"
+            )
     return _source(path, array, request)
+
+
+def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
+    """Read an array of an archive, after a check of its size."""
+    # Deflate does not shrink zeros further.
+    if info.file_size > _MOST_SHRUNK * info.compress_size + _HEADER:
+        raise damaged(path, f"the size of {info.filename} is wrong")
+    with archive.open(info) as file:
+        version = np.lib.format.read_magic(file)
+        read_header = (
+            np.lib.format.read_array_header_1_0
+            if version == (1, 0)
+            else np.lib.format.read_array_header_2_0
+        )
+        shape, _, dtype = read_header(file)
+        if math.prod(shape) * dtype.itemsize > info.file_size:
+            raise damaged(path, f"{info.filename} is shorter than its shape {shape}")
+    with archive.open(info) as file:
+        array: NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)
+        # The checksum is compared at the end.
+        file.read(1)
+    return array
 
 
 def _source(path: Path, array: NDArray[Any], request: Request) -> PointSource:

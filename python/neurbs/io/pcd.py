@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
-from neurbs.io.table import Layout, open_text, read_blocks, shown
+from neurbs.io.reading import check_size
+from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
 
 _KINDS = {"I": "i", "U": "u", "F": "f"}
 _AXES = ("x", "y", "z")
@@ -29,6 +30,9 @@ _PACKED = ("rgb", "rgba")
 
 _Fields: TypeAlias = dict[str, NDArray[Any]]
 """The first number of each field, for a block of points."""
+
+_MOST_SHRUNK = 100
+"""Most bytes of points for each compressed byte; three bytes are at most 264."""
 
 _MAX_LINE = 1 << 16
 """Most bytes of a header line; a file with a longer one is no PCD file."""
@@ -108,7 +112,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
         else:
             points = int(entries["WIDTH"][0]) * int(entries["HEIGHT"][0])
         (encoding,) = entries["DATA"]
-        if len(types) != len(names) or points < 0:
+        if len(types) != len(names) or points < 0 or not all(t.shape[0] for t in types):
             raise ValueError
         if encoding not in ("ascii", "binary", "binary_compressed"):
             raise ValueError
@@ -117,14 +121,18 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
             f"{path}: must start with a PCD header of FIELDS, SIZE, TYPE, POINTS and DATA, "
             f"but it ends in line {lines} with {shown(' '.join(entries))}"
         ) from None
-    return _Header(names, types, points, encoding, file.tell(), lines)
+    header = _Header(names, types, points, encoding, file.tell(), lines)
+    size = sum(dtype.itemsize for dtype in types)
+    # Other tables are compared with the number of points when they are read.
+    compressed = encoding == "binary_compressed"
+    check_size(path, points, size / _MOST_SHRUNK if compressed else 1, "points")
+    return header
 
 
 def _ascii(path: Path, header: _Header) -> Iterator[_Fields]:
     def rows() -> Iterator[tuple[int, str]]:
-        with open_text(path) as file:
-            body = islice(enumerate(file, start=1), header.lines, None)
-            yield from islice((row for row in body if row[1].strip()), header.points)
+        body = islice(numbered_lines(path), header.lines, None)
+        yield from islice((row for row in body if row[1].strip()), header.points)
 
     starts = np.cumsum([0, *(dtype.shape[0] for dtype in header.types)]).tolist()
     layout = Layout(tuple(starts[:-1]), width=starts[-1], allow_missing=True)

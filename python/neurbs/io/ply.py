@@ -5,9 +5,11 @@ The vertex table is read here, because mesh libraries merge, drop or reorder ver
 
 from __future__ import annotations
 
+import struct
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
@@ -16,8 +18,9 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block, PointCloud, PointSource, Request, checked_count
+from neurbs.io.reading import check_size, damaged
 from neurbs.io.row_blocks import write_rows
-from neurbs.io.table import Layout, open_text, read_blocks, shown
+from neurbs.io.table import Layout, numbered_lines, read_blocks, shown
 
 if TYPE_CHECKING:
     from neurbs import TriangleMesh
@@ -29,6 +32,12 @@ _TYPES = {
     "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 """For each type of PLY, by its old and its new name, the type of NumPy."""
+
+_CODES = {
+    "i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "i8": "q", "u8": "Q",
+    "f4": "f", "f8": "d",
+}  # fmt: skip
+"""For each type of NumPy the code of `struct`."""
 
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -54,13 +63,23 @@ class _Element:
     name: str
     count: int
     properties: list[tuple[str, str]] = field(default_factory=list)
-    has_lists: bool = False
+    lists: dict[int, str] = field(default_factory=dict)
+    """For each property that is a list, by its number, the type of its length."""
 
     def columns(self, names: tuple[tuple[str, ...], ...]) -> tuple[int, ...]:
         """Return the indices of columns by one of their names, or () if one is missing."""
         present = [name for name, _ in self.properties]
         found = [present.index(name) for known in names for name in known if name in present]
         return tuple(found) if len(found) == len(names) else ()
+
+    def is_whole(self, words: list[str]) -> bool:
+        """Whether a row of text has all its words."""
+        place = 0
+        for i in range(len(self.properties)):
+            if place >= len(words):
+                return False
+            place += 1 + (int(float(words[place])) if i in self.lists else 0)
+        return place <= len(words)
 
     def row(self, byte_order: str) -> np.dtype[np.void]:
         """Return the type of a row, with columns named by number, because names may repeat."""
@@ -84,16 +103,23 @@ def read_ply(path: Path, request: Request) -> PointSource:
     if "vertex" not in names:
         raise NeurbsError(f"{path}: must have an element 'vertex', but has {names}")
     index = names.index("vertex")
-    before, vertex = header.elements[:index], header.elements[index]
+    before, vertex, after = (
+        header.elements[:index],
+        header.elements[index],
+        header.elements[index + 1 :],
+    )
     points = vertex.columns(_AXES)
-    if vertex.has_lists or not points:
-        axes = [name for name, _ in vertex.properties]
-        lists = " and lists" if vertex.has_lists else ""
+    if vertex.lists or not points:
+        axes = [name for i, (name, _) in enumerate(vertex.properties) if i not in vertex.lists]
+        lists = " and lists" if vertex.lists else ""
         raise NeurbsError(
             f"{path}: vertices must have properties x, y and z and no lists, but have {axes}{lists}"
         )
     if vertex.count == 0:
         raise NeurbsError(f"{path}: must have at least one point, but has 0 vertices")
+    for element in header.elements:
+        # The tables are compared with their numbers of rows when they are read.
+        check_size(path, element.count, 1, f"rows of {element.name}")
     layout = Layout(
         points,
         vertex.columns(_NORMALS) if request.attributes else (),
@@ -102,8 +128,87 @@ def read_ply(path: Path, request: Request) -> PointSource:
         allow_missing=request.nan == "drop",
     )
     read = _binary if header.byte_order else _ascii
-    blocks = read(path, header, before, vertex, layout)
-    return PointSource(checked_count(path, blocks, vertex.count), count=vertex.count)
+    blocks = checked_count(path, read(path, header, before, vertex, layout), vertex.count)
+    check = _check_binary_rows if header.byte_order else _check_text_rows
+    return PointSource(
+        chain(blocks, check(path, header, [*before, vertex], after)), count=vertex.count
+    )
+
+
+def _check_text_rows(
+    path: Path, header: _Header, before: list[_Element], after: list[_Element]
+) -> Iterator[Block]:
+    """Check that the tables after the vertices are whole; yields nothing."""
+    body = islice(numbered_lines(path), header.lines, None)
+    rows = (text for _, text in body if text.strip())
+    deque(islice(rows, sum(element.count for element in before)), 0)
+    for element in after:
+        count, last = 0, ""
+        for last in islice(rows, element.count):  # noqa: B007
+            count += 1
+        if count < element.count or (count and not element.is_whole(last.split())):
+            raise damaged(path, f"it is cut short in the rows of {element.name}")
+    yield from ()
+
+
+def _check_binary_rows(
+    path: Path, header: _Header, before: list[_Element], after: list[_Element]
+) -> Iterator[Block]:
+    """Check that the tables after the vertices are whole; yields nothing."""
+    data = np.memmap(path, np.uint8, mode="r")
+    place = header.size + sum(e.count * e.row(header.byte_order).itemsize for e in before)
+    for element in after:
+        for start in range(0, element.count, BLOCK):
+            rows = min(BLOCK, element.count - start)
+            place = _end_of_rows(data, place, rows, element, header.byte_order)
+            if not 0 <= place <= len(data):
+                raise damaged(path, f"it is cut short in the rows of {element.name}")
+    yield from ()
+
+
+def _end_of_rows(
+    data: NDArray[np.uint8], place: int, rows: int, element: _Element, byte_order: str
+) -> int:
+    """Return the place after some rows; -1 if they are cut short."""
+    kinds = [
+        (np.dtype(kind).itemsize, struct.Struct((byte_order or "=") + _CODES[length]))
+        if (length := element.lists.get(i))
+        else (np.dtype(kind).itemsize, None)
+        for i, (_, kind) in enumerate(element.properties)
+    ]
+
+    def end(start: int) -> tuple[int, list[tuple[int, int]]]:
+        """Return the end of a row, and where in it the lists are, with their lengths."""
+        at, found = start, []
+        for size, length in kinds:
+            if length is None:
+                at += size
+                continue
+            if at + length.size > len(data):
+                return -1, []
+            (number,) = length.unpack_from(data.data, at)
+            if number < 0:
+                return -1, []
+            found.append((at - start, int(number)))
+            at += length.size + size * int(number)
+        return at, found
+
+    after, lists = end(place)
+    size = after - place
+    # Nearly always all rows have the same size.
+    if size > 0 and place + rows * size <= len(data):
+        table = data[place : place + rows * size].reshape(rows, size)
+        lengths = [length for _, length in kinds if length is not None]
+        if all(
+            (table[:, at : at + length.size] == table[0, at : at + length.size]).all()
+            for (at, _), length in zip(lists, lengths, strict=True)
+        ):
+            return place + rows * size
+    for _ in range(rows):
+        place, _ = end(place)
+        if not 0 <= place <= len(data):
+            return -1
+    return place
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:
@@ -123,8 +228,10 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
                     header.byte_order = _BYTE_ORDERS[encoding]
                 case ["element", name, count] if 0 <= int(count) < _MAX_ROWS:
                     header.elements.append(_Element(name, int(count)))
-                case ["property", "list", _, _, _]:
-                    header.elements[-1].has_lists = True
+                case ["property", "list", length, kind, name]:
+                    element = header.elements[-1]
+                    element.lists[len(element.properties)] = _TYPES[length]
+                    element.properties.append((name, _TYPES[kind]))
                 case ["property", kind, name]:
                     header.elements[-1].properties.append((name, _TYPES[kind]))
                 case ["comment" | "obj_info", *_] | []:
@@ -144,10 +251,9 @@ def _ascii(
     start = sum(element.count for element in before)
 
     def rows() -> Iterator[tuple[int, str]]:
-        with open_text(path) as file:
-            body = islice(enumerate(file, start=1), header.lines, None)
-            rows = ((number, text) for number, text in body if text.strip())
-            yield from islice(rows, start, start + vertex.count)
+        body = islice(numbered_lines(path), header.lines, None)
+        rows = ((number, text) for number, text in body if text.strip())
+        yield from islice(rows, start, start + vertex.count)
 
     return read_blocks(path, rows, layout)
 
@@ -156,7 +262,7 @@ def _binary(
     path: Path, header: _Header, before: list[_Element], vertex: _Element, layout: Layout
 ) -> Iterator[Block]:
     for element in before:
-        if element.has_lists:
+        if element.lists:
             raise NeurbsError(
                 f"{path}: vertices must come before elements with lists, but {element.name!r} "
                 "comes first: save the file again in another order"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -20,10 +19,12 @@ from neurbs.io.e57 import read_e57
 from neurbs.io.mesh_vertices import read_vertices
 from neurbs.io.numpy_file import read_npy, read_npz
 from neurbs.io.obj import read_obj
+from neurbs.io.off import read_off
 from neurbs.io.pcd import read_pcd
 from neurbs.io.ply import read_ply
 from neurbs.io.point_cloud import Block, Collector, PointCloud, PointSource, Request
 from neurbs.io.raster import read_asc, read_geotiff
+from neurbs.io.reading import blocks_of_file, check_file, reading
 from neurbs.io.text import read_pts, read_text
 
 
@@ -228,17 +229,12 @@ def check_source(path: str | os.PathLike[str]) -> None:
 
 
 def _opened(path: Path, request: Request) -> PointSource:
-    if path.is_dir():
-        raise IsADirectoryError(
-            errno.EISDIR, "points are read from a file, not a folder", str(path)
-        )
-    path.stat()  # Raises for a missing file, before the check of the suffix.
-    if not path.is_file():
-        raise NeurbsError(f"{path}: points are read from a file, but this is a device or a pipe")
+    check_file(path, "points")  # Also for a missing file, before the check of the suffix.
     check_source(path)
     # Opened first, so that a file that cannot be read raises OSError, not an error of a library.
-    with path.open("rb"):
-        return _READERS[path.suffix.lower()](path, request)
+    with path.open("rb"), reading(path):
+        source = _READERS[path.suffix.lower()](path, request)
+    return replace(source, blocks=blocks_of_file(path, source.blocks))
 
 
 def _finite(path: Path, source: PointSource, request: Request) -> Iterator[Block]:
@@ -344,7 +340,7 @@ _READERS = _TABLES | {
     ".ply": read_ply,
     ".obj": read_obj,
     ".stl": read_vertices,
-    ".off": read_vertices,
+    ".off": read_off,
     ".glb": read_vertices,
     ".las": isolation.read_points,
     ".laz": isolation.read_points,

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
-from neurbs.io.table import open_text
+from neurbs.io.reading import check_size
+from neurbs.io.table import numbered_lines
 from neurbs.io.text import read_text
 from neurbs.io.units import symbol
 
@@ -28,32 +29,25 @@ def read_geotiff(path: Path, request: Request) -> PointSource:
     """Read the cells with data; z is the value of the band."""
     rasterio = require_for_file(path, "rasterio")
     windows = require_for_file(path, "rasterio.windows")
-    damaged = NeurbsError(f"{path}: must be a complete GeoTIFF, but is damaged or cut short")
-    try:
-        with _opened(rasterio, path) as file:
-            if file.count != 1:
-                raise NeurbsError(
-                    f"{path}: must have one band of heights, got {file.count}: it may be a picture"
-                )
-            width, height, crs, z_unit = file.width, file.height, file.crs, file.units[0]
-    except rasterio.errors.RasterioError:
-        raise damaged from None
+    with _opened(rasterio, path) as file:
+        if file.count != 1:
+            raise NeurbsError(
+                f"{path}: must have one band of heights, got {file.count}: it may be a picture"
+            )
+        width, height, crs, z_unit = file.width, file.height, file.crs, file.units[0]
 
     def blocks() -> Iterator[Block]:
-        try:
-            with _opened(rasterio, path) as file:
-                rows = max(BLOCK // width, 1)
-                for row in range(0, height, rows):
-                    window = windows.Window(0, row, width, min(rows, height - row))
-                    values = file.read(1, window=window, masked=True)
-                    i, j = np.indices(values.shape)
-                    x, y = file.transform @ (j + 0.5, i + row + 0.5)
-                    z = values.filled(0) * file.scales[0] + file.offsets[0]
-                    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-                    has_data = ~np.ma.getmaskarray(values).ravel() & ~np.isnan(points[:, 2])
-                    yield Block(points).only(has_data)
-        except rasterio.errors.RasterioError:
-            raise damaged from None
+        with _opened(rasterio, path) as file:
+            rows = max(BLOCK // width, 1)
+            for row in range(0, height, rows):
+                window = windows.Window(0, row, width, min(rows, height - row))
+                values = file.read(1, window=window, masked=True)
+                i, j = np.indices(values.shape)
+                x, y = file.transform @ (j + 0.5, i + row + 0.5)
+                z = values.filled(0) * file.scales[0] + file.offsets[0]
+                points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+                has_data = ~np.ma.getmaskarray(values).ravel() & ~np.isnan(points[:, 2])
+                yield Block(points).only(has_data)
 
     unit = symbol(crs.linear_units) if crs and crs.is_projected else None
     if unit and z_unit and symbol(z_unit) != unit:
@@ -73,8 +67,7 @@ def _opened(rasterio: Any, path: Path) -> Any:
 
 def read_asc(path: Path, request: Request) -> PointSource:
     """Read an ESRI grid or a table of points, by the first line of the file."""
-    with open_text(path) as file:
-        head = list(islice(file, _HEADER_LINES))
+    head = [line for _, line in islice(numbered_lines(path), _HEADER_LINES)]
     if not head or head[0].lower().split()[:1] != ["ncols"]:
         return read_text(path, request)
     pairs = [line.replace(",", ".").split() for line in head]
@@ -91,13 +84,15 @@ def read_asc(path: Path, request: Request) -> PointSource:
             else float(entries[f"{axis}llcorner"]) + cell / 2
             for axis in "xy"
         )
-        if cols < 1 or rows < 1:
+        if cols < 1 or rows < 1 or not (cell > 0 and np.isfinite([cell, x, y]).all()):
             raise ValueError
     except (KeyError, ValueError):
         raise NeurbsError(
-            f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize and "
-            f"nodata_value, a number after each, got {' '.join(entries)}"
+            f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize "
+            f"above 0 and nodata_value, a number after each, got {' '.join(entries)}"
         ) from None
+    # A number takes a character and a separator.
+    check_size(path, rows * cols, 2, "cells", -1)
     if request.columns is not None:
         raise NeurbsError(f"{path}: columns must be left out for a grid of heights")
 
@@ -114,14 +109,13 @@ def read_asc(path: Path, request: Request) -> PointSource:
 
 def _values(path: Path, header: int, size: int) -> Iterator[NDArray[np.float64]]:
     """Yield the numbers after the header in arrays of a size; line breaks have no meaning."""
-    with open_text(path) as file:
-        lines = islice(enumerate(file, start=1), header, None)
-        numbers = chain.from_iterable(
-            (_number(path, line, word) for word in text.replace(",", ".").split())
-            for line, text in lines
-        )
-        while len(values := np.fromiter(islice(numbers, size), np.float64)):
-            yield values
+    lines = islice(numbered_lines(path), header, None)
+    numbers = chain.from_iterable(
+        (_number(path, line, word) for word in text.replace(",", ".").split())
+        for line, text in lines
+    )
+    while len(values := np.fromiter(islice(numbers, size), np.float64)):
+        yield values
 
 
 def _number(path: Path, line: int, word: str) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import warnings
 from collections.abc import Callable
@@ -13,6 +12,7 @@ import numpy as np
 from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
 from neurbs.io import isolation
 from neurbs.io.geomdl_json import read_json
+from neurbs.io.reading import check_file, reading
 from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import check_unit
 
@@ -115,18 +115,14 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
 def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
     check_unit(unit)
     path = Path(path)
-    if path.is_dir():
-        raise IsADirectoryError(
-            errno.EISDIR, "surfaces are read from a file, not a folder", str(path)
-        )
-    path.stat()  # Raises for a missing file, before the check of the suffix.
+    check_file(path, "surfaces")  # Also for a missing file, before the check of the suffix.
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
         raise NeurbsError(
             f"{path}: surfaces must be in a file with a suffix of {' '.join(LOADABLE)}, got {got}"
         )
-    with path.open("rb"):
+    with path.open("rb"), reading(path):
         file = reader(path)
     if not file.surfaces:
         raise NeurbsError(

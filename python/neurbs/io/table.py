@@ -9,8 +9,10 @@ from __future__ import annotations
 import codecs
 import csv
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO, TypeAlias
@@ -20,12 +22,19 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import BLOCK, Block
+from neurbs.io.reading import damaged
 
 Rows: TypeAlias = Callable[[], Iterator[tuple[int, str]]]
 """Returns an iterator over the rows of a file, each with its line number from 1."""
 
+_MAX_LINE = 1 << 24
+"""Most characters of a line."""
+
 _MAX_SHOWN = 40
 """Most characters of a file's text in an error message."""
+
+_FORTRAN = re.compile(r"""(?<![^\s,;"])([+-]?(?:\d+\.\d*|\.\d+))[dD]([+-]?\d+)(?![^\s,;"])""")
+"""A number as Fortran writes it in double precision."""
 
 _MISSING = {"", "-", "na", "n/a", "null", "none"}
 """Texts for a missing number, beside ``nan``."""
@@ -72,7 +81,7 @@ class Layout:
     def split(self, text: str) -> list[str]:
         """Split a row into fields, with decimal points."""
         fields = split(text.replace(",", ".") if self.decimal_comma else text, self.separator)
-        return [field.strip() for field in fields]
+        return [without_fortran(field.strip()) for field in fields]
 
     def block(self, values: NDArray[np.float64]) -> Block:
         """Return the columns as points, normals and colors."""
@@ -91,6 +100,21 @@ def open_text(path: Path) -> TextIO:
     return path.open(encoding="utf-16" if wide else "utf-8-sig", errors="replace")
 
 
+def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number, from 1, and text of each line of a text file.
+
+    Raises
+    ------
+    NeurbsError
+        If a line is too long for a file of text.
+    """
+    with open_text(path) as file:
+        for number, line in enumerate(iter(partial(file.readline, _MAX_LINE), ""), start=1):
+            if len(line) == _MAX_LINE:
+                raise damaged(path, f"line {number} has more than {_MAX_LINE:,} characters")
+            yield number, line
+
+
 def is_number(text: str) -> bool:
     """Whether NumPy reads `text` as a number."""
     try:
@@ -99,6 +123,17 @@ def is_number(text: str) -> bool:
         return False
     # Python's float also accepts 1_000 and digits of other scripts.
     return text.isascii() and "_" not in text
+
+
+def without_fortran(text: str) -> str:
+    """Replace the exponents of Fortran.
+
+    Examples
+    --------
+    >>> without_fortran("P1.D 1.0D+03 -.5d0")
+    'P1.D 1.0e+03 -.5e0'
+    """
+    return _FORTRAN.sub(r"\1e\2", text) if "D" in text or "d" in text else text
 
 
 def shown(text: str) -> str:
@@ -165,7 +200,11 @@ def _load(lines: list[str], layout: Layout) -> NDArray[np.float64]:
         record = [(str(i), "f8" if i in columns else "U1") for i in range(width)]
         options |= {"dtype": record, "ndmin": 1}
     try:
-        table = np.loadtxt(lines, **options)
+        try:
+            table = np.loadtxt(lines, **options)
+        except ValueError:
+            lines = list(map(without_fortran, lines))
+            table = np.loadtxt(lines, **options)
     except ValueError:
         optional = set(columns) - set(layout.required)
         if not optional:

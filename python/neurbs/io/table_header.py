@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from neurbs._core import NeurbsError
+from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.io.point_cloud import Columns
 from neurbs.io.units import symbol
 
@@ -89,8 +89,20 @@ class Header:
     def unit_of(self, columns: tuple[int, ...]) -> str | None:
         """Return the unit of columns, or None if they have different units or none."""
         units = {self.units[column] for column in columns if column < len(self.units)}
-        unit = units.pop() if len(units) == 1 else None
-        return None if unit is None else symbol(unit)
+        symbols = {None if unit is None else symbol(unit) for unit in units}
+        return symbols.pop() if len(symbols) == 1 else None
+
+    def check_units(self, path: Path, columns: tuple[int, ...]) -> None:
+        """Check that coordinates have the same unit; z may differ if x and y are no lengths."""
+        units = [self.units[c] if c < len(self.units) else None for c in columns]
+        known = [symbol(unit) for unit in units if unit is not None]
+        lengths = {unit for unit in known if unit in LENGTH_UNITS}
+        flat = {symbol(unit) for unit in units[:2] if unit is not None}
+        if len(lengths) > 1 or len(flat) > 1:
+            raise NeurbsError(
+                f"{path}: coordinates must have the same unit, but the header in line {self.line} "
+                f"has {', '.join(known)}: convert them"
+            )
 
     def _found(self, columns: tuple[tuple[str, ...], ...]) -> list[int]:
         """Return the indices of columns by one of their names, without the missing ones."""

@@ -10,10 +10,15 @@ from pathlib import Path
 
 from neurbs._core import NeurbsError
 from neurbs.io.point_cloud import PointSource, Request, checked_count
-from neurbs.io.table import Layout, Rows, is_number, open_text, read_blocks, shown, split
+from neurbs.io.table import Layout, Rows, is_number, numbered_lines, read_blocks, shown, split
 from neurbs.io.table_header import Header
 
 _COMMENT = re.compile("#|//")
+
+_HEXADECIMAL = re.compile(r"[+-]?0[xX][0-9a-fA-F.]+(?:[pP][+-]?\d+)?")
+
+_THOUSANDS, _COMMA_ROWS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}"), 1000
+"""A number whose comma may separate thousands, and how many rows are searched for another."""
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 
@@ -56,20 +61,20 @@ def _is_count(text: str) -> bool:
 
 def data_rows(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number, from 1, and text of each line that is not blank and not only a comment."""
-    with open_text(path) as file:
-        for number, line in enumerate(file, start=1):
-            text = line
-            if "#" in line or "//" in line:
-                text = _COMMENT.split(line, maxsplit=1)[0]
-            if text.strip():
-                yield number, text
+    for number, line in numbered_lines(path):
+        text = line
+        if "#" in line or "//" in line:
+            text = _COMMENT.split(line, maxsplit=1)[0]
+        if text.strip():
+            yield number, text
 
 
 def _comment_above(path: Path, line: int) -> str:
     """Return the last comment above a line, where some programs name the columns."""
-    with open_text(path) as file:
-        comments = [text for text in islice(file, line - 1) if text.strip()]
-    return comments[-1].strip().lstrip("#/ ") if comments else ""
+    comment = ""
+    for _, text in islice(numbered_lines(path), line - 1):
+        comment = text.strip() or comment
+    return comment.lstrip("#/ ")
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,8 @@ class _Table:
 
     def source(self, path: Path, rows: Rows) -> PointSource:
         """Return the points of rows."""
+        if self.layout.decimal_comma:
+            _check_commas(path, rows, self.layout.separator)
         return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
 
 
@@ -122,6 +129,7 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
         points = header.chosen(path, request.columns, len(fields))
     else:
         points = header.coordinates(path, number, len(fields)) or _leading_numbers(fields)
+    header.check_units(path, points)
     layout = replace(
         layout,
         points=points,
@@ -131,6 +139,23 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
         allow_missing=request.nan == "drop",
     )
     return _Table(layout, unit=header.unit_of(points))
+
+
+def _check_commas(path: Path, rows: Rows, separator: str | None) -> None:
+    """Raise if commas may separate thousands as well as decimals."""
+    first = None
+    for number, text in islice(rows(), _COMMA_ROWS):
+        for field in split(text, separator):
+            if "," in field and not _THOUSANDS.fullmatch(field.strip()):
+                return
+            if "," in field and first is None:
+                first = number, field.strip()
+    if first is not None:
+        number, field = first
+        raise NeurbsError(
+            f"{path}: line {number} has {field}, which may be {field.replace(',', '.')} or "
+            f"{field.replace(',', '')}: write numbers with a decimal point and without separators"
+        )
 
 
 def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
@@ -143,7 +168,10 @@ def _leading_numbers(fields: list[str]) -> tuple[int, ...]:
 
 def _is_header(text: str) -> bool:
     """Whether a row has names and no number."""
-    return any(map(str.isalpha, text)) and not any(map(is_number, _detect_layout(text).split(text)))
+    fields = _detect_layout(text).split(text)
+    return any(map(str.isalpha, text)) and not any(
+        is_number(field) or _HEXADECIMAL.fullmatch(field) for field in fields
+    )
 
 
 def _detect_layout(text: str) -> Layout:

@@ -11,6 +11,7 @@ import importlib
 import json
 import os
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import Request
+from neurbs.io.reading import reading
 
 READERS = {
     ".step": ("OCP", "neurbs.io.cad", "read_cad"),
@@ -36,6 +38,9 @@ READERS = {
     ".laz": ("laspy", "neurbs.io.las", "read_las"),
 }
 """By suffix: the library, and module and name of the function that reads with it."""
+
+FOR_ATTRIBUTES = {".las": "pyproj", ".laz": "pyproj"}
+"""By suffix: another library, with which attributes are read."""
 
 MEMORY = 1 << 30
 """Bytes that reading may take, for a small file."""
@@ -57,6 +62,7 @@ def main() -> None:
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
+    warnings.simplefilter("ignore")
     for line in sys.stdin.buffer:
         _answer(json.loads(line), answers)
 
@@ -66,22 +72,21 @@ def _answer(request: dict[str, Any], answers: BinaryIO) -> None:
         if request["folder"]:
             os.chdir(request["folder"])
         path = Path(request["path"])
-        read = reader(path)
-        _limit(path.stat().st_size)
-        if request["what"] == "surfaces":
-            _send_surfaces(read(path), answers)
-        else:
-            columns = request["columns"]
-            asked = Request(columns and tuple(columns), request["nan"], request["attributes"])
-            _send_points(read(path, asked), answers)
+        with reading(path):
+            read = reader(path)
+            _limit(path.stat().st_size)
+            if request["what"] == "surfaces":
+                _send_surfaces(read(path), answers)
+            else:
+                columns = request["columns"]
+                asked = Request(columns and tuple(columns), request["nan"], request["attributes"])
+                _send_points(read(path, asked), answers)
         _send(answers, {"end": True})
-    except NeurbsError as error:
-        _send(answers, {"error": "NeurbsError", "message": str(error)})
     except MemoryError:
         _send(answers, {"error": "MemoryError"})
     except OSError as error:
-        _send(answers, {"error": "OSError", "errno": error.errno, "message": str(error)})
-    except Exception as error:
+        _send(answers, {"error": "OSError", "errno": error.errno})
+    except (NeurbsError, ImportError) as error:
         _send(answers, {"error": type(error).__name__, "message": str(error)})
 
 
@@ -139,7 +144,7 @@ def _send(
             _write(answers, array.reshape(-1).view(np.uint8))
 
 
-def _write(answers: BinaryIO, data: bytes | NDArray[np.uint8]) -> None:
+def _write(answers: BinaryIO, data: Any) -> None:
     left = memoryview(data)
     while left:
         left = left[answers.write(left) :]

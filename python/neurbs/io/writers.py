@@ -8,9 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from neurbs import _core
-from neurbs._core import NeurbsError, NurbsSurface, TriangleMesh
+from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface, TriangleMesh
 from neurbs.extras import check_installed
+from neurbs.interop import clamped
 from neurbs.io.atomic_write import atomic_write
 from neurbs.io.csv_table import write_csv
 from neurbs.io.geomdl_json import write_json
@@ -25,6 +28,9 @@ from neurbs.io.vtp import write_vtp
 
 if TYPE_CHECKING:
     from neurbs import Reconstruction
+
+_SMALLEST = 1e-5
+"""Size in millimeters below which OpenCASCADE fails to read a surface, or changes it."""
 
 
 def save(
@@ -166,6 +172,28 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
     return parts()
 
 
+def _write_step(surface: NurbsSurface, path: str, unit: str | None) -> None:
+    """Write a surface with clamped knots, as OpenCASCADE shortens others."""
+    _check_size(surface, "STEP", unit)
+    _core.write_step(clamped(surface), path, unit)
+
+
+def _write_iges(surface: NurbsSurface, path: str, unit: str | None) -> None:
+    _check_size(surface, "IGES", unit)
+    _core.write_iges(surface, path, unit)
+
+
+def _check_size(surface: NurbsSurface, name: str, unit: str | None) -> None:
+    """Raise if a surface is too small for CAD systems, which merge points within 1e-7 mm."""
+    low, high = surface.bounding_box(tight=False)
+    size = float(np.linalg.norm(high - low)) * LENGTH_UNITS[unit or "mm"] / LENGTH_UNITS["mm"]
+    if size < _SMALLEST:
+        raise NeurbsError(
+            f"surfaces in {name} files must be larger than {_SMALLEST} mm, got {size:.2g} mm: "
+            "scale the surface, give another `unit`, or write .json"
+        )
+
+
 def _write_report(result: Reconstruction, path: str) -> None:
     from neurbs.report import write_page
 
@@ -179,10 +207,10 @@ def _write_png(result: Reconstruction, path: str) -> None:
 
 
 _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
-    ".step": {"surface": _core.write_step},
-    ".stp": {"surface": _core.write_step},
-    ".igs": {"surface": _core.write_iges},
-    ".iges": {"surface": _core.write_iges},
+    ".step": {"surface": _write_step},
+    ".stp": {"surface": _write_step},
+    ".igs": {"surface": _write_iges},
+    ".iges": {"surface": _write_iges},
     ".3dm": {"surface": write_3dm},
     ".json": {"surface": write_json},
     ".obj": {"surface": _core.write_obj_surface, "mesh": _core.write_obj},
@@ -197,7 +225,7 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
 }
 """For each suffix the parts of an object that it can store, with their writers."""
 
-_WITH_UNIT = (_core.write_step, _core.write_iges, write_3dm, write_glb)
+_WITH_UNIT = (_write_step, _write_iges, write_3dm, write_glb)
 """Writers that take a unit."""
 
 _LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
