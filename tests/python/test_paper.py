@@ -103,7 +103,7 @@ FEW = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1]]
         ("surface", "mesh", "surface must be 'control-net' or 'interpolate' or 'bezier', got"),
         ("degree", 10, "degree must be between 1 and 9, got 10"),
         ("max_steps", 0, "max_steps must be at least 1, got 0"),
-        ("max_steps", "many", "max_steps must be an integer from 0 .*, got 'many'"),
+        ("max_steps", "many", "max_steps must be an integer from 0, got 'many'"),
         ("reach", 0, "reach must be positive and finite, got 0"),
         ("reach", "far", "reach must be a number, got 'far'"),
         ("min_change", np.inf, "min_change must be positive and finite, got inf"),

@@ -418,7 +418,7 @@ def test_a_sampler_that_fails_later_keeps_the_trained_steps() -> None:
         ({"rows": 1}, r"grid must be \(rows, cols\) of at least \(2, 2\)"),
         ({"rows": 10**9, "cols": 10**9}, "at most 16777216 nodes in all, got .*GB of memory"),
         ({"rows": 2.5}, "rows must be an integer"),
-        ({"rows": True}, "rows must be an integer from 0 .*, got True"),
+        ({"rows": True}, "rows must be an integer from 0, got True"),
         ({"topology": None}, "topology must be 'sheet', 'tube' or 'torus', got None"),
         ({"lattice": np.zeros(3)}, "lattice must be 'quad', 'triangular' or a Lattice, got array"),
         ({"topology": "ring"}, "topology must be 'sheet' or 'tube' or 'torus', got 'ring'"),
@@ -436,13 +436,13 @@ def test_a_sampler_that_fails_later_keeps_the_trained_steps() -> None:
         ({"radius": lambda t: "wide"}, "radius must be a callable that returns numbers"),
         ({"radius": -1.0}, "radius must be finite and at least 0"),
         ({"epochs": 0}, "epochs must be at least 1"),
-        ({"epochs": True}, "epochs must be an integer from 0 .*, got True"),
+        ({"epochs": True}, "epochs must be an integer from 0, got True"),
         ({"max_steps": -1}, "max_steps must be an integer from 0"),
         ({"reach": 0.0}, "reach must be positive and finite"),
         ({"reach": np.True_}, "reach must be a number, got np.True_"),
         ({"min_change": np.nan}, "min_change must be positive and finite"),
         ({"seed": "x"}, "seed must be an integer"),
-        ({"seed": False}, "seed must be an integer from 0 .*, got False"),
+        ({"seed": False}, "seed must be an integer from 0, got False"),
     ],
 )
 def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) -> None:
@@ -457,7 +457,7 @@ def test_each_parameter_out_of_its_range(options: dict[str, Any], message: str) 
         (4, [(0, 1), (2, 3)], "got 2 of 4 nodes"),
         (3, [(0, 1, 2)], "edges must be a sequence of pairs"),
         (3, 5, "edges must be a sequence"),
-        (True, [(0, 1)], "nodes must be an integer from 0 .*, got True"),
+        (True, [(0, 1)], "nodes must be an integer from 0, got True"),
         (1, [], "nodes must be from 2"),
     ],
 )
