@@ -63,10 +63,10 @@ class NeurbsError(ValueError):
     argument: str | None
     """The argument that the error is about, None if it is not about the value of one."""
 
-@final
 class NeurbsMemoryError(NeurbsError, MemoryError):
     """A call needs more memory than is available: the message says how much."""
 
+@final
 class Progress:
     """The current state of a long job."""
 
