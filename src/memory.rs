@@ -33,9 +33,8 @@ pub(crate) fn check(bytes: u128, what: impl FnOnce() -> String) -> Result<()> {
 pub(crate) fn check_net(rows: usize, cols: usize) -> Result<()> {
     /// Bytes for each control point: three copies in homogeneous coordinates, one of its place.
     const BYTES: u128 = 120;
-    check(BYTES * rows as u128 * cols as u128, || {
-        format!("a net of {rows} × {cols} control points")
-    })
+    let bytes = BYTES.saturating_mul(rows as u128).saturating_mul(cols as u128);
+    check(bytes, || format!("a net of {rows} × {cols} control points"))
 }
 
 #[cfg(test)]

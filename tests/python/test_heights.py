@@ -127,7 +127,7 @@ def test_bad_arguments_are_refused(rng: np.random.Generator) -> None:
         ({"up": (0, 0, 0)}, "length 1"),
         ({"up": (0, 1)}, r"shape \(3,\)"),
         ({"weights": [1.0]}, "as many"),
-        ({"fairness": -1.0}, "at least 0"),
+        ({"fairness": -1.0}, "fairness must be from 0 to 1e12"),
     ]:
         with pytest.raises(neurbs.NeurbsError, match=message):
             neurbs.fit_heights(points, (5, 5), **keywords)  # type: ignore[arg-type]
