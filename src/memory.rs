@@ -1,6 +1,6 @@
 //! Memory limits: what a call needs is checked before it starts.
 //!
-//! An allocation that fails ends the process. So the peak is computed first, and asked for.
+//! An allocation that fails ends the process. So a call computes its peak and tries to reserve it.
 
 use std::hint::black_box;
 

@@ -1,8 +1,8 @@
-//! The threads of the crate: how many there are, one pool that calls share, and jobs with threads of
-//! their own whose observer is called outside of them.
+//! The threads of the crate: their number, a shared pool, and a new pool for each long job.
 //!
-//! A fork copies a process without its threads. Work handed to a pool made before the fork would
-//! never be done, so a pool belongs to one process and a child makes its own.
+//! The observer of a long job is called on the calling thread, outside of the pool. A fork copies a
+//! process without its threads, so a pool made before the fork would never work in the child. Each
+//! process makes its own pool.
 
 use std::mem;
 use std::ops::ControlFlow;
@@ -18,20 +18,20 @@ use rayon::{Scope, ThreadPool, ThreadPoolBuilder};
 use crate::error::{Error, Result};
 use crate::progress::{Epoch, Observer, Progress, Stage};
 
-/// Threads at most.
+/// Largest number of threads.
 pub(crate) const MAX_THREADS: usize = 256;
 
-/// Environment variables with the number of threads; the first that is a number from 1 decides.
+/// Environment variables for the number of threads; the first with a number from 1 decides.
 const VARIABLES: [&str; 2] = ["NEURBS_NUM_THREADS", "RAYON_NUM_THREADS"];
 
-/// Time between two looks at the events of a job, and between two reports from the same stage.
+/// Time between two polls of the events of a job, and between two reports from the same stage.
 const INTERVAL: Duration = Duration::from_millis(2);
 
 /// Time for which an idle thread polls the active ones before it sleeps. Waking a thread takes as
 /// long as a small mesh.
 const SPIN_TIME: Duration = Duration::from_micros(50);
 
-/// Points for which one more thread pays.
+/// Points per thread.
 const POINTS_PER_THREAD: usize = 256;
 
 /// The number of threads; 0 until it is asked for.
@@ -47,9 +47,9 @@ struct Pool {
 
 /// The number of threads for parallel work, at most 256.
 ///
-/// Inside a rayon pool it is the number of the pool's threads. Else it is that of
-/// [`set_num_threads`], of the environment variable `NEURBS_NUM_THREADS` or `RAYON_NUM_THREADS`, or of
-/// the processors, whichever is there first.
+/// Inside a rayon pool it is the number of the pool's threads. Otherwise the first of these that
+/// exists decides: [`set_num_threads`], the environment variables `NEURBS_NUM_THREADS` and
+/// `RAYON_NUM_THREADS`, the number of processors.
 ///
 /// ```
 /// neurbs::set_num_threads(3);
@@ -69,8 +69,8 @@ pub fn num_threads() -> usize {
     }
 }
 
-/// Sets the number of threads for the calls that follow, from 1 to 256; the nearest of
-/// these is taken. Results do not depend on it.
+/// Sets the number of threads for the calls that follow. Numbers outside 1 to 256 are clamped.
+/// Results do not depend on it.
 pub fn set_num_threads(threads: usize) {
     NUM_THREADS.store(threads.clamp(1, MAX_THREADS), Ordering::Relaxed);
 }
@@ -89,8 +89,8 @@ pub(crate) fn install<T: Send>(job: impl FnOnce() -> T + Send) -> T {
     if rayon::current_thread_index().is_some() { job() } else { pool().threads.install(job) }
 }
 
-/// Runs a job on this thread that hands tasks to the shared pool, or to the rayon pool that the caller
-/// is in; returns when all tasks are done.
+/// Runs a job on the calling thread. Its tasks run in the shared pool, or in the rayon pool that the
+/// caller is in. Returns when all tasks are done.
 pub(crate) fn in_place_scope<'a, T>(job: impl FnOnce(&Scope<'a>) -> T) -> T {
     if rayon::current_thread_index().is_some() {
         rayon::in_place_scope(job)
@@ -149,7 +149,7 @@ pub(crate) fn for_each_task<T, R: Default>(
     });
 }
 
-/// Leaves a task to the shared pool, or to the rayon pool that the caller is in.
+/// Starts a task in the shared pool, or in the rayon pool that the caller is in, without waiting.
 pub(crate) fn spawn(task: impl FnOnce() + Send + 'static) {
     if rayon::current_thread_index().is_some() {
         rayon::spawn(task);
@@ -158,7 +158,7 @@ pub(crate) fn spawn(task: impl FnOnce() + Send + 'static) {
     }
 }
 
-/// The shared pool of this process, made anew after a fork and for another number of threads.
+/// The shared pool of this process. A fork or another number of threads makes a new one.
 fn pool() -> Arc<Pool> {
     let (process, threads) = (process::id(), num_threads());
     let fits =
@@ -176,22 +176,21 @@ fn pool() -> Arc<Pool> {
     made
 }
 
-/// A new pool; where no threads can be started, this thread becomes its only one.
+/// A new pool. If no thread can be started, the calling thread becomes its only one.
 fn new_pool(threads: usize) -> ThreadPool {
     let of = |threads| ThreadPoolBuilder::new().num_threads(threads);
     let pool = of(threads).build().or_else(|_| of(1).use_current_thread().build());
     pool.expect("a pool of the current thread alone starts no thread")
 }
 
-/// Runs a job in as many new threads as so many points are worth; the observer is called from this
-/// thread.
+/// Runs a job in a new pool with a thread for each [`POINTS_PER_THREAD`] points. The observer is
+/// called on the calling thread.
 ///
-/// Parallel parts of a job outside of a pool each hand their work over, sleep, and are woken in the
-/// end. A job on a small cloud has hundreds of them and would wait as long as it works.
+/// The whole job enters the pool once. Otherwise each parallel loop of the job would wait for a thread
+/// to wake up; a job on a small cloud has hundreds of them.
 ///
-/// The threads are new for each job. The kernel takes threads that slept for light and lets two of
-/// them share a core for up to 50 ms, as long as a whole job on a small cloud; new ones count as busy.
-/// Two threads start in 0.1 ms.
+/// The pool is new for each job. The kernel may put two long-idle threads on one core for 50 ms, as
+/// long as a whole job on a small cloud. Two threads start in 0.1 ms.
 pub(crate) fn run_observed<T: Send>(
     points: usize,
     observer: &mut dyn Observer,

@@ -1,4 +1,4 @@
-"""Files read in a process of its own, so that a damaged one ends that process and not this one."""
+"""Reading in a worker process, so that a damaged file cannot end or block this process."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def read_points(path: Path, request: Request) -> PointSource:
 
 
 def _can_start() -> bool:
-    """Whether this process knows a Python to start: a frozen program would start itself."""
+    """Whether `sys.executable` is Python: in a frozen program it is the program itself."""
     return bool(sys.executable) and not getattr(sys, "frozen", False)
 
 
@@ -89,7 +89,7 @@ Frame = tuple[dict[str, Any], list[Any]]
 def _frames(path: Path, request: dict[str, Any]) -> Iterator[Frame]:
     """Ask a worker, and give its frames until the last.
 
-    A worker whose answer is not taken to the end, by Ctrl-C for instance, is killed.
+    A worker is killed if its answer is not read to the end, for instance after Ctrl-C.
     """
     suffix = path.suffix.lower()
     check_installed(path, READERS[suffix][0])
@@ -166,7 +166,7 @@ class _Worker:
 
     def ask(self, request: dict[str, Any]) -> None:
         """Send a request."""
-        with suppress(BrokenPipeError):  # That it has ended is seen by its answer.
+        with suppress(BrokenPipeError):  # A missing answer shows that it has ended.
             self._requests.write(json.dumps(request).encode() + b"\n")
             self._requests.flush()
 
