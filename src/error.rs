@@ -156,6 +156,43 @@ pub enum Error {
         got: String,
     },
 
+    /// A loop of a face is open, crosses itself, or lies in the wrong place.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, Face, nurbs::{NurbsCurve, NurbsSurface}};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;
+    /// let open = vec![NurbsCurve::line(DVec3::ZERO, DVec3::X)?];
+    /// let error = Face::trimmed(plane, vec![open]).unwrap_err();
+    /// assert!(error.to_string().contains("loop 0 of a face must be closed"));
+    /// # Ok::<(), Error>(())
+    /// ```
+    #[error("loop {index} of a face must {must}, but {got}")]
+    Loop {
+        /// The index of the loop; 0 is the outer one.
+        index: usize,
+        /// The condition.
+        must: &'static str,
+        /// The curve or place that breaks it.
+        got: String,
+    },
+
+    /// Faces do not fit together in a shell.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Error, Face, NurbsSurface, Shell};
+    /// let plane = Face::whole(NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?)?;
+    /// let error = Shell::new(vec![plane.clone(), plane], None).unwrap_err();
+    /// assert!(matches!(error, Error::Shell { .. }));
+    /// # Ok::<(), Error>(())
+    /// ```
+    #[error("a shell must {must}, but {got}")]
+    Shell {
+        /// The condition.
+        must: &'static str,
+        /// The faces and the place that break it.
+        got: String,
+    },
+
     /// A call needs more memory than is available.
     ///
     /// ```

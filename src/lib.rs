@@ -42,6 +42,7 @@
 //! - [`fit`] (least squares);
 //! - [`nurbs`] (curves and surfaces);
 //! - [`mod@validate`] (defects);
+//! - [`brep`] (faces, edges, shells);
 //! - [`mesh`] (triangles);
 //! - [`export`] (STEP, IGES, OBJ).
 //!
@@ -58,6 +59,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod brep;
 pub mod chart;
 pub mod cloud;
 pub mod diagnostic;
@@ -79,6 +81,7 @@ mod worker_pool;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
+pub use crate::brep::{Face, LengthUnit, Shell};
 pub use crate::cloud::{Cleaning, Components, EvenSample, clean, components};
 pub use crate::diagnostic::{Cause, Diagnostic};
 pub use crate::error::{Error, Result};

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// For each top-level module, the others that it may import, besides those for all.
-const ALLOWED: [(&str, &[&str]); 17] = [
+const ALLOWED: [(&str, &[&str]); 18] = [
     ("error", &[]),
     ("diagnostic", &["chart"]),
     ("progress", &[]),
@@ -20,17 +20,18 @@ const ALLOWED: [(&str, &[&str]); 17] = [
     ("nurbs", &[]),
     ("fit", &["nurbs"]),
     ("validate", &["cloud", "observe", "nurbs"]),
-    ("mesh", &["nurbs"]),
-    ("export", &["nurbs", "mesh"]),
+    ("brep", &["nurbs"]),
+    ("mesh", &["nurbs", "brep"]),
+    ("export", &["nurbs", "brep", "mesh"]),
     (
         "pipeline",
-        &["cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "mesh", "export"],
+        &["cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "mesh", "export"],
     ),
     (
         "python",
         &[
-            "cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "mesh", "export",
-            "pipeline",
+            "cloud", "observe", "som", "chart", "nurbs", "fit", "validate", "brep", "mesh",
+            "export", "pipeline",
         ],
     ),
 ];

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::unit::LengthUnit;
+use crate::brep::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 

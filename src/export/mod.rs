@@ -7,10 +7,8 @@ mod iges;
 mod obj;
 mod obj_surface;
 mod step;
-mod unit;
 
 pub use self::iges::{write_iges, write_iges_in};
 pub use self::obj::write_obj;
 pub use self::obj_surface::write_obj_surface;
 pub use self::step::{write_step, write_step_in};
-pub use self::unit::LengthUnit;

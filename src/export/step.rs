@@ -5,7 +5,7 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::unit::LengthUnit;
+use crate::brep::LengthUnit;
 use crate::error::Result;
 use crate::nurbs::{KnotVector, NurbsSurface};
 use crate::progress::Silent;

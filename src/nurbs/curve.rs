@@ -283,7 +283,7 @@ impl NurbsCurve {
     }
 
     /// The first derivative.
-    pub(super) fn velocity(&self, u: f64) -> DVec3 {
+    pub(crate) fn velocity(&self, u: f64) -> DVec3 {
         let mut out = [DVec3::ZERO; 2];
         self.derivatives_at(u, &mut out);
         out[1]

@@ -177,6 +177,12 @@ impl NurbsSurface {
         (middle(self.knots_u()) - u, middle(self.knots_v()) - v)
     }
 
+    /// Evaluates the point at (u, v) and the tangents in u and v.
+    pub(crate) fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
+        let partials = self.partials(u, v);
+        [partials.point, partials.u, partials.v]
+    }
+
     /// Evaluates the point at (u, v) with its first and second derivatives.
     pub(super) fn partials(&self, u: f64, v: f64) -> Partials {
         let rows = BasisDerivatives::<3>::at(self.knots_u(), u);

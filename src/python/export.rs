@@ -12,8 +12,9 @@ use super::arguments::choice;
 use super::call::{self, WatchedFile};
 use super::mesh::TriangleMesh;
 use super::surface::NurbsSurface;
+use crate::brep::LengthUnit;
 use crate::error::{Error, Result};
-use crate::export::{self, LengthUnit};
+use crate::export;
 
 /// Bytes written between two checks for Ctrl-C, a few milliseconds.
 const BUFFER_BYTES: usize = 1 << 20;

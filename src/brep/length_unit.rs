@@ -1,11 +1,11 @@
-//! The unit of length in CAD files.
+//! The unit of length of a shell and of CAD files.
 
-/// The unit of length of the coordinates in a STEP or IGES file.
+/// The unit of length of the coordinates of a shell or a CAD file.
 ///
 /// The unit is a label: coordinates are written unchanged, and readers convert them.
 ///
 /// ```
-/// use neurbs::export::LengthUnit;
+/// use neurbs::LengthUnit;
 /// assert_eq!(LengthUnit::default(), LengthUnit::Millimeter);
 /// assert_eq!(LengthUnit::Inch.in_millimeters(), 25.4);
 /// ```

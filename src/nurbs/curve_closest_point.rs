@@ -1,0 +1,244 @@
+//! Projection of points onto a curve: the globally closest point.
+//!
+//! Bézier pieces are halved where their boxes may hold a closer point than the best so far. On a
+//! piece that bends little against the distance, Newton's method finds the only projection
+//! (The NURBS Book, section 6.1).
+
+use glam::DVec3;
+
+use super::bezier_curve::BezierCurve;
+use super::curve::NurbsCurve;
+use super::work_blocks::for_timed_blocks;
+use crate::error::{Error, Result};
+use crate::progress::Observer;
+use crate::worker_pool;
+
+/// Halvings of a piece between knots at most. They end the search where all points of a piece are
+/// equally near, as on a circle around the point.
+const MAX_HALVINGS: u32 = 10;
+
+/// A piece has one projection of a point nearer than this fraction of its radius of curvature.
+const FOCAL_FRACTION: f64 = 0.5;
+
+/// Newton steps at most.
+const MAX_STEPS: usize = 30;
+
+/// Newton's method has converged when a step is shorter than this share of a piece.
+const STEP_TOLERANCE: f64 = 1e-14;
+
+/// Points that a thread takes at once at most.
+const MAX_POINTS_PER_TASK: usize = 64;
+
+/// The projection of a point onto a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CurvePoint {
+    /// The parameter of the projection.
+    pub u: f64,
+    /// The projection.
+    pub point: DVec3,
+    /// The distance from the point, in the points' unit.
+    pub distance: f64,
+}
+
+/// A curve prepared for closest-point searches.
+///
+/// ```
+/// use neurbs::{DVec3, nurbs::{CurveSearch, NurbsCurve}};
+/// let line = NurbsCurve::line(DVec3::ZERO, 4.0 * DVec3::X)?;
+/// let projection = CurveSearch::new(&line)?.closest_point(DVec3::new(1.0, 2.0, 0.0));
+/// assert_eq!((projection.u, projection.distance), (0.25, 2.0));
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct CurveSearch {
+    pieces: Vec<(BezierCurve, Bounds)>,
+}
+
+/// What is needed to skip a piece.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    low: DVec3,
+    high: DVec3,
+    /// An estimate of the largest curvature, from the control polygon.
+    curvature: f64,
+}
+
+impl Bounds {
+    fn of(piece: &BezierCurve) -> Self {
+        let (low, high) = piece.net_box();
+        let (start, chord) = (piece.start(), piece.end() - piece.start());
+        let length = chord.length();
+        let sag = piece.control_points().map(|point| {
+            let share = (point - start).dot(chord) / length.powi(2).max(f64::MIN_POSITIVE);
+            // A control polygon that leaves the chord's ends turns back on itself.
+            let clamped = share.clamp(0.0, 1.0);
+            (point - start - clamped * chord).length()
+        });
+        let sag = sag.fold(0.0, f64::max);
+        Self { low, high, curvature: 8.0 * sag / length.powi(2).max(f64::MIN_POSITIVE) }
+    }
+
+    /// A lower bound of the distance of a point.
+    fn distance(&self, point: DVec3) -> f64 {
+        (self.low - point).max(point - self.high).max(DVec3::ZERO).length()
+    }
+}
+
+impl CurveSearch {
+    /// Prepares a curve.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Net`] if weights differ so much that a piece has no finite control points.
+    pub fn new(curve: &NurbsCurve) -> Result<Self> {
+        let with_bounds = |piece: BezierCurve| (piece.clone(), Bounds::of(&piece));
+        Ok(Self { pieces: BezierCurve::of(curve)?.into_iter().map(with_bounds).collect() })
+    }
+
+    /// Returns the closest point of the curve; if several are equally close, any of them.
+    ///
+    /// For a point that is not finite the distance is NaN.
+    #[must_use]
+    pub fn closest_point(&self, point: DVec3) -> CurvePoint {
+        let mut best = CurvePoint { distance: f64::INFINITY, ..CurvePoint::default() };
+        for (piece, _) in &self.pieces {
+            better(&mut best, piece.domain().0, piece.start(), point);
+            better(&mut best, piece.domain().1, piece.end(), point);
+        }
+        let mut order: Vec<(f64, usize)> =
+            self.pieces.iter().enumerate().map(|(k, (_, b))| (b.distance(point), k)).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (bound, k) in order {
+            if bound >= best.distance {
+                break;
+            }
+            let (piece, bounds) = &self.pieces[k];
+            search(piece, bounds, point, MAX_HALVINGS, &mut best);
+        }
+        if point.is_finite() { best } else { CurvePoint { distance: f64::NAN, ..best } }
+    }
+}
+
+/// Searches a piece for a point closer than the best so far.
+fn search(
+    piece: &BezierCurve,
+    bounds: &Bounds,
+    point: DVec3,
+    halvings: u32,
+    best: &mut CurvePoint,
+) {
+    let unique = best.distance * bounds.curvature < FOCAL_FRACTION;
+    if unique || halvings == 0 {
+        let share = newton(piece, point);
+        better(best, piece.parameter(share), piece.derivatives(share)[0], point);
+        return;
+    }
+    let [first, second] = piece.halves();
+    better(best, first.domain().1, first.end(), point);
+    let mut halves = [first, second].map(|half| {
+        let bounds = Bounds::of(&half);
+        (bounds.distance(point), half, bounds)
+    });
+    halves.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (bound, half, bounds) in &halves {
+        if *bound < best.distance {
+            search(half, bounds, point, halvings - 1, best);
+        }
+    }
+}
+
+/// The share of a piece where Newton's method, kept inside the piece, ends.
+fn newton(piece: &BezierCurve, point: DVec3) -> f64 {
+    let (start, chord) = (piece.start(), piece.end() - piece.start());
+    let projected = (point - start).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE);
+    let mut share = projected.clamp(0.0, 1.0);
+    for _ in 0..MAX_STEPS {
+        let [at, velocity, bend] = piece.derivatives(share);
+        let away = at - point;
+        let (slope, speed) = (away.dot(velocity), velocity.length_squared());
+        // Far from the projection the second derivative may be negative: a step of Gauss and Newton.
+        let second = speed + away.dot(bend);
+        let step = slope / if second > 0.25 * speed { second } else { speed };
+        let next = (share - step).clamp(0.0, 1.0);
+        if !step.is_finite() || (next - share).abs() < STEP_TOLERANCE {
+            break;
+        }
+        share = next;
+    }
+    share
+}
+
+/// Replaces the best point so far by a closer one.
+fn better(best: &mut CurvePoint, u: f64, place: DVec3, point: DVec3) {
+    let distance = place.distance(point);
+    if distance < best.distance {
+        *best = CurvePoint { u, point: place, distance };
+    }
+}
+
+impl NurbsCurve {
+    /// Finds the closest points of many points, in parallel, in the order of the points.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, nurbs::NurbsCurve, progress::Silent};
+    /// let circle = NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, std::f64::consts::TAU)?;
+    /// let found = circle.closest_points(&[3.0 * DVec3::Y], &mut Silent)?;
+    /// assert!(found[0].point.distance(DVec3::Y) < 1e-14);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFinite`] if a point is not finite, [`Error::Interrupted`] if the observer stops
+    /// it.
+    pub fn closest_points(
+        &self,
+        points: &[DVec3],
+        observer: &mut dyn Observer,
+    ) -> Result<Vec<CurvePoint>> {
+        if let Some(index) = points.iter().position(|point| !point.is_finite()) {
+            return Err(Error::NotFinite { index, point: points[index] });
+        }
+        let search = CurveSearch::new(self)?;
+        let mut found = vec![CurvePoint::default(); points.len()];
+        for_timed_blocks(points.len(), observer, |from, to| {
+            let tasks = points[from..to].iter().zip(&mut found[from..to]);
+            worker_pool::for_each_task(tasks, MAX_POINTS_PER_TASK, |(): &mut (), (point, out)| {
+                *out = search.closest_point(*point);
+            });
+        })?;
+        Ok(found)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::Silent;
+
+    fn random(k: u32) -> f64 {
+        f64::from(k.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24)
+    }
+
+    #[test]
+    fn no_sample_of_the_curve_is_closer() {
+        let place = |k: u32| DVec3::new(random(3 * k), random(3 * k + 1), random(3 * k + 2));
+        let curve = NurbsCurve::clamped((0..12).map(place).collect(), 3).unwrap();
+        let points: Vec<DVec3> = (100..300).map(|k| 2.0 * place(k) - 0.5).collect();
+        let found = curve.closest_points(&points, &mut Silent).unwrap();
+        let samples: Vec<DVec3> = (0..=2000).map(|k| curve.point(f64::from(k) / 2000.0)).collect();
+        for (point, found) in points.iter().zip(&found) {
+            let nearest = samples.iter().map(|s| s.distance(*point)).fold(f64::INFINITY, f64::min);
+            assert!(found.distance <= nearest + 1e-14 && nearest < found.distance + 1e-4);
+            assert!(found.point.distance(curve.point(found.u)) < 1e-13);
+        }
+    }
+
+    #[test]
+    fn all_points_of_a_circle_are_equally_near_to_its_center() {
+        let circle =
+            NurbsCurve::arc(DVec3::ZERO, DVec3::X, DVec3::Y, std::f64::consts::TAU).unwrap();
+        let found = CurveSearch::new(&circle).unwrap().closest_point(DVec3::Z);
+        assert!((found.distance - 2.0_f64.sqrt()).abs() < 1e-14);
+    }
+}
