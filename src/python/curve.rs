@@ -191,7 +191,7 @@ impl NurbsCurve {
     /// >>> line = neurbs.NurbsCurve([[0, 0], [1, 2]], degree=1)
     /// >>> line.to_dict().get("degree")
     /// 1
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    pub(super) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.arrays.to_dict(py, self.degree())
     }
 
@@ -219,7 +219,7 @@ impl NurbsCurve {
     /// >>> neurbs.NurbsCurve.from_dict(circle.to_dict()) == circle
     /// True
     #[staticmethod]
-    fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(super) fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
         let SplineItems { control_points, weights, degree, knots } = SplineItems::new(data)?;
         Self::py_new(&control_points, weights.as_ref(), degree.as_ref(), knots.as_ref())
     }

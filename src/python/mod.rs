@@ -25,6 +25,7 @@ mod error_history;
 mod errors;
 mod evaluation;
 mod export;
+mod face;
 mod height_fit;
 mod kind;
 mod knots;
@@ -37,6 +38,7 @@ mod primitives;
 mod progress;
 mod reconstruct;
 mod recover_net;
+mod shell;
 mod som;
 mod som_options;
 mod spline_arrays;
@@ -72,6 +74,8 @@ mod _core {
     #[pymodule_export]
     use super::export::{write_iges, write_obj, write_obj_surface, write_step};
     #[pymodule_export]
+    use super::face::Face;
+    #[pymodule_export]
     use super::height_fit::{HeightFit, fit_heights, fit_weights};
     #[pymodule_export]
     use super::lattice::{Lattice, lattice_for_points};
@@ -85,6 +89,8 @@ mod _core {
     use super::reconstruct::{default_options, reconstruct, reconstruct_paper};
     #[pymodule_export]
     use super::recover_net::recover_net;
+    #[pymodule_export]
+    use super::shell::{Edge, Shell};
     #[pymodule_export]
     use super::som::Map;
     #[pymodule_export]

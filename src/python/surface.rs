@@ -228,7 +228,7 @@ impl NurbsSurface {
     /// >>> text = json.dumps(plane.to_dict())
     /// >>> neurbs.NurbsSurface.from_dict(json.loads(text)) == plane
     /// True
-    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    pub(super) fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         self.arrays.to_dict(py, [self.degree().0, self.degree().1])
     }
 
@@ -256,7 +256,7 @@ impl NurbsSurface {
     /// >>> neurbs.NurbsSurface.from_dict({"control_points": net, "degree": 1})
     /// NurbsSurface(net 2 × 2, degree (1, 1), domain [0, 1] × [0, 1], polynomial, open)
     #[staticmethod]
-    fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
+    pub(super) fn from_dict(data: &Bound<'_, PyAny>) -> PyResult<Self> {
         let SplineItems { control_points, weights, degree, knots } = SplineItems::new(data)?;
         Self::py_new(&control_points, weights.as_ref(), degree.as_ref(), knots.as_ref(), None)
     }
