@@ -66,12 +66,18 @@ def npz(compression: int = zipfile.ZIP_DEFLATED, *, old: bytes = b"", new: bytes
 UNKNOWN_METHOD = bytearray(npz())
 UNKNOWN_METHOD[8] = UNKNOWN_METHOD[npz().index(b"PK\x01\x02") + 10] = 77
 
+# Likewise the flags are at 6 and 8; the first says that the array is encrypted.
+ENCRYPTED = bytearray(npz())
+ENCRYPTED[6] = ENCRYPTED[npz().index(b"PK\x01\x02") + 8] = 1
+
 DAMAGED_LZMA = bytearray(npz(zipfile.ZIP_LZMA))
 DAMAGED_LZMA[60:70] = bytes(10)
 
 DAMAGED: dict[str, tuple[str, bytes, str]] = {
     "array as archive": (".npz", npy(), "must be a whole"),
     "unknown compression": (".npz", bytes(UNKNOWN_METHOD), "must be a whole"),
+    "encrypted array": (".npz", bytes(ENCRYPTED), "must be a whole"),
+    "points without end": (".pcd", PCD.replace("S 2", f"S {2**64}").encode(), "cut short"),
     "damaged LZMA": (".npz", bytes(DAMAGED_LZMA), "must be a whole"),
     "wrong checksum": (".npz", npz(0, old=b"\n" + bytes(8), new=b"\n" + bytes(7) + b"\1"), "CRC"),
     "array without end": (".npz", npz(0, old=b"(9, 3)", new=b"(99,3)"), "must be a whole"),

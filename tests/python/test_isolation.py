@@ -10,8 +10,10 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 
@@ -54,6 +56,8 @@ def misbehave(folder: Path, deed: str) -> None:
         ("for _ in iter(int, 1): pass", "its reader did not come to an end"),
         ("bytearray(3 << 30)", "to read it takes more than 1073 MB"),
         ("raise KeyError('chunk')", "must be a whole .3dm file, but is damaged: 'chunk'"),
+        ("raise OSError(22, 'Invalid argument')", "must be a whole .3dm file, but is damaged"),
+        ("raise type('PanicException', (BaseException,), {})('index')", "is damaged: index"),
         ("print('noise', flush=True)\n        os.write(2, b'noise')", "damaged or cut short"),
     ],
 )
@@ -96,15 +100,13 @@ def test_the_timer_stops_while_the_caller_works(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Points in chunks, more of them than a pipe has room for, taken slowly."""
-    import laspy
-
     points = np.arange(3.0 * 400_000).reshape(-1, 3)
     header = laspy.LasHeader(point_format=0, version="1.2")
     header.scales = np.full(3, 0.5)
-    scan = laspy.LasData(header)
-    scan.x, scan.y, scan.z = points.T
+    data = laspy.LasData(header)
+    data.x, data.y, data.z = points.T
     path = tmp_path / "a.las"
-    scan.write(path)
+    data.write(path)
     monkeypatch.syspath_prepend(tmp_path)
     # In the worker the timer runs so fast that it ends within a second.
     (tmp_path / "sitecustomize.py").write_text(
@@ -133,6 +135,88 @@ def test_the_next_file_is_read_after_each_of_these(damaged: Path, tmp_path: Path
         with pytest.raises(neurbs.NeurbsError):
             neurbs.load_surfaces(damaged)
         assert neurbs.load_surface(tmp_path / "a.step").degree == surface.degree
+
+
+HEAD = b'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian">'
+
+POLY = (
+    '<PolyData><Piece NumberOfPoints="{0}" NumberOfPolys="{1}"><Points>'
+    '<DataArray type="Float32" NumberOfComponents="{2}" format="ascii">1 2 3</DataArray>'
+    "</Points></Piece></PolyData></VTKFile>"
+)
+
+
+@pytest.mark.parametrize("count", [10**9, 10**18, 2**63])
+@pytest.mark.parametrize("place", range(3))
+def test_counts_of_a_vtk_file_are_bounded_by_its_size(
+    place: int, count: int, tmp_path: Path
+) -> None:
+    counts = [1, 0, 3]
+    counts[place] = count
+    path = tmp_path / "a.vtp"
+    path.write_bytes(HEAD + POLY.format(*counts).encode())
+    with pytest.raises(neurbs.NeurbsError, match=f"must have {count} points or cells"):
+        neurbs.read_points(path)
+
+
+@pytest.mark.parametrize("suffix", [".vtp", ".vtu"])
+def test_deep_xml_is_an_error(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(HEAD + b"<a>" * 1_000_000 + b"</a>" * 1_000_000 + b"</VTKFile>")
+    with pytest.raises(neurbs.NeurbsError, match="is damaged"):
+        neurbs.read_points(path)
+
+
+def scan(path: Path) -> bytearray:
+    header = laspy.LasHeader(point_format=0, version="1.2")
+    header.scales = np.full(3, 0.001)
+    data = laspy.LasData(header)
+    data.x, data.y, data.z = np.random.default_rng(0).random((3, 9))
+    data.write(path)
+    return bytearray(path.read_bytes())
+
+
+def test_counts_of_a_scan_are_bounded(tmp_path: Path) -> None:
+    for suffix in (".las", ".laz"):
+        path = tmp_path / f"a{suffix}"
+        content = scan(path)
+        content[107:111] = (10**9).to_bytes(4, "little")
+        path.write_bytes(content)
+        start = time.monotonic()
+        with pytest.raises(neurbs.NeurbsError):
+            neurbs.read_points(path)
+        assert time.monotonic() - start < 5
+
+
+def test_a_compressed_scan_with_any_wrong_number_ends_nothing(tmp_path: Path) -> None:
+    """Some of these numbers ask for much memory, or end the process of the reader."""
+    path = tmp_path / "a.laz"
+    content = scan(path)
+    refused = 0
+    for place in range(0, len(content) - 4, 5):
+        path.write_bytes(content[:place] + b"\xff\xff\xff\x7f" + content[place + 4 :])
+        try:
+            neurbs.read_points(path)
+        except neurbs.NeurbsError:
+            refused += 1
+    assert refused > 10
+
+
+@pytest.mark.parametrize("suffix", [".step", ".igs", ".3dm", ".vtp", ".tif"])
+def test_a_path_that_is_not_unicode_is_not_called_damaged(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / os.fsdecode(b"a\xff" + suffix.encode())
+    try:
+        path.touch()
+    except OSError:
+        pytest.skip("this file system has Unicode names only")
+    surface = neurbs.NurbsSurface(np.random.default_rng(0).random((4, 4, 3)))
+    if suffix != ".tif":
+        neurbs.save(surface.tessellate() if suffix == ".vtp" else surface, path)
+    read: Callable[[Path], object] = neurbs.read_points
+    if suffix in neurbs.io.LOADABLE:
+        read = neurbs.load_surface
+    with pytest.raises(neurbs.NeurbsError, match=r"must have a path in UTF-8, .* rename it"):
+        read(path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

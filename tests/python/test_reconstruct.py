@@ -195,6 +195,19 @@ def test_options_out_of_range_are_refused(option: str, value: object, message: s
         neurbs.reconstruct(FEW, **{option: value})  # type: ignore[call-overload]
 
 
+def test_two_clusters_far_apart_are_reported() -> None:
+    rng = np.random.default_rng(0)
+    x, y = rng.random((2, 1000))
+    one = np.column_stack([x, y, 0.1 * np.sin(3 * x)])
+    points = np.vstack([one, one + np.array([1e6, 0, 0])])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert "components" in [each.code for each in neurbs.reconstruct(points).report.diagnostics]
+        assert neurbs.reconstruct(points, component=1).report.valid
+    with pytest.raises(NeurbsError, match=r"with none near \d+ of the 144 control points"):
+        neurbs.reconstruct(points, kind="height")
+
+
 def test_one_point_far_away_is_an_outlier() -> None:
     points = np.random.default_rng(0).random((2000, 3))
     points[:, 2] = np.sin(3 * points[:, 0]) * points[:, 1]
