@@ -41,7 +41,7 @@ from collections import Counter, defaultdict
 from pathlib import Path
 from typing import Any
 
-from break_files_cases import FORMATS, content_of, damaged_file, end_of, suffix_of
+from break_files_cases import FORMATS, content_of, damaged_file, is_cut, suffix_of
 
 import neurbs
 from neurbs.io import LOADABLE
@@ -213,7 +213,7 @@ class Harness:
         if answer["outcome"] != "read":
             return answer["outcome"], f"{how}: {answer['why']}", path
         whole = self.whole[name, attributes]
-        if end is not None and end < end_of(name, content):
+        if end is not None and is_cut(name, content, end):
             count = "all" if answer["count"] == whole["count"] else "part"
             same = "the same" if answer["digest"] == whole["digest"] else "other"
             return "cut", f"{how}: {count} of {whole['count']} are read, {same} numbers", path

@@ -239,13 +239,26 @@ def suffix_of(name: str) -> str:
     return "." + name.rpartition(".")[2]
 
 
-def end_of(name: str, content: bytes) -> int:
-    """Return the place before which a cut can be seen."""
-    end = len(content.rstrip(b"\n\r "))
+def is_cut(name: str, content: bytes, place: int) -> bool:
+    """Whether the start of a file, up to a place, is no complete file of its format."""
     if name in ENDLESS:
-        return 0
+        return False
+    # Sections that nothing before them announces: without them a file is complete.
+    optional = (b"\nPOLYGONS ", b"\nPOINT_DATA ") if suffix_of(name) == ".vtk" else ()
+    ends = [content.index(section) + 1 for section in optional]
+    return not any(_last_word(name, content[:end]) <= place <= end for end in ends) and (
+        place < _last_word(name, content)
+    )
+
+
+def _last_word(name: str, content: bytes) -> int:
+    """Return the end of a complete file without blanks, and of text without its last word."""
+    end = len(content.rstrip(b"\n\r "))
     if name in COUNTED_TEXT:
         return max(content.rfind(b"\n", 0, end), content.rfind(b" ", 0, end))
+    if name == "binary.vtk":
+        # The last byte of an array may be that of a blank.
+        return len(content) - content.endswith(b"\n")
     # The last number of an IGES file repeats what is known.
     return end - 7 if suffix_of(name) == ".iges" else end
 

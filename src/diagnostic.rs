@@ -6,6 +6,7 @@
 use std::fmt;
 
 use crate::chart::Kind;
+use crate::numeric::Short;
 
 /// A finding about points or about the surface fitted to them. Lengths are in the points' unit,
 /// shares are from 0 to 1.
@@ -338,31 +339,6 @@ impl Diagnostic {
     }
 }
 
-/// A number with four significant digits.
-struct Short(f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if size != 0.0 && !(1e-4..1e6).contains(&size) {
-            return write!(f, "{:.3e}", self.0);
-        }
-        let mut decimals = 3;
-        let mut unit = 10.0;
-        while decimals > 0 && size >= unit {
-            (decimals, unit) = (decimals - 1, 10.0 * unit);
-        }
-        unit = 1.0;
-        while size != 0.0 && size < unit {
-            (decimals, unit) = (decimals + 1, unit / 10.0);
-        }
-        let text = format!("{:.decimals$}", self.0);
-        let text =
-            if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        f.write_str(text)
-    }
-}
-
 /// A share, written in percent.
 struct Percent(f64);
 
@@ -431,20 +407,5 @@ mod tests {
         assert!(messages[7].contains("2 components of 90, 10 points. One surface"));
         assert!(messages[8].contains("z was divided by 8192 for"), "{}", messages[8]);
         assert!(messages[11].starts_with("Tolerance 0.1 not reached: 12 of 100 points"));
-    }
-
-    #[test]
-    fn numbers_have_four_digits() {
-        let cases = [
-            (0.0, "0"),
-            (1.0, "1"),
-            (123_456.7, "123457"),
-            (12.345_67, "12.35"),
-            (0.012_345_6, "0.01235"),
-            (1.234_56e-7, "1.235e-7"),
-        ];
-        for (number, text) in cases {
-            assert_eq!(Short(number).to_string(), text);
-        }
     }
 }

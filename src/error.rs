@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::numeric::Short;
+
 /// All errors of the crate. Each message gives the rule, the value that breaks it, and a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -54,7 +56,7 @@ pub enum Error {
     /// ```
     #[error(
         "points must differ, but all {given} are ({}, {}, {}): check which columns were read",
-        point.x, point.y, point.z
+        Short(point.x), Short(point.y), Short(point.z)
     )]
     AllEqual {
         /// Number of given points.
@@ -257,6 +259,6 @@ pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64> {
     if value > 0.0 && value.is_finite() {
         Ok(value)
     } else {
-        Err(Error::parameter(name, "positive and finite", value))
+        Err(Error::parameter(name, "positive and finite", Short(value)))
     }
 }

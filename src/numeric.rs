@@ -1,4 +1,6 @@
-//! Numerical helpers for every module: quantiles, rms, integers.
+//! Numerical helpers for every module: quantiles, rms, integers, short numbers in messages.
+
+use std::fmt;
 
 /// The upper median; 0 without values.
 pub(crate) fn median(values: impl IntoIterator<Item = f64>) -> f64 {
@@ -36,6 +38,33 @@ pub(crate) fn index(place: usize) -> u32 {
     u32::try_from(place).unwrap_or(u32::MAX)
 }
 
+/// A number with four significant digits.
+pub(crate) struct Short(pub(crate) f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && !(1e-4..1e6).contains(&size) {
+            let text = format!("{:.3e}", self.0);
+            let Some((digits, exponent)) = text.split_once('e') else { return f.write_str(&text) };
+            return write!(f, "{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'));
+        }
+        let mut decimals = 3;
+        let mut unit = 10.0;
+        while decimals > 0 && size >= unit {
+            (decimals, unit) = (decimals - 1, 10.0 * unit);
+        }
+        unit = 1.0;
+        while size != 0.0 && size < unit {
+            (decimals, unit) = (decimals + 1, unit / 10.0);
+        }
+        let text = format!("{:.decimals$}", self.0);
+        let text =
+            if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        f.write_str(text)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,5 +75,22 @@ mod tests {
         assert_eq!(quantile([3.0, 1.0, 2.0], 1.0), 3.0);
         assert_eq!(median([]), 0.0);
         assert_eq!(rms([3.0, 4.0, 0.0, 0.0]), 2.5);
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1"),
+            (123_456.7, "123457"),
+            (12.345_67, "12.35"),
+            (0.012_345_6, "0.01235"),
+            (1.234_56e-7, "1.235e-7"),
+            (-1e300, "-1e300"),
+            (f64::NAN, "NaN"),
+        ];
+        for (number, text) in cases {
+            assert_eq!(Short(number).to_string(), text);
+        }
     }
 }

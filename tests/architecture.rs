@@ -283,6 +283,17 @@ fn files_import_each_other_in_no_circle() {
     assert!(circles.is_empty(), "files import each other in circles: {circles:?}");
 }
 
+/// So that no panic reaches a user.
+#[test]
+fn one_place_leaves_the_interpreter_and_catches_panics() {
+    let places: Vec<_> = checked_sources()
+        .into_iter()
+        .filter(|(_, code)| code_lines(code).iter().any(|line| line.contains(".detach(")))
+        .map(|(path, _)| path)
+        .collect();
+    assert_eq!(places, [Path::new("python/call.rs")]);
+}
+
 #[test]
 fn python_stands_only_at_the_wall() {
     for (path, code) in checked_sources() {

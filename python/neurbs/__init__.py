@@ -15,6 +15,25 @@ import os
 import sys
 import threading
 
+
+def _check_interpreter() -> None:
+    """Refuse a subinterpreter: NumPy and the extension keep data that interpreters would share."""
+    # The name up to Python 3.12 and the name since.
+    for name in ("_xxsubinterpreters", "_interpreters"):
+        try:
+            interpreters = importlib.import_module(name)
+        except ImportError:
+            continue
+        if interpreters.get_current() != interpreters.get_main():
+            raise ImportError(
+                "neurbs must be imported in the main interpreter, but this is a subinterpreter: "
+                "use a process instead (with mod_wsgi, set WSGIApplicationGroup %{GLOBAL})",
+                name="neurbs",
+            )
+
+
+_check_interpreter()
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from neurbs._core import (

@@ -216,7 +216,7 @@ impl Equations {
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<NurbsSurface> {
         check_interrupt()?;
-        let PartialSums { space, origin, extent, count, equations, .. } = &self.sums;
+        let PartialSums { space, origin, extent, equations, .. } = &self.sums;
         let mut matrix = equations.matrix.clone();
         matrix.add_scaled(self.times(fairness), &self.energy);
         let mut net = equations.right.clone();
@@ -228,14 +228,24 @@ impl Equations {
             })
         };
         if !determined {
-            let [rows, cols] = space.shape();
-            let got = format!("{rows} × {cols} for {count} points");
-            let must = "small enough for the points to determine it; or raise fairness";
-            return Err(Error::parameter("net", must, got));
+            return Err(self.undetermined());
         }
         let place = |p: [f64; 3]| DVec3::from_array(p) + *origin;
         let net: Vec<DVec3> = net.into_iter().map(place).collect();
         space.surface(&net)
+    }
+
+    /// The error for a net that the points do not determine. Where points leave gaps, it says so.
+    fn undetermined(&self) -> Error {
+        let PartialSums { space, count, equations, .. } = &self.sums;
+        let ([rows, cols], matrix) = (space.shape(), &equations.matrix);
+        let without = (0..matrix.size()).filter(|&i| matrix.entry(i, i) <= 0.0).count();
+        let gaps = match without {
+            0 => String::new(),
+            without => format!(", with none near {without} of the {} control points", rows * cols),
+        };
+        let must = "small enough for the points to determine it; or raise fairness";
+        Error::parameter("net", must, format!("{rows} × {cols} for {count} points{gaps}"))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::sizes::MAX_CONTROL_POINTS;
 use crate::error::{Error, Result};
+use crate::numeric::Short;
 use crate::nurbs::KnotVector;
 
 /// Knots and fairness of a least-squares fit.
@@ -116,11 +117,7 @@ pub(crate) fn check_fairness(fairness: f64) -> Result<()> {
     if (0.0..=MAX_FAIRNESS).contains(&fairness) {
         return Ok(());
     }
-    Err(Error::parameter(
-        "fairness",
-        format!("from 0 to {MAX_FAIRNESS:e}"),
-        format!("{fairness:e}"),
-    ))
+    Err(Error::parameter("fairness", format!("from 0 to {MAX_FAIRNESS:e}"), Short(fairness)))
 }
 
 /// Checks the weights of points: one for each, finite, not negative, not all 0.
@@ -130,7 +127,7 @@ pub(crate) fn check_weights(weights: &[f64], points: usize) -> Result<()> {
         return Err(Error::parameter("weights", must, weights.len()));
     }
     if let Some(i) = weights.iter().position(|weight| !(*weight >= 0.0 && weight.is_finite())) {
-        let got = format!("{} at index {i}", weights[i]);
+        let got = format!("{} at index {i}", Short(weights[i]));
         return Err(Error::parameter("weights", "finite and at least 0", got));
     }
     let positive = || weights.iter().copied().filter(|weight| *weight > 0.0);
@@ -140,7 +137,11 @@ pub(crate) fn check_weights(weights: &[f64], points: usize) -> Result<()> {
     }
     if most / least > MAX_WEIGHT_RATIO {
         let must = format!("0 or within a factor of {MAX_WEIGHT_RATIO:e} of each other");
-        return Err(Error::parameter("weights", must, format!("{least:e} to {most:e}")));
+        return Err(Error::parameter(
+            "weights",
+            must,
+            format!("{} to {}", Short(least), Short(most)),
+        ));
     }
     Ok(())
 }

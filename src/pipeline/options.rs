@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::chart::Kind;
 use crate::error::{Error, Result, positive};
 use crate::fit::{check_fairness, check_weights};
+use crate::numeric::Short;
 use crate::nurbs::check_degree;
 use crate::som::Lattice;
 
@@ -113,7 +114,7 @@ impl ReconstructOptions<'_> {
         }
         self.fairness.map_or(Ok(()), check_fairness)?;
         if let Some(border) = self.border.filter(|border| !(*border >= 0.0 && border.is_finite())) {
-            return Err(Error::parameter("border", "finite and at least 0", border));
+            return Err(Error::parameter("border", "finite and at least 0", Short(border)));
         }
         if let Some((rows, cols)) = self.grid {
             // The limits of a net are those of a lattice.

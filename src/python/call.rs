@@ -53,12 +53,16 @@ pub(super) fn run_watched<T: Send>(
     }
     let mut watcher =
         Watcher { callback, observer, last_check: Instant::now(), stage: None, raised: None };
-    let result = py.detach(|| catch_unwind(AssertUnwindSafe(|| job(&mut watcher))));
-    match (watcher.raised, result) {
-        (Some(raised), _) => Err(raised),
-        (None, Ok(result)) => Ok(result?),
-        (None, Err(panic)) => Err(defect(&*panic)),
+    let result = without_gil(py, || job(&mut watcher));
+    match watcher.raised {
+        Some(raised) => Err(raised),
+        None => Ok(result??),
     }
+}
+
+/// Runs a job without the GIL. A panic becomes an error.
+pub(super) fn without_gil<T: Send>(py: Python<'_>, job: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| catch_unwind(AssertUnwindSafe(job))).map_err(|panic| defect(&*panic))
 }
 
 /// The observer of a call from Python: calls the callbacks and checks for Ctrl-C.

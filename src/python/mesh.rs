@@ -189,7 +189,9 @@ impl TriangleMesh {
         {
             let mut out = quads.readwrite();
             let out: &mut [[u32; 4]] = bytemuck::cast_slice_mut(out.as_slice_mut()?);
-            py.detach(|| out.iter_mut().zip(grid.quads()).for_each(|(out, quad)| *out = quad));
+            call::without_gil(py, || {
+                out.iter_mut().zip(grid.quads()).for_each(|(out, quad)| *out = quad);
+            })?;
         }
         Ok(Some(quads))
     }
@@ -202,7 +204,7 @@ impl TriangleMesh {
     fn area(&self, py: Python<'_>) -> PyResult<f64> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
-        Ok(py.detach(|| view.area()))
+        call::without_gil(py, || view.area())
     }
 
     /// The enclosed volume of a closed mesh, in the cube of the points' unit.
@@ -214,7 +216,7 @@ impl TriangleMesh {
     fn volume(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
-        Ok(py.detach(|| view.volume()))
+        call::without_gil(py, || view.volume())
     }
 
     /// Vertices - edges + triangles: 1 for a sheet, 0 for a tube or a torus, 2 for a sphere.
@@ -225,7 +227,7 @@ impl TriangleMesh {
     fn euler_characteristic(&self, py: Python<'_>) -> PyResult<i64> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
-        Ok(py.detach(|| view.euler_characteristic()))
+        call::without_gil(py, || view.euler_characteristic())
     }
 
     /// The boundary loops of the mesh.
@@ -238,7 +240,7 @@ impl TriangleMesh {
     fn boundary_loops<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray1<u32>>>> {
         let arrays = self.arrays(py)?;
         let view = arrays.view()?;
-        let loops = py.detach(|| view.boundary_loops());
+        let loops = call::without_gil(py, || view.boundary_loops())?;
         Ok(loops.iter().map(|border| PyArray1::from_slice(py, border)).collect())
     }
 

@@ -296,20 +296,20 @@ impl Map {
         self.snapshot().radius()
     }
 
-    fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let map = self.snapshot();
-        PyBytes::new(py, &py.detach(|| map.to_bytes()))
+        Ok(PyBytes::new(py, &call::without_gil(py, || map.to_bytes())?))
     }
 
     #[staticmethod]
     fn from_bytes(py: Python<'_>, state: &[u8]) -> PyResult<Self> {
-        Ok(Self::of_core(py.detach(|| SelfOrganizingMap::from_bytes(state))?))
+        Ok(Self::of_core(call::without_gil(py, || SelfOrganizingMap::from_bytes(state))??))
     }
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
-        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py()),)))
+        Ok((slf.get_type().getattr("from_bytes")?, (slf.get().to_bytes(slf.py())?,)))
     }
 }
 

@@ -76,7 +76,7 @@ def test_strict_exits_with_4_for_a_missed_tolerance(
     target.unlink()
     done = command(*words, "--strict")
     assert done.code == 4
-    assert done.err.startswith("neurbs: warning: Tolerance 1.000e-6 not reached")
+    assert done.err.startswith("neurbs: warning: Tolerance 1e-6 not reached")
     assert target.exists()
     report = done.json()["report"]
     assert (report["converged"], report["valid"]) == (False, True)

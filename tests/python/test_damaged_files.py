@@ -66,12 +66,18 @@ def npz(compression: int = zipfile.ZIP_DEFLATED, *, old: bytes = b"", new: bytes
 UNKNOWN_METHOD = bytearray(npz())
 UNKNOWN_METHOD[8] = UNKNOWN_METHOD[npz().index(b"PK\x01\x02") + 10] = 77
 
+# Likewise the flags are at 6 and 8; the first says that the array is encrypted.
+ENCRYPTED = bytearray(npz())
+ENCRYPTED[6] = ENCRYPTED[npz().index(b"PK\x01\x02") + 8] = 1
+
 DAMAGED_LZMA = bytearray(npz(zipfile.ZIP_LZMA))
 DAMAGED_LZMA[60:70] = bytes(10)
 
 DAMAGED: dict[str, tuple[str, bytes, str]] = {
     "array as archive": (".npz", npy(), "must be a whole"),
     "unknown compression": (".npz", bytes(UNKNOWN_METHOD), "must be a whole"),
+    "encrypted array": (".npz", bytes(ENCRYPTED), "must be a whole"),
+    "points without end": (".pcd", PCD.replace("S 2", f"S {2**64}").encode(), "cut short"),
     "damaged LZMA": (".npz", bytes(DAMAGED_LZMA), "must be a whole"),
     "wrong checksum": (".npz", npz(0, old=b"\n" + bytes(8), new=b"\n" + bytes(7) + b"\1"), "CRC"),
     "array without end": (".npz", npz(0, old=b"(9, 3)", new=b"(99,3)"), "must be a whole"),
@@ -246,7 +252,7 @@ def test_a_cut_after_the_points_is_an_error(
     for cut in ends:
         path.write_bytes(whole[:cut])
         if suffix == ".vtk" and whole[cut - 1 : cut + 1] == b"\nP":
-            continue  # Between two sections.
+            continue  # Before a section that nothing announces.
         with pytest.raises(neurbs.NeurbsError):
             neurbs.read_points(path)
 
@@ -309,6 +315,32 @@ def test_a_vtk_file_that_is_cut_short_is_an_error(
         cut.write_bytes(whole[:end])
         with pytest.raises(neurbs.NeurbsError, match=r"must be a whole \.vtk file"):
             neurbs.read_points(cut)
+
+
+def test_a_vtk_file_has_what_its_last_line_announces(tmp_path: Path) -> None:
+    head = "# vtk DataFile Version {0}\nmade by hand\nASCII\nDATASET {1}\n"
+    rows = "POINTS 3 float\n0 0 0 1 0 0\n0 1 0\n"
+    grid = head.format("3.0", "UNSTRUCTURED_GRID") + rows
+    cells = "CELLS 1 4\n3 0 1 2\n"
+    mesh = head.format("5.1", "POLYDATA") + rows
+    path = tmp_path / "a.vtk"
+    for missing in (
+        grid + cells,
+        grid + cells + "CELL_TYPES 1\n",
+        grid + cells + "CELL_TYPES 1\n5\nPOINT_DATA 3\n",
+        mesh + "POLYGONS 2 3\n",
+        mesh + "POLYGONS 2 3\nOFFSETS vtktypeint64\n0 3\n",
+        mesh + "POINT_DATA 3\n",
+        mesh + "CELL_DATA 3\n\n",
+        mesh + "POINT_DATA 3\nNORMALS n float\n",
+        mesh + "POINT_DATA 3\nFIELD FieldData 1\n",
+    ):
+        path.write_text(missing)
+        with pytest.raises(neurbs.NeurbsError, match="missing"):
+            neurbs.read_points(path)
+    for whole in (grid + cells + "CELL_TYPES 1\n5\n", mesh, mesh + "CELL_DATA 0\n"):
+        path.write_text(whole)
+        assert len(neurbs.read_points(path)) == 3
 
 
 def test_a_raster_does_not_lead_to_another_file(tmp_path: Path, rng: np.random.Generator) -> None:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -61,6 +62,27 @@ def test_too_little_memory_is_an_error(call: str, what: str) -> None:
     )
     assert run.returncode == 0, run.stderr
     assert what in run.stdout
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda points: neurbs.SelfOrganizingMap(10**5, 10**5).fit(points),
+            r"at most 16777216 nodes in all, got \(100000, 100000\), about 5120 GB of memory",
+        ),
+        (
+            lambda points: neurbs.reconstruct(points, grid=(2000, 2000)),
+            "net must be of at most 1048576 control points, got 2000 × 2000",
+        ),
+    ],
+)
+def test_sizes_beyond_every_memory_are_refused_at_once(
+    call: Callable[[object], object], message: str
+) -> None:
+    points = np.random.default_rng(0).random((3000, 3)) * [1, 1, 0.1]
+    with pytest.raises(neurbs.NeurbsError, match=message):
+        call(points)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory limits of Linux")

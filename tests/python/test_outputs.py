@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import neurbs
 from neurbs import cli
 
 
@@ -81,3 +82,28 @@ def test_one_output_is_not_given_twice(
 ) -> None:
     one, other = tmp_path / "a.step", tmp_path / "." / "a.step"
     assert "one file" in refused(capsys, "reconstruct", cloud, "-o", one, "-o", other)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("tessellate", "a.obj", "-o", "./a.obj"),
+        ("convert", "a.obj", "./a.obj"),
+        ("compare", "p.csv", "a.obj", "-o", "./p.csv"),
+        ("reconstruct-paper", "p.ply", "-o", "./p.ply"),
+    ],
+)
+def test_no_command_replaces_its_input(
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    rng: np.random.Generator,
+    words: tuple[str, ...],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    neurbs.save(neurbs.NurbsSurface(rng.random((4, 4, 3))), "a.obj")
+    for name in ("p.csv", "p.ply"):
+        neurbs.save(neurbs.PointCloud(rng.random((60, 3))), name)
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    assert "must not be overwritten" in refused(capsys, *words)
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before

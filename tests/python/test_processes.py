@@ -5,6 +5,8 @@ the tasks below in a process of its own, which can be ended if it does not end b
 """
 
 import hashlib
+import importlib
+import importlib.util
 import multiprocessing
 import operator
 import os
@@ -29,6 +31,13 @@ import neurbs
 
 SECONDS = 120
 """After which a process has failed, and is killed."""
+
+SUBINTERPRETERS = [
+    name
+    for name in ("_interpreters", "_xxsubinterpreters")
+    if importlib.util.find_spec(name) is not None
+]
+"""The module of Python's own that makes subinterpreters."""
 
 Call = Callable[[], object]
 
@@ -193,6 +202,24 @@ def task_first_touch(seed: str) -> None:
     print(errors or "same")
 
 
+def task_subinterpreter() -> None:
+    expected = results()
+    interpreters = importlib.import_module(SUBINTERPRETERS[0])
+    code = """if True:
+        for name in ("neurbs", "neurbs.io", "neurbs._core", "neurbs"):
+            try:
+                __import__(name)
+                print("imported", flush=True)
+            except ImportError as error:
+                print(error.name, error, flush=True)
+    """
+    for _ in range(3):
+        interpreter = interpreters.create()
+        interpreters.run_string(interpreter, code)
+        interpreters.destroy(interpreter)
+    compare(expected, [results()])
+
+
 def task_count_threads() -> None:
     results()
     print(threads_now())
@@ -271,6 +298,17 @@ def test_32_threads_return_the_same_numbers() -> None:
 def test_32_threads_may_touch_names_for_the_first_time() -> None:
     for seed in range(10):
         assert started("first_touch", str(seed)) == "same"
+
+
+@linux
+@pytest.mark.skipif(not SUBINTERPRETERS, reason="this Python makes no subinterpreters")
+def test_a_subinterpreter_gets_an_import_error_and_the_parent_goes_on() -> None:
+    *errors, last = started("subinterpreter").splitlines()
+    assert len(errors) == 12
+    for error in errors:
+        assert error.startswith("neurbs neurbs must be imported in the main interpreter, but this")
+        assert "use a process" in error
+    assert last == "same"
 
 
 ALONE = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}

@@ -265,7 +265,7 @@ def test_a_surface_comes_back_from_its_file(suffix: str, surface: NurbsSurface) 
 
 
 @pytest.mark.parametrize("suffix", OPENCASCADE)
-@pytest.mark.parametrize("scale", [1e-2, 1.0, 1e4])
+@pytest.mark.parametrize("scale", [5e-6, 1e-4, 1e-2, 1.0, 1e4])
 def test_a_whole_quadric_is_not_said_to_be_trimmed(
     suffix: str, scale: float, tmp_path: Path
 ) -> None:
@@ -280,6 +280,18 @@ def test_a_whole_quadric_is_not_said_to_be_trimmed(
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             neurbs.load_surface(tmp_path / f"a{suffix}")
+
+
+@pytest.mark.parametrize("suffix", OPENCASCADE)
+@pytest.mark.parametrize("place", [1e6, 1e9, 1e12])
+def test_a_whole_cone_far_from_the_origin_is_not_said_to_be_trimmed(
+    suffix: str, place: float, tmp_path: Path
+) -> None:
+    cone = NurbsSurface.cone([place, place, place], [0, 0, 5], 2.0)
+    neurbs.save(cone, tmp_path / f"a{suffix}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        neurbs.load_surface(tmp_path / f"a{suffix}")
 
 
 @pytest.mark.parametrize("suffix", OPENCASCADE)

@@ -231,6 +231,17 @@ def test_commas_that_may_separate_thousands_are_refused(separator: str, tmp_path
         assert neurbs.read_points(path)[0].tolist() == [1.234, 2, 3]
 
 
+def test_commas_in_a_grid_that_may_separate_thousands_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "p.asc"
+    head = "ncols 2\nnrows 1\nxllcorner {}\nyllcorner 0\ncellsize 2\n"
+    for corner, row in (("0", "1,234 2"), ("500,000", "1 2")):
+        path.write_text(f"{head.format(corner)}{row}\n")
+        with pytest.raises(NeurbsError, match=r"which may be .* write numbers with a decimal"):
+            neurbs.read_points(path)
+    path.write_text(head.format("500,000") + "1,5 2\n")
+    assert neurbs.read_points(path).tolist() == [[501, 1, 1.5], [503, 1, 2]]
+
+
 def test_exponents_of_fortran_are_read(tmp_path: Path) -> None:
     path = tmp_path / "p.txt"
     path.write_text("1.0D+03 .5d0 -2.D-1\n4.0D0 5 6\n")

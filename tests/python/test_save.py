@@ -363,6 +363,16 @@ def test_a_replaced_file_keeps_its_mode(result: neurbs.Reconstruction, tmp_path:
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="root gives files away")
+def test_a_replaced_file_keeps_its_owner(result: neurbs.Reconstruction, tmp_path: Path) -> None:
+    path = tmp_path / "theirs.step"
+    path.touch(0o640)
+    os.chown(path, 12345, 54321)
+    result.save(path)
+    now = path.stat()
+    assert (now.st_uid, now.st_gid, stat.S_IMODE(now.st_mode)) == (12345, 54321, 0o640)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
 def test_a_pipe_is_not_replaced(result: neurbs.Reconstruction, tmp_path: Path) -> None:
     path = tmp_path / "pipe.step"

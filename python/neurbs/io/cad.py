@@ -18,7 +18,10 @@ from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.units import symbol
 
 _TRIMMED = 1e-5
-"""A face is trimmed if an edge is at least this share of the domain within its surface."""
+"""A face is trimmed if an edge is at least this share of the domain within its surface.
+
+In space, the edge must also be farther from the border than its own tolerance.
+"""
 
 _SAMPLES = 9
 """Points of an edge that are compared with the border."""
@@ -159,7 +162,19 @@ def _is_trimmed(face: Any, surface: Any) -> bool:
         places = [curve.Value(float(parameter)) for parameter in parameters]
         uv = np.array([(place.X(), place.Y()) for place in places])
         near = np.minimum(abs(uv - low), abs(uv - high)) < _TRIMMED * (high - low)
-        if not near.any(axis=1).all() and not BRep_Tool.IsClosed_s(edge, face):
+        inside = uv[~near.any(axis=1)].tolist()
+        tolerance = BRep_Tool.Tolerance_s(edge)
+        if not BRep_Tool.IsClosed_s(edge, face) and not all(
+            _is_on_border(surface, u, v, tolerance) for u, v in inside
+        ):
             return True
         edges.Next()
     return False
+
+
+def _is_on_border(surface: Any, u: float, v: float, tolerance: float) -> bool:
+    """Whether a place is within a distance of the border: near a pole parameters say little."""
+    u1, u2, v1, v2 = surface.Bounds()
+    place = surface.Value(u, v)
+    border = ((u1, v), (u2, v), (u, v1), (u, v2))
+    return any(place.Distance(surface.Value(*other)) <= tolerance for other in border)

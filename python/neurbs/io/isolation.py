@@ -30,6 +30,9 @@ _KEPT = 2
 _PIPE = 1 << 20
 """Bytes that a worker can be ahead, where the system allows it."""
 
+_LIMITS = [getattr(signal, name, None) for name in ("SIGXCPU", "SIGALRM")]
+"""Signals that end a worker which takes too much time."""
+
 _idle: list[_Worker] = []
 """Workers of this process that wait for a file."""
 
@@ -190,7 +193,7 @@ class _Worker:
     def end(self) -> str:
         """Say how a worker has ended."""
         status = self._process.wait()
-        if status == -getattr(signal, "SIGXCPU", 0):
+        if -status in _LIMITS:
             return "its reader did not come to an end"
         return f"its reader ended with status {status}"
 

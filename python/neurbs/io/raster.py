@@ -15,7 +15,7 @@ from neurbs.extras import require_for_file
 from neurbs.io.point_cloud import BLOCK, Block, PointSource, Request, checked_count
 from neurbs.io.reading import check_size
 from neurbs.io.table import numbered_lines
-from neurbs.io.text import read_text
+from neurbs.io.text import check_commas, read_text
 from neurbs.io.units import symbol
 
 _NO_DATA = -9999.0
@@ -91,6 +91,7 @@ def read_asc(path: Path, request: Request) -> PointSource:
             f"{path}: must start with ncols, nrows, xllcorner, yllcorner, cellsize "
             f"above 0 and nodata_value, a number after each, got {' '.join(entries)}"
         ) from None
+    check_commas(path, lambda: numbered_lines(path), None)
     # A number takes a character and a separator.
     check_size(path, rows * cols, 2, "cells", -1)
     if request.columns is not None:

@@ -81,6 +81,11 @@ def reading(path: Path) -> Iterator[None]:
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     except Exception as error:
+        if isinstance(error, (TypeError, UnicodeEncodeError)) and not _is_text(path):
+            raise NeurbsError(
+                f"{printable(str(path))}: must have a path in UTF-8, as {path.suffix.lower()} "
+                "files are read by a library that takes no other: rename it"
+            ) from error
         raise damaged(path, cause(error)) from error
     except BaseException as error:
         if is_panic(error):
@@ -162,6 +167,15 @@ def cause(error: BaseException) -> str:
     lines = (line.strip() for line in str(error).splitlines())
     line = next(filter(None, lines), type(error).__name__)
     return printable(line if len(line) <= _MAX_CAUSE else f"{line[: _MAX_CAUSE - 1]}…")
+
+
+def _is_text(path: Path) -> bool:
+    """Whether a path is Unicode: on POSIX systems it may be any bytes."""
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def is_panic(error: BaseException) -> bool:

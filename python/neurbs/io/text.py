@@ -88,7 +88,7 @@ class _Table:
     def source(self, path: Path, rows: Rows) -> PointSource:
         """Return the points of rows."""
         if self.layout.decimal_comma:
-            _check_commas(path, rows, self.layout.separator)
+            check_commas(path, rows, self.layout.separator)
         return PointSource(read_blocks(path, rows, self.layout), unit=self.unit)
 
 
@@ -141,8 +141,23 @@ def _table_of(path: Path, request: Request, header: Header, number: int, text: s
     return _Table(layout, unit=header.unit_of(points))
 
 
-def _check_commas(path: Path, rows: Rows, separator: str | None) -> None:
-    """Raise if commas may separate thousands as well as decimals."""
+def check_commas(path: Path, rows: Rows, separator: str | None) -> None:
+    """Raise if commas may separate thousands as well as decimals.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for the message.
+    rows : callable
+        Returns an iterator over number and text of each row.
+    separator : str or None
+        What separates fields; None for whitespace.
+
+    Raises
+    ------
+    NeurbsError
+        If no field has a comma that can only be a decimal one.
+    """
     first = None
     for number, text in islice(rows(), _COMMA_ROWS):
         for field in split(text, separator):

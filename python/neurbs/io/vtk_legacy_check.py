@@ -92,8 +92,12 @@ def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int, float]
     tuples = 0
     cells = (0, 0)
     expected: list[str] = []
+    seen: set[str] = set()
+    attributes_of = ""
     while words := _words(file):
         key = words[0].lower()
+        seen.add(key)
+        attributes_of = ""
         try:
             if key == "points":
                 yield words[0], 3 * int(words[1]), _BYTES[words[2].lower()]
@@ -112,6 +116,7 @@ def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int, float]
                 yield words[0], int(words[1]), 4
             elif key in ("point_data", "cell_data"):
                 tuples = int(words[1])
+                attributes_of = words[0] if tuples else ""
             elif key == "scalars":
                 components = int(words[3]) if len(words) > 3 else 1
                 # The next line names a table of colors.
@@ -134,6 +139,10 @@ def _arrays(file: BinaryIO, *, offsets: bool) -> Iterator[tuple[str, int, float]
             return
     if expected:
         raise EOFError(f"{expected[-1]} are missing")
+    if "cells" in seen and "cell_types" not in seen:
+        raise EOFError("cell_types are missing")
+    if attributes_of:
+        raise EOFError(f"the arrays of {attributes_of} are missing")
 
 
 def _fields(file: BinaryIO, count: int) -> Iterator[tuple[str, int, float]]:

@@ -10,10 +10,11 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import signal
 import sys
 import warnings
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -52,7 +53,15 @@ SECONDS = 6
 """Seconds of processor time that reading may take, for a small file."""
 
 BYTES_PER_SECOND = 100_000
-"""Bytes of a file for which one more second is granted."""
+"""Bytes of a file for which one more second of processor time is granted."""
+
+WALL_SECONDS = 7
+"""Seconds of wall time that reading may take, for a small file."""
+
+BYTES_PER_WALL_SECOND = 20_000
+"""Bytes of a file for which one more second of wall time is granted."""
+
+_HAS_TIMER = hasattr(signal, "setitimer")
 
 
 def main() -> None:
@@ -63,8 +72,13 @@ def main() -> None:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
     warnings.simplefilter("ignore")
+    if _HAS_TIMER:
+        # The process that starts this one may ignore or block the signal of the timer.
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGALRM})
     for line in sys.stdin.buffer:
         _answer(json.loads(line), answers)
+        _set_timer(0)
 
 
 def _answer(request: dict[str, Any], answers: BinaryIO) -> None:
@@ -99,7 +113,8 @@ def reader(path: Path) -> Callable[..., Any]:
 
 
 def _limit(size: int) -> None:
-    """Bound memory and processor time for reading a file of so many bytes, where the system can."""
+    """Bound memory and time for reading a file of so many bytes, where the system can."""
+    _set_timer(WALL_SECONDS + size / BYTES_PER_WALL_SECOND)
     with suppress(ImportError, OSError, ValueError):
         import resource
 
@@ -115,6 +130,21 @@ def _limit(size: int) -> None:
         status = Path("/proc/self/status").read_text()
         taken = int(status.partition("VmData:")[2].split()[0]) * 1024
         lower(resource.RLIMIT_DATA, taken + MEMORY + MEMORY_PER_BYTE * size)
+
+
+def _set_timer(seconds: float) -> float:
+    """End this process after some seconds, or never for 0; return the seconds that were left."""
+    return signal.setitimer(signal.ITIMER_REAL, seconds)[0] if _HAS_TIMER else 0
+
+
+@contextmanager
+def _timer_stopped() -> Iterator[None]:
+    """Do not count the time in which the other process does something else."""
+    left = _set_timer(0)
+    try:
+        yield
+    finally:
+        _set_timer(left)
 
 
 def _send_surfaces(file: Any, answers: BinaryIO) -> None:
@@ -138,10 +168,11 @@ def _send(
 ) -> None:
     whole = [None if array is None else np.ascontiguousarray(array) for array in arrays]
     head["arrays"] = [None if array is None else [array.dtype.str, array.shape] for array in whole]
-    _write(answers, json.dumps(head).encode() + b"\n")
-    for array in whole:
-        if array is not None:
-            _write(answers, array.reshape(-1).view(np.uint8))
+    with _timer_stopped():
+        _write(answers, json.dumps(head).encode() + b"\n")
+        for array in whole:
+            if array is not None:
+                _write(answers, array.reshape(-1).view(np.uint8))
 
 
 def _write(answers: BinaryIO, data: Any) -> None:
