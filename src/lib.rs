@@ -81,7 +81,7 @@ mod worker_pool;
 
 pub use glam::{DAffine3, DVec2, DVec3};
 
-pub use crate::brep::{Face, LengthUnit, Shell};
+pub use crate::brep::{Face, FacePoint, FaceSearch, LengthUnit, Shell};
 pub use crate::cloud::{Cleaning, Components, EvenSample, clean, components};
 pub use crate::diagnostic::{Cause, Diagnostic};
 pub use crate::error::{Error, Result};

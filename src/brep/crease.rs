@@ -17,7 +17,7 @@ const INSET: f64 = 1e-9;
 const SAMPLES: u32 = 4;
 
 /// The inner knots of a direction at which the derivative in that direction jumps.
-fn creases(surface: &NurbsSurface, direction: Direction) -> Vec<f64> {
+pub(super) fn creases(surface: &NurbsSurface, direction: Direction) -> Vec<f64> {
     let (knots, other) = match direction {
         Direction::U => (surface.knots_u(), surface.knots_v()),
         Direction::V => (surface.knots_v(), surface.knots_u()),

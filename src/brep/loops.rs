@@ -1,5 +1,6 @@
 //! Loops: closed chains of curves in (u, v) around a face or a hole of it.
 
+use crate::error::Result;
 use crate::nurbs::NurbsCurve;
 
 /// A closed chain of curves in (u, v), with z = 0. The face lies to the left: an outer loop is
@@ -20,6 +21,22 @@ impl Loop {
     pub fn curves(&self) -> &[NurbsCurve] {
         &self.curves
     }
+}
+
+/// The curves of a loop, with straight lines where consecutive curves leave a gap.
+pub(super) fn bridged(of_loop: &Loop) -> Result<Vec<NurbsCurve>> {
+    let curves = of_loop.curves();
+    let mut all = vec![];
+    for (k, curve) in curves.iter().enumerate() {
+        all.push(curve.clone());
+        let (points, next) =
+            (curve.control_points(), curves[(k + 1) % curves.len()].control_points());
+        let (end, start) = (points[points.len() - 1], next[0]);
+        if end != start {
+            all.push(NurbsCurve::line(end, start)?);
+        }
+    }
+    Ok(all)
 }
 
 /// A curve of a loop in a shell, with the edge that it follows.

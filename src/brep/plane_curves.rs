@@ -55,37 +55,66 @@ impl PlanePiece {
         self.low.distance(self.high)
     }
 
-    fn may_contain(&self, point: DVec2) -> bool {
-        self.low.cmple(point).all() && point.cmple(self.high).all()
+    /// Whether a rectangle lies outside the box, or on one side of a strip along the chord that
+    /// contains the control points; `margin` widens both.
+    pub(crate) fn misses(&self, low: DVec2, high: DVec2, margin: f64) -> bool {
+        if (self.low - margin).cmpgt(high).any() || low.cmpgt(self.high + margin).any() {
+            return true;
+        }
+        let start = self.start();
+        let across = (self.end() - start).perp();
+        let heights = self.control_points().map(|point| (point - start).dot(across));
+        let (lowest, highest) = heights.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+        let height = (low.midpoint(high) - start).dot(across);
+        let reach = across.abs().dot((high - low) / 2.0) + margin * across.length();
+        height + reach < lowest || height - reach > highest
+    }
+
+    /// Whether the piece passes through a rectangle or touches it.
+    pub(crate) fn meets(&self, low: DVec2, high: DVec2) -> bool {
+        if self.misses(low, high, 0.0) {
+            return false;
+        }
+        let inside = |point: DVec2| low.cmple(point).all() && point.cmple(high).all();
+        inside(self.start())
+            || inside(self.end())
+            || self.size() <= ON_CURVE * self.high.abs().max(self.low.abs()).max_element()
+            || self.halves().iter().any(|half| half.meets(low, high))
     }
 }
 
 /// How many times closed curves wind around a point, counter-clockwise; `None` if the point is on
 /// a curve.
 ///
-/// A piece whose box does not contain the point winds around it as its chord does. Other pieces
+/// A piece whose hull does not contain the point winds around it as its chord does. Other pieces
 /// are halved.
 pub(crate) fn winding_number(pieces: &[PlanePiece], point: DVec2) -> Option<i32> {
-    let size = point.abs().max_element();
-    pieces.iter().try_fold(0, |sum, piece| Some(sum + crossings(piece, point, size)?))
+    pieces.iter().try_fold(0, |sum, piece| Some(sum + crossings(piece, point)?))
 }
 
-/// The signed crossings of a piece with the ray from a point along +u.
-fn crossings(piece: &PlanePiece, point: DVec2, size: f64) -> Option<i32> {
+/// The signed crossings of a piece with the ray from a point along +u; `None` if the point is on
+/// the piece.
+pub(crate) fn crossings(piece: &PlanePiece, point: DVec2) -> Option<i32> {
     let (a, b) = (piece.start(), piece.end());
-    if !piece.may_contain(point) {
-        let side = (b - a).perp_dot(point - a);
-        return Some(match (a.y <= point.y, b.y <= point.y) {
-            (true, false) if side > 0.0 => 1,
-            (false, true) if side < 0.0 => -1,
-            _ => 0,
-        });
+    let rounding = ON_CURVE * point.abs().max(piece.high.abs()).max_element();
+    if piece.misses(point, point, rounding) {
+        return Some(chord_crossings([a, b], point));
     }
-    if piece.size() <= ON_CURVE * size.max(piece.high.abs().max_element()) || point == a {
+    if piece.size() <= rounding || point == a {
         return None;
     }
     let [first, second] = piece.halves();
-    Some(crossings(&first, point, size)? + crossings(&second, point, size)?)
+    Some(crossings(&first, point)? + crossings(&second, point)?)
+}
+
+/// The signed crossings of a chord with the ray from a point along +u.
+pub(crate) fn chord_crossings([a, b]: [DVec2; 2], point: DVec2) -> i32 {
+    let side = (b - a).perp_dot(point - a);
+    match (a.y <= point.y, b.y <= point.y) {
+        (true, false) if side > 0.0 => 1,
+        (false, true) if side < 0.0 => -1,
+        _ => 0,
+    }
 }
 
 /// The area enclosed by closed curves, by Green's theorem; positive if they run counter-clockwise.

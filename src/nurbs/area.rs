@@ -1,28 +1,16 @@
 //! Area of a surface by adaptive Gauss-Legendre quadrature.
 
 use pulp::Arch;
-use rayon::prelude::*;
 
+use super::adaptive_quadrature::{Estimates, NODE_COUNTS, Region, integral};
 use super::basis::Row;
 use super::bezier_patch::{BezierPatch, bernstein};
 use super::gauss;
 use super::gauss::check_accuracy;
 use super::surface::NurbsSurface;
-use super::work_blocks::{for_row_blocks, interrupt_check};
+use super::work_blocks::interrupt_check;
 use crate::error::Result;
 use crate::progress::Observer;
-use crate::worker_pool;
-
-/// Quadrature nodes along each side of a piece: of the estimate, then of the two coarser rules that
-/// bound its error. Near a singular point one coarser rule may agree by accident; two rarely do.
-const NODE_COUNTS: [usize; 3] = [12, 9, 8];
-
-/// Maximal number of times that pieces are quartered. Near a singular point the remaining pieces
-/// are negligible by then.
-const MAX_ROUNDS: usize = 24;
-
-/// Cost of measuring a piece, in point evaluations; progress reports use it.
-const PIECE_COST: usize = 1 << 9;
 
 /// Two estimates of an area agree up to rounding if they differ by less than this fraction of an
 /// upper bound: the lengths of the tangents times the extent of the patch.
@@ -52,72 +40,45 @@ impl NurbsSurface {
         let (patches, _) = BezierPatch::of(self, &mut interrupt_check(observer))?;
         let degrees = (self.knots_u().degree(), self.knots_v().degree());
         let rules = NODE_COUNTS.map(|count| Rule::new(count, degrees));
-        let mut pieces = measure_pieces(&patches, BezierPatch::centered, &rules, observer)?;
-        for _ in 0..MAX_ROUNDS {
-            let allowed = accuracy * pieces.iter().map(|piece| piece.area).sum::<f64>();
-            if pieces.iter().map(|piece| piece.error).sum::<f64>() <= allowed {
-                break;
-            }
-            pieces.sort_by(|a, b| a.error.total_cmp(&b.error));
-            let mut error = 0.0;
-            let negligible = |piece: &&Piece| {
-                error += piece.error;
-                error <= allowed / 2.0
-            };
-            let refined = pieces.split_off(pieces.iter().take_while(negligible).count());
-            let quarters: Vec<(BezierPatch, f64)> =
-                refined.iter().flat_map(Piece::quarters).collect();
-            pieces.extend(measure_pieces(&quarters, Clone::clone, &rules, observer)?);
-        }
-        Ok(pieces.iter().map(|piece| piece.area).sum())
+        integral(&patches, Piece::centered, &rules, accuracy, observer)
     }
 }
 
-/// A part of the surface with its area.
+/// A part of the surface.
+#[derive(Clone)]
 struct Piece {
     patch: BezierPatch,
     /// The diagonal of the bounding box of the patch that contains this piece.
     extent: f64,
-    area: f64,
-    /// Error estimate of the area.
-    error: f64,
 }
 
 impl Piece {
-    fn new((patch, extent): (BezierPatch, f64), rules: &[Rule; 3], arch: Arch) -> Self {
-        let integrate = |rule: &Rule| {
-            arch.dispatch(
-                #[inline(always)]
-                || rule.integrate(&patch),
-            )
-        };
-        let [(area, lengths), coarse @ ..] = rules.each_ref().map(integrate);
-        let difference = coarse.iter().map(|(coarse, _)| (area - coarse).abs()).fold(0.0, f64::max);
-        let error = if difference <= ROUNDING * extent * lengths { 0.0 } else { difference };
-        Self { patch, extent, area, error }
-    }
-
-    fn quarters(&self) -> [(BezierPatch, f64); 4] {
-        let (first, second) = self.patch.halves_u();
-        let ((a, b), (c, d)) = (first.halves_v(), second.halves_v());
-        [a, b, c, d].map(|quarter| (quarter, self.extent))
+    fn centered(patch: &BezierPatch) -> Self {
+        let (patch, extent) = patch.centered();
+        Self { patch, extent }
     }
 }
 
-/// Measures the pieces that `part` returns for `patches`.
-fn measure_pieces<T: Sync>(
-    patches: &[T],
-    part: impl Fn(&T) -> (BezierPatch, f64) + Sync,
-    rules: &[Rule; 3],
-    observer: &mut dyn Observer,
-) -> Result<Vec<Piece>> {
-    let (mut pieces, arch) = (Vec::with_capacity(patches.len()), Arch::new());
-    for_row_blocks(patches.len(), PIECE_COST, observer, |from, to| {
-        let tasks = patches[from..to].par_iter();
-        let measured = tasks.map(|patch| Piece::new(part(patch), rules, arch));
-        worker_pool::install(|| pieces.par_extend(measured));
-    })?;
-    Ok(pieces)
+impl Region for Piece {
+    type Rules = [Rule; 3];
+
+    fn estimates(&self, rules: &Self::Rules) -> Estimates {
+        let arch = Arch::new();
+        let integrate = |rule: &Rule| {
+            arch.dispatch(
+                #[inline(always)]
+                || rule.integrate(&self.patch),
+            )
+        };
+        let [(area, lengths), (second, _), (third, _)] = rules.each_ref().map(integrate);
+        Estimates { values: [area, second, third], rounding: ROUNDING * self.extent * lengths }
+    }
+
+    fn quarters(&self) -> [Self; 4] {
+        let (first, second) = self.patch.halves_u();
+        let ((a, b), (c, d)) = (first.halves_v(), second.halves_v());
+        [a, b, c, d].map(|patch| Self { patch, extent: self.extent })
+    }
 }
 
 /// A tensor-product quadrature rule for patches of the same degrees.

@@ -27,6 +27,11 @@ impl BezierCurve {
         Ok(breaks.windows(2).enumerate().map(piece).collect())
     }
 
+    /// A straight line over [0, 1].
+    pub(crate) fn line(from: DVec3, to: DVec3) -> Self {
+        Self { points: vec![from.extend(1.0), to.extend(1.0)], domain: (0.0, 1.0) }
+    }
+
     /// The interval of the curve's parameter.
     pub(crate) fn domain(&self) -> (f64, f64) {
         self.domain

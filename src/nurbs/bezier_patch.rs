@@ -3,7 +3,7 @@
 //! On each pair of spans the surface is one polynomial or rational patch. Its Bézier control points
 //! bound it, and they converge to it quadratically when the patch is halved.
 
-use glam::{DVec3, DVec4};
+use glam::{DVec2, DVec3, DVec4};
 
 use super::basis::{MAX_ORDER, Row};
 use super::control_net::bounds;
@@ -16,7 +16,7 @@ use crate::progress::InterruptCheck;
 
 /// A part of a surface over a rectangle of its parameters, in Bézier form.
 #[derive(Clone, Debug)]
-pub(super) struct BezierPatch {
+pub(crate) struct BezierPatch {
     /// Homogeneous control points, row by row.
     net: Vec<DVec4>,
     degree_u: usize,
@@ -27,7 +27,7 @@ pub(super) struct BezierPatch {
 
 impl BezierPatch {
     /// Returns the patches of a surface, row by row, and their numbers along u and v.
-    pub(super) fn of(
+    pub(crate) fn of(
         surface: &NurbsSurface,
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<(Vec<Self>, (usize, usize))> {
@@ -57,7 +57,7 @@ impl BezierPatch {
 
     /// Moves the center of the patch's bounding box to the origin, where rounding is smallest.
     /// Returns the moved patch and the diagonal of the box.
-    pub(super) fn centered(&self) -> (Self, f64) {
+    pub(crate) fn centered(&self) -> (Self, f64) {
         let (low, high) = bounds(self.points());
         let middle = low.midpoint(high);
         let net = self.net.iter().map(|h| (h.truncate() - h.w * middle).extend(h.w));
@@ -65,18 +65,28 @@ impl BezierPatch {
     }
 
     /// The control points in space.
-    pub(super) fn points(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+    pub(crate) fn points(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
         self.net.iter().map(|h| h.truncate() / h.w)
     }
 
     /// The control point in row i and column j.
     pub(super) fn control(&self, i: usize, j: usize) -> DVec3 {
-        let h = self.net[i * (self.degree_v + 1) + j];
+        let h = self.homogeneous(i, j);
         h.truncate() / h.w
     }
 
+    /// The homogeneous control point in row i and column j.
+    pub(super) fn homogeneous(&self, i: usize, j: usize) -> DVec4 {
+        self.net[i * (self.degree_v + 1) + j]
+    }
+
+    /// The rectangle of parameters, as its smallest and largest corner.
+    pub(super) fn rectangle(&self) -> [DVec2; 2] {
+        [DVec2::new(self.u.0, self.v.0), DVec2::new(self.u.1, self.v.1)]
+    }
+
     /// The degrees in u and v.
-    pub(super) fn degrees(&self) -> (usize, usize) {
+    pub(crate) fn degrees(&self) -> (usize, usize) {
         (self.degree_u, self.degree_v)
     }
 
@@ -125,7 +135,7 @@ impl BezierPatch {
     /// Sums the rows of the net weighted by `factors`: the control points of an isocurve.
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
-    pub(super) fn row(&self, factors: &Row) -> BezierPatchRow {
+    pub(crate) fn row(&self, factors: &Row) -> BezierPatchRow {
         let mut points = [DVec4::ZERO; MAX_ORDER];
         for (row, factor) in self.net.chunks_exact(self.degree_v + 1).zip(factors) {
             points.iter_mut().zip(row).for_each(|(sum, point)| *sum += *factor * *point);
@@ -143,7 +153,7 @@ impl BezierPatch {
 }
 
 /// Homogeneous control points of an isocurve of a patch.
-pub(super) struct BezierPatchRow {
+pub(crate) struct BezierPatchRow {
     points: [DVec4; MAX_ORDER],
     order: usize,
 }
@@ -152,7 +162,7 @@ impl BezierPatchRow {
     /// Sums the control points weighted by `factors`.
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
-    pub(super) fn sum(&self, factors: &Row) -> DVec4 {
+    pub(crate) fn sum(&self, factors: &Row) -> DVec4 {
         let points = self.points[..self.order].iter().zip(factors);
         points.map(|(point, factor)| *factor * *point).sum()
     }
@@ -183,7 +193,7 @@ pub(crate) fn halve(
 }
 
 /// Evaluates the Bernstein polynomials of a degree at `t`, with first and second derivatives.
-pub(super) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
+pub(crate) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
     let mut rows = [[0.0; MAX_ORDER]; 3];
     let mut values = [0.0; MAX_ORDER];
     values[0] = 1.0;

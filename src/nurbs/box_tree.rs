@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::bezier_patch::BezierPatch;
 use super::control_net::bounds;
+use super::parameter_region::{Cover, ParameterRegion};
 
 /// A piece is flat if its control points lie this close to a parallelogram, as a fraction of its
 /// diagonal. Smaller values make more pieces; larger values make more of them be searched for each
@@ -44,6 +45,8 @@ pub(super) struct FlatPiece {
     pub slack: f64,
     /// An estimate of the radius of curvature.
     pub radius: f64,
+    /// Whether a part of it may lie outside the region of the search.
+    pub is_cut: bool,
 }
 
 impl BoxNode {
@@ -65,37 +68,92 @@ impl BoxNode {
         Self { low, high, inside: NodeContent::Patch(index) }
     }
 
-    /// Builds a tree over a rectangle of nodes; `cols` is the number of nodes in a row.
+    /// The smallest and largest corner.
+    pub(super) fn corners(&self) -> (DVec3, DVec3) {
+        (self.low, self.high)
+    }
+
+    /// Builds a tree over a rectangle of nodes; `cols` is the number of nodes in a row. Some nodes
+    /// may be missing; without any there is no tree.
     pub(super) fn of_rectangle(
         trees: &mut [Option<Self>],
         cols: usize,
         rows: (usize, usize),
         columns: (usize, usize),
-    ) -> Self {
+    ) -> Option<Self> {
         let half = |(from, to): (usize, usize)| {
             let middle = usize::midpoint(from, to);
             [(from, middle), (middle, to)]
         };
         let (height, width) = (rows.1 - rows.0, columns.1 - columns.0);
         if height * width == 1 {
-            let tree = trees[rows.0 * cols + columns.0].take();
-            return tree.expect("rectangles do not overlap");
+            return trees[rows.0 * cols + columns.0].take();
         }
         let halves = if height >= width {
             half(rows).map(|rows| Self::of_rectangle(trees, cols, rows, columns))
         } else {
             half(columns).map(|columns| Self::of_rectangle(trees, cols, rows, columns))
         };
-        Self::around(halves)
+        Self::around_any(halves)
     }
 
-    /// Builds the tree over the flat pieces of a patch.
-    pub(super) fn of_pieces(patch: &BezierPatch, index: usize) -> Self {
-        Self::of_part(patch, patch, index, MAX_HALVINGS)
+    /// The node around those of two nodes that exist.
+    fn around_any(nodes: [Option<Self>; 2]) -> Option<Self> {
+        match nodes {
+            [Some(a), Some(b)] => Some(Self::around([a, b])),
+            [a, b] => a.or(b),
+        }
+    }
+
+    /// Builds the tree over the flat pieces of a patch, without those outside a region.
+    pub(super) fn of_pieces(
+        patch: &BezierPatch,
+        index: usize,
+        region: Option<&dyn ParameterRegion>,
+    ) -> Option<Self> {
+        Self::of_part((patch, index), patch, region, MAX_HALVINGS)
     }
 
     /// Builds the tree over a part of a patch, halving it until it is flat.
-    fn of_part(whole: &BezierPatch, part: &BezierPatch, index: usize, halvings: usize) -> Self {
+    fn of_part(
+        (whole, index): (&BezierPatch, usize),
+        part: &BezierPatch,
+        region: Option<&dyn ParameterRegion>,
+        halvings: usize,
+    ) -> Option<Self> {
+        let [low, high] = part.rectangle();
+        let cover = region.map_or(Cover::Inside, |region| region.cover(low, high));
+        if cover == Cover::Outside {
+            return None;
+        }
+        // Parts of a rectangle inside need no further test.
+        let region = region.filter(|_| cover == Cover::Cut);
+        let piece = FlatPiece::new(whole, part, index, region.is_some());
+        if piece.slack <= FLATNESS * piece.diagonal() || halvings == 0 {
+            let (low, high) = bounds(part.points());
+            return Some(Self { low, high, inside: NodeContent::Piece(Box::new(piece)) });
+        }
+        let (along_u, along_v) = lengths(part);
+        let (first, second) = if along_u >= along_v { part.halves_u() } else { part.halves_v() };
+        let half = |half: BezierPatch| Self::of_part((whole, index), &half, region, halvings - 1);
+        Self::around_any([first, second].map(half))
+    }
+}
+
+/// The lengths of the net in both directions, as means over its polygons.
+fn lengths(part: &BezierPatch) -> (f64, f64) {
+    let (p, q) = part.degrees();
+    let along = |di: usize, dj: usize| {
+        let steps = (0..=p - di).flat_map(|i| (0..=q - dj).map(move |j| (i, j)));
+        let lengths = steps.map(|(i, j)| part.control(i + di, j + dj).distance(part.control(i, j)));
+        lengths.sum::<f64>() / ((p + 1 - di) * (q + 1 - dj)) as f64
+    };
+    (along(1, 0) * p as f64, along(0, 1) * q as f64)
+}
+
+impl FlatPiece {
+    /// The parallelogram of the corners of a part of a patch.
+    fn new(whole: &BezierPatch, part: &BezierPatch, index: usize, is_cut: bool) -> Self {
         let (p, q) = part.degrees();
         let corners = [(0, 0), (0, q), (p, 0), (p, q)].map(|(i, j)| part.control(i, j));
         let [c00, c01, c10, c11] = corners;
@@ -106,29 +164,19 @@ impl BoxNode {
         let to = DVec2::new(share(part.u.1, whole.u), share(part.v.1, whole.v));
         let (middle, half) = (from.midpoint(to), (to - from) / 2.0);
         let (slack, radius) = (0.0, 0.0);
-        let mut piece = FlatPiece { patch: index, middle, half, center, a, b, slack, radius };
+        let mut piece = Self { patch: index, middle, half, center, a, b, slack, radius, is_cut };
         let distances = part.points().map(|point| piece.nearest(point).0);
         piece.slack = distances.fold(0.0, f64::max);
-        let diagonal = (a + b).length().max((a - b).length());
+        let diagonal = piece.diagonal();
         piece.radius = diagonal * diagonal / (2.0 * piece.slack).max(f64::MIN_POSITIVE);
-        if piece.slack <= FLATNESS * diagonal || halvings == 0 {
-            let (low, high) = bounds(part.points());
-            return Self { low, high, inside: NodeContent::Piece(Box::new(piece)) };
-        }
-        // The direction in which the net is longer is halved.
-        let along = |di: usize, dj: usize| {
-            let steps = (0..=p - di).flat_map(|i| (0..=q - dj).map(move |j| (i, j)));
-            let lengths =
-                steps.map(|(i, j)| part.control(i + di, j + dj).distance(part.control(i, j)));
-            lengths.sum::<f64>() / ((p + 1 - di) * (q + 1 - dj)) as f64
-        };
-        let (along_u, along_v) = (along(1, 0) * p as f64, along(0, 1) * q as f64);
-        let (first, second) = if along_u >= along_v { part.halves_u() } else { part.halves_v() };
-        Self::around([first, second].map(|part| Self::of_part(whole, &part, index, halvings - 1)))
+        piece
     }
-}
 
-impl FlatPiece {
+    /// The longer diagonal of the parallelogram.
+    fn diagonal(&self) -> f64 {
+        (self.a + self.b).length().max((self.a - self.b).length())
+    }
+
     /// Returns the distance from a point to the parallelogram, and the closest (α, β).
     pub(super) fn nearest(&self, point: DVec3) -> (f64, DVec2) {
         let (to, a, b) = (point - self.center, self.a, self.b);

@@ -8,15 +8,16 @@
 //! Newton's method stays on its piece, where the surface is smooth. Edges and seams need no special
 //! rule, because the piece on the other side is searched, too.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3};
 
 use super::bezier_patch::BezierPatch;
 use super::box_tree::{BoxNode, FlatPiece, NodeContent};
 use super::parameter_checks::check_length;
+use super::parameter_region::{Cover, ParameterRegion};
 use super::surface::NurbsSurface;
-use super::work_blocks::{for_timed_blocks, interrupt_check};
+use super::work_blocks::{MAX_POINTS_PER_TASK, for_timed_blocks, interrupt_check};
 use crate::error::{Error, Result};
 use crate::progress::{Observer, Silent};
 use crate::worker_pool;
@@ -44,9 +45,6 @@ const GRADIENT_TOLERANCE: f64 = 1e-14;
 
 /// Relative rounding error of a squared distance.
 const ROUNDING: f64 = 1e-15;
-
-/// Maximal number of points in the task of a thread.
-const MAX_POINTS_PER_TASK: usize = 64;
 
 /// The projection of a point onto a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,10 +88,12 @@ pub struct ClosestPointSlices<'a> {
 pub struct ClosestPointSearch {
     patches: Vec<BezierPatch>,
     /// Tree over the bounding boxes of the patches.
-    root: BoxNode,
+    root: Option<BoxNode>,
     /// Trees over the pieces of each patch, built on the first visit.
-    trees: Vec<OnceLock<BoxNode>>,
+    trees: Vec<OnceLock<Option<BoxNode>>>,
     size: f64,
+    /// The part of the surface that is searched; `None` for all of it.
+    region: Option<Arc<dyn ParameterRegion>>,
 }
 
 impl ClosestPointSearch {
@@ -130,16 +130,33 @@ impl ClosestPointSearch {
     ///
     /// [`Error::Interrupted`] if the observer stops it.
     pub fn observed(surface: &NurbsSurface, observer: &mut dyn Observer) -> Result<Self> {
+        Self::within(surface, None, observer)
+    }
+
+    /// Prepares the part of a surface in a region. Searches find the places in it where the
+    /// distance is locally smallest, but not those on the region's border.
+    pub(crate) fn within(
+        surface: &NurbsSurface,
+        region: Option<Arc<dyn ParameterRegion>>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
         let (patches, (rows, cols)) = BezierPatch::of(surface, &mut interrupt_check(observer))?;
-        let boxes = patches.iter().enumerate().map(|(index, patch)| BoxNode::of_box(patch, index));
-        let root = BoxNode::of_rectangle(
-            &mut boxes.map(Some).collect::<Vec<_>>(),
-            cols,
-            (0, rows),
-            (0, cols),
-        );
+        let is_outside = |patch: &BezierPatch| {
+            let [low, high] = patch.rectangle();
+            region.as_ref().is_some_and(|region| region.cover(low, high) == Cover::Outside)
+        };
+        let boxes = patches.iter().enumerate();
+        let boxes =
+            boxes.map(|(index, patch)| (!is_outside(patch)).then(|| BoxNode::of_box(patch, index)));
+        let mut boxes: Vec<Option<BoxNode>> = boxes.collect();
+        let root = BoxNode::of_rectangle(&mut boxes, cols, (0, rows), (0, cols));
         let trees = patches.iter().map(|_| OnceLock::new()).collect();
-        Ok(Self { patches, root, trees, size: surface.size() })
+        Ok(Self { patches, root, trees, size: surface.size(), region })
+    }
+
+    /// The smallest and largest corner of a box around the searched part.
+    pub(crate) fn corners(&self) -> Option<(DVec3, DVec3)> {
+        self.root.as_ref().map(BoxNode::corners)
     }
 
     /// Returns the closest point of the surface; if several are equally close, any of them.
@@ -156,7 +173,7 @@ impl ClosestPointSearch {
     /// ```
     #[must_use]
     pub fn closest_point(&self, point: DVec3) -> ClosestPoint {
-        self.search(point, &mut Vec::new())
+        self.search(point, f64::INFINITY, &mut Vec::new())
     }
 
     /// Finds the closest points of many points, in parallel.
@@ -205,7 +222,7 @@ impl ClosestPointSearch {
                 tasks,
                 share.min(MAX_POINTS_PER_TASK),
                 |stack: &mut Vec<_>, (&point, ((uv, projection), (distance, done)))| {
-                    let found = self.search(point, stack);
+                    let found = self.search(point, f64::INFINITY, stack);
                     (*uv, *projection) = (found.uv, found.point);
                     (*distance, *done) = (found.distance, found.converged);
                 },
@@ -232,16 +249,24 @@ impl ClosestPointSearch {
         Ok((uv, distances))
     }
 
-    fn search<'a>(&'a self, point: DVec3, stack: &mut Vec<(f64, &'a BoxNode)>) -> ClosestPoint {
+    /// Returns the closest point that is nearer than `limit`; `None` if there is none.
+    pub(crate) fn closer_point(&self, point: DVec3, limit: f64) -> Option<ClosestPoint> {
+        let found = self.search(point, limit, &mut Vec::new());
+        (found.distance < limit).then_some(found)
+    }
+
+    /// Searches for a point nearer than `limit`. Without one the result is NaN at that distance.
+    fn search<'a>(
+        &'a self,
+        point: DVec3,
+        limit: f64,
+        stack: &mut Vec<(f64, &'a BoxNode)>,
+    ) -> ClosestPoint {
         let not_found = DVec3::splat(f64::NAN);
-        let mut best = ClosestPoint {
-            uv: DVec2::NAN,
-            point: not_found,
-            distance: f64::INFINITY,
-            converged: false,
-        };
+        let mut best =
+            ClosestPoint { uv: DVec2::NAN, point: not_found, distance: limit, converged: false };
         stack.clear();
-        stack.push((0.0, &self.root));
+        stack.extend(self.root.as_ref().map(|root| (root.bound(point), root)));
         while let Some((bound, node)) = stack.pop() {
             if bound >= best.distance * best.distance {
                 continue;
@@ -253,14 +278,20 @@ impl ClosestPointSearch {
                     stack.extend([far, near]);
                 }
                 NodeContent::Patch(index) => {
-                    let patch = &self.patches[*index];
-                    let tree = self.trees[*index].get_or_init(|| BoxNode::of_pieces(patch, *index));
-                    stack.push((tree.bound(point), tree));
+                    let (patch, region) = (&self.patches[*index], self.region.as_deref());
+                    let tree = self.trees[*index]
+                        .get_or_init(|| BoxNode::of_pieces(patch, *index, region));
+                    stack.extend(tree.as_ref().map(|tree| (tree.bound(point), tree)));
                 }
                 NodeContent::Piece(piece) => self.try_piece(piece, point, &mut best),
             }
         }
         best
+    }
+
+    /// Whether a place on a piece is in the searched region.
+    fn contains(&self, piece: &FlatPiece, uv: DVec2) -> bool {
+        !piece.is_cut || self.region.as_ref().is_none_or(|region| region.contains(uv))
     }
 
     fn try_piece(&self, piece: &FlatPiece, point: DVec3, best: &mut ClosestPoint) {
@@ -270,7 +301,7 @@ impl ClosestPointSearch {
         }
         let mut start = |at: DVec2| {
             let projection = self.newton(piece, piece.middle + at * piece.half, point);
-            if projection.distance < best.distance {
+            if projection.distance < best.distance && self.contains(piece, projection.uv) {
                 *best = projection;
             }
         };

@@ -8,10 +8,9 @@ use glam::DVec3;
 
 use super::bezier_curve::BezierCurve;
 use super::curve::NurbsCurve;
-use super::work_blocks::for_timed_blocks;
+use super::work_blocks::map_in_blocks;
 use crate::error::{Error, Result};
 use crate::progress::Observer;
-use crate::worker_pool;
 
 /// Halvings of a piece between knots at most. They end the search where all points of a piece are
 /// equally near, as on a circle around the point.
@@ -25,9 +24,6 @@ const MAX_STEPS: usize = 30;
 
 /// Newton's method has converged when a step is shorter than this share of a piece.
 const STEP_TOLERANCE: f64 = 1e-14;
-
-/// Points that a thread takes at once at most.
-const MAX_POINTS_PER_TASK: usize = 64;
 
 /// The projection of a point onto a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -200,14 +196,7 @@ impl NurbsCurve {
             return Err(Error::NotFinite { index, point: points[index] });
         }
         let search = CurveSearch::new(self)?;
-        let mut found = vec![CurvePoint::default(); points.len()];
-        for_timed_blocks(points.len(), observer, |from, to| {
-            let tasks = points[from..to].iter().zip(&mut found[from..to]);
-            worker_pool::for_each_task(tasks, MAX_POINTS_PER_TASK, |(): &mut (), (point, out)| {
-                *out = search.closest_point(*point);
-            });
-        })?;
-        Ok(found)
+        map_in_blocks(points, observer, |point| search.closest_point(*point))
     }
 }
 

@@ -33,8 +33,8 @@ pub(crate) fn rule(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(root).collect()
 }
 
-/// Checks the relative accuracy of a length or an area.
-pub(super) fn check_accuracy(accuracy: f64) -> Result<()> {
+/// Checks the relative accuracy of a length, an area or a volume.
+pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
     if (1e-14..=1.0).contains(&accuracy) {
         return Ok(());
     }

@@ -3,6 +3,7 @@
 //! u runs along axis 0 of a control net (its rows), v along axis 1 (its columns). Arrays over a net
 //! are row-major, v fastest.
 
+mod adaptive_quadrature;
 mod approximate;
 mod arc_length;
 mod area;
@@ -39,6 +40,7 @@ mod knot_removal;
 mod knot_vector;
 mod ordered_surface;
 mod parameter_checks;
+mod parameter_region;
 mod parametrization;
 mod partials;
 mod patch_nets;
@@ -51,12 +53,16 @@ mod surface_constructors;
 mod swept;
 mod work_blocks;
 
+pub(crate) use self::adaptive_quadrature::{Estimates, NODE_COUNTS, Region, integral};
 pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, values_at, window};
 pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_curve::BezierCurve;
-pub(crate) use self::bezier_patch::halve;
+pub(crate) use self::bezier_patch::{BezierPatch, bernstein, halve};
+pub(crate) use self::bounding_box::SurfacePart;
 pub(crate) use self::knot_vector::check_degree;
+pub(crate) use self::parameter_region::{Cover, ParameterRegion};
 pub(crate) use self::patch_nets::PatchNets;
+pub(crate) use self::work_blocks::{interrupt_check, map_in_blocks};
 
 pub use self::closest_point::{ClosestPoint, ClosestPointSearch, ClosestPointSlices};
 pub use self::curvature::{Curvature, CurvatureSlices};

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 use crate::progress::{self, InterruptCheck, Observer, Progress, Stage};
+use crate::worker_pool;
 
 /// Points between two progress reports: a few milliseconds of work. Synchronizing the threads costs
 /// a few microseconds.
@@ -15,6 +16,9 @@ pub(super) const POINTS_PER_TASK: usize = 1 << 10;
 
 /// Points between two interrupt checks of single-threaded work: at most a millisecond.
 const POINTS_PER_STEP: usize = 1 << 15;
+
+/// Points with unknown cost in the task of a thread at most.
+pub(super) const MAX_POINTS_PER_TASK: usize = 64;
 
 /// Target duration of a block of tasks with unknown cost, and the size of the first block.
 const BLOCK_TIME: Duration = Duration::from_millis(20);
@@ -68,8 +72,25 @@ pub(super) fn for_timed_blocks(
     report(observer, total, total)
 }
 
+/// Returns `map` of each of the points, in their order. The points may have different costs; they
+/// are mapped in parallel.
+pub(crate) fn map_in_blocks<P: Sync, T: Clone + Default + Send>(
+    points: &[P],
+    observer: &mut dyn Observer,
+    map: impl Fn(&P) -> T + Sync,
+) -> Result<Vec<T>> {
+    let mut mapped = vec![T::default(); points.len()];
+    for_timed_blocks(points.len(), observer, |from, to| {
+        let tasks = points[from..to].iter().zip(&mut mapped[from..to]);
+        let share = (to - from) / (4 * worker_pool::num_threads());
+        let share = share.min(MAX_POINTS_PER_TASK);
+        worker_pool::for_each_task(tasks, share, |(): &mut (), (point, out)| *out = map(point));
+    })?;
+    Ok(mapped)
+}
+
 /// Returns a function that checks whether the observer stops the work; for work in small steps.
-pub(super) fn interrupt_check(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
+pub(crate) fn interrupt_check(observer: &mut dyn Observer) -> impl FnMut() -> Result<()> {
     move || report(observer, 0, 1)
 }
 
