@@ -4,6 +4,7 @@
 //! chain of curves in (u, v), with the face on their left. A [`Shell`] joins faces along common
 //! [`Edge`]s. Each edge is used by one loop (a border) or by two in opposite directions.
 
+mod affine;
 mod crease;
 mod edge;
 mod edge_curve;
@@ -12,6 +13,8 @@ mod face;
 mod length_unit;
 mod loop_check;
 mod loops;
+mod pcurve;
+mod piecewise_cubic;
 mod plane_curves;
 mod section;
 mod settings;
