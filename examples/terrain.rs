@@ -6,7 +6,8 @@ use std::fs::{self, File};
 use std::io::BufWriter;
 use std::ops::ControlFlow;
 
-use neurbs::{DVec3, Progress, ReconstructOptions, export, reconstruct};
+use neurbs::export::{self, StepOptions};
+use neurbs::{DVec3, Progress, ReconstructOptions, Shell, reconstruct};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let text = fs::read_to_string("examples/jacksboro.xyz")?;
@@ -31,8 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "distance to the surface: rms {:.1} m, at most {:.1} m",
         deviations.rms, deviations.max
     );
-    export::write_step(&result.surface, &mut BufWriter::new(File::create("jacksboro.step")?))?;
     let mesh = result.tessellate(&mut watch)?;
+    let shell = Shell::whole(result.surface)?;
+    let mut step = BufWriter::new(File::create("jacksboro.step")?);
+    export::write_step(&[shell], &StepOptions::default(), &mut step)?;
     export::write_obj(mesh.view(), &mut BufWriter::new(File::create("jacksboro.obj")?))?;
     Ok(())
 }

@@ -11,7 +11,8 @@
 //! that method is [`reconstruct_paper()`].
 //!
 //! ```
-//! use neurbs::{DVec3, ReconstructOptions, progress::Silent, reconstruct};
+//! use neurbs::export::{StepOptions, write_step};
+//! use neurbs::{DVec3, ReconstructOptions, Shell, progress::Silent, reconstruct};
 //!
 //! // Points on a saddle; their order does not matter.
 //! let points: Vec<DVec3> = (0..200)
@@ -28,7 +29,7 @@
 //! assert!(result.report.deviations.rms < 1e-3);
 //!
 //! let mut file = Vec::new(); // or a std::fs::File
-//! neurbs::export::write_step(&result.surface, &mut file)?;
+//! write_step(&[Shell::whole(result.surface)?], &StepOptions::default(), &mut file)?;
 //! # Ok::<(), neurbs::Error>(())
 //! ```
 //!

@@ -2,33 +2,29 @@
 
 use glam::DVec3;
 
+use super::affine::{AffineMap, rounding};
+use super::piecewise_cubic::{INSET, Node, Traced, piecewise_cubic};
 use crate::error::Result;
-use crate::nurbs::{Direction, KnotVector, NurbsCurve, NurbsSurface};
+use crate::nurbs::{Direction, NurbsCurve, NurbsSurface};
 use crate::progress::Silent;
-
-/// Halvings of a span of the curve at most, if the surface has a kink below it.
-const MAX_HALVINGS: u32 = 20;
-
-/// Share of a span between its end and the place where its velocity is taken: at a knot the
-/// derivative is that of the next span.
-const INSET: f64 = 1e-9;
-
-/// Shares of a span where the error of its cubic is measured.
-const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// The curve on the surface over a curve in (u, v), with the same parameter.
 ///
-/// Over a straight line of constant u or v it is exact. Else it is a piecewise cubic with the right
+/// Over a straight line of constant u or v, and on a parallelogram, it is exact. Else it is a piecewise cubic with the right
 /// tangents, halved until its distance from the surface's curve is at most `tolerance`.
 pub(super) fn edge_curve(
     surface: &NurbsSurface,
     curve: &NurbsCurve,
     tolerance: f64,
 ) -> Result<NurbsCurve> {
-    match isocurve(surface, curve)? {
-        Some(exact) => Ok(exact),
-        None => hermite(surface, curve, tolerance),
+    if let Some(exact) = isocurve(surface, curve)? {
+        return Ok(exact);
     }
+    if let Some(map) = AffineMap::of(surface) {
+        return map.in_space(curve);
+    }
+    let breaks = curve.knots().breaks();
+    piecewise_cubic(&OnSurface { surface, curve }, &breaks, tolerance.max(rounding(surface)))
 }
 
 /// The exact curve over a straight line of constant u or v; `None` over other curves.
@@ -69,77 +65,28 @@ fn isocurve(surface: &NurbsSurface, curve: &NurbsCurve) -> Result<Option<NurbsCu
     }))
 }
 
-/// A point of the curve on the surface, with its derivative.
-#[derive(Clone, Copy)]
-struct Node {
-    at: f64,
-    point: DVec3,
-    velocity: DVec3,
+/// The curve on a surface over a curve in (u, v).
+struct OnSurface<'a> {
+    surface: &'a NurbsSurface,
+    curve: &'a NurbsCurve,
 }
 
-/// The node at a parameter of the curve.
-fn node(surface: &NurbsSurface, curve: &NurbsCurve, at: f64) -> Node {
-    let (uv, along) = (curve.point(at), curve.velocity(at));
-    let [point, by_u, by_v] = surface.tangents(uv.x, uv.y);
-    Node { at, point, velocity: along.x * by_u + along.y * by_v }
-}
-
-/// The piecewise cubic over a curve in (u, v).
-fn hermite(surface: &NurbsSurface, curve: &NurbsCurve, tolerance: f64) -> Result<NurbsCurve> {
-    let breaks = curve.knots().breaks();
-    let mut spans: Vec<[Node; 2]> = vec![];
-    for ends in breaks.windows(2) {
-        // Just inside the span: the curve's velocity may jump at a knot.
-        let inset = |at: f64, toward: f64| Node {
-            velocity: node(surface, curve, at + INSET * (toward - at)).velocity,
-            ..node(surface, curve, at)
-        };
-        let (start, end) = (inset(ends[0], ends[1]), inset(ends[1], ends[0]));
-        divide(surface, curve, [start, end], (tolerance, MAX_HALVINGS), &mut spans);
-    }
-    let mut points = vec![spans[0][0].point];
-    let mut inner = vec![];
-    for (k, [start, end]) in spans.iter().enumerate() {
-        let third = (end.at - start.at) / 3.0;
-        points.push(start.point + third * start.velocity);
-        points.push(end.point - third * end.velocity);
-        points.push(end.point);
-        if k + 1 < spans.len() {
-            inner.extend([end.at; 3]);
+impl Traced for OnSurface<'_> {
+    fn node(&self, at: f64, toward: f64) -> Node {
+        let inside = at + INSET * (toward - at);
+        let along = self.curve.velocity(inside);
+        let uv = self.curve.point(inside);
+        let [point, by_u, by_v] = self.surface.tangents(uv.x, uv.y);
+        let velocity = along.x * by_u + along.y * by_v;
+        if inside == at {
+            return Node { at, point, velocity };
         }
+        let uv = self.curve.point(at);
+        Node { at, point: self.surface.point(uv.x, uv.y), velocity }
     }
-    let ends = (breaks[0], breaks[breaks.len() - 1]);
-    NurbsCurve::new(points, None, KnotVector::clamped(3, ends, inner)?)
-}
 
-/// Appends the cubics of a span, halved until they meet the tolerance.
-fn divide(
-    surface: &NurbsSurface,
-    curve: &NurbsCurve,
-    [start, end]: [Node; 2],
-    (tolerance, halvings): (f64, u32),
-    spans: &mut Vec<[Node; 2]>,
-) {
-    let length = end.at - start.at;
-    let mut error = 0.0_f64;
-    for share in SHARES {
-        let exact = node(surface, curve, start.at + share * length).point;
-        error = error.max(exact.distance(cubic([start, end], share)));
+    fn distance(&self, at: f64, point: DVec3) -> f64 {
+        let uv = self.curve.point(at);
+        self.surface.point(uv.x, uv.y).distance(point)
     }
-    if error <= tolerance || halvings == 0 {
-        spans.push([start, end]);
-        return;
-    }
-    let middle = node(surface, curve, start.at + 0.5 * length);
-    divide(surface, curve, [start, middle], (tolerance, halvings - 1), spans);
-    divide(surface, curve, [middle, end], (tolerance, halvings - 1), spans);
-}
-
-/// The point of a span's cubic at a share of it.
-fn cubic([start, end]: [Node; 2], share: f64) -> DVec3 {
-    let third = (end.at - start.at) / 3.0;
-    let (a, b) = (start.point, end.point);
-    let (c, d) = (a + third * start.velocity, b - third * end.velocity);
-    let (s, t) = (1.0 - share, share);
-    s.powi(3) * a + 3.0 * s * s * t * c + 3.0 * s * t * t * d + t.powi(3) * b
 }

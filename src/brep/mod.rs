@@ -4,6 +4,7 @@
 //! chain of curves in (u, v), with the face on their left. A [`Shell`] joins faces along common
 //! [`Edge`]s. Each edge is used by one loop (a border) or by two in opposite directions.
 
+mod affine;
 mod border_curve;
 mod bounding_box;
 mod contains;
@@ -19,6 +20,8 @@ mod loop_check;
 mod loop_tree;
 mod loops;
 mod measure;
+mod pcurve;
+mod piecewise_cubic;
 mod plane_curves;
 mod section;
 mod settings;

@@ -1,5 +1,7 @@
 //! The shell: faces joined along their edges.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
 
 use super::edge::Edge;
@@ -11,6 +13,7 @@ use super::section::{Section, sections, split_at_ends};
 use super::settings::BrepSettings;
 use super::shell_builder::Topology;
 use crate::error::{Error, Result, positive};
+use crate::nurbs::NurbsSurface;
 
 /// Faces joined along common edges.
 ///
@@ -64,6 +67,22 @@ impl Shell {
         let matches = match_by_position(&faces, &sections, tolerance)?;
         let topology = Topology::new(&faces, sections, &matches);
         Ok(Self { faces, topology, unit: None, tolerance })
+    }
+
+    /// The shell of one whole surface, with the default tolerance.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, NurbsSurface, Shell};
+    /// let torus = NurbsSurface::torus(DVec3::ZERO, 3.0, 1.0)?;
+    /// assert!(Shell::whole(torus)?.is_closed());
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`Face::whole`] and [`Shell::new`].
+    pub fn whole(surface: impl Into<Arc<NurbsSurface>>) -> Result<Self> {
+        Self::new(vec![Face::whole(surface)?], None)
     }
 
     /// Joins faces along edges with the same identifier.
@@ -234,7 +253,7 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     use super::*;
-    use crate::nurbs::{Direction, NurbsCurve, NurbsSurface};
+    use crate::nurbs::{Direction, NurbsCurve};
     use crate::progress::Silent;
 
     fn shell(surface: NurbsSurface) -> Shell {

@@ -12,9 +12,9 @@ use super::arguments::choice;
 use super::call::{self, WatchedFile};
 use super::mesh::TriangleMesh;
 use super::surface::NurbsSurface;
-use crate::brep::LengthUnit;
+use crate::brep::{LengthUnit, Shell};
 use crate::error::{Error, Result};
-use crate::export;
+use crate::export::{self, StepOptions};
 
 /// Bytes written between two checks for Ctrl-C, a few milliseconds.
 const BUFFER_BYTES: usize = 1 << 20;
@@ -66,7 +66,7 @@ fn length_unit(value: Option<&Bound<'_, PyAny>>) -> PyResult<LengthUnit> {
     value.map_or(Ok(LengthUnit::default()), named)
 }
 
-/// Write a surface as a STEP file (AP214, one advanced face).
+/// Write a surface as a STEP file (AP214): a solid if it is closed, else one advanced face.
 ///
 /// Parameters
 /// ----------
@@ -83,11 +83,13 @@ pub(super) fn write_step(
     path: PathBuf,
     unit: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
-    let unit = length_unit(unit)?;
-    write_file(py, &path, |out| export::write_step_in(surface.core(), unit, out))
+    let options = StepOptions { unit: length_unit(unit)?, ..StepOptions::default() };
+    write_file(py, &path, |out| {
+        export::write_step(&[Shell::whole(surface.core().clone())?], &options, out)
+    })
 }
 
-/// Write a surface as an IGES file (one entity 128).
+/// Write a surface as an IGES file: a solid (entity 186) if it is closed, else entity 128.
 ///
 /// Parameters
 /// ----------
@@ -105,7 +107,9 @@ pub(super) fn write_iges(
     unit: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
     let unit = length_unit(unit)?;
-    write_file(py, &path, |out| export::write_iges_in(surface.core(), unit, out))
+    write_file(py, &path, |out| {
+        export::write_iges(&[Shell::whole(surface.core().clone())?], unit, out)
+    })
 }
 
 /// Write a mesh as a Wavefront OBJ file, with all digits.
@@ -135,5 +139,7 @@ pub(super) fn write_obj_surface(
     surface: &NurbsSurface,
     path: PathBuf,
 ) -> PyResult<()> {
-    write_file(py, &path, |out| export::write_obj_surface(surface.core(), out))
+    write_file(py, &path, |out| {
+        export::write_obj_shells(&[Shell::whole(surface.core().clone())?], out)
+    })
 }
