@@ -15,7 +15,7 @@ use super::conform::conform;
 use super::numbering::Numbering;
 use super::options::TessellateOptions;
 use super::partition::{Partition, too_many_triangles};
-use super::write::write;
+use super::write::{WrittenCell, write, written_cells};
 use super::{MeshSlices, TriangleMesh};
 use crate::error::Result;
 use crate::nurbs::NurbsSurface;
@@ -87,6 +87,16 @@ impl<'a> Tessellation<'a> {
     #[must_use]
     pub fn max_deviation(&self) -> f64 {
         self.partition.deviation
+    }
+
+    /// The cells, in the order of their triangles.
+    pub(super) fn cells(&self) -> Vec<WrittenCell> {
+        written_cells(&self.partition, &self.numbering)
+    }
+
+    /// The parameters of the corners of cells at poles, which are one vertex in the mesh.
+    pub(super) fn at_poles(&self) -> Vec<DVec2> {
+        self.partition.at_poles()
     }
 
     /// The mesh.

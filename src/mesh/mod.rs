@@ -1,4 +1,4 @@
-//! Triangle meshes of surfaces, within a tolerance or on a uniform grid, and their measures.
+//! Triangle meshes of surfaces, faces and shells, within a tolerance or on a uniform grid, and their measures.
 
 mod adaptive;
 mod basis_weights;
@@ -17,23 +17,35 @@ mod curve_extent;
 mod de_casteljau;
 mod distance;
 mod distance_bound;
+mod edge_points;
+mod edge_use;
 mod estimate;
 mod face_frame;
+mod face_mesh;
+mod kept_cells;
 mod lanes;
 mod measure;
+mod mesh_join;
 mod net;
 mod numbering;
 mod options;
+mod outline;
 mod parallel_map;
 mod partition;
 mod patch_bound;
 mod polygon;
 mod recheck;
 mod retriangulate;
+mod segment_bound;
+mod shell_mesh;
+mod side_grid;
 mod sparse_matrix;
 mod split_rule;
+mod strip;
+mod strip_triangulation;
 mod subdivide;
 mod subdivider;
+mod surface_bound;
 mod surface_part;
 mod triangle_conversion;
 mod triangulation;
@@ -46,6 +58,7 @@ use glam::{DVec2, DVec3};
 pub use self::adaptive::Tessellation;
 pub use self::distance::DistanceSearch;
 pub use self::options::{MAX_TRIANGLES, TessellateOptions};
+pub use self::shell_mesh::ShellMesh;
 pub use self::uniform::{MeshSlices, UniformGrid};
 
 /// A triangle mesh with a normal and the surface's parameters at each vertex.

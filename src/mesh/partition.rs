@@ -1,5 +1,8 @@
 //! The partition of a surface into blocks of cells, and its first stage: each block on its own.
 
+use glam::DVec2;
+
+use super::block::parameter;
 use super::block_edges::BlockEdges;
 use super::block_grid::BlockGrid;
 use super::cell::Cell;
@@ -78,6 +81,31 @@ impl<'a> Partition<'a> {
     /// The vertices inside the four edges of a block, in the order of [`BlockEdges::of_block`].
     pub(super) fn edge_vertices(&self, block: usize) -> [&[u32]; 4] {
         self.edges.of_block(block).map(|edge| self.edges.vertices(edge))
+    }
+
+    /// The parameters of the corners of cells on sides that are poles.
+    pub(super) fn at_poles(&self) -> Vec<DVec2> {
+        let (grid, mut all) = (&self.grid, vec![]);
+        let (rows, cols) = grid.shape();
+        for line in [0, rows].into_iter().filter(|line| grid.is_pole_u(*line)) {
+            let u = grid.nets.u[grid.u[line]];
+            for j in 0..cols {
+                let steps = self.edges.vertices(self.edges.at_u(line, j));
+                let on_edge = steps.iter().map(|step| parameter(&grid.nets.v, grid.v[j], *step));
+                let corner = grid.nets.v[grid.v[j]];
+                all.extend(on_edge.chain([corner]).map(|v| DVec2::new(u, v)));
+            }
+        }
+        for line in [0, cols].into_iter().filter(|line| grid.is_pole_v(*line)) {
+            let v = grid.nets.v[grid.v[line]];
+            for i in 0..rows {
+                let steps = self.edges.vertices(self.edges.at_v(i, line));
+                let on_edge = steps.iter().map(|step| parameter(&grid.nets.u, grid.u[i], *step));
+                let corner = grid.nets.u[grid.u[i]];
+                all.extend(on_edge.chain([corner]).map(|u| DVec2::new(u, v)));
+            }
+        }
+        all
     }
 
     /// Subdivides each block; `triangles` is the estimated number of all triangles.

@@ -1,4 +1,4 @@
-//! An upper bound of the distance of a Bézier patch from the triangles, over one face.
+//! An upper bound of the distance of a Bézier patch, over one triangle of its parameters.
 
 #![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
@@ -8,8 +8,7 @@ use pulp::Simd;
 use super::bezier_triangle::{Refinement, max_bound_by_halving};
 use super::cell_mesh::UNIT_SQUARE;
 use super::de_casteljau::quarters;
-use super::distance_bound::{max_bound, max_quotient, weighted_bounds};
-use super::face_frame::FaceFrame;
+use super::distance_bound::{DistanceBound, max_bound, max_quotient, weighted_bounds};
 use super::lanes::{Batch, PointBatch, larger};
 use super::polygon::Polygon;
 use super::triangle_conversion::{Buffers, TriangleConversion};
@@ -47,18 +46,18 @@ impl Scratch {
     }
 }
 
-/// A patch whose distance is bounded in the frame of one face.
+/// A patch whose distance is bounded; `frame` bounds the distance of a point.
 ///
 /// A result above `limit` means only that the limit could not be certified.
-pub(super) struct PatchBound<'a> {
+pub(super) struct PatchBound<'a, B> {
     pub conversion: &'a TriangleConversion,
     /// The control points of the patch.
     pub net: &'a [DVec4],
-    pub frame: &'a FaceFrame,
+    pub frame: &'a B,
     pub limit: f64,
 }
 
-impl PatchBound<'_> {
+impl<B: DistanceBound> PatchBound<'_, B> {
     /// The bound over the intersection of a face's triangle with the rectangle of the patch.
     ///
     /// Tries the cheaper bounds first: by the whole net, by a rectangle, by triangles.

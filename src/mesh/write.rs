@@ -1,10 +1,13 @@
 //! Writes a partition as arrays: vertices with their normals and parameters, and triangles.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3};
 
 use super::MeshSlices;
 use super::block::parameter;
 use super::block_vertices::BlockVertices;
+use super::cell::Cell;
 use super::cell_mesh::Face;
 use super::numbering::{Numbering, vertex_index};
 use super::parallel_map::parallel_map;
@@ -108,15 +111,59 @@ fn write_block(
     }
     let mut next = triangles.iter_mut();
     for cell in cells {
-        outline.clear();
-        vertices.outline(cell, outline);
-        faces.clear();
-        let at = |rank: &usize| vertices.point(*rank);
-        cell.triangulation.faces(cell.corner_indices(outline.iter().map(at)), faces);
-        let corners = faces.iter().map(|face| face.map(|k| indices[outline[k]]));
-        let proper = corners.filter(|[a, b, c]| a != b && b != c && c != a);
-        proper.zip(&mut next).for_each(|(corners, out)| *out = corners);
+        let found = cell_triangles(cell, vertices, indices, (&mut *outline, &mut *faces));
+        found.zip(&mut next).for_each(|(corners, out)| *out = corners);
     }
+}
+
+/// The triangles of a cell. Those with two corners at the same pole are left out.
+fn cell_triangles<'a>(
+    cell: &Cell,
+    vertices: &BlockVertices,
+    indices: &'a [u32],
+    (outline, faces): (&'a mut Vec<usize>, &'a mut Vec<Face>),
+) -> impl Iterator<Item = [u32; 3]> + 'a {
+    outline.clear();
+    vertices.outline(cell, outline);
+    faces.clear();
+    let at = |rank: &usize| vertices.point(*rank);
+    cell.triangulation.faces(cell.corner_indices(outline.iter().map(at)), faces);
+    let corners = faces.iter().map(|face| face.map(|k| indices[outline[k]]));
+    corners.filter(|[a, b, c]| a != b && b != c && c != a)
+}
+
+/// A cell in (u, v), and its triangles in the arrays.
+#[derive(Clone, Debug)]
+pub(super) struct WrittenCell {
+    pub low: DVec2,
+    pub high: DVec2,
+    pub triangles: Range<usize>,
+}
+
+/// The cells in the order of their triangles.
+pub(super) fn written_cells(partition: &Partition<'_>, numbering: &Numbering) -> Vec<WrittenCell> {
+    let Scratch { mut vertices, mut indices, mut outline, mut faces } = Scratch::default();
+    let nets = &partition.grid.nets;
+    let mut all = vec![];
+    let mut start = 0;
+    for index in 0..partition.grid.blocks() {
+        let (block, cells) = (partition.grid.block(index), &partition.cells[index]);
+        vertices.collect(block, cells, partition.edge_vertices(index));
+        let first = vertex_index(numbering.vertices[index]);
+        numbering.vertex_indices((partition, index), &vertices, first, &mut indices);
+        for cell in cells {
+            let found = cell_triangles(cell, &vertices, &indices, (&mut outline, &mut faces));
+            let end = start + found.count();
+            let corner = |u, v| {
+                let u = parameter(&nets.u, block.rows.0, u);
+                DVec2::new(u, parameter(&nets.v, block.cols.0, v))
+            };
+            let (low, high) = (corner(cell.u.0, cell.v.0), corner(cell.u.1, cell.v.1));
+            all.push(WrittenCell { low, high, triangles: start..end });
+            start = end;
+        }
+    }
+    all
 }
 
 /// Splits a slice at these bounds.

@@ -74,6 +74,24 @@ impl BezierCurve {
         [point, velocity, bend / value.w]
     }
 
+    /// The part between two shares of the piece.
+    pub(crate) fn part(&self, from: f64, to: f64) -> Self {
+        let degree = self.points.len() - 1;
+        let mut points = self.points.clone();
+        for level in 1..=degree {
+            for k in 0..=degree - level {
+                points[k] = points[k].lerp(points[k + 1], from);
+            }
+        }
+        let share = if from < 1.0 { (to - from) / (1.0 - from) } else { 1.0 };
+        for level in 1..=degree {
+            for k in (level..=degree).rev() {
+                points[k] = points[k - 1].lerp(points[k], share);
+            }
+        }
+        Self { points, domain: (self.parameter(from), self.parameter(to)) }
+    }
+
     /// The halves of the piece.
     pub(crate) fn halves(&self) -> [Self; 2] {
         let (mut first, mut second) = (self.points.clone(), self.points.clone());
@@ -89,6 +107,17 @@ impl BezierCurve {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_have_the_points_of_the_piece() {
+        let circle = NurbsCurve::arc(DVec3::ONE, DVec3::X, DVec3::Y, 1.5).unwrap();
+        let piece = &BezierCurve::of(&circle).unwrap()[0];
+        let part = piece.part(0.25, 0.75);
+        for share in [0.0, 0.3, 1.0] {
+            let expected = piece.derivatives(0.25 + 0.5 * share)[0];
+            assert!(part.derivatives(share)[0].distance(expected) < 1e-15);
+        }
+    }
 
     #[test]
     fn pieces_and_their_halves_agree_with_the_curve() {

@@ -1,0 +1,41 @@
+//! The meshes of faces as one, with common vertices on common edges.
+
+use std::collections::HashMap;
+
+use super::face_mesh::FaceMesh;
+use super::numbering::vertex_index;
+use super::outline::Origin;
+use super::{ShellMesh, TriangleMesh};
+use crate::brep::Face;
+
+/// Joins the meshes of faces; `deviation` is that of the edges.
+pub(super) fn join(faces: &[Face], meshes: &[&FaceMesh], deviation: f64) -> ShellMesh {
+    let mut out = TriangleMesh::default();
+    let mut on_edges: HashMap<Origin, u32> = HashMap::new();
+    let (mut of_triangles, mut deviation) = (vec![], deviation);
+    for (face, mesh) in meshes.iter().enumerate() {
+        let is_reversed = faces[face].is_reversed();
+        let mut numbers = Vec::with_capacity(mesh.nodes.len());
+        for (node, normal) in mesh.nodes.iter().zip(&mesh.normals) {
+            let next = vertex_index(out.vertices.len());
+            let number = match node.origin {
+                Origin::Inside => next,
+                origin => *on_edges.entry(origin).or_insert(next),
+            };
+            numbers.push(number);
+            if number == next {
+                out.vertices.push(node.point);
+                out.uv.push(node.uv);
+                out.normals.push(if is_reversed { -*normal } else { *normal });
+            }
+        }
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|k| numbers[k]);
+            out.triangles.push(if is_reversed { [a, c, b] } else { [a, b, c] });
+        }
+        of_triangles.resize(out.triangles.len(), vertex_index(face));
+        deviation = deviation.max(mesh.deviation);
+    }
+    out.max_deviation = Some(deviation);
+    ShellMesh { mesh: out, faces: of_triangles }
+}

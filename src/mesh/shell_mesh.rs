@@ -1,0 +1,258 @@
+//! Triangles of faces and shells within a certified tolerance.
+//!
+//! 1. Each edge is divided once; both faces take its points, so that the mesh has no cracks.
+//! 2. In each face, the cells of its surface that no loop comes near are kept as they are.
+//! 3. A constrained Delaunay triangulation in (u, v) fills the strip between them and the loops. It
+//!    gets more points until each of its triangles is certified.
+//! 4. Vertices get their indices, in the order of the faces.
+//!
+//! Faces are independent, so the result does not depend on the number of threads.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec2;
+
+use super::edge_points::{EdgePoints, divide};
+use super::face_mesh::{Attempt, FaceMesh, FaceMesher, scale};
+use super::mesh_join::join;
+use super::options::Limits;
+use super::outline::Origin;
+use super::parallel_map::{MIN_PARALLEL_TRIANGLES, parallel_map};
+use super::partition::too_many_triangles;
+use super::{TessellateOptions, TriangleMesh};
+use crate::brep::{Face, Shell};
+use crate::error::{Error, Result};
+use crate::nurbs::NurbsSurface;
+use crate::progress::{Observer, Silent};
+
+/// Rounds in which edges that cross in a triangulation are divided again, at most.
+const MAX_ROUNDS: usize = 16;
+
+/// Patches of a surface from which on it is tessellated by all threads.
+const MANY_PATCHES: usize = 1 << 12;
+
+/// Halvings of a closed edge at least: with fewer than three chords it would have no area.
+const MIN_HALVINGS_OF_CLOSED: u32 = 2;
+
+/// The triangles of a shell.
+///
+/// ```
+/// use neurbs::{DVec3, Face, NurbsSurface, Shell, mesh::TessellateOptions, progress::Silent};
+/// let ball = |x: f64| Face::whole(NurbsSurface::sphere(x * DVec3::X, 1.0)?);
+/// let shell = Shell::new(vec![ball(0.0)?, ball(3.0)?], None)?;
+/// let found = shell.tessellate(&TessellateOptions::default(), &mut Silent)?;
+/// assert_eq!(found.faces.len(), found.mesh.triangles.len());
+/// assert_eq!(found.mesh.view().euler_characteristic(), 4);
+/// # Ok::<(), neurbs::Error>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ShellMesh {
+    /// The triangles of all faces. Normals are those of the faces. Faces share the vertices on their
+    /// common edges; these have the normal and the parameters of the first face.
+    pub mesh: TriangleMesh,
+    /// The index of the face of each triangle.
+    pub faces: Vec<u32>,
+}
+
+impl Shell {
+    /// The faces as triangles that lie within a certified tolerance of them everywhere.
+    ///
+    /// Faces share the vertices on their common edges: the mesh of a closed shell is closed. A
+    /// shell of one face without loops of its own gives the mesh of its surface.
+    ///
+    /// `max_deviation` exceeds the tolerance only where the gap between two faces at an edge does
+    /// so. The same bits for any number of threads. `max_aspect` applies away from edges;
+    /// `split_seams` to a shell of one whole surface only.
+    ///
+    /// # Errors
+    ///
+    /// - Those of [`NurbsSurface::tessellate`].
+    /// - [`Error::Shell`] if loops of a face cross or touch.
+    pub fn tessellate(
+        &self,
+        options: &TessellateOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<ShellMesh> {
+        if let [face] = self.faces()
+            && !face.is_trimmed()
+        {
+            let mesh = whole_mesh(face, options, observer)?;
+            return Ok(ShellMesh { faces: vec![0; mesh.triangles.len()], mesh });
+        }
+        let surfaces: Vec<&NurbsSurface> =
+            self.faces().iter().map(|face| &**face.surface()).collect();
+        let limits = options.limits(&surfaces)?;
+        let scales: Vec<DVec2> = self.faces().iter().map(scale).collect();
+        let mut edges = divide_edges(self, &scales, &limits, observer)?;
+        let mut meshes: Vec<Option<FaceMesh>> = self.faces().iter().map(|_| None).collect();
+        let mut forbidden = BTreeSet::new();
+        for _ in 0..MAX_ROUNDS {
+            let mesher = FaceMesher {
+                shell: self,
+                edges: &edges,
+                scales: &scales,
+                options,
+                limits: &limits,
+            };
+            let crossing = mesh_faces(mesher, &forbidden, &mut meshes, observer)?;
+            if crossing.is_empty() {
+                let done: Vec<&FaceMesh> = meshes.iter().flatten().collect();
+                let shared = overused(&done);
+                if shared.is_empty() {
+                    let deviation = edges.iter().map(|edge| edge.deviation).fold(0.0, f64::max);
+                    return Ok(join(self.faces(), &done, deviation));
+                }
+                forbidden.extend(shared.iter().map(|(_, side)| *side));
+                for (face, _) in shared {
+                    meshes[face] = None;
+                }
+                continue;
+            }
+            for (edge, chords) in crossing {
+                edges[edge] =
+                    divide(self, (edge, 0), &scales, &limits, Some((&edges[edge], &chords)))?;
+                for used in &self.edges()[edge].uses {
+                    meshes[used.face] = None;
+                }
+            }
+        }
+        let must = "have loops that neither cross nor touch";
+        Err(Error::Shell { must, got: "loops that are too close to triangulate".into() })
+    }
+}
+
+impl Face {
+    /// The face as triangles that lie within a certified tolerance of it everywhere.
+    ///
+    /// ```
+    /// use neurbs::{DVec3, Face, NurbsCurve, NurbsSurface};
+    /// use neurbs::{mesh::TessellateOptions, progress::Silent};
+    /// let plane = NurbsSurface::plane(DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y)?;
+    /// let center = DVec3::new(0.5, 0.5, 0.0);
+    /// let turn = std::f64::consts::TAU;
+    /// let circle = NurbsCurve::arc(center, 0.25 * DVec3::X, 0.25 * DVec3::Y, turn)?;
+    /// let disc = Face::trimmed(plane, vec![vec![circle]])?;
+    /// let options = TessellateOptions { tolerance: Some(1e-4), ..Default::default() };
+    /// let mesh = disc.tessellate(&options, &mut Silent)?;
+    /// assert!((mesh.view().area() / (turn / 8.0) - 1.0).abs() < 1e-3);
+    /// # Ok::<(), neurbs::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Shell::new`] and [`Shell::tessellate`].
+    pub fn tessellate(
+        &self,
+        options: &TessellateOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<TriangleMesh> {
+        if !self.is_trimmed() {
+            return whole_mesh(self, options, observer);
+        }
+        Ok(Shell::new(vec![self.clone()], None)?.tessellate(options, observer)?.mesh)
+    }
+}
+
+/// The mesh of a face without loops of its own.
+fn whole_mesh(
+    face: &Face,
+    options: &TessellateOptions,
+    observer: &mut dyn Observer,
+) -> Result<TriangleMesh> {
+    let mut mesh = face.surface().tessellate(options, observer)?;
+    if face.is_reversed() {
+        mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        mesh.normals.iter_mut().for_each(|normal| *normal = -*normal);
+    }
+    Ok(mesh)
+}
+
+/// Divides all edges.
+fn divide_edges(
+    shell: &Shell,
+    scales: &[DVec2],
+    limits: &Limits,
+    observer: &mut dyn Observer,
+) -> Result<Vec<EdgePoints>> {
+    let ends = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
+    let mut between: BTreeMap<[usize; 2], u32> = BTreeMap::new();
+    for edge in shell.edges() {
+        *between.entry(ends(edge.vertices)).or_default() += 1;
+    }
+    let least = |edge: usize| match shell.edges()[edge].vertices {
+        [a, b] if a == b => MIN_HALVINGS_OF_CLOSED,
+        // Edges with the same ends would be the same with one chord each.
+        vertices => u32::from(between[&ends(vertices)] > 1),
+    };
+    let count = shell.edges().len();
+    let mut all = Vec::with_capacity(count);
+    let job = |(): &mut (), edge| divide(shell, (edge, least(edge)), scales, limits, None);
+    parallel_map(0..count, MIN_PARALLEL_TRIANGLES + count, observer, job, |points| {
+        all.push(points?);
+        Ok(())
+    })?;
+    Ok(all)
+}
+
+/// Triangulates the faces without a mesh. Returns the chords that must be divided before, by edge.
+fn mesh_faces(
+    mesher: FaceMesher<'_>,
+    forbidden: &BTreeSet<[Origin; 2]>,
+    meshes: &mut [Option<FaceMesh>],
+    observer: &mut dyn Observer,
+) -> Result<BTreeMap<usize, BTreeSet<usize>>> {
+    let missing = (0..meshes.len()).filter(|face| meshes[*face].is_none());
+    let is_large = |face: &usize| {
+        let (rows, cols) = mesher.shell.faces()[*face].surface().shape();
+        rows * cols >= MANY_PATCHES
+    };
+    let (large, small): (Vec<usize>, Vec<usize>) = missing.partition(is_large);
+    let mut found = vec![];
+    // The threads share the work of a large face.
+    for face in large {
+        found.push((face, mesher.mesh(face, forbidden, observer)?));
+    }
+    let job = |(): &mut (), face: usize| (face, mesher.mesh(face, forbidden, &mut Silent));
+    parallel_map(small, usize::MAX, observer, job, |(face, attempt)| {
+        found.push((face, attempt?));
+        Ok(())
+    })?;
+    let mut crossing: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    for (face, attempt) in found {
+        match attempt {
+            Attempt::Done(mesh) => meshes[face] = Some(mesh),
+            Attempt::Crossing(chords) if chords.is_empty() => {
+                let must = "have loops that neither cross nor touch";
+                return Err(Error::Shell { must, got: format!("others at face {face}") });
+            }
+            Attempt::Crossing(chords) => {
+                for (edge, chord) in chords {
+                    crossing.entry(edge).or_default().insert(chord);
+                }
+            }
+        }
+    }
+    let triangles: usize = meshes.iter().flatten().map(|mesh| mesh.triangles.len()).sum();
+    if triangles > mesher.options.max_triangles {
+        return Err(too_many_triangles(mesher.options, mesher.limits, triangles as f64));
+    }
+    Ok(crossing)
+}
+
+/// The sides between points of edges that more than two triangles share, and their faces.
+fn overused(meshes: &[&FaceMesh]) -> Vec<(usize, [Origin; 2])> {
+    let mut sides = vec![];
+    for (face, mesh) in meshes.iter().enumerate() {
+        for &[a, b, c] in &mesh.triangles {
+            for ends in [[a, b], [b, c], [c, a]] {
+                let [a, b] = ends.map(|k| mesh.nodes[k].origin);
+                if a != Origin::Inside && b != Origin::Inside {
+                    sides.push(([a.min(b), a.max(b)], face));
+                }
+            }
+        }
+    }
+    sides.sort_unstable();
+    let shared = sides.chunk_by(|a, b| a.0 == b.0).filter(|run| run.len() > 2);
+    shared.flatten().map(|(side, face)| (*face, *side)).collect()
+}
