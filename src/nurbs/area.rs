@@ -3,7 +3,7 @@
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::basis::Row;
+use super::basis::{Row, with_capacity};
 use super::bezier_patch::{BezierPatch, bernstein};
 use super::gauss;
 use super::gauss::check_accuracy;
@@ -51,26 +51,37 @@ impl NurbsSurface {
         check_accuracy(accuracy)?;
         let (patches, _) = BezierPatch::of(self, &mut interrupt_check(observer))?;
         let degrees = (self.knots_u().degree(), self.knots_v().degree());
-        let rules = NODE_COUNTS.map(|count| Rule::new(count, degrees));
-        let mut pieces = measure_pieces(&patches, BezierPatch::centered, &rules, observer)?;
-        for _ in 0..MAX_ROUNDS {
-            let allowed = accuracy * pieces.iter().map(|piece| piece.area).sum::<f64>();
-            if pieces.iter().map(|piece| piece.error).sum::<f64>() <= allowed {
-                break;
-            }
-            pieces.sort_by(|a, b| a.error.total_cmp(&b.error));
-            let mut error = 0.0;
-            let negligible = |piece: &&Piece| {
-                error += piece.error;
-                error <= allowed / 2.0
-            };
-            let refined = pieces.split_off(pieces.iter().take_while(negligible).count());
-            let quarters: Vec<(BezierPatch, f64)> =
-                refined.iter().flat_map(Piece::quarters).collect();
-            pieces.extend(measure_pieces(&quarters, Clone::clone, &rules, observer)?);
-        }
-        Ok(pieces.iter().map(|piece| piece.area).sum())
+        with_capacity!(degrees.0.max(degrees.1), CAPACITY => {
+            let rules = NODE_COUNTS.map(|count| Rule::<CAPACITY>::new(count, degrees));
+            area_of(&patches, &rules, accuracy, observer)
+        })
     }
+}
+
+/// Measures patches; the relative error is at most `accuracy`.
+fn area_of<const CAPACITY: usize>(
+    patches: &[BezierPatch],
+    rules: &[Rule<CAPACITY>; 3],
+    accuracy: f64,
+    observer: &mut dyn Observer,
+) -> Result<f64> {
+    let mut pieces = measure_pieces(patches, BezierPatch::centered, rules, observer)?;
+    for _ in 0..MAX_ROUNDS {
+        let allowed = accuracy * pieces.iter().map(|piece| piece.area).sum::<f64>();
+        if pieces.iter().map(|piece| piece.error).sum::<f64>() <= allowed {
+            break;
+        }
+        pieces.sort_by(|a, b| a.error.total_cmp(&b.error));
+        let mut error = 0.0;
+        let negligible = |piece: &&Piece| {
+            error += piece.error;
+            error <= allowed / 2.0
+        };
+        let refined = pieces.split_off(pieces.iter().take_while(negligible).count());
+        let quarters: Vec<(BezierPatch, f64)> = refined.iter().flat_map(Piece::quarters).collect();
+        pieces.extend(measure_pieces(&quarters, Clone::clone, rules, observer)?);
+    }
+    Ok(pieces.iter().map(|piece| piece.area).sum())
 }
 
 /// A part of the surface with its area.
@@ -84,8 +95,12 @@ struct Piece {
 }
 
 impl Piece {
-    fn new((patch, extent): (BezierPatch, f64), rules: &[Rule; 3], arch: Arch) -> Self {
-        let integrate = |rule: &Rule| {
+    fn new<const CAPACITY: usize>(
+        (patch, extent): (BezierPatch, f64),
+        rules: &[Rule<CAPACITY>; 3],
+        arch: Arch,
+    ) -> Self {
+        let integrate = |rule: &Rule<CAPACITY>| {
             arch.dispatch(
                 #[inline(always)]
                 || rule.integrate(&patch),
@@ -105,10 +120,10 @@ impl Piece {
 }
 
 /// Measures the pieces that `part` returns for `patches`.
-fn measure_pieces<T: Sync>(
+fn measure_pieces<T: Sync, const CAPACITY: usize>(
     patches: &[T],
     part: impl Fn(&T) -> (BezierPatch, f64) + Sync,
-    rules: &[Rule; 3],
+    rules: &[Rule<CAPACITY>; 3],
     observer: &mut dyn Observer,
 ) -> Result<Vec<Piece>> {
     let (mut pieces, arch) = (Vec::with_capacity(patches.len()), Arch::new());
@@ -121,19 +136,19 @@ fn measure_pieces<T: Sync>(
 }
 
 /// A tensor-product quadrature rule for patches of the same degrees.
-struct Rule {
-    u: Vec<QuadratureNode>,
-    v: Vec<QuadratureNode>,
+struct Rule<const CAPACITY: usize> {
+    u: Vec<QuadratureNode<CAPACITY>>,
+    v: Vec<QuadratureNode<CAPACITY>>,
 }
 
 /// A quadrature node with the Bernstein polynomials at its parameter.
-struct QuadratureNode {
+struct QuadratureNode<const CAPACITY: usize> {
     weight: f64,
-    values: Row,
-    slopes: Row,
+    values: Row<CAPACITY>,
+    slopes: Row<CAPACITY>,
 }
 
-impl Rule {
+impl<const CAPACITY: usize> Rule<CAPACITY> {
     fn new(count: usize, degrees: (usize, usize)) -> Self {
         let nodes = |degree| {
             let node = |(place, weight): (f64, f64)| {

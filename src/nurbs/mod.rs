@@ -49,7 +49,9 @@ mod surface_constructors;
 mod swept;
 mod work_blocks;
 
-pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, values_at, window};
+pub(crate) use self::basis::{
+    Basis, BasisDerivatives, MAX_COMPILED_ORDER, MAX_ORDER, Row, padded, values_at, window,
+};
 pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_patch::halve;
 pub(crate) use self::knot_vector::check_degree;
