@@ -220,7 +220,7 @@ def from_opencascade(surface: Any) -> NurbsSurface:
     Raises
     ------
     NeurbsError
-        If its degree is above 9.
+        If its degree is above 25.
 
     Examples
     --------

@@ -35,7 +35,8 @@ def reconstruct_paper(
         At least four distinct points, finite, not all on one line; two columns lie in z = 0.
     grid : (int, int), optional
         Rows and columns of the lattice. By default there are four nodes for each point, at least
-        400 for many points and at most 2500. A Bézier surface has from 2 to 10 rows and columns.
+        400 for many points and at most 2500. A Bézier surface has from 2 to 26 rows and
+        columns, by default at most 10.
     degree : int, default 3
         Degree of the surface in both directions; lower where the lattice has too few rows or
         columns. The degrees of a Bézier surface are one less than rows and columns.

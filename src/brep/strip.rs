@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::nurbs::{BezierCurve, BezierPatch, Estimates, NODE_COUNTS, Region, bernstein, gauss};
+use crate::nurbs::{
+    BezierCurve, BezierPatch, Estimates, MAX_ORDER, NODE_COUNTS, Region, bernstein, gauss,
+};
 
 /// Estimates of an integral agree up to rounding if they differ by less than this fraction of an
 /// upper bound of the integrals of its terms.
@@ -97,11 +99,12 @@ impl Strip {
             let height = (at.y - patch.v.0) / length_v - base;
             // A curve above the base has the region on its left if it runs against u.
             let area = -self.sign * size * weight * height * velocity.x / length_u;
-            let [values, slopes, _] = bernstein(degree_u, (at.x - patch.u.0) / length_u);
+            let [values, slopes, _] =
+                bernstein::<MAX_ORDER>(degree_u, (at.x - patch.u.0) / length_u);
             let (row, row_slopes) = (patch.row(&values), patch.row(&slopes));
             for (share, weight) in rule {
                 let [values, slopes, _] =
-                    bernstein(degree_v, base + place(self.across, *share) * height);
+                    bernstein::<MAX_ORDER>(degree_v, base + place(self.across, *share) * height);
                 let value = row.sum(&values);
                 let point = value.truncate() / value.w;
                 let tangent = |d: glam::DVec4| (d.truncate() - d.w * point) / value.w;

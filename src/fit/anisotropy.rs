@@ -22,7 +22,7 @@ use super::normal_equations::{NormalEquations, Sample};
 use super::settings::{FairnessSettings, LeastSquaresSettings};
 use super::spline_space::SplineSpace;
 use crate::error::{Error, Result};
-use crate::nurbs::BasisDerivatives;
+use crate::nurbs::{BasisDerivatives, MAX_ORDER};
 
 const SETTINGS: FairnessSettings = FairnessSettings::STANDARD;
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -95,7 +95,8 @@ fn bending(
     let (net, width): (Vec<DVec3>, _) = (net.collect(), space.knots[1].control_points());
     let (order, factors) = (energy.order, energy.factors());
     let square = |sample: &Sample| {
-        let [u, v] = [0, 1].map(|d| BasisDerivatives::<4>::at(&space.knots[d], sample.uv[d]));
+        let [u, v] =
+            [0, 1].map(|d| BasisDerivatives::<4, MAX_ORDER>::at(&space.knots[d], sample.uv[d]));
         let [p, q] = [0, 1].map(|d| space.knots[d].degree());
         let (mut along_u, mut along_v) = (DVec3::ZERO, DVec3::ZERO);
         for i in 0..=p {

@@ -5,7 +5,7 @@ use super::normal_equations::{Cells, Sample};
 use super::settings::LeastSquaresSettings;
 use super::spline_space::SplineSpace;
 use crate::error::Result;
-use crate::nurbs::{BasisDerivatives, KnotVector, gauss};
+use crate::nurbs::{BasisDerivatives, KnotVector, MAX_ORDER, gauss};
 use crate::progress::InterruptCheck;
 
 const LEAST_SQUARES: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
@@ -123,7 +123,10 @@ impl Gram {
         for span in knots.breaks().windows(2) {
             let length = span[1] - span[0];
             for (place, weight) in &rule {
-                let basis = BasisDerivatives::<{ ORDER + 1 }>::at(knots, span[0] + place * length);
+                let basis = BasisDerivatives::<{ ORDER + 1 }, MAX_ORDER>::at(
+                    knots,
+                    span[0] + place * length,
+                );
                 for (products, row) in products.iter_mut().zip(&basis.rows) {
                     for i in 0..width {
                         for k in i..width {

@@ -269,15 +269,17 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
         let (sums, right) = block.split_at_mut(height * width);
         let right = right.as_chunks_mut::<4>().0;
         let (of_rows, of_cols) = scratch.split_at_mut(BATCH * height);
+        let (mut u, mut v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
         for together in members.chunks(BATCH) {
             for (k, &member) in together.iter().enumerate() {
                 let sample = &samples[member as usize];
-                let (mut u, mut v) = ([0.0; MAX_ORDER], [0.0; MAX_ORDER]);
                 values_at(&space.knots[0], sample.uv.x, &mut u[..rows]);
                 values_at(&space.knots[1], sample.uv.y, &mut v[..cols]);
                 let (factors, target) = coefficients(sample);
                 let target = target.extend(0.0).to_array();
-                let mut pairs = [0.0; MAX_ORDER * (MAX_ORDER + 1) / 2];
+                // The last coefficient's line contains the pairs until the others are computed.
+                let lines = &mut of_rows[k * height..][..C * row_pairs];
+                let (others, pairs) = lines.split_at_mut((C - 1) * row_pairs);
                 let mut line = 0;
                 for i in 0..rows {
                     for j in i..rows {
@@ -285,9 +287,11 @@ impl<const C: usize, F: Fn(&Sample) -> ([f64; C], DVec3)> Sums<'_, C, F> {
                         line += 1;
                     }
                 }
-                let lines = of_rows[k * height..].chunks_mut(row_pairs);
-                for (factor, line) in factors.iter().zip(lines) {
-                    line.iter_mut().zip(&pairs).for_each(|(value, pair)| *value = factor * pair);
+                for (factor, line) in factors.iter().zip(others.chunks_exact_mut(row_pairs)) {
+                    line.iter_mut().zip(&*pairs).for_each(|(value, pair)| *value = factor * pair);
+                }
+                for pair in pairs {
+                    *pair *= factors[C - 1];
                 }
                 for i in 0..cols {
                     for j in 0..cols {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::settings::LeastSquaresSettings;
 use super::sizes::{BATCH, CUBIC, POINTS_PER_TASK};
-use crate::nurbs::{BasisDerivatives, KnotVector, NurbsSurface};
+use crate::nurbs::{BasisDerivatives, KnotVector, MAX_ORDER, NurbsSurface};
 
 const SETTINGS: LeastSquaresSettings = LeastSquaresSettings::STANDARD;
 
@@ -183,7 +183,10 @@ impl<'a> Patches<'a> {
 
     fn of_any_degree(&self, uv: DVec2) -> Tangents {
         let [u, v] = self.knots;
-        let (rows, cols) = (BasisDerivatives::<2>::at(u, uv.x), BasisDerivatives::<2>::at(v, uv.y));
+        let (rows, cols) = (
+            BasisDerivatives::<2, MAX_ORDER>::at(u, uv.x),
+            BasisDerivatives::<2, MAX_ORDER>::at(v, uv.y),
+        );
         let (p, q) = (u.degree(), v.degree());
         let firsts = (rows.first, cols.first);
         let [rows, cols] = [rows.rows, cols.rows];
@@ -241,7 +244,7 @@ fn powers(knots: &KnotVector) -> Vec<Powers> {
         if length == 0.0 {
             return Powers::default();
         }
-        let basis = BasisDerivatives::<4>::at(knots, ends[0]);
+        let basis = BasisDerivatives::<4, MAX_ORDER>::at(knots, ends[0]);
         // Taylor series: derivatives times powers of the length, divided by factorials.
         let factors = [1.0, length, length * length / 2.0, length.powi(3) / 6.0];
         std::array::from_fn(|i| std::array::from_fn(|k| factors[k] * basis.rows[k][i]))

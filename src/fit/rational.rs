@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::dense_matrix::DenseMatrix;
 use super::settings::{LeastSquaresSettings, RationalSettings};
 use crate::error::{Error, Result};
-use crate::nurbs::{ClosestPointSearch, KnotVector, NurbsSurface, padded};
+use crate::nurbs::{ClosestPointSearch, KnotVector, MAX_ORDER, NurbsSurface, padded};
 use crate::progress::{Observer, Progress, Stage, report};
 use crate::worker_pool;
 
@@ -152,7 +152,7 @@ impl Unknowns {
     /// Basis functions that differ from zero at a point: unknowns and values.
     fn functions(&self, surface: &NurbsSurface, uv: DVec2) -> Vec<(usize, f64)> {
         let (u, v) = (surface.knots_u(), surface.knots_v());
-        let (rows, cols) = (padded(u, uv.x), padded(v, uv.y));
+        let (rows, cols) = (padded::<MAX_ORDER>(u, uv.x), padded::<MAX_ORDER>(v, uv.y));
         let mut functions = Vec::with_capacity((u.degree() + 1) * (v.degree() + 1));
         for (i, row) in rows.values.iter().take(u.degree() + 1).enumerate() {
             for (j, col) in cols.values.iter().take(v.degree() + 1).enumerate() {

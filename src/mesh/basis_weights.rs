@@ -29,7 +29,7 @@ impl BasisWeights {
         self.weights[0] = 1.0;
         if rest != 0 {
             self.count = degree + 1;
-            self.weights = polynomials(degree, f64::from(rest) / f64::from(PATCH_STEPS));
+            polynomials(degree, f64::from(rest) / f64::from(PATCH_STEPS), &mut self.weights);
         }
     }
 

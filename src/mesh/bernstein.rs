@@ -2,16 +2,15 @@
 
 #![expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 
-use crate::nurbs::{MAX_ORDER, Row};
+use crate::nurbs::MAX_ORDER;
 
 /// The binomial coefficient n over k.
 pub(super) fn binomial(n: usize, k: usize) -> f64 {
     (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product()
 }
 
-/// The Bernstein polynomials of a degree at `x` (*The NURBS Book*, A1.3).
-pub(super) fn polynomials(degree: usize, x: f64) -> Row {
-    let mut row = [0.0; MAX_ORDER];
+/// Writes the `degree + 1` Bernstein polynomials at `x` (*The NURBS Book*, A1.3).
+pub(super) fn polynomials(degree: usize, x: f64, row: &mut [f64]) {
     row[0] = 1.0;
     for level in 1..=degree {
         let mut kept = 0.0;
@@ -22,7 +21,6 @@ pub(super) fn polynomials(degree: usize, x: f64) -> Row {
         }
         row[level] = kept;
     }
-    row
 }
 
 /// The weights of the coefficients in each blossom of a degree, at multisets of three arguments.
@@ -35,8 +33,9 @@ pub(super) fn blossom_weights(degree: usize, [x, y, z]: [f64; 3], out: &mut Vec<
     out.clear();
     let mut first = [0.0; MAX_ORDER];
     first[0] = 1.0;
+    let mut second = [0.0; MAX_ORDER];
     for a in 0..=degree {
-        let mut second = first;
+        second[..=degree].copy_from_slice(&first[..=degree]);
         for b in 0..=degree - a {
             let start = out.len();
             out.extend_from_slice(&second[..=degree]);

@@ -20,6 +20,12 @@ pub(super) fn multi_indices(degree: usize) -> Vec<[usize; 3]> {
     pairs.map(|(a, b)| [a, b, degree - a - b]).collect()
 }
 
+/// The place of a multi-index among [`multi_indices`] of its degree.
+pub(super) fn coefficient_index([a, b, c]: [usize; 3]) -> usize {
+    let degree = a + b + c;
+    a * (2 * degree + 3 - a) / 2 + b
+}
+
 /// Number of coefficients.
 pub(super) fn coefficient_count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
@@ -157,6 +163,15 @@ mod tests {
             |batch: usize| std::array::from_fn(|lane| height((batch * BATCH + lane).min(last)));
         let zero = Batch::default();
         (0..2).map(|batch| [zero, zero, Batch(heights(batch)), Batch([1.0; BATCH])]).collect()
+    }
+
+    #[test]
+    fn indices_of_coefficients_follow_their_order() {
+        for degree in [0, 1, 5, 50] {
+            for (place, index) in multi_indices(degree).into_iter().enumerate() {
+                assert_eq!(coefficient_index(index), place);
+            }
+        }
     }
 
     #[test]

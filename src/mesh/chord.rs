@@ -114,7 +114,8 @@ mod tests {
                 let at = 3.0 * (y.0 + f64::from(k) / 300.0 * (y.1 - y.0));
                 let patch = (0..3).rfind(|&patch| patch as f64 <= at).unwrap_or(0);
                 let first = if x == 0.0 { 0 } else { 21 } + 2 * patch;
-                let basis = polynomials(2, at - patch as f64);
+                let mut basis = [0.0; 3];
+                polynomials(2, at - patch as f64, &mut basis);
                 let h: DVec4 =
                     points[first..=first + 2].iter().zip(basis).map(|(h, b)| b * *h).sum();
                 most = most.max(chord.distance_squared(h.truncate()).sqrt());

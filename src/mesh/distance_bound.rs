@@ -182,7 +182,7 @@ mod tests {
             [(0.5, 0.75), (0.5, 0.25), (0.75, 0.75)],
             [(0.1, 0.9), (0.75, 0.5), (1.0, 0.25)],
         ];
-        for (p, q) in [(1, 1), (2, 2), (3, 3), (2, 5)] {
+        for (p, q) in [(1, 1), (2, 2), (3, 3), (2, 5), (14, 10)] {
             let conversion = TriangleConversion::of((p, q));
             for seed in 0..20 {
                 let point = |k: usize| {

@@ -13,8 +13,8 @@ use super::net::Net;
 use super::options::Limits;
 use super::surface_part::SurfacePart;
 use super::triangle_conversion::TriangleConversion;
-use super::workspace::Workspace;
-use crate::nurbs::{MAX_ORDER, NurbsSurface, PatchNets, in_space};
+use super::workspace::{MAX_SAMPLES, Workspace};
+use crate::nurbs::{NurbsSurface, PatchNets, in_space};
 
 /// Patches of a cell along one direction from which on it is sampled at four points, not at three.
 ///
@@ -48,7 +48,7 @@ impl Subdivider<'_> {
         let degrees = self.net_degrees(&cell);
         let (Workspace { points, sample_uv, columns, .. }, mut row) =
             (workspace, BasisWeights::default());
-        let (columns, mut ys) = (&mut columns[..=degrees.1], [0.0; MAX_ORDER]);
+        let (columns, mut ys) = (&mut columns[..=degrees.1], [0.0; MAX_SAMPLES]);
         for (j, (column, y)) in columns.iter_mut().zip(&mut ys).enumerate() {
             let at = sample_step(cell.v, j, degrees.1);
             column.set(at, block.cols.0, q);
@@ -75,7 +75,11 @@ impl Subdivider<'_> {
             return self.nets.degrees;
         }
         let degree = |(from, to): (u32, u32)| {
-            if (to - from) / PATCH_STEPS < MIN_PATCHES_FOR_FOUR_SAMPLES { 2 } else { 3 }
+            if (to - from) / PATCH_STEPS < MIN_PATCHES_FOR_FOUR_SAMPLES {
+                2
+            } else {
+                MAX_SAMPLES - 1
+            }
         };
         (degree(cell.u), degree(cell.v))
     }

@@ -12,7 +12,9 @@ use glam::{DVec2, DVec4};
 use pulp::Simd;
 
 use super::bernstein::{binomial, blossom_weights};
-use super::bezier_triangle::{coefficient_count, halving_matrices, multi_indices};
+use super::bezier_triangle::{
+    coefficient_count, coefficient_index, halving_matrices, multi_indices,
+};
 use super::de_casteljau::restrict;
 use super::lanes::{BATCH, Batch};
 use super::sparse_matrix::SparseMatrix;
@@ -54,25 +56,23 @@ fn shape(corners: [DVec2; 3]) -> Option<usize> {
 }
 
 /// The conversions used so far, by degrees: making one takes as long as a small mesh.
-static CONVERSIONS: [[OnceLock<TriangleConversion>; MAX_ORDER]; MAX_ORDER] =
+static CONVERSIONS: [[OnceLock<Box<TriangleConversion>>; MAX_ORDER]; MAX_ORDER] =
     [const { [const { OnceLock::new() }; MAX_ORDER] }; MAX_ORDER];
 
 impl TriangleConversion {
     /// The conversion of patches of these degrees.
     pub(super) fn of((p, q): (usize, usize)) -> &'static Self {
-        CONVERSIONS[p][q].get_or_init(|| Self::new((p, q)))
+        CONVERSIONS[p][q].get_or_init(|| Box::new(Self::new((p, q))))
     }
 
     fn new((p, q): (usize, usize)) -> Self {
         let (u, v, n) = (multi_indices(p), multi_indices(q), p + q);
-        let of = multi_indices(n);
         // The blossom averages over all ways to distribute its arguments to u and v.
         let mut terms = vec![];
         for (in_v, in_u) in v.iter().flat_map(|in_v| u.iter().map(move |in_u| (in_v, in_u))) {
             let sum = [0, 1, 2].map(|k| in_u[k] + in_v[k]);
             let ways: f64 = (0..3).map(|k| binomial(sum[k], in_u[k])).product();
-            let target = of.iter().position(|index| *index == sum).unwrap_or(0);
-            terms.push((target, ways / binomial(n, p)));
+            terms.push((coefficient_index(sum), ways / binomial(n, p)));
         }
         let shapes = vec![OnceLock::new(); SHAPES];
         Self { p, q, terms, shapes, halvings: halving_matrices(n) }
@@ -84,13 +84,17 @@ impl TriangleConversion {
         blossom_weights(self.p, at.map(|at| at.x), &mut u);
         blossom_weights(self.q, at.map(|at| at.y), &mut v);
         let (u, v) = (u.chunks_exact(self.p + 1), v.chunks_exact(self.q + 1));
-        let mut rows = vec![vec![]; coefficient_count(self.p + self.q)];
+        let points = (self.p + 1) * (self.q + 1);
+        let mut rows = vec![vec![0.0; points]; coefficient_count(self.p + self.q)];
         let pairs = v.flat_map(|v| u.clone().map(move |u| (u, v)));
         for ((u, v), &(target, factor)) in pairs.zip(&self.terms) {
-            let weights = u.iter().flat_map(|u| v.iter().map(move |v| u * v)).enumerate();
-            rows[target].extend(weights.map(|(point, weight)| (point, factor * weight)));
+            let sums = rows[target].chunks_exact_mut(self.q + 1);
+            for (sums, u) in sums.zip(u).filter(|(_, u)| **u != 0.0) {
+                sums.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * (u * v));
+            }
         }
-        SparseMatrix::new(&rows)
+        let entries = |row: Vec<f64>| row.into_iter().enumerate().collect();
+        SparseMatrix::new(&rows.into_iter().map(entries).collect::<Vec<_>>())
     }
 
     /// Batches of coefficients of a triangle.
@@ -246,14 +250,16 @@ mod tests {
 
     /// The surface point of a net at parameters of the unit square.
     fn point(net: &[DVec4], (p, q): (usize, usize), at: DVec2) -> DVec4 {
-        let (u, v) = (polynomials(p, at.x), polynomials(q, at.y));
-        let row = |row: &[DVec4]| row.iter().zip(v).map(|(h, weight)| weight * *h).sum::<DVec4>();
-        net.chunks_exact(q + 1).zip(u).map(|(points, weight)| weight * row(points)).sum()
+        let (mut u, mut v) = (vec![0.0; p + 1], vec![0.0; q + 1]);
+        polynomials(p, at.x, &mut u);
+        polynomials(q, at.y, &mut v);
+        let row = |row: &[DVec4]| row.iter().zip(&v).map(|(h, weight)| *weight * *h).sum::<DVec4>();
+        net.chunks_exact(q + 1).zip(&u).map(|(points, weight)| *weight * row(points)).sum()
     }
 
     #[test]
     fn parts_have_the_points_of_the_patch() {
-        for (p, q) in [(1, 1), (3, 3), (2, 5)] {
+        for (p, q) in [(1, 1), (3, 3), (2, 5), (12, 25)] {
             let (conversion, net) = (TriangleConversion::new((p, q)), net(p, q));
             let mut part = net.clone();
             conversion.rectangle(&mut part, q + 1, (0.25, 0.75), (0.5, 0.625));
@@ -292,7 +298,7 @@ mod tests {
             [(0.5, 0.75), (0.5, 0.25), (0.75, 0.75)],
             [(0.1, 0.9), (0.75, 0.5), (1.0, 0.25)],
         ];
-        for (p, q) in [(1, 1), (3, 3), (2, 4)] {
+        for (p, q) in [(1, 1), (3, 3), (2, 4), (25, 11)] {
             let (conversion, net, n) = (TriangleConversion::new((p, q)), net(p, q), p + q);
             for at in triangles.map(|corners| corners.map(DVec2::from)) {
                 let all = Arch::new().dispatch(OnTriangle(&conversion, &net, at));

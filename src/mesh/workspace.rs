@@ -9,7 +9,9 @@ use super::basis_weights::BasisWeights;
 use super::cell::Cell;
 use super::cell_mesh::{Corner, Face};
 use super::certify::Certifier;
-use crate::nurbs::MAX_ORDER;
+
+/// Samples of a cell of several patches along one direction, at most.
+pub(super) const MAX_SAMPLES: usize = 4;
 
 /// Scratch memory for subdividing cells.
 #[derive(Debug, Default)]
@@ -27,7 +29,7 @@ pub(super) struct Workspace {
     /// The parameters of the samples in the unit square of the cell.
     pub sample_uv: Vec<DVec2>,
     /// The basis weights of the columns of samples.
-    pub columns: [BasisWeights; MAX_ORDER],
+    pub columns: [BasisWeights; MAX_SAMPLES],
     /// The control net of a range of patches.
     pub part: Vec<DVec4>,
     /// The outline of the current cell.

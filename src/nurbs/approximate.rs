@@ -4,9 +4,9 @@
 use glam::{DVec3, DVec4};
 
 use super::banded::{BandedMatrix, CyclicBandedMatrix};
-use super::basis::padded;
+use super::basis::{MAX_ORDER, padded};
 use super::curve_family::CurveFamily;
-use super::interpolate::{by_directions, check_counts, singular, wrapped_rows};
+use super::interpolate::{by_directions, check_counts, check_rounding, singular, wrapped_rows};
 use super::knot_vector::KnotVector;
 use super::parametrization::GridOptions;
 use super::surface::NurbsSurface;
@@ -38,6 +38,9 @@ impl NurbsSurface {
     /// - Those of [`NurbsSurface::grid_parameters`].
     /// - [`Error::Parameter`](crate::Error::Parameter) if a side of the net has at most `degree`
     ///   control points or more control points than the grid has points.
+    /// - [`Error::Parameter`](crate::Error::Parameter) if rounding would change control points by
+    ///   1e-6 of their size. The normal equations square the condition of the basis, which grows
+    ///   exponentially with the degree, so this begins at degrees of about 18.
     /// - [`Error::Interrupted`](crate::Error::Interrupted) if the observer stops it.
     pub fn approximate(
         grid: &[DVec3],
@@ -90,7 +93,7 @@ fn approximate_family(
     let mut entries = Vec::with_capacity(parameters.len() * (degree + 1) * (degree + 1));
     for (row, parameter) in points.chunks(width).zip(parameters) {
         check_interrupt()?;
-        let basis = padded(&knots, *parameter);
+        let basis = padded::<MAX_ORDER>(&knots, *parameter);
         for k in 0..=degree {
             let (i, value) = ((basis.first + k) % count, basis.values[k]);
             for (sum, point) in sums[i * width..][..width].iter_mut().zip(row) {
@@ -116,6 +119,7 @@ fn approximate_family(
     if !solved {
         return Err(singular(degree));
     }
+    check_rounding(&mut sums, degree)?;
     let points =
         if closed { wrapped_rows(&sums, width, degree, 0, check_interrupt)? } else { sums };
     Ok(CurveFamily { knots, points, width })

@@ -3,7 +3,7 @@
 use pulp::Arch;
 
 use super::adaptive_quadrature::{Estimates, NODE_COUNTS, Region, integral};
-use super::basis::Row;
+use super::basis::{Row, with_capacity};
 use super::bezier_patch::{BezierPatch, bernstein};
 use super::gauss;
 use super::gauss::check_accuracy;
@@ -39,32 +39,34 @@ impl NurbsSurface {
         check_accuracy(accuracy)?;
         let (patches, _) = BezierPatch::of(self, &mut interrupt_check(observer))?;
         let degrees = (self.knots_u().degree(), self.knots_v().degree());
-        let rules = NODE_COUNTS.map(|count| Rule::new(count, degrees));
-        integral(&patches, Piece::centered, &rules, accuracy, observer)
+        with_capacity!(degrees.0.max(degrees.1), CAPACITY => {
+            let rules = NODE_COUNTS.map(|count| Rule::<CAPACITY>::new(count, degrees));
+            integral(&patches, Piece::<CAPACITY>::centered, &rules, accuracy, observer)
+        })
     }
 }
 
 /// A part of the surface.
 #[derive(Clone)]
-struct Piece {
+struct Piece<const CAPACITY: usize> {
     patch: BezierPatch,
     /// The diagonal of the bounding box of the patch that contains this piece.
     extent: f64,
 }
 
-impl Piece {
+impl<const CAPACITY: usize> Piece<CAPACITY> {
     fn centered(patch: &BezierPatch) -> Self {
         let (patch, extent) = patch.centered();
         Self { patch, extent }
     }
 }
 
-impl Region for Piece {
-    type Rules = [Rule; 3];
+impl<const CAPACITY: usize> Region for Piece<CAPACITY> {
+    type Rules = [Rule<CAPACITY>; 3];
 
     fn estimates(&self, rules: &Self::Rules) -> Estimates {
         let arch = Arch::new();
-        let integrate = |rule: &Rule| {
+        let integrate = |rule: &Rule<CAPACITY>| {
             arch.dispatch(
                 #[inline(always)]
                 || rule.integrate(&self.patch),
@@ -82,19 +84,19 @@ impl Region for Piece {
 }
 
 /// A tensor-product quadrature rule for patches of the same degrees.
-struct Rule {
-    u: Vec<QuadratureNode>,
-    v: Vec<QuadratureNode>,
+struct Rule<const CAPACITY: usize> {
+    u: Vec<QuadratureNode<CAPACITY>>,
+    v: Vec<QuadratureNode<CAPACITY>>,
 }
 
 /// A quadrature node with the Bernstein polynomials at its parameter.
-struct QuadratureNode {
+struct QuadratureNode<const CAPACITY: usize> {
     weight: f64,
-    values: Row,
-    slopes: Row,
+    values: Row<CAPACITY>,
+    slopes: Row<CAPACITY>,
 }
 
-impl Rule {
+impl<const CAPACITY: usize> Rule<CAPACITY> {
     fn new(count: usize, degrees: (usize, usize)) -> Self {
         let nodes = |degree| {
             let node = |(place, weight): (f64, f64)| {

@@ -5,7 +5,7 @@
 
 use pulp::Simd;
 
-use super::basis::{Basis, window};
+use super::basis::{Basis, order_of};
 use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 
@@ -45,6 +45,7 @@ pub(super) struct BasisBlock<const ORDER: usize> {
     groups: Vec<Group>,
     values: Vec<Functions<ORDER>>,
     slopes: Vec<Functions<ORDER>>,
+    degree: usize,
 }
 
 /// Up to `LANES` neighboring columns in one span. An incomplete group repeats its last column; the
@@ -77,7 +78,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
             groups.push(Group { first: group[0].first, start });
             start += group.len();
         }
-        Self { groups, values, slopes }
+        Self { groups, values, slopes, degree: knots.degree() }
     }
 
     /// Sums the control points of each row of a tile, weighted by the basis functions.
@@ -89,7 +90,7 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
         rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
-        combine(simd, &self.groups, &self.values, rows, out);
+        combine(simd, self, &self.values, rows, out);
     }
 
     /// Sums the control points of each row of a tile, weighted by the derivatives of the basis
@@ -102,21 +103,22 @@ impl<const ORDER: usize> BasisBlock<ORDER> {
         rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
         out: &mut TilePoints,
     ) {
-        combine(simd, &self.groups, &self.slopes, rows, out);
+        combine(simd, self, &self.slopes, rows, out);
     }
 }
 
-/// Sums control points weighted by `functions`, one register of columns at a time.
+/// Sums control points weighted by `functions` of a block, one register of columns at a time.
 #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
 #[inline(always)]
 fn combine<'a, S: Simd, const ORDER: usize>(
     simd: S,
-    groups: &[Group],
+    block: &BasisBlock<ORDER>,
     functions: &[Functions<ORDER>],
     rows: &(impl Iterator<Item = &'a [HomogeneousPoint]> + Clone),
     out: &mut TilePoints,
 ) {
-    for (&Group { first, start }, functions) in groups.iter().zip(functions) {
+    let order = order_of::<ORDER>(block.degree);
+    for (&Group { first, start }, functions) in block.groups.iter().zip(functions) {
         for part in 0..LANES / S::F64_LANES {
             // The functions stay in registers while the rows are processed.
             let mut held = [simd.splat_f64s(0.0); ORDER];
@@ -124,10 +126,10 @@ fn combine<'a, S: Simd, const ORDER: usize>(
                 *held = S::as_simd_f64s(&function.0).0[part];
             }
             for (row, out) in rows.clone().zip(&mut *out) {
-                let net: &[HomogeneousPoint; ORDER] = window(row, first);
+                let net = &row[first..][..order];
                 for (c, BlockValues(out)) in out.iter_mut().enumerate() {
                     let mut sum = simd.mul_f64s(simd.splat_f64s(net[0][c]), held[0]);
-                    for k in 1..ORDER {
+                    for k in 1..order {
                         let term = simd.mul_f64s(simd.splat_f64s(net[k][c]), held[k]);
                         sum = simd.add_f64s(sum, term);
                     }

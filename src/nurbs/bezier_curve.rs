@@ -2,6 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
+use super::basis::{Row, with_capacity};
 use super::bezier_patch::{bernstein, halve};
 use super::control_net::bounds;
 use super::curve::NurbsCurve;
@@ -65,7 +66,12 @@ impl BezierCurve {
 
     /// The point and the first two derivatives with respect to the share of the piece.
     pub(crate) fn derivatives(&self, share: f64) -> [DVec3; 3] {
-        let rows = bernstein(self.points.len() - 1, share);
+        let degree = self.points.len() - 1;
+        with_capacity!(degree, CAPACITY => self.derivatives_by(bernstein::<CAPACITY>(degree, share)))
+    }
+
+    /// The point and the first two derivatives, from the Bernstein polynomials.
+    fn derivatives_by<const CAPACITY: usize>(&self, rows: [Row<CAPACITY>; 3]) -> [DVec3; 3] {
         let sum = |row: &[f64]| self.points.iter().zip(row).map(|(h, b)| *b * *h).sum::<DVec4>();
         let [value, first, second] = [sum(&rows[0]), sum(&rows[1]), sum(&rows[2])];
         let point = value.project();

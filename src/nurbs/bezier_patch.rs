@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
-use super::basis::{MAX_ORDER, Row};
+use super::basis::{Row, with_capacity};
 use super::control_net::bounds;
 use super::knot_vector::KnotVector;
 use super::partials::Partials;
@@ -113,7 +113,14 @@ impl BezierPatch {
 
     /// Evaluates the point with its first and second derivatives at (s, t) in the unit square.
     pub(super) fn partials(&self, s: f64, t: f64) -> Partials {
-        let (rows, columns) = (bernstein(self.degree_u, s), bernstein(self.degree_v, t));
+        let degree = self.degree_u.max(self.degree_v);
+        with_capacity!(degree, CAPACITY => self.partials_within::<CAPACITY>(s, t))
+    }
+
+    /// The same for degrees below `CAPACITY`.
+    fn partials_within<const CAPACITY: usize>(&self, s: f64, t: f64) -> Partials {
+        let rows = bernstein::<CAPACITY>(self.degree_u, s);
+        let columns = bernstein::<CAPACITY>(self.degree_v, t);
         let mut sums = [DVec4::ZERO; 6];
         for (k, row) in self.net.chunks_exact(self.degree_v + 1).enumerate() {
             let mut along = [DVec4::ZERO; 3];
@@ -135,8 +142,11 @@ impl BezierPatch {
     /// Sums the rows of the net weighted by `factors`: the control points of an isocurve.
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
-    pub(crate) fn row(&self, factors: &Row) -> BezierPatchRow {
-        let mut points = [DVec4::ZERO; MAX_ORDER];
+    pub(crate) fn row<const CAPACITY: usize>(
+        &self,
+        factors: &Row<CAPACITY>,
+    ) -> BezierPatchRow<CAPACITY> {
+        let mut points = [DVec4::ZERO; CAPACITY];
         for (row, factor) in self.net.chunks_exact(self.degree_v + 1).zip(factors) {
             points.iter_mut().zip(row).for_each(|(sum, point)| *sum += *factor * *point);
         }
@@ -153,16 +163,16 @@ impl BezierPatch {
 }
 
 /// Homogeneous control points of an isocurve of a patch.
-pub(crate) struct BezierPatchRow {
-    points: [DVec4; MAX_ORDER],
+pub(crate) struct BezierPatchRow<const CAPACITY: usize> {
+    points: [DVec4; CAPACITY],
     order: usize,
 }
 
-impl BezierPatchRow {
+impl<const CAPACITY: usize> BezierPatchRow<CAPACITY> {
     /// Sums the control points weighted by `factors`.
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
-    pub(crate) fn sum(&self, factors: &Row) -> DVec4 {
+    pub(crate) fn sum(&self, factors: &Row<CAPACITY>) -> DVec4 {
         let points = self.points[..self.order].iter().zip(factors);
         points.map(|(point, factor)| *factor * *point).sum()
     }
@@ -192,10 +202,11 @@ pub(crate) fn halve(
     }
 }
 
-/// Evaluates the Bernstein polynomials of a degree at `t`, with first and second derivatives.
-pub(crate) fn bernstein(degree: usize, t: f64) -> [Row; 3] {
-    let mut rows = [[0.0; MAX_ORDER]; 3];
-    let mut values = [0.0; MAX_ORDER];
+/// Evaluates the Bernstein polynomials of a degree below `CAPACITY` at `t`, with first and second
+/// derivatives.
+pub(crate) fn bernstein<const CAPACITY: usize>(degree: usize, t: f64) -> [Row<CAPACITY>; 3] {
+    let mut rows = [[0.0; CAPACITY]; 3];
+    let mut values = [0.0; CAPACITY];
     values[0] = 1.0;
     for k in 0..=degree {
         if k > 0 {

@@ -212,7 +212,7 @@ impl NurbsCurve {
     pub fn closed(&self) -> bool {
         let (start, end) = self.knots().domain();
         let point = |at: f64| {
-            let basis = padded(self.knots(), at);
+            let basis = padded::<MAX_ORDER>(self.knots(), at);
             let points = &self.family.points[basis.first..=basis.first + self.knots().degree()];
             points.iter().zip(&basis.values).map(|(point, b)| *b * *point).sum::<DVec4>()
         };

@@ -2,7 +2,7 @@
 
 use glam::DVec4;
 
-use super::basis::padded;
+use super::basis::{MAX_ORDER, padded};
 use super::control_net::transpose;
 use super::curve_family::CurveFamily;
 use super::knot_vector::KnotVector;
@@ -54,7 +54,7 @@ impl NurbsSurface {
             Direction::U => (cols, cols, 1),
             Direction::V => (rows, 1, cols),
         };
-        let basis = padded(self.knots(direction), at);
+        let basis = padded::<MAX_ORDER>(self.knots(direction), at);
         let point = |k: usize, i: usize| self.homogeneous()[k * along + i * across];
         let functions = 0..=self.knots(direction).degree();
         let sum = |i| functions.clone().map(|k| basis.values[k] * point(basis.first + k, i)).sum();

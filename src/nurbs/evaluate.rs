@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, DVec4};
 use pulp::Arch;
 
-use super::basis::{BasisDerivatives, Row, padded};
+use super::basis::{BasisDerivatives, padded, with_capacity};
 use super::evaluate_scattered::{BLOCK, homogeneous};
 use super::knot_vector::KnotVector;
 use super::parameter_checks::Outside;
@@ -30,8 +30,11 @@ impl NurbsSurface {
     /// ```
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
-        let (rows, columns) = (padded(self.knots_u(), u), padded(self.knots_v(), v));
-        let value = self.contract((rows.first, columns.first), &rows.values, &columns.values);
+        let value = with_capacity!(self.max_degree(), CAPACITY => {
+            let rows = padded::<CAPACITY>(self.knots_u(), u);
+            let columns = padded::<CAPACITY>(self.knots_v(), v);
+            self.contract((rows.first, columns.first), &rows.values, &columns.values)
+        });
         value.truncate() / value.w
     }
 
@@ -185,15 +188,25 @@ impl NurbsSurface {
 
     /// Evaluates the point at (u, v) with its first and second derivatives.
     pub(super) fn partials(&self, u: f64, v: f64) -> Partials {
-        let rows = BasisDerivatives::<3>::at(self.knots_u(), u);
-        let columns = BasisDerivatives::<3>::at(self.knots_v(), v);
+        with_capacity!(self.max_degree(), CAPACITY => self.partials_within::<CAPACITY>(u, v))
+    }
+
+    /// The same for degrees below `CAPACITY`.
+    fn partials_within<const CAPACITY: usize>(&self, u: f64, v: f64) -> Partials {
+        let rows = BasisDerivatives::<3, CAPACITY>::at(self.knots_u(), u);
+        let columns = BasisDerivatives::<3, CAPACITY>::at(self.knots_v(), v);
         let firsts = (rows.first, columns.first);
         let orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         Partials::new(orders.map(|(i, j)| self.contract(firsts, &rows.rows[i], &columns.rows[j])))
     }
 
+    /// The larger degree.
+    fn max_degree(&self) -> usize {
+        self.knots_u().degree().max(self.knots_v().degree())
+    }
+
     /// Sums the control points from these first indices on, weighted by functions in u and v.
-    pub(super) fn contract(&self, firsts: (usize, usize), rows: &Row, columns: &Row) -> DVec4 {
+    pub(super) fn contract(&self, firsts: (usize, usize), rows: &[f64], columns: &[f64]) -> DVec4 {
         let (degree_u, degree_v) = (self.knots_u().degree(), self.knots_v().degree());
         let along = |k: usize| {
             let start = (firsts.0 + k) * self.shape().1 + firsts.1;

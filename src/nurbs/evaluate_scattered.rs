@@ -10,7 +10,7 @@
 use glam::DVec2;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::basis::{Basis, MAX_ORDER, window, with_order};
+use super::basis::{Basis, order_of, with_capacity, with_order};
 use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
 use super::surface::NurbsSurface;
@@ -25,26 +25,37 @@ pub(super) fn homogeneous<const SUMS: usize>(
     arch: Arch,
     uv: &[DVec2],
 ) -> [[HomogeneousPoint; SUMS]; BLOCK] {
+    with_capacity!(surface.knots_u().degree(), CAPACITY => {
+        homogeneous_within::<SUMS, CAPACITY>(surface, arch, uv)
+    })
+}
+
+/// The same for a degree in u below `CAPACITY`.
+fn homogeneous_within<const SUMS: usize, const CAPACITY: usize>(
+    surface: &NurbsSurface,
+    arch: Arch,
+    uv: &[DVec2],
+) -> [[HomogeneousPoint; SUMS]; BLOCK] {
     let (knots_u, knots_v) = (surface.knots_u(), surface.knots_v());
-    let mut rows = [Basis::default(); BLOCK];
+    let mut rows = [Basis::<CAPACITY>::default(); BLOCK];
     with_order!(knots_u.degree(), ORDER => {
-        arch.dispatch(Rows::<ORDER> { knots: knots_u, uv, out: &mut rows });
+        arch.dispatch(Rows::<ORDER, CAPACITY> { knots: knots_u, uv, out: &mut rows });
     });
     let (rows, mut sums) = (&rows, [[[0.0; 4]; SUMS]; BLOCK]);
     with_order!(knots_v.degree(), ORDER => {
-        arch.dispatch(Sums::<ORDER, SUMS> { surface, uv, rows, out: &mut sums });
+        arch.dispatch(Sums::<ORDER, SUMS, CAPACITY> { surface, uv, rows, out: &mut sums });
     });
     sums
 }
 
 /// Evaluates the basis functions in u.
-struct Rows<'a, const ORDER: usize> {
+struct Rows<'a, const ORDER: usize, const CAPACITY: usize> {
     knots: &'a KnotVector,
     uv: &'a [DVec2],
-    out: &'a mut [Basis<MAX_ORDER>; BLOCK],
+    out: &'a mut [Basis<CAPACITY>; BLOCK],
 }
 
-impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
+impl<const ORDER: usize, const CAPACITY: usize> WithSimd for Rows<'_, ORDER, CAPACITY> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
@@ -57,14 +68,16 @@ impl<const ORDER: usize> WithSimd for Rows<'_, ORDER> {
 }
 
 /// Sums the control points weighted by basis functions.
-struct Sums<'a, const ORDER: usize, const SUMS: usize> {
+struct Sums<'a, const ORDER: usize, const SUMS: usize, const CAPACITY: usize> {
     surface: &'a NurbsSurface,
     uv: &'a [DVec2],
-    rows: &'a [Basis<MAX_ORDER>; BLOCK],
+    rows: &'a [Basis<CAPACITY>; BLOCK],
     out: &'a mut [[HomogeneousPoint; SUMS]; BLOCK],
 }
 
-impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
+impl<const ORDER: usize, const SUMS: usize, const CAPACITY: usize> WithSimd
+    for Sums<'_, ORDER, SUMS, CAPACITY>
+{
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
@@ -72,12 +85,13 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
     fn with_simd<S: Simd>(self, _: S) {
         let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.surface.homogeneous());
         let (cols, order_u) = (self.surface.shape().1, self.surface.knots_u().degree() + 1);
+        let order_v = order_of::<ORDER>(self.surface.knots_v().degree());
         let tangents = SUMS == 3;
         for ((at, rows), sums) in self.uv.iter().zip(self.rows).zip(self.out) {
             let columns = Basis::<ORDER>::at(self.surface.knots_v(), at.y);
             let (mut along, mut along_slopes) = ([[0.0; 4]; ORDER], [[0.0; 4]; ORDER]);
             for k in 0..order_u {
-                let points = window(net, (rows.first + k) * cols + columns.first);
+                let points = &net[(rows.first + k) * cols + columns.first..][..order_v];
                 add(&mut along, rows.values[k], points);
                 if tangents {
                     add(&mut along_slopes, rows.slopes[k], points);
@@ -98,7 +112,7 @@ impl<const ORDER: usize, const SUMS: usize> WithSimd for Sums<'_, ORDER, SUMS> {
 fn add<const ORDER: usize>(
     sums: &mut [HomogeneousPoint; ORDER],
     factor: f64,
-    points: &[HomogeneousPoint; ORDER],
+    points: &[HomogeneousPoint],
 ) {
     for (sum, point) in sums.iter_mut().zip(points) {
         for c in 0..4 {

@@ -1,9 +1,10 @@
 //! Gauss-Legendre quadrature rules, and the accuracy that integrals accept.
 
+use super::basis::MAX_ORDER;
 use crate::error::{Error, Result};
 
 /// Maximal number of nodes: twice the highest order of a spline.
-const MAX_POINTS: usize = 20;
+const MAX_POINTS: usize = 2 * MAX_ORDER;
 
 /// Returns the nodes in (0, 1) and weights (sum 1) of the rule with `count` nodes. It is exact for
 /// polynomials of degree `2 count - 1`.

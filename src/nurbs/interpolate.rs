@@ -3,7 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::banded::{BandedMatrix, CyclicBandedMatrix};
-use super::basis::padded;
+use super::basis::{MAX_ORDER, padded};
 use super::curve::NurbsCurve;
 use super::curve_family::CurveFamily;
 use super::direction::transposed_rows;
@@ -15,6 +15,13 @@ use super::surface::NurbsSurface;
 use super::work_blocks::{collect_in_steps, interrupt_check, row_ranges};
 use crate::error::{Error, Result};
 use crate::progress::{InterruptCheck, Observer};
+
+/// Relative rounding error of control points above which they are refined; degrees up to 9 stay
+/// below it.
+const REFINED_ROUNDING: f64 = 1e-8;
+
+/// Largest relative rounding error of control points.
+const MAX_ROUNDING: f64 = 1e-6;
 
 impl NurbsSurface {
     /// Builds the surface through a grid of points, given row by row, v fastest. It has as many
@@ -33,10 +40,14 @@ impl NurbsSurface {
     /// # Ok::<(), neurbs::Error>(())
     /// ```
     ///
+    /// The condition of the systems grows exponentially with the degree. Between evenly spaced
+    /// points, rounding moves the surface by about 1e-14 of its size at degree 9, 1e-7 at degree
+    /// 20 and 1e-5 at degree 25. At the points themselves it stays below 1e-11.
+    ///
     /// # Errors
     ///
     /// Those of [`NurbsSurface::grid_parameters`]; [`Error::Parameter`] if the grid has at most
-    /// `degree` rows or columns.
+    /// `degree` rows or columns, or rounding would change control points by 1e-6 of their size.
     pub fn interpolate(
         grid: &[DVec3],
         shape: (usize, usize),
@@ -158,11 +169,75 @@ pub(super) fn interpolate_family(
     } else {
         let inner = (1..count - degree).map(|j| mean(&parameters[j..j + degree]));
         let knots = KnotVector::clamped(degree, (0.0, 1.0), inner)?;
-        let mut matrix = BandedMatrix::new(count, degree.min(count - 1));
-        collocate(&knots, parameters, check_interrupt, |i, j, value| matrix.add(i, j, value))?;
-        (matrix.solve(&mut points, width, check_interrupt)?, knots)
+        (solve_open(&knots, parameters, &mut points, width, check_interrupt)?, knots)
     };
-    if solved { Ok(CurveFamily { knots, points, width }) } else { Err(singular(degree)) }
+    if !solved {
+        return Err(singular(degree));
+    }
+    check_rounding(&mut points, degree)?;
+    Ok(CurveFamily { knots, points, width })
+}
+
+/// Solves the open system in place, with iterative refinement where rounding matters; returns
+/// whether it is regular.
+fn solve_open(
+    knots: &KnotVector,
+    parameters: &[f64],
+    points: &mut [DVec4],
+    width: usize,
+    check_interrupt: &mut InterruptCheck<'_>,
+) -> Result<bool> {
+    let count = parameters.len();
+    let given = points.to_vec();
+    let solve = |rows: &mut [DVec4], check_interrupt: &mut InterruptCheck<'_>| {
+        let mut matrix = BandedMatrix::new(count, knots.degree().min(count - 1));
+        collocate(knots, parameters, check_interrupt, |i, j, value| matrix.add(i, j, value))?;
+        matrix.solve(rows, width, check_interrupt)
+    };
+    if !solve(points, check_interrupt)? {
+        return Ok(false);
+    }
+    let mut error = rounding(points);
+    while error > REFINED_ROUNDING {
+        let mut residual = given.clone();
+        collocate(knots, parameters, check_interrupt, |i, j, value| {
+            let sums = residual[i * width..][..width].iter_mut();
+            sums.zip(&points[j * width..]).for_each(|(sum, point)| *sum -= value * *point);
+        })?;
+        solve(&mut residual, check_interrupt)?;
+        points.iter_mut().zip(&residual).for_each(|(point, change)| *point += *change);
+        let refined = rounding(points);
+        if refined.is_nan() || refined > error / 2.0 {
+            break;
+        }
+        error = refined;
+    }
+    Ok(true)
+}
+
+/// The relative rounding error of a solution: all points have weight 1, so its weights are 1, too.
+fn rounding(solution: &[DVec4]) -> f64 {
+    solution.iter().map(|point| (point.w - 1.0).abs()).fold(0.0, f64::max)
+}
+
+/// Checks that rounding has not spoiled a solution, and corrects its weights: the condition of the
+/// system grows exponentially with the degree.
+pub(super) fn check_rounding(solution: &mut [DVec4], degree: usize) -> Result<()> {
+    let error = rounding(solution);
+    if error <= REFINED_ROUNDING {
+        return Ok(());
+    }
+    if error <= MAX_ROUNDING {
+        for point in solution {
+            point.w = 1.0;
+        }
+        return Ok(());
+    }
+    let must = format!(
+        "lower: rounding would change control points by {error:.0e} of their size, at most \
+         {MAX_ROUNDING:.0e} is allowed"
+    );
+    Err(Error::parameter("degree", must, degree))
 }
 
 /// Calls `add` for each nonzero entry of the collocation matrix: row (parameter), column (basis
@@ -176,7 +251,7 @@ fn collocate(
     for range in row_ranges(parameters.len(), 1) {
         check_interrupt()?;
         for i in range {
-            let basis = padded(knots, parameters[i]);
+            let basis = padded::<MAX_ORDER>(knots, parameters[i]);
             let functions = basis.values[..=knots.degree()].iter().enumerate();
             for (k, value) in functions.filter(|(_, value)| **value != 0.0) {
                 add(i, basis.first + k, *value);

@@ -2,7 +2,7 @@
 
 use glam::DVec4;
 
-use super::basis::BasisDerivatives;
+use super::basis::{BasisDerivatives, MAX_ORDER};
 use super::control_net::HomogeneousPoint;
 use super::partials::Partials;
 use super::surface::NurbsSurface;
@@ -20,7 +20,7 @@ impl Isocurve {
     #[expect(clippy::inline_always, reason = "must be inlined into the SIMD-dispatched function")]
     #[inline(always)]
     pub(super) fn contract<const ROWS: usize>(&mut self, surface: &NurbsSurface, u: f64) {
-        let basis = BasisDerivatives::<ROWS>::at(surface.knots_u(), u);
+        let basis = BasisDerivatives::<ROWS, MAX_ORDER>::at(surface.knots_u(), u);
         let cols = surface.shape().1;
         let net: &[HomogeneousPoint] = bytemuck::cast_slice(surface.homogeneous());
         let (first, others) = net[basis.first * cols..].split_at(cols);

@@ -3,8 +3,8 @@
 use super::span_table::SpanTable;
 use crate::error::{Error, Result};
 
-/// Highest degree in either direction.
-pub const MAX_DEGREE: usize = 9;
+/// Highest degree in either direction, that of OpenCASCADE.
+pub const MAX_DEGREE: usize = 25;
 
 /// A non-decreasing sequence of knots with its degree.
 ///
@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn error_messages_contain_both_numbers() {
-        assert!(message(0, &[0.0, 1.0]).contains("between 1 and 9, got 0"));
+        assert!(message(0, &[0.0, 1.0]).contains("between 1 and 25, got 0"));
         assert!(message(3, &[0.0, 1.0]).contains("2 of 8 were given"));
         assert!(message(1, &[0.0, 0.0, f64::NAN, 1.0]).contains("knot 2 is NaN"));
         assert!(message(1, &[0.0, 0.0, 2.0, 1.0]).contains("knot 3 is 1 after 2"));

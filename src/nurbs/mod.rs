@@ -54,7 +54,9 @@ mod swept;
 mod work_blocks;
 
 pub(crate) use self::adaptive_quadrature::{Estimates, NODE_COUNTS, Region, integral};
-pub(crate) use self::basis::{Basis, BasisDerivatives, MAX_ORDER, Row, padded, values_at, window};
+pub(crate) use self::basis::{
+    Basis, BasisDerivatives, MAX_COMPILED_ORDER, MAX_ORDER, Row, padded, values_at, window,
+};
 pub(crate) use self::bending::{Bending, in_space};
 pub(crate) use self::bezier_curve::BezierCurve;
 pub(crate) use self::bezier_patch::{BezierPatch, bernstein, halve};

@@ -46,8 +46,8 @@ impl OrderedSurface {
     ///
     /// ```
     /// use neurbs::nurbs::OrderedSurface;
-    /// assert!(OrderedSurface::Bezier.check_shape((10, 10)).is_ok());
-    /// assert!(OrderedSurface::Bezier.check_shape((11, 10)).is_err());
+    /// assert!(OrderedSurface::Bezier.check_shape((26, 10)).is_ok());
+    /// assert!(OrderedSurface::Bezier.check_shape((27, 10)).is_err());
     /// ```
     ///
     /// # Errors
@@ -139,14 +139,14 @@ mod tests {
     }
 
     #[test]
-    fn a_bezier_surface_has_ten_rows_at_most() {
-        let surface = OrderedSurface::Bezier.through(grid(10, 3), (10, 3), 3).unwrap();
-        assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (9, 2));
-        let error = OrderedSurface::Bezier.through(grid(11, 3), (11, 3), 3).unwrap_err();
+    fn a_bezier_surface_has_26_rows_at_most() {
+        let surface = OrderedSurface::Bezier.through(grid(26, 3), (26, 3), 3).unwrap();
+        assert_eq!((surface.knots_u().degree(), surface.knots_v().degree()), (25, 2));
+        let error = OrderedSurface::Bezier.through(grid(27, 3), (27, 3), 3).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "grid must be from 2 to 10 rows and columns for surface='bezier', whose degrees are \
-             one less, got (11, 3)"
+            "grid must be from 2 to 26 rows and columns for surface='bezier', whose degrees are \
+             one less, got (27, 3)"
         );
         assert!(OrderedSurface::ControlNet.through(grid(1, 3), (1, 3), 3).is_err());
     }

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use glam::DVec4;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::basis::{window, with_order};
+use super::basis::{order_of, with_order};
 use super::bending::{Bending, in_space};
 use super::control_net::HomogeneousPoint;
 use super::knot_vector::KnotVector;
@@ -140,7 +140,8 @@ struct BezierExtraction {
     order: usize,
     /// For each Bézier control point, the index of its first spline control point.
     firsts: Vec<usize>,
-    /// For each Bézier control point, the coefficients of `order` spline control points.
+    /// For each Bézier control point, the coefficients of `order` spline control points; zeros up
+    /// to the order of [`with_order`].
     coefficients: Vec<f64>,
 }
 
@@ -149,7 +150,7 @@ impl BezierExtraction {
         with_order!(knots.degree(), ORDER => Self::new::<ORDER>(knots, more))
     }
 
-    /// Computes the operator for knots whose order is at most `ORDER`.
+    /// Computes the operator with `ORDER` coefficients for each point.
     fn new<const ORDER: usize>(knots: &KnotVector, more: &[f64]) -> Self {
         let (degree, mut breaks) = (knots.degree(), knots.breaks());
         if !more.is_empty() {
@@ -159,15 +160,14 @@ impl BezierExtraction {
         }
         let count = (breaks.len() - 1) * degree + 1;
         let mut firsts = Vec::with_capacity(count);
-        let mut coefficients = Vec::with_capacity(count * (degree + 1));
+        let mut coefficients = Vec::with_capacity(count * ORDER);
         for (index, ends) in breaks.windows(2).enumerate() {
             let span = knots.span(ends[0]);
             // The last point of a curve is the first point of the next curve.
             let end = if index + 2 == breaks.len() { degree } else { degree - 1 };
             for k in 0..=end {
                 firsts.push(span - degree);
-                let row = blossom::<ORDER>(knots, span, (ends[0], ends[1]), k);
-                coefficients.extend_from_slice(&row[..=degree]);
+                coefficients.extend(blossom::<ORDER>(knots, span, (ends[0], ends[1]), k));
             }
         }
         Self { breaks, order: degree + 1, firsts, coefficients }
@@ -221,12 +221,13 @@ impl<const ORDER: usize> WithSimd for AlongV<'_, ORDER> {
     fn with_simd<S: Simd>(self, _: S) -> Vec<HomogeneousPoint> {
         let [rows, cols] = self.knots.map(KnotVector::control_points);
         let net: &[HomogeneousPoint] = bytemuck::cast_slice(self.net);
-        let width = self.extraction.firsts.len();
+        let (width, order) =
+            (self.extraction.firsts.len(), order_of::<ORDER>(self.extraction.order - 1));
         let mut all = vec![[0.0; 4]; rows * width];
         for (row, out) in net.chunks_exact(cols).zip(all.chunks_exact_mut(width)) {
             for ((first, coefficients), out) in self.extraction.iter::<ORDER>().zip(out) {
-                let (points, mut sum) = (window::<_, ORDER>(row, first), [0.0; 4]);
-                for k in 0..ORDER {
+                let (points, mut sum) = (&row[first..][..order], [0.0; 4]);
+                for k in 0..order {
                     (0..4).for_each(|axis| sum[axis] += coefficients[k] * points[k][axis]);
                 }
                 *out = sum;
@@ -254,7 +255,9 @@ impl<const ORDER: usize> WithSimd for AlongU<'_, ORDER> {
             all.chunks_exact_mut(cols).zip(self.extraction.iter::<ORDER>())
         {
             let mut from = self.points[first * cols..].chunks_exact(cols);
-            let from = coefficients.map(|_| from.next().unwrap_or_default());
+            // Coefficients after the first `order` are zero; their rows may be missing.
+            let any = &self.points[..cols];
+            let from = coefficients.map(|_| from.next().unwrap_or(any));
             let from = from.map(|row| S::as_simd_f64s(bytemuck::cast_slice(row)));
             let (sums, rest) = S::as_mut_simd_f64s(bytemuck::cast_slice_mut(row));
             let from = from.map(|(wide, narrow)| (&wide[..sums.len()], &narrow[..rest.len()]));
@@ -298,11 +301,11 @@ mod tests {
         let net = (0..35).map(point).collect();
         let surface = NurbsSurface::new(net, Some(weights), u, v.unwrap()).unwrap();
         let nets = surface.patch_nets_cut_at(&[0.7, 1.6], &[2.0]);
-        let middle = |degree| bernstein(degree, 0.3)[0];
+        let middle = |degree| bernstein::<4>(degree, 0.3)[0];
         let (rows, cols) = (middle(2), middle(3));
         for (i, ends_u) in nets.u.windows(2).enumerate() {
             for (j, ends_v) in nets.v.windows(2).enumerate() {
-                let inside = nets.point((2 * i, &rows[..3]), (3 * j, &cols[..4])).project();
+                let inside = nets.point((2 * i, &rows[..3]), (3 * j, &cols)).project();
                 let at = |ends: &[f64]| ends[0] + 0.3 * (ends[1] - ends[0]);
                 assert!(inside.distance(surface.point(at(ends_u), at(ends_v))) < 1e-14);
             }

@@ -94,6 +94,9 @@ impl NurbsSurface {
     /// Lowers the degrees by `u` and `v`. No point moves by more than `tolerance`, in the points'
     /// unit, and the corners stay.
     ///
+    /// A surface of the lower degree is found again to about 1e-15 of its size for degrees up to 9,
+    /// and to 1e-8 for degrees up to 25.
+    ///
     /// ```
     /// use neurbs::{DVec3, nurbs::NurbsSurface, progress::Silent};
     /// let plane = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::Y)?;

@@ -12,16 +12,20 @@ use crate::cloud::{self, Bounds};
 use crate::diagnostic::Diagnostic;
 use crate::error::Result;
 use crate::fit::EndedBy;
-use crate::nurbs::{ClosestPointSearch, MAX_DEGREE, OrderedSurface, check_degree};
+use crate::nurbs::{ClosestPointSearch, OrderedSurface, check_degree};
 use crate::progress::Observer;
 use crate::som::{Lattice, SelfOrganizingMap, SomOptions, StoppedBy};
 use crate::worker_pool;
 
+/// Rows and columns of the default lattice of a Bézier surface, at most. With more, the surface
+/// stays far from its nodes, since each node moves most of it.
+const MAX_BEZIER_SIDE: usize = 10;
+
 /// Options of [`reconstruct_paper`]. The default derives everything from the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PaperOptions {
-    /// Rows and columns of the lattice; `None`: those of [`Lattice::for_points`], up to the limit
-    /// of a Bézier surface.
+    /// Rows and columns of the lattice; `None`: those of [`Lattice::for_points`], for a Bézier
+    /// surface up to 10.
     pub grid: Option<(usize, usize)>,
     /// Degree of the surface in both directions, lowered where the lattice has too few rows or
     /// columns for it. A Bézier surface's degrees are one less than rows and columns.
@@ -133,7 +137,7 @@ fn train(
         Some((rows, cols)) => Lattice::quad(rows, cols)?,
         None if options.surface == OrderedSurface::Bezier => {
             let (rows, cols) = Lattice::for_points(points.len()).shape();
-            Lattice::quad(rows.min(MAX_DEGREE + 1), cols.min(MAX_DEGREE + 1))?
+            Lattice::quad(rows.min(MAX_BEZIER_SIDE), cols.min(MAX_BEZIER_SIDE))?
         }
         None => Lattice::for_points(points.len()),
     };

@@ -180,7 +180,7 @@ def test_points_that_are_no_surface_are_refused(points: ArrayLike, message: str)
         ("grid", (-4, 5), r"grid must be two integers from 0, got \(-4, 5\)"),
         ("grid", (4, 5, 6), "grid must be two integers from 0"),
         ("progress", 5, "progress must be callable, got 5"),
-        ("degree", 0, "degree must be between 1 and 9, got 0"),
+        ("degree", 0, "degree must be between 1 and 25, got 0"),
         ("degree", 2.5, "degree must be an integer from 0, got 2.5"),
         ("seed", -1, "seed must be an integer from 0, got -1"),
         ("seed", 2**64, "seed must be an integer from 0"),

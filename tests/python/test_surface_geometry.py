@@ -66,7 +66,7 @@ def test_a_saddle_has_the_curvatures_of_its_height_field(degree: tuple[int, int]
     np.testing.assert_allclose(det(second) / det(first), bends.gaussian.ravel(), rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("degree", range(1, 10))
+@pytest.mark.parametrize("degree", [*range(1, 10), 12, 25])
 @pytest.mark.parametrize("rational", [False, True])
 def test_closed_directions_have_no_seam(degree: int, rational: bool) -> None:
     rng = np.random.default_rng(degree)
@@ -79,7 +79,7 @@ def test_closed_directions_have_no_seam(degree: int, rational: bool) -> None:
     weights = rng.uniform(0.1, 10, shape) if rational else None
     surface = neurbs.NurbsSurface(net, weights, degree, closed=True)
     assert surface.closed == (True, True)
-    order = degree - 1
+    order = min(degree - 1, 18)
     for swap in (False, True):
         sides = [np.column_stack([np.full(40, end), T[:40]]) for end in (0.0, 1.0)]
         start, end = (side[:, ::-1] if swap else side for side in sides)

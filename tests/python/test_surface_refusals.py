@@ -18,7 +18,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (SURFACE.insert_knots, [0.5] * 4, "0.5 has multiplicity 5"),
     (SURFACE.insert_knots, [np.nan], "strictly inside the domain"),
     (SURFACE.insert_knots, "x", "u must be real numbers"),
-    (SURFACE.elevate_degree, 2**64 - 1, "at most 9 after elevation"),
+    (SURFACE.elevate_degree, 2**64 - 1, "at most 25 after elevation"),
     (SURFACE.elevate_degree, -1, "u must be an integer from 0"),
     (SURFACE.elevate_degree, 1.5, "u must be an integer from 0"),
     (lambda x: SURFACE.reduce_degree(x, tolerance=1), 3, "less than the degree, 3, got 3"),
@@ -74,7 +74,7 @@ REFUSALS: list[tuple[Callable[[Any], object], Any, str]] = [
     (lambda x: NurbsSurface.fit(POINTS[:0], UV[:0], net=x), (4, 4), "at least one, got 0"),
     (lambda x: NurbsSurface.fit(POINTS, UV, net=(4, 4), weights=x), -np.ones(30), "at least 0"),
     (lambda x: NurbsSurface.fit(POINTS, UV, net=(4, 4), fairness=x), -1, "fairness must be"),
-    (NurbsSurface.bezier, np.ones((11, 3, 3)), "degree must be between 1 and 9, got 10"),
+    (NurbsSurface.bezier, np.ones((27, 3, 3)), "degree must be between 1 and 25, got 26"),
     (NurbsSurface.lofted, [CURVE], "at least two, got 1"),
     (lambda x: NurbsSurface.ruled(CURVE, x), CURVE.with_domain(0, 2), "domain must be"),
     (

@@ -11,7 +11,7 @@ use super::lm_iterate::Trial;
 use super::settings::RecoverySettings;
 use super::varpro::Problem;
 use crate::error::Result;
-use crate::nurbs::{KnotVector, padded};
+use crate::nurbs::{KnotVector, MAX_ORDER, padded};
 use crate::progress::{self, Observer, Progress, Stage};
 
 const SETTINGS: RecoverySettings = RecoverySettings::STANDARD;
@@ -148,7 +148,7 @@ impl StartParameters<'_> {
 
 /// The position at a parameter, as a share of a line with evenly spaced control points.
 fn even_place(knots: &KnotVector, at: f64) -> f64 {
-    let basis = padded(knots, at);
+    let basis = padded::<MAX_ORDER>(knots, at);
     let numbers = basis.values.iter().zip(basis.first..);
     let place: f64 = numbers.map(|(value, number)| value * number as f64).sum();
     place / (knots.control_points() - 1) as f64
