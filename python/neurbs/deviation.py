@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from neurbs import _core
 
 if TYPE_CHECKING:
-    from neurbs import NurbsSurface, Reconstruction
+    from neurbs import NurbsSurface, Reconstruction, Shell
 
 _CHUNK = 1_000_000
 """Points whose normals are computed at a time, to bound the memory."""
@@ -39,13 +39,13 @@ class Deviation:
     signed: NDArray[np.float64]
 
     @classmethod
-    def of(cls, surface: NurbsSurface, points: ArrayLike) -> Deviation:
-        """Measure the deviation of points from a surface.
+    def of(cls, surface: NurbsSurface | Shell, points: ArrayLike) -> Deviation:
+        """Measure the deviation of points from a surface or a shell.
 
         Parameters
         ----------
-        surface : NurbsSurface
-            The surface.
+        surface : NurbsSurface or Shell
+            The surface or shell.
         points : array_like of shape (n, 3) or (n, 2)
             The points.
 
@@ -61,6 +61,8 @@ class Deviation:
         (0.3536, 0.4, 0.5)
         """
         points = _core.as_points(points)
+        if isinstance(surface, _core.Shell):
+            return cls._of_shell(surface, points)
         projections = surface.closest_points(points)
         return cls._with_signs(surface, points, projections.uv, projections.distances)
 
@@ -70,6 +72,17 @@ class Deviation:
         inliers = result.inliers
         measured = (result.points[inliers], result.uv[inliers], result.deviations[inliers])
         return cls._with_signs(result.surface, *measured)
+
+    @classmethod
+    def _of_shell(cls, shell: Shell, points: NDArray[np.float64]) -> Deviation:
+        projections = shell.closest_points(points)
+        signed = np.empty(len(points))
+        for index, face in enumerate(shell.faces):
+            on_face = projections.face_index == index
+            measured = (points[on_face], projections.uv[on_face], projections.distances[on_face])
+            of_face = cls._with_signs(face.surface, *measured)
+            signed[on_face] = -of_face.signed if face.is_reversed else of_face.signed
+        return cls(projections.uv, signed)
 
     @classmethod
     def _with_signs(

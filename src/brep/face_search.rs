@@ -1,8 +1,8 @@
 //! Projection of points onto faces: the globally closest point.
 //!
 //! The closest point of a face is on a curve around it, or it is a place inside where the distance
-//! from the surface is locally smallest. The surface is searched without the pieces outside the
-//! loops; then the curves whose box may hold a closer point.
+//! from the surface is locally smallest. The curves are searched first: their distance ends the
+//! search of pieces of the surface that the curves cut.
 
 use std::sync::Arc;
 
@@ -233,10 +233,6 @@ impl OneFace {
 
     /// Replaces the best point so far if the face has a closer one.
     fn improve(&self, face: usize, point: DVec3, best: &mut FacePoint) {
-        if let Some(found) = self.search.closer_point(point, best.distance) {
-            let (uv, distance) = (found.uv, found.distance);
-            *best = FacePoint { face, uv, point: found.point, distance };
-        }
         for curve in &self.border {
             if curve.corners.distance(point) >= best.distance {
                 continue;
@@ -247,6 +243,10 @@ impl OneFace {
             if distance < best.distance {
                 *best = FacePoint { face, uv, point: place, distance };
             }
+        }
+        if let Some(found) = self.search.closer_point(point, best.distance) {
+            let (uv, distance) = (found.uv, found.distance);
+            *best = FacePoint { face, uv, point: found.point, distance };
         }
     }
 
@@ -274,7 +274,7 @@ mod tests {
 
     use super::super::loops::Loop;
     use super::super::test_faces::{
-        circle, pierced, plane, polygon, random_point, twenty_circles, waves,
+        circle, pierced, plane, polygon, random_point, steep, twenty_circles, waves,
     };
     use super::*;
     use crate::progress::Silent;
@@ -356,6 +356,30 @@ mod tests {
         let found = wide.closest_points(&[DVec3::new(-0.02, 0.0, 0.0)], &mut Silent).unwrap();
         assert!(found[0].distance < 1.02);
         check(&wide, &[DVec3::new(-0.02, 0.0, 0.0), DVec3::new(-0.1, 0.03, 0.01)]);
+    }
+
+    #[test]
+    fn minima_inside_are_found_on_pieces_whose_nearest_point_is_outside() {
+        let l =
+            || polygon(&[(0.1, 0.1), (0.1, 0.9), (0.5, 0.9), (0.5, 0.5), (0.9, 0.5), (0.9, 0.1)]);
+        let cases: [(u32, &[u32]); 8] = [
+            (700, &[1159]),
+            (1400, &[306, 1138]),
+            (1800, &[933, 1383]),
+            (2700, &[1351]),
+            (2800, &[1119, 1281]),
+            (3500, &[1096]),
+            (3600, &[618, 749]),
+            (3700, &[0, 1, 2, 3, 4, 5]),
+        ];
+        for (seed, places) in cases {
+            let face = Face::trimmed(steep(seed), vec![l()]).unwrap();
+            let point = |k: &u32| {
+                let uv = 0.5 * random_point(*k).truncate() + 0.5;
+                face.surface().point(uv.x, uv.y) + 0.3 * random_point(k + 2000)
+            };
+            check(&face, &places.iter().map(point).collect::<Vec<DVec3>>());
+        }
     }
 
     #[test]

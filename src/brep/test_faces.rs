@@ -65,3 +65,14 @@ pub(super) fn waves() -> NurbsSurface {
     let weights = (0..64).map(|k| 0.5 + random(k + 100)).collect();
     NurbsSurface::new((0..64).map(point).collect(), Some(weights), knots.clone(), knots).unwrap()
 }
+
+/// A steep surface of degree 4 over the unit square, with rational weights.
+pub(super) fn steep(seed: u32) -> NurbsSurface {
+    let knots = crate::nurbs::KnotVector::clamped_uniform(4, 6).unwrap();
+    let point = |k: u32| {
+        let (i, j) = (f64::from(k / 6), f64::from(k % 6));
+        DVec3::new(i / 5.0, j / 5.0, 3.0 * random(seed + k))
+    };
+    let weights = (0..36).map(|k| 0.3 + random(seed + k + 36)).collect();
+    NurbsSurface::new((0..36).map(point).collect(), Some(weights), knots.clone(), knots).unwrap()
+}

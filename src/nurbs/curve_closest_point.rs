@@ -1,12 +1,13 @@
 //! Projection of points onto a curve: the globally closest point.
 //!
-//! Bézier pieces are halved where their boxes may hold a closer point than the best so far. On a
-//! piece that bends little against the distance, Newton's method finds the only projection
-//! (The NURBS Book, section 6.1).
+//! A piece lies within its sag of its chord, so a piece whose chord is farther from the point than
+//! the best distance so far plus the sag is skipped. The other pieces are halved; the sag falls to a
+//! quarter. On each piece Newton's method looks for a closer point (The NURBS Book, section 6.1).
 
 use glam::DVec3;
 
 use super::bezier_curve::BezierCurve;
+use super::control_net::bounds;
 use super::curve::NurbsCurve;
 use super::work_blocks::map_in_blocks;
 use crate::error::{Error, Result};
@@ -14,10 +15,11 @@ use crate::progress::Observer;
 
 /// Halvings of a piece between knots at most. They end the search where all points of a piece are
 /// equally near, as on a circle around the point.
-const MAX_HALVINGS: u32 = 10;
+const MAX_HALVINGS: u32 = 16;
 
-/// A piece has one projection of a point nearer than this fraction of its radius of curvature.
-const FOCAL_FRACTION: f64 = 0.5;
+/// A piece whose sag is below this fraction of the curve's size is searched by Newton's method
+/// alone.
+const MIN_SAG: f64 = 1e-8;
 
 /// Newton steps at most.
 const MAX_STEPS: usize = 30;
@@ -48,6 +50,8 @@ pub struct CurvePoint {
 #[derive(Clone, Debug)]
 pub struct CurveSearch {
     pieces: Vec<(BezierCurve, Bounds)>,
+    /// The sag below which pieces are not halved.
+    min_sag: f64,
 }
 
 /// What is needed to skip a piece.
@@ -55,28 +59,32 @@ pub struct CurveSearch {
 struct Bounds {
     low: DVec3,
     high: DVec3,
-    /// An estimate of the largest curvature, from the control polygon.
-    curvature: f64,
+    start: DVec3,
+    chord: DVec3,
+    /// The largest distance of a control point from the chord.
+    sag: f64,
 }
 
 impl Bounds {
     fn of(piece: &BezierCurve) -> Self {
         let (low, high) = piece.net_box();
         let (start, chord) = (piece.start(), piece.end() - piece.start());
-        let length = chord.length();
-        let sag = piece.control_points().map(|point| {
-            let share = (point - start).dot(chord) / length.powi(2).max(f64::MIN_POSITIVE);
-            // A control polygon that leaves the chord's ends turns back on itself.
-            let clamped = share.clamp(0.0, 1.0);
-            (point - start - clamped * chord).length()
-        });
-        let sag = sag.fold(0.0, f64::max);
-        Self { low, high, curvature: 8.0 * sag / length.powi(2).max(f64::MIN_POSITIVE) }
+        let mut bounds = Self { low, high, start, chord, sag: 0.0 };
+        bounds.sag = piece.control_points().map(|p| bounds.from_chord(p)).fold(0.0, f64::max);
+        bounds
+    }
+
+    /// The distance of a point from the chord.
+    fn from_chord(&self, point: DVec3) -> f64 {
+        let square = self.chord.length_squared().max(f64::MIN_POSITIVE);
+        let share = ((point - self.start).dot(self.chord) / square).clamp(0.0, 1.0);
+        (point - self.start).distance(share * self.chord)
     }
 
     /// A lower bound of the distance of a point.
     fn distance(&self, point: DVec3) -> f64 {
-        (self.low - point).max(point - self.high).max(DVec3::ZERO).length()
+        let from_box = (self.low - point).max(point - self.high).max(DVec3::ZERO).length();
+        from_box.max(self.from_chord(point) - self.sag)
     }
 }
 
@@ -88,7 +96,9 @@ impl CurveSearch {
     /// [`Error::Net`] if weights differ so much that a piece has no finite control points.
     pub fn new(curve: &NurbsCurve) -> Result<Self> {
         let with_bounds = |piece: BezierCurve| (piece.clone(), Bounds::of(&piece));
-        Ok(Self { pieces: BezierCurve::of(curve)?.into_iter().map(with_bounds).collect() })
+        let pieces = BezierCurve::of(curve)?.into_iter().map(with_bounds).collect();
+        let (low, high) = bounds(curve.control_points().iter().copied());
+        Ok(Self { pieces, min_sag: MIN_SAG * low.distance(high) })
     }
 
     /// Returns the closest point of the curve; if several are equally close, any of them.
@@ -109,7 +119,7 @@ impl CurveSearch {
                 break;
             }
             let (piece, bounds) = &self.pieces[k];
-            search(piece, bounds, point, MAX_HALVINGS, &mut best);
+            search((piece, bounds), point, (self.min_sag, MAX_HALVINGS), &mut best);
         }
         if point.is_finite() { best } else { CurvePoint { distance: f64::NAN, ..best } }
     }
@@ -117,28 +127,24 @@ impl CurveSearch {
 
 /// Searches a piece for a point closer than the best so far.
 fn search(
-    piece: &BezierCurve,
-    bounds: &Bounds,
+    (piece, bounds): (&BezierCurve, &Bounds),
     point: DVec3,
-    halvings: u32,
+    (min_sag, halvings): (f64, u32),
     best: &mut CurvePoint,
 ) {
-    let unique = best.distance * bounds.curvature < FOCAL_FRACTION;
-    if unique || halvings == 0 {
-        let share = newton(piece, point);
-        better(best, piece.parameter(share), piece.derivatives(share)[0], point);
+    let share = newton(piece, point);
+    better(best, piece.parameter(share), piece.derivatives(share)[0], point);
+    if bounds.sag <= min_sag || halvings == 0 {
         return;
     }
-    let [first, second] = piece.halves();
-    better(best, first.domain().1, first.end(), point);
-    let mut halves = [first, second].map(|half| {
+    let mut halves = piece.halves().map(|half| {
         let bounds = Bounds::of(&half);
         (bounds.distance(point), half, bounds)
     });
     halves.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (bound, half, bounds) in &halves {
         if *bound < best.distance {
-            search(half, bounds, point, halvings - 1, best);
+            search((half, bounds), point, (min_sag, halvings - 1), best);
         }
     }
 }
@@ -220,6 +226,24 @@ mod tests {
             let nearest = samples.iter().map(|s| s.distance(*point)).fold(f64::INFINITY, f64::min);
             assert!(found.distance <= nearest + 1e-14 && nearest < found.distance + 1e-4);
             assert!(found.point.distance(curve.point(found.u)) < 1e-13);
+        }
+    }
+
+    #[test]
+    fn no_sample_of_wild_rational_curves_is_closer() {
+        for seed in 0..60 {
+            let number = |k: u32| random(1000 * seed + k);
+            let place = |k: u32| DVec3::new(number(4 * k), number(4 * k + 1), number(4 * k + 2));
+            let weights = (0..7).map(|k| 10.0_f64.powf(2.0 * number(4 * k + 3) - 1.0)).collect();
+            let knots = crate::nurbs::KnotVector::clamped_uniform(4, 7).unwrap();
+            let curve = NurbsCurve::new((0..7).map(place).collect(), Some(weights), knots).unwrap();
+            let search = CurveSearch::new(&curve).unwrap();
+            for k in 20..60 {
+                let point = 1.5 * place(k) - 0.25;
+                let samples = (0..=500).map(|k| curve.point(f64::from(k) / 500.0).distance(point));
+                let nearest = samples.fold(f64::INFINITY, f64::min);
+                assert!(search.closest_point(point).distance <= nearest + 1e-14, "{seed} {k}");
+            }
         }
     }
 

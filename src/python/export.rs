@@ -11,8 +11,8 @@ use pyo3::types::PyDict;
 use super::arguments::choice;
 use super::call::{self, WatchedFile};
 use super::mesh::TriangleMesh;
-use super::surface::NurbsSurface;
-use crate::brep::{LengthUnit, Shell};
+use super::shell::Shell;
+use crate::brep::{self, LengthUnit};
 use crate::error::{Error, Result};
 use crate::export::{self, StepOptions};
 
@@ -66,50 +66,72 @@ fn length_unit(value: Option<&Bound<'_, PyAny>>) -> PyResult<LengthUnit> {
     value.map_or(Ok(LengthUnit::default()), named)
 }
 
-/// Write a surface as a STEP file (AP214): a solid if it is closed, else one advanced face.
-///
-/// Parameters
-/// ----------
-/// surface : NurbsSurface
-/// path : str or path-like
-///     An existing file is overwritten.
-/// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
-///     Unit of the coordinates, which are not converted.
-#[pyfunction]
-#[pyo3(signature = (surface, path, unit = None))]
-pub(super) fn write_step(
-    py: Python<'_>,
-    surface: &NurbsSurface,
-    path: PathBuf,
-    unit: Option<&Bound<'_, PyAny>>,
-) -> PyResult<()> {
-    let options = StepOptions { unit: length_unit(unit)?, ..StepOptions::default() };
-    write_file(py, &path, |out| {
-        export::write_step(&[Shell::whole(surface.core().clone())?], &options, out)
-    })
+/// The shells of a sequence.
+fn shells_of(shells: Vec<Py<Shell>>) -> Vec<brep::Shell> {
+    shells.iter().map(|shell| shell.get().core().clone()).collect()
 }
 
-/// Write a surface as an IGES file: a solid (entity 186) if it is closed, else entity 128.
+/// Write shells as a STEP file (AP214): solids where they are closed, else surfaces.
 ///
 /// Parameters
 /// ----------
-/// surface : NurbsSurface
+/// shells : list of Shell
+/// path : str or path-like
+///     An existing file is overwritten.
+/// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
+///     Unit of the coordinates, which are not converted.
+/// pcurves : bool, default True
+///     Whether the edges of trimmed faces have curves in (u, v), too.
+#[pyfunction]
+#[pyo3(signature = (shells, path, unit = None, *, pcurves = true))]
+pub(super) fn write_step(
+    py: Python<'_>,
+    shells: Vec<Py<Shell>>,
+    path: PathBuf,
+    unit: Option<&Bound<'_, PyAny>>,
+    pcurves: bool,
+) -> PyResult<()> {
+    let options = StepOptions { unit: length_unit(unit)?, pcurves };
+    let shells = shells_of(shells);
+    write_file(py, &path, |out| export::write_step(&shells, &options, out))
+}
+
+/// Write shells as an IGES file: solids (entity 186) where they are closed, else surfaces.
+///
+/// Parameters
+/// ----------
+/// shells : list of Shell
 /// path : str or path-like
 ///     An existing file is overwritten.
 /// unit : {"mm", "cm", "m", "in", "ft"}, default "mm"
 ///     Unit of the coordinates, which are not converted.
 #[pyfunction]
-#[pyo3(signature = (surface, path, unit = None))]
+#[pyo3(signature = (shells, path, unit = None))]
 pub(super) fn write_iges(
     py: Python<'_>,
-    surface: &NurbsSurface,
+    shells: Vec<Py<Shell>>,
     path: PathBuf,
     unit: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<()> {
-    let unit = length_unit(unit)?;
-    write_file(py, &path, |out| {
-        export::write_iges(&[Shell::whole(surface.core().clone())?], unit, out)
-    })
+    let (unit, shells) = (length_unit(unit)?, shells_of(shells));
+    write_file(py, &path, |out| export::write_iges(&shells, unit, out))
+}
+
+/// Write shells as a free-form Wavefront OBJ file (`cstype bspline`), with loops and all digits.
+///
+/// Parameters
+/// ----------
+/// shells : list of Shell
+/// path : str or path-like
+///     An existing file is overwritten.
+#[pyfunction]
+pub(super) fn write_obj_shells(
+    py: Python<'_>,
+    shells: Vec<Py<Shell>>,
+    path: PathBuf,
+) -> PyResult<()> {
+    let shells = shells_of(shells);
+    write_file(py, &path, |out| export::write_obj_shells(&shells, out))
 }
 
 /// Write a mesh as a Wavefront OBJ file, with all digits.
@@ -124,22 +146,4 @@ pub(super) fn write_obj(py: Python<'_>, mesh: &TriangleMesh, path: PathBuf) -> P
     let arrays = mesh.arrays(py)?;
     let view = arrays.view()?;
     write_file(py, &path, |out| export::write_obj(view, out))
-}
-
-/// Write a surface as a free-form Wavefront OBJ file (`cstype bspline`), with all digits.
-///
-/// Parameters
-/// ----------
-/// surface : NurbsSurface
-/// path : str or path-like
-///     An existing file is overwritten.
-#[pyfunction]
-pub(super) fn write_obj_surface(
-    py: Python<'_>,
-    surface: &NurbsSurface,
-    path: PathBuf,
-) -> PyResult<()> {
-    write_file(py, &path, |out| {
-        export::write_obj_shells(&[Shell::whole(surface.core().clone())?], out)
-    })
 }

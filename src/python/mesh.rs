@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use numpy::ndarray::Ix2;
+use numpy::ndarray::{Ix1, Ix2};
 use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,7 +11,7 @@ use super::arrays::{self, Numbers};
 use super::call;
 use crate::error::Result;
 use crate::mesh::{
-    DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
+    self, DistanceSearch, MeshSlices, MeshView, TessellateOptions, Tessellation, UniformGrid,
 };
 use crate::nurbs::NurbsSurface;
 
@@ -37,6 +37,7 @@ pub(super) struct TriangleMesh {
     triangles: Py<PyArray2<u32>>,
     normals: Py<PyArray2<f64>>,
     uv: Py<PyArray2<f64>>,
+    face_index: Option<Py<PyArray1<u32>>>,
     /// Built by the first measurement of distances.
     search: OnceLock<DistanceSearch>,
 }
@@ -122,8 +123,28 @@ impl TriangleMesh {
             triangles: triangles.unbind(),
             normals: normals.unbind(),
             uv: uv.unbind(),
+            face_index: None,
             search: OnceLock::new(),
         })
+    }
+
+    /// A mesh that the core has made, with the face of each triangle if it is of a shell.
+    pub(super) fn of_core(
+        py: Python<'_>,
+        mesh: mesh::TriangleMesh,
+        faces: Option<Vec<u32>>,
+    ) -> PyResult<Self> {
+        let counts = (mesh.vertices.len(), mesh.triangles.len());
+        let written = Self::written(py, counts, None, |slices, _| {
+            slices.vertices.copy_from_slice(&mesh.vertices);
+            slices.triangles.copy_from_slice(&mesh.triangles);
+            slices.normals.copy_from_slice(&mesh.normals);
+            slices.uv.copy_from_slice(&mesh.uv);
+            Ok(())
+        })?;
+        let constant = |faces: Vec<u32>| arrays::constant::<u32, Ix1>(py, &[faces.len()], &faces);
+        let face_index = faces.map(constant).transpose()?;
+        Ok(Self { max_deviation: mesh.max_deviation, face_index, ..written })
     }
 
     pub(super) fn arrays<'py>(&self, py: Python<'py>) -> PyResult<Arrays<'py>> {
@@ -163,6 +184,12 @@ impl TriangleMesh {
     #[getter]
     fn uv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         arrays::view(py, &self.uv)
+    }
+
+    /// The face of each triangle, uint32 of shape (m,); None unless it is a mesh of a shell.
+    #[getter]
+    fn face_index<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        self.face_index.as_ref().map(|faces| arrays::view(py, faces)).transpose()
     }
 
     /// Upper bound of the distance between surface and triangles, in both directions, in the

@@ -26,6 +26,8 @@ mod errors;
 mod evaluation;
 mod export;
 mod face;
+mod face_measures;
+mod face_points;
 mod height_fit;
 mod kind;
 mod knots;
@@ -72,9 +74,11 @@ mod _core {
     #[pymodule_export]
     use super::errors::NeurbsError;
     #[pymodule_export]
-    use super::export::{write_iges, write_obj, write_obj_surface, write_step};
+    use super::export::{write_iges, write_obj, write_obj_shells, write_step};
     #[pymodule_export]
     use super::face::Face;
+    #[pymodule_export]
+    use super::face_points::FacePoints;
     #[pymodule_export]
     use super::height_fit::{HeightFit, fit_heights, fit_weights};
     #[pymodule_export]

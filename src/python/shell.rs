@@ -131,6 +131,10 @@ fn faces_of(items: &Bound<'_, PyAny>) -> PyResult<Vec<brep::Face>> {
 }
 
 impl Shell {
+    pub(super) fn core(&self) -> &brep::Shell {
+        &self.core
+    }
+
     /// The edges of the loops' curves; `None` if curves were divided where others end on them.
     fn identifiers(&self) -> Option<Identifiers> {
         let of_face = |(f, face): (usize, &brep::Face)| {

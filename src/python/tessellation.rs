@@ -173,7 +173,7 @@ pub(super) fn tessellate(
 }
 
 /// Tessellation options from Python's arguments.
-fn options(
+pub(super) fn options(
     [tolerance, max_angle, max_edge, max_aspect]: [Option<&Bound<'_, PyAny>>; 4],
     (relative, split_seams): (bool, bool),
     max_triangles: Option<&Bound<'_, PyAny>>,

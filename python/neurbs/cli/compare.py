@@ -22,7 +22,7 @@ _PERCENTS = (50.0, 90.0, 95.0, 99.0)
 
 
 @command(
-    "Measure the deviations of points from a surface; exit code 3 if too many are outside.",
+    "Measure the deviations of points from a surface or shell; exit code 3 if too many are out.",
     "neurbs compare part.step scan.ply --tolerance 0.05 -o deviations.ply",
 )
 def compare(
@@ -61,14 +61,14 @@ def compare(
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> int:
-    """Print the deviations of points from a surface and return the exit code."""
+    """Print the deviations of points from a surface or shell and return the exit code."""
     if tolerance is not None and not 0 < tolerance < math.inf:
         _refuse(context, "tolerance", "a number that is positive and finite", tolerance)
     if not 0 <= share <= 1:
         _refuse(context, "share", "a number from 0 to 1", share)
     check_outputs(context, output or [], [points, surface])
     check_points(context, points)
-    loaded = neurbs.load_surface(surface)
+    loaded = neurbs.load_shell(surface)
     cloud = read_points(points, columns, nan)
     deviation = Deviation.of(loaded, cloud)
     for path in output or []:

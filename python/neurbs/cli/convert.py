@@ -1,4 +1,4 @@
-"""`neurbs convert`: surfaces or points in another format."""
+"""`neurbs convert`: shells or points in another format."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from typing import Annotated
 import typer
 
 import neurbs
-from neurbs import io
+from neurbs import NurbsSurface, PointCloud, Shell, io
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, Nan, load
+from neurbs.cli.inputs import Columns, Nan, load, only_surface
 from neurbs.cli.options import AsJson, Quiet, Unit
 from neurbs.cli.outputs import check_outputs
 
 
-@command("Write a surface or points in another format.", "neurbs convert part.json part.step")
+@command("Write a shell or points in another format.", "neurbs convert part.json part.step")
 def convert(
     context: typer.Context,
     source: Annotated[
         Path,
         typer.Argument(
             metavar="IN",
-            help=f"A surface ({' '.join(io.LOADABLE)}) or points ({' '.join(io.READABLE)})",
+            help=f"A surface or shell ({' '.join(io.LOADABLE)}), "
+            f"or points ({' '.join(io.READABLE)})",
             readable=False,
         ),
     ],
@@ -40,7 +41,11 @@ def convert(
 ) -> None:
     """Read a file and write it in the format of another suffix."""
     check_outputs(context, [target], [source])
-    thing = load(source, columns, nan)
+    thing: Shell | NurbsSurface | PointCloud = load(source, columns, nan)
+    surface = only_surface(thing) if isinstance(thing, Shell) else None
+    if surface is not None and target.suffix.lower() == ".json":
+        # Other programs read the form that geomdl has for one surface.
+        thing = surface
     neurbs.save(thing, target, unit=unit)
     if as_json:
         print_json({"input": str(source), "files": [str(target)]})

@@ -8,18 +8,21 @@ from typing import Any
 import numpy as np
 import typer
 
-from neurbs import NurbsSurface, PointCloud, SelfOrganizingMap
+from neurbs import NurbsSurface, PointCloud, SelfOrganizingMap, Shell
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, File, Nan, load
+from neurbs.cli.inputs import Columns, File, Nan, load, only_surface
 from neurbs.cli.options import AsJson
 from neurbs.errors import printable
 
 _MAP = ".npz"
 
+_MAX_NAMES = 10
+"""Names of faces that are shown."""
+
 
 @command(
-    "Describe the content of a file: a surface, points, or a trained map (.npz).",
+    "Describe the content of a file: a surface, a shell, points, or a trained map (.npz).",
     "neurbs info part.step",
 )
 def info(
@@ -36,7 +39,7 @@ def info(
         facts = _of_map(SelfOrganizingMap.load(file))
     else:
         thing = load(file, columns, nan)
-        facts = _of_surface(thing) if isinstance(thing, NurbsSurface) else _of_points(thing)
+        facts = _of_shell(thing) if isinstance(thing, Shell) else _of_points(thing)
     if as_json:
         print_json({"input": str(file), **facts})
     else:
@@ -54,8 +57,16 @@ def _is_map(file: Path) -> bool:
         return False
 
 
+def _of_shell(shell: Shell) -> dict[str, Any]:
+    surface = only_surface(shell)
+    facts = _of_faces(shell) if surface is None else _of_surface(surface)
+    low, high = shell.bounding_box()
+    facts |= {"unit": shell.unit} if shell.unit else {}
+    facts |= {"low": low.tolist(), "high": high.tolist(), "area": shell.area(accuracy=1e-6)}
+    return facts | ({"volume": shell.volume(accuracy=1e-6)} if shell.is_closed else {})
+
+
 def _of_surface(surface: NurbsSurface) -> dict[str, Any]:
-    low, high = surface.bounding_box()
     return {
         "kind": "surface",
         "net": list(surface.control_points.shape[:2]),
@@ -63,9 +74,20 @@ def _of_surface(surface: NurbsSurface) -> dict[str, Any]:
         "domain": [list(ends) for ends in surface.domain],
         "rational": surface.weights is not None,
         "closed": list(surface.closed),
-        "low": low.tolist(),
-        "high": high.tolist(),
-        "area": surface.area(accuracy=1e-6),
+    }
+
+
+def _of_faces(shell: Shell) -> dict[str, Any]:
+    names = [face.name for face in shell.faces if face.name]
+    return {
+        "kind": "shell",
+        "faces": len(shell.faces),
+        "trimmed_faces": sum(face.is_trimmed for face in shell.faces),
+        "holes": sum(len(face.inner) for face in shell.faces),
+        "edges": len(shell.edges),
+        "border_edges": len(shell.border()),
+        "closed": shell.is_closed,
+        **({"names": names[:_MAX_NAMES]} if names else {}),
     }
 
 

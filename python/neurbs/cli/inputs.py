@@ -10,13 +10,15 @@ import typer
 from numpy.typing import NDArray
 
 import neurbs
-from neurbs import NurbsSurface, PointCloud, io
+from neurbs import NurbsSurface, PointCloud, Shell, io
 from neurbs.io.point_readers import warn_dropped
 
 Surface: TypeAlias = Annotated[
     Path,
     typer.Argument(
-        metavar="SURFACE", help=f"File of a surface: {' '.join(io.LOADABLE)}", readable=False
+        metavar="SURFACE",
+        help=f"File of a surface or shell: {' '.join(io.LOADABLE)}",
+        readable=False,
     ),
 ]
 Points: TypeAlias = Annotated[
@@ -26,7 +28,7 @@ Points: TypeAlias = Annotated[
     ),
 ]
 File: TypeAlias = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A surface, points or a map", readable=False)
+    Path, typer.Argument(metavar="FILE", help="A surface or shell, points or a map", readable=False)
 ]
 Columns: TypeAlias = Annotated[
     str | None,
@@ -70,11 +72,17 @@ def read_point_cloud(path: Path, columns: str | None, nan: str | None) -> PointC
     return cloud
 
 
-def load(path: Path, columns: str | None, nan: str | None) -> NurbsSurface | PointCloud:
-    """Read a surface or points, by the suffix of the file."""
+def load(path: Path, columns: str | None, nan: str | None) -> Shell | PointCloud:
+    """Read a shell or points, by the suffix of the file."""
     if path.suffix.lower() in io.LOADABLE:
-        return neurbs.load_surface(path)
+        return neurbs.load_shell(path)
     return read_point_cloud(path, columns, nan)
+
+
+def only_surface(shell: Shell) -> NurbsSurface | None:
+    """Return the surface of a shell of one face that is whole and not reversed."""
+    face, *others = shell.faces
+    return None if others or face.is_trimmed or face.is_reversed else face.surface
 
 
 def _given(columns: str | None, nan: str | None) -> dict[str, Any]:

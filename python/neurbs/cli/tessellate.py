@@ -1,4 +1,4 @@
-"""`neurbs tessellate`: a surface to triangles."""
+"""`neurbs tessellate`: a surface or shell to triangles."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import typer
 
 import neurbs
-from neurbs import NurbsSurface, io
+from neurbs import NeurbsError, NurbsSurface, io
 from neurbs.cli.command import command, print_json, print_table
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Surface
+from neurbs.cli.inputs import Surface, only_surface
 from neurbs.cli.options import AsJson, Option, Quiet, Unit, options_of, values
 from neurbs.cli.outputs import check_outputs
 
@@ -57,7 +57,7 @@ OPTIONS = (
 """Options of `neurbs.NurbsSurface.tessellate`."""
 
 
-@command("Turn a surface into triangles.", "neurbs tessellate part.step -o part.stl")
+@command("Turn a surface or shell into triangles.", "neurbs tessellate part.step -o part.stl")
 @options_of(NurbsSurface.tessellate, OPTIONS)
 def tessellate(
     context: typer.Context,
@@ -79,10 +79,13 @@ def tessellate(
     quiet: Quiet = False,
     **options: Any,
 ) -> None:
-    """Run `neurbs.NurbsSurface.tessellate` on the surface of a file."""
+    """Run `neurbs.NurbsSurface.tessellate` on the surface or shell of a file."""
     check_outputs(context, output, [surface])
     given = values(options)
-    loaded = neurbs.load_surface(surface)
+    shell = neurbs.load_shell(surface)
+    loaded = only_surface(shell) or shell
+    if "shape" in given and loaded is shell:
+        raise NeurbsError(f"{surface}: --shape must be left out: the file has trims or many faces")
     mesh = loaded.tessellate(**given)
     for path in output:
         neurbs.save(mesh, path, unit=unit)

@@ -9,12 +9,12 @@ from typing import Annotated, Any
 
 import typer
 
-from neurbs import NeurbsError, NurbsSurface
+from neurbs import NeurbsError, PointCloud
 from neurbs.cli.command import command, print_table
 from neurbs.cli.config import Config
-from neurbs.cli.inputs import Columns, File, Nan, load, read_points
+from neurbs.cli.inputs import Columns, File, Nan, load, only_surface, read_points
 from neurbs.cli.options import Option, Quiet, options_of, values
-from neurbs.plot import plot_points, plot_surface, save_picture
+from neurbs.plot import plot_points, plot_shell, plot_surface, save_picture
 
 OPTIONS = (
     Option(
@@ -38,7 +38,7 @@ OPTIONS = (
 
 
 @command(
-    "Show a surface or points in a window, or write a picture of them.",
+    "Show a surface, a shell or points in a window, or write a picture of them.",
     "neurbs view part.step --points scan.ply --color deviation",
 )
 @options_of(plot_surface, OPTIONS)
@@ -62,7 +62,7 @@ def view(
     quiet: Quiet = False,
     **options: Any,
 ) -> None:
-    """Run `neurbs.plot.plot_surface` or `plot_points` on the content of a file."""
+    """Run `neurbs.plot.plot_surface`, `plot_shell` or `plot_points` on the content of a file."""
     if output is not None and output.suffix.lower() != ".png":
         raise typer.BadParameter(
             f"{output}: must have the suffix .png", ctx=context, param_hint="'--output'"
@@ -72,10 +72,15 @@ def view(
     thing, given = load(file, columns, nan), values(options)
     backend = "pyvista" if output is None else "matplotlib"
     cloud = None if points is None else read_points(points, columns, nan)
-    if isinstance(thing, NurbsSurface):
-        drawn = plot_surface(thing, cloud, backend=backend, **given)
-    else:
+    if isinstance(thing, PointCloud):
         drawn = plot_points(thing.points, backend=backend)
+    elif surface := only_surface(thing):
+        drawn = plot_surface(surface, cloud, backend=backend, **given)
+    elif given:
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in given)
+        raise NeurbsError(f"{file}: {names} must be left out: the file has a shell, not a surface")
+    else:
+        drawn = plot_shell(thing, cloud, backend=backend)
     if output is None:
         drawn.show(title=str(file))
         return

@@ -14,6 +14,7 @@ from neurbs.plot.figures import (
     save_picture,
 )
 from neurbs.plot.notebook import map_html, reconstruction_html, surface_html
+from neurbs.plot.shells import plot_shell
 
 __all__ = [
     "animate",
@@ -21,6 +22,7 @@ __all__ = [
     "plot_map",
     "plot_points",
     "plot_reconstruction",
+    "plot_shell",
     "plot_surface",
     "reconstruction_html",
     "save_picture",

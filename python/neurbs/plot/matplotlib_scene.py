@@ -86,12 +86,12 @@ def draw_surface(
     scale = coloring(surface, *centers, color, deviation=deviation, tolerance=tolerance, unit=unit)
     colors = scale.rgba().reshape(-1, 4)
     if color != "zebra":
-        colors[:, :3] *= _light(facets * box.factor, scale.label)[:, None]
+        colors[:, :3] *= brightness(facets * box.factor, legend=bool(scale.label))[:, None]
     # Lines and points are moved by a facet's width toward the viewer, in front of the surface.
     width = np.median(np.ptp(facets * box.factor, axis=1), axis=0).max()
     toward = width * view()[2] / box.factor
     lines = _isolines(surface, grid, box, isolines)
-    dots = _diamonds(points, box)
+    dots = diamonds(points, box)
     counts = (len(lines), len(dots))
     fills = np.repeat([to_rgba(INK, 0.0), to_rgba(POINT)], counts, axis=0)
     strokes = np.repeat([to_rgba(INK, 0.3), to_rgba(POINT)], counts, axis=0)
@@ -126,7 +126,7 @@ def _isolines(
     return np.concatenate(segments)[:, [0, 1, 1, 0]]
 
 
-def _diamonds(points: NDArray[np.float64] | None, box: AxesBox) -> NDArray[np.float64]:
+def diamonds(points: NDArray[np.float64] | None, box: AxesBox) -> NDArray[np.float64]:
     """Return small squares that face the viewer, at a sample of the points."""
     if points is None:
         return np.empty((0, 4, 3))
@@ -136,13 +136,13 @@ def _diamonds(points: NDArray[np.float64] | None, box: AxesBox) -> NDArray[np.fl
     return shown[:, None] + corners
 
 
-def _light(facets: NDArray[np.float64], label: str) -> NDArray[np.float64]:
+def brightness(facets: NDArray[np.float64], *, legend: bool = False) -> NDArray[np.float64]:
     """Return the brightness of facets; the contrast is low if the colors have a legend."""
     normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, 3] - facets[:, 1])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
     # Use the normal on the side of the viewer.
     normals *= np.where(normals @ view()[2] < 0, -1.0, 1.0)[:, None]
-    ambient, direct = (0.72, 0.32) if label else (0.5, 0.6)
+    ambient, direct = (0.72, 0.32) if legend else (0.5, 0.6)
     light: NDArray[np.float64] = ambient + direct * np.clip(normals @ _LIGHT, 0, None)
     return light
