@@ -79,6 +79,7 @@ if TYPE_CHECKING:
     )
     from neurbs.io import (
         PointCloud,
+        load_shell,
         load_surface,
         load_surfaces,
         read_point_cloud,
@@ -153,6 +154,7 @@ __all__ = [
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
+    "load_shell",
     "load_surface",
     "load_surfaces",
     "num_threads",
@@ -205,6 +207,7 @@ _HOMES = {
     ),
     "io": (
         "PointCloud",
+        "load_shell",
         "load_surface",
         "load_surfaces",
         "read_point_cloud",
