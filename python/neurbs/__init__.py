@@ -99,6 +99,7 @@ if TYPE_CHECKING:
     )
     from neurbs.io import (
         PointCloud,
+        load_shell,
         load_surface,
         load_surfaces,
         read_point_cloud,
@@ -174,6 +175,7 @@ __all__ = [
     "from_geomdl",
     "from_opencascade",
     "from_splipy",
+    "load_shell",
     "load_surface",
     "load_surfaces",
     "num_threads",
@@ -226,6 +228,7 @@ _HOMES = {
     ),
     "io": (
         "PointCloud",
+        "load_shell",
         "load_surface",
         "load_surfaces",
         "read_point_cloud",

@@ -184,3 +184,22 @@ def command(capsys: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
         return Outcome(leaving.value.code, *capsys.readouterr())
 
     return run
+
+
+@pytest.fixture
+def inner_point() -> Callable[[neurbs.Face], tuple[Any, Any]]:
+    """Return a function for a point of a face close to its outer loop, and the normal there."""
+
+    def inner_point(face: neurbs.Face) -> tuple[Any, Any]:
+        curve = face.outer[0]
+        middle = 0.5 * (curve.domain[0] + curve.domain[1])
+        place, tangent = curve.derivatives([middle], 1)[0][:2]
+        (u0, u1), (v0, v1) = face.surface.domain
+        # The face is on the left.
+        left = np.array([-tangent[1], tangent[0]])
+        step = 1e-3 / np.linalg.norm(left / [u1 - u0, v1 - v0])
+        at = (place[:2] + step * left)[None]
+        normal = face.surface.normals(at)[0]
+        return face.surface.evaluate(at)[0], -normal if face.is_reversed else normal
+
+    return inner_point

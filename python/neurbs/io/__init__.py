@@ -6,6 +6,7 @@ they are used.
 
 from neurbs.io.point_cloud import PointCloud
 from neurbs.io.point_readers import READABLE, check_source, read_point_cloud, read_points
+from neurbs.io.shell_readers import load_shell
 from neurbs.io.surface_readers import LOADABLE, load_surface, load_surfaces
 from neurbs.io.writers import WRITABLE, check_target, save
 
@@ -16,6 +17,7 @@ __all__ = [
     "PointCloud",
     "check_source",
     "check_target",
+    "load_shell",
     "load_surface",
     "load_surfaces",
     "read_point_cloud",

@@ -1,4 +1,4 @@
-"""Surfaces in STEP and IGES files, read by OpenCASCADE."""
+"""Faces in STEP and IGES files, read by OpenCASCADE."""
 
 from __future__ import annotations
 
@@ -6,25 +6,17 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
+from neurbs._core import LENGTH_UNITS, NeurbsError
 from neurbs.extras import require_for_file
-from neurbs.interop import from_opencascade
-from neurbs.io.surface_file import SurfaceFile
+from neurbs.io.cad_faces import face_data
+from neurbs.io.cad_parts import Part, located_faces, parts
+from neurbs.io.face_file import FaceData, FaceFile, conversion, label, scaled
+from neurbs.io.reading import cause
 from neurbs.io.units import symbol
-
-_TRIMMED = 1e-5
-"""A face is trimmed if an edge is at least this share of the domain within its surface.
-
-In space, the edge must also be farther from the border than its own tolerance.
-"""
-
-_SAMPLES = 9
-"""Points of an edge that are compared with the border."""
 
 _STEP = (".step", ".stp")
 
@@ -35,39 +27,70 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 6: "m", 10: "cm"}
 """The unit flags of the IGES standard."""
 
 
-def read_cad(path: Path) -> SurfaceFile:
-    """Read the surface of each face in the unit of the file."""
+def read_cad(path: Path) -> FaceFile:
+    """Read each face in the unit of the file, with its loops, edges, name and color."""
     require_for_file(path, "OCP")
     with _quiet():
-        reader, unit = (_step if path.suffix.lower() in _STEP else _iges)(path)
-        reader.TransferRoots()
-        shape = reader.OneShape()
-        faces = [] if shape.IsNull() else list(_faces(shape))
+        content = (_step if path.suffix.lower() in _STEP else _iges)(path)
+        faces, left_out = _faces(content)
+        others = Counter[str]() if faces or left_out else _others(content)
     # OpenCASCADE converts coordinates to millimeters.
-    factor = 1 / LENGTH_UNITS[unit]
-    scale = np.diag([factor, factor, factor, 1.0])
-    surfaces = [s if factor == 1 else s.transformed(scale) for s, _ in faces]
-    return SurfaceFile(surfaces, sum(is_trimmed for _, is_trimmed in faces), unit)
+    return FaceFile(scaled(faces, conversion("mm", content.unit)), content.unit, left_out, others)
 
 
-def _step(path: Path) -> tuple[Any, str]:
+@dataclass(frozen=True)
+class _Content:
+    """The shapes of a file, and what gives the entity of each.
+
+    Labels of parts and the transfer are valid as long as the document and the reader exist.
+    """
+
+    reader: Any
+    document: Any
+    unit: str
+    transfer: Any
+
+    def parts(self) -> list[Part]:
+        return parts(self.document)
+
+
+def _step(path: Path) -> _Content:
     from OCP.collections import Sequence_TCollection_AsciiString
-    from OCP.STEPControl import STEPControl_Reader
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
 
-    reader = _read(path, STEPControl_Reader())
+    reader = _read(path, STEPCAFControl_Reader())
+    reader.SetColorMode(True)
+    reader.SetNameMode(True)
+    document = _transferred(path, reader)
+    step = reader.ChangeReader()
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
-    reader.FileUnits(lengths, angles, solid_angles)
+    step.FileUnits(lengths, angles, solid_angles)
     unit = symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
     # For an unknown unit the coordinates stay in millimeters.
-    return reader, unit if unit in LENGTH_UNITS else "mm"
+    unit = unit if unit in LENGTH_UNITS else "mm"
+    return _Content(reader, document, unit, step.WS().TransferReader())
 
 
-def _iges(path: Path) -> tuple[Any, str]:
-    from OCP.IGESControl import IGESControl_Reader
+def _iges(path: Path) -> _Content:
+    from OCP.IGESCAFControl import IGESCAFControl_Reader
 
     _check_iges(path)
-    reader = _read(path, IGESControl_Reader())
-    return reader, _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
+    reader = _read(path, IGESCAFControl_Reader())
+    reader.SetColorMode(True)
+    reader.SetNameMode(True)
+    unit = _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
+    document = _transferred(path, reader)
+    return _Content(reader, document, unit, reader.WS().TransferReader())
+
+
+def _transferred(path: Path, reader: Any) -> Any:
+    """Return the document of a file that is read."""
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+
+    document = TDocStd_Document(TCollection_ExtendedString("XCAF"))
+    reader.Transfer(document)
+    return document
 
 
 def _check_iges(path: Path) -> None:
@@ -118,63 +141,57 @@ def _quiet() -> Iterator[None]:
             messenger.AddPrinter(printer)
 
 
-def _faces(shape: Any) -> Iterator[tuple[NurbsSurface, bool]]:
-    """Yield the B-spline surface of each face, and whether the face is trimmed."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.Geom import Geom_BSplineSurface
-    from OCP.TopAbs import TopAbs_FACE
+def _faces(content: _Content) -> tuple[list[FaceData], list[str]]:
+    """Return the faces that can be read, and number, name and cause for the others."""
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+
+    edges = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    read: list[FaceData] = []
+    left_out: list[str] = []
+    all_parts = content.parts()
+    several = len(all_parts) > 1
+    number = 0
+    for part in all_parts:
+        for face in located_faces(part):
+            number += 1
+            name = _entity_name(content.transfer, face.own) or (part.name if several else None)
+            try:
+                read.append(face_data(face.located, number, edges.Add, name, face.color))
+            except (MemoryError, OSError):
+                raise
+            except Exception as error:
+                # A `NeurbsError`, or what OpenCASCADE raises for a surface that it cannot convert.
+                left_out.append(f"{label(number, name)}: {cause(error)}")
+    return read, left_out
+
+
+def _entity_name(transfer: Any, face: Any) -> str | None:
+    """Return the name of the entity from which a face was made."""
+    from OCP.IGESData import IGESData_IGESEntity
+    from OCP.StepRepr import StepRepr_RepresentationItem
+
+    entity = transfer.EntityFromShapeResult(face, 1)
+    if isinstance(entity, StepRepr_RepresentationItem):
+        name = entity.Name()
+        return (name.ToCString().strip() if name is not None else "") or None
+    if isinstance(entity, IGESData_IGESEntity) and entity.HasName():
+        return entity.NameValue().ToCString().strip() or None
+    return None
+
+
+def _others(content: _Content) -> Counter[str]:
+    """Count the shapes of parts that have no faces."""
+    from OCP.TopAbs import TopAbs_EDGE, TopAbs_VERTEX
     from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
 
-    faces = TopExp_Explorer(shape, TopAbs_FACE)
-    while faces.More():
-        face = TopoDS.Face(faces.Current())
-        surface = BRep_Tool.Surface_s(face)
-        if not isinstance(surface, Geom_BSplineSurface):
-            # A plane, a cylinder or another one. To convert a B-spline, too, takes many seconds
-            # far from the origin.
-            converted = BRepBuilderAPI_NurbsConvert(face).Shape()
-            face = TopoDS.Face(TopExp_Explorer(converted, TopAbs_FACE).Current())
-            surface = BRep_Tool.Surface_s(face)
-        yield from_opencascade(surface), _is_trimmed(face, surface)
-        faces.Next()
-
-
-def _is_trimmed(face: Any, surface: Any) -> bool:
-    """Whether an edge of a face is within its surface and is no seam, which may be anywhere.
-
-    Areas are not compared: at kinks they are inexact.
-    """
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
-    from OCP.TopAbs import TopAbs_EDGE
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    u1, u2, v1, v2 = surface.Bounds()
-    low, high = np.array([u1, v1]), np.array([u2, v2])
-    edges = TopExp_Explorer(face, TopAbs_EDGE)
-    while edges.More():
-        edge = TopoDS.Edge(edges.Current())
-        curve = BRepAdaptor_Curve2d(edge, face)
-        parameters = np.linspace(curve.FirstParameter(), curve.LastParameter(), _SAMPLES)
-        places = [curve.Value(float(parameter)) for parameter in parameters]
-        uv = np.array([(place.X(), place.Y()) for place in places])
-        near = np.minimum(abs(uv - low), abs(uv - high)) < _TRIMMED * (high - low)
-        inside = uv[~near.any(axis=1)].tolist()
-        tolerance = BRep_Tool.Tolerance_s(edge)
-        if not BRep_Tool.IsClosed_s(edge, face) and not all(
-            _is_on_border(surface, u, v, tolerance) for u, v in inside
-        ):
-            return True
-        edges.Next()
-    return False
-
-
-def _is_on_border(surface: Any, u: float, v: float, tolerance: float) -> bool:
-    """Whether a place is within a distance of the border: near a pole parameters say little."""
-    u1, u2, v1, v2 = surface.Bounds()
-    place = surface.Value(u, v)
-    border = ((u1, v), (u2, v), (u, v1), (u, v2))
-    return any(place.Distance(surface.Value(*other)) <= tolerance for other in border)
+    counts: Counter[str] = Counter()
+    for part in content.parts():
+        edges = TopExp_Explorer(part.shape, TopAbs_EDGE)
+        while edges.More():
+            counts["curve"] += 1
+            edges.Next()
+        points = TopExp_Explorer(part.shape, TopAbs_VERTEX, TopAbs_EDGE)
+        while points.More():
+            counts["point"] += 1
+            points.Next()
+    return counts

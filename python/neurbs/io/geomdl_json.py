@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from neurbs._core import NeurbsError, NurbsSurface
-from neurbs.io.reading import read_whole
-from neurbs.io.surface_file import SurfaceFile
+from neurbs.io.face_file import FaceData, FaceFile
 
-_MAX_BYTES = 1 << 29
-"""Most bytes of a file, which is read as a whole."""
+_TRIMMED: dict[str, Any] = {"is_trimmed": True, "defect": "trims of geomdl are not read"}
+"""What a face with trims has."""
 
 
 def write_json(surface: NurbsSurface, path: str) -> None:
@@ -40,24 +39,21 @@ def write_json(surface: NurbsSurface, path: str) -> None:
         file.writelines(json.JSONEncoder().iterencode(document))
 
 
-def read_json(path: Path) -> SurfaceFile:
-    """Read all surfaces of a file."""
-    try:
-        document = json.loads(read_whole(path, _MAX_BYTES))
-    except ValueError as error:
-        raise NeurbsError(f"{path}: must be JSON, but is damaged or cut short: {error}") from None
+def surfaces_of(path: Path, document: Any) -> FaceFile:
+    """Return all surfaces of a file's document."""
     try:
         shape = document["shape"]
         if shape["type"] != "surface":
             raise NeurbsError(f"{path}: must have a shape of type 'surface', got {shape['type']!r}")
-        items = shape["data"]
-        surfaces = [_surface(path, item) for item in items]
-        trimmed = sum(bool(item.get("trims")) for item in items)
+        faces = [
+            FaceData(k + 1, _surface(path, item), **_TRIMMED if item.get("trims") else {})
+            for k, item in enumerate(shape["data"])
+        ]
     except (KeyError, TypeError, AttributeError) as error:
         raise NeurbsError(
             f"{path}: must be a surface as geomdl writes it, but {error} is missing or wrong"
         ) from None
-    return SurfaceFile(surfaces, trimmed)
+    return FaceFile(faces)
 
 
 def _surface(path: Path, item: dict[str, Any]) -> NurbsSurface:

@@ -17,11 +17,12 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from neurbs._core import NeurbsError, NurbsSurface
+from neurbs._core import NeurbsError
 from neurbs.extras import check_installed
+from neurbs.io.face_file import FaceFile
+from neurbs.io.face_frames import face_of, file_of
 from neurbs.io.point_cloud import Block, PointSource, Request
 from neurbs.io.reading import damaged
-from neurbs.io.surface_file import SurfaceFile
 from neurbs.io.worker import FOR_ATTRIBUTES, MEMORY, MEMORY_PER_BYTE, READERS, reader
 
 _KEPT = 2
@@ -37,8 +38,8 @@ _idle: list[_Worker] = []
 """Workers of this process that wait for a file."""
 
 
-def read_surfaces(path: Path) -> SurfaceFile:
-    """Read a file of surfaces in a worker.
+def read_faces(path: Path) -> FaceFile:
+    """Read a file of faces in a worker.
 
     Raises
     ------
@@ -47,21 +48,18 @@ def read_surfaces(path: Path) -> SurfaceFile:
         much time or memory.
     """
     if not _can_start():
-        file: SurfaceFile = reader(path)(path)
+        file: FaceFile = reader(path)(path)
         return file
-    frames = _frames(path, {"what": "surfaces"})
+    frames = _frames(path, {"what": "faces"})
     head, _ = next(frames)
-    surfaces = [
-        NurbsSurface(points, weights, tuple(part["degree"]), (u, v))
-        for part, (points, weights, u, v) in frames
-    ]
-    if len(surfaces) != head["count"]:
+    faces = [face_of(part, arrays) for part, arrays in frames]
+    if len(faces) != head["count"]:
         raise damaged(path, "its reader ended early")
-    return SurfaceFile(surfaces, head["trimmed"], head["unit"])
+    return file_of(head, faces)
 
 
 def read_points(path: Path, request: Request) -> PointSource:
-    """Read a file of points in a worker; the same errors as for `read_surfaces`."""
+    """Read a file of points in a worker; the same errors as for `read_faces`."""
     if not _can_start():
         source: PointSource = reader(path)(path, request)
         return source

@@ -13,12 +13,23 @@ from neurbs.io.text import data_rows
 _WITH_COLORS = 7
 """Columns of a vertex line with colors: 'v', x, y, z, red, green, blue."""
 
+_FREE_FORM = "cstype"
+"""The statement before free-form curves and surfaces."""
+
+_DOUBT = "vertices are control points of free-form surfaces: read these with load_shell"
+
 
 def read_obj(path: Path, request: Request) -> PointSource:
     """Read all vertices (``v`` lines) in their order."""
+    doubts: list[str] = []
 
     def rows() -> Iterator[tuple[int, str]]:
-        return ((number, text) for number, text in data_rows(path) if text.split(None, 1)[0] == "v")
+        for number, text in data_rows(path):
+            keyword = text.split(None, 1)[0]
+            if keyword == "v":
+                yield number, text
+            elif keyword == _FREE_FORM and _DOUBT not in doubts:
+                doubts.append(_DOUBT)
 
     first = next(rows(), None)
     if first is None:
@@ -27,4 +38,4 @@ def read_obj(path: Path, request: Request) -> PointSource:
     colored = request.attributes and len(first[1].split()) == _WITH_COLORS
     colors = (4, 5, 6) if colored else ()
     layout = Layout((1, 2, 3), colors=colors, allow_missing=request.nan == "drop")
-    return PointSource(read_blocks(path, rows, layout))
+    return PointSource(read_blocks(path, rows, layout), doubts=doubts)

@@ -170,6 +170,8 @@ class PointSource:
         Largest number of points by the header, for which memory is allocated; 0 if unknown.
     unit, crs, offset
         As in `PointCloud`.
+    doubts : list of str
+        Reasons to doubt the points, complete after the last block.
     """
 
     blocks: Iterator[Block]
@@ -177,6 +179,7 @@ class PointSource:
     unit: str | None = None
     crs: str | None = None
     offset: tuple[float, float, float] | None = None
+    doubts: list[str] = field(default_factory=list)
 
 
 def checked_count(path: Path, blocks: Iterator[Block], count: int) -> Iterator[Block]:

@@ -119,7 +119,8 @@ def read_points(
     Warns
     -----
     UserWarning
-        If points were dropped because of ``nan="drop"``; the message gives their number.
+        If points were dropped because of ``nan="drop"``; the message gives their number. If the
+        vertices of an ``.obj`` file are control points of free-form surfaces.
 
     See Also
     --------
@@ -145,6 +146,7 @@ def read_points(
     if chunks is not None:
         return _chunks(path, source, request, chunks)
     cloud = _collected(path, source, request)
+    _warn_doubts(path, source)
     if nan == "drop":
         warn_dropped(path, cloud.dropped, len(cloud))
     return cloud.points
@@ -190,7 +192,10 @@ def read_point_cloud(
     """
     path = Path(path)
     request = replace(_request(path, columns, nan), attributes=True)
-    return _collected(path, _opened(path, request), request)
+    source = _opened(path, request)
+    cloud = _collected(path, source, request)
+    _warn_doubts(path, source)
+    return cloud
 
 
 def _request(
@@ -304,6 +309,7 @@ def _chunks(
     _check_any(path, total, dropped)
     if filled:
         yield chunk[:filled]
+    _warn_doubts(path, source)
     if request.nan == "drop":
         warn_dropped(path, dropped, total)
 
@@ -323,6 +329,12 @@ def warn_dropped(path: Path, dropped: int, kept: int) -> None:
             # The caller of `read_points`, or of the next chunk.
             stacklevel=3,
         )
+
+
+def _warn_doubts(path: Path, source: PointSource) -> None:
+    for doubt in source.doubts:
+        # The caller of `read_points`, or of the next chunk.
+        warnings.warn(f"{path}: {doubt}", UserWarning, stacklevel=3)
 
 
 _TABLES: dict[str, Callable[[Path, Request], PointSource]] = {

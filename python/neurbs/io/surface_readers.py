@@ -4,17 +4,10 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
-from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface
-from neurbs.io import isolation
-from neurbs.io.geomdl_json import read_json
-from neurbs.io.reading import check_file, reading
-from neurbs.io.surface_file import SurfaceFile
-from neurbs.io.units import check_unit
+from neurbs._core import NeurbsError, NurbsSurface
+from neurbs.io.face_readers import read_faces
 
 
 def load_surface(path: str | os.PathLike[str], *, unit: str | None = None) -> NurbsSurface:
@@ -64,7 +57,7 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
     The suffix, in upper or lower case, selects the format:
 
     ``.json``
-        Surfaces of the library geomdl.
+        Surfaces of the library geomdl, or those of the faces of shells that `save` wrote.
     ``.3dm``
         The surfaces of a Rhino model, and those of the faces of its solids.
     ``.step``, ``.stp``, ``.igs``, ``.iges``
@@ -98,6 +91,10 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
         If faces are trimmed: a `NurbsSurface` has no trimming, so the result is the untrimmed
         surface.
 
+    See Also
+    --------
+    load_shell : Read the faces with their trims, orientation, names and colors.
+
     Examples
     --------
     >>> import neurbs
@@ -113,46 +110,21 @@ def load_surfaces(path: str | os.PathLike[str], *, unit: str | None = None) -> l
 
 
 def _load(path: str | os.PathLike[str], unit: str | None) -> list[NurbsSurface]:
-    check_unit(unit)
     path = Path(path)
-    check_file(path, "surfaces")  # Also for a missing file, before the check of the suffix.
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
-        got = f"the suffix {path.suffix!r}" if path.suffix else "no suffix"
-        raise NeurbsError(
-            f"{path}: surfaces must be in a file with a suffix of {' '.join(LOADABLE)}, got {got}"
-        )
-    with path.open("rb"), reading(path):
-        file = reader(path)
-    if not file.surfaces:
-        raise NeurbsError(
-            f"{path}: must have at least one surface, but has none: it may be cut short"
-        )
-    if file.trimmed:
+    file = read_faces(path, "surface", LOADABLE, unit)
+    if file.left_out:
+        raise NeurbsError(f"{path}: each surface must be readable, but {file.left_out[0]}")
+    trimmed = sum(face.is_trimmed for face in file.faces)
+    if trimmed:
         warnings.warn(
-            f"{path}: {file.trimmed} of {len(file.surfaces)} faces are trimmed: "
+            f"{path}: {trimmed} of {len(file.faces)} faces are trimmed: "
             "the result has the untrimmed surfaces",
             UserWarning,
             # The caller of `load_surface` or `load_surfaces`.
             stacklevel=3,
         )
-    if unit is None or unit == file.unit:
-        return file.surfaces
-    if file.unit is None:
-        raise NeurbsError(f"{path}: unit must be left out, as the file has none; got {unit!r}")
-    factor = LENGTH_UNITS[file.unit] / LENGTH_UNITS[unit]
-    scale = np.diag([factor, factor, factor, 1.0])
-    return [surface.transformed(scale) for surface in file.surfaces]
+    return [face.surface for face in file.faces]
 
 
-_READERS: dict[str, Callable[[Path], SurfaceFile]] = {
-    ".json": read_json,
-    ".3dm": isolation.read_surfaces,
-    ".step": isolation.read_surfaces,
-    ".stp": isolation.read_surfaces,
-    ".igs": isolation.read_surfaces,
-    ".iges": isolation.read_surfaces,
-}
-
-LOADABLE = tuple(_READERS)
+LOADABLE = (".json", ".3dm", ".step", ".stp", ".igs", ".iges")
 """Suffixes of surfaces that can be read."""

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from neurbs._core import NeurbsError
 from neurbs.extras import require_for_file
+from neurbs.io.face_frames import frames
 from neurbs.io.point_cloud import Request
 from neurbs.io.reading import reading
 
@@ -89,8 +90,9 @@ def _answer(request: dict[str, Any], answers: BinaryIO) -> None:
         with reading(path):
             read = reader(path)
             _limit(path.stat().st_size)
-            if request["what"] == "surfaces":
-                _send_surfaces(read(path), answers)
+            if request["what"] == "faces":
+                for head, arrays in frames(read(path)):
+                    _send(answers, head, arrays)
             else:
                 columns = request["columns"]
                 asked = Request(columns and tuple(columns), request["nan"], request["attributes"])
@@ -145,14 +147,6 @@ def _timer_stopped() -> Iterator[None]:
         yield
     finally:
         _set_timer(left)
-
-
-def _send_surfaces(file: Any, answers: BinaryIO) -> None:
-    head = {"trimmed": file.trimmed, "unit": file.unit, "count": len(file.surfaces)}
-    _send(answers, head)
-    for surface in file.surfaces:
-        arrays = (surface.control_points, surface.weights, *surface.knots)
-        _send(answers, {"degree": surface.degree}, arrays)
 
 
 def _send_points(source: Any, answers: BinaryIO) -> None:

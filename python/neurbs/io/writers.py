@@ -5,17 +5,18 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from neurbs import _core
-from neurbs._core import LENGTH_UNITS, NeurbsError, NurbsSurface, TriangleMesh
+from neurbs._core import LENGTH_UNITS, Face, NeurbsError, NurbsSurface, Shell, TriangleMesh
 from neurbs.extras import check_installed
-from neurbs.interop import clamped
 from neurbs.io.atomic_write import atomic_write
 from neurbs.io.csv_table import write_csv
+from neurbs.io.face_json import write_shells
 from neurbs.io.geomdl_json import write_json
 from neurbs.io.glb import write_glb
 from neurbs.io.off import write_off
@@ -29,29 +30,35 @@ from neurbs.io.vtp import write_vtp
 if TYPE_CHECKING:
     from neurbs import Reconstruction
 
+    Thing: TypeAlias = NurbsSurface | Face | Shell | TriangleMesh | Reconstruction | PointCloud
+
 _SMALLEST = 1e-5
 """Size in millimeters below which OpenCASCADE fails to read a surface, or changes it."""
 
 
 def save(
-    thing: NurbsSurface | TriangleMesh | Reconstruction | PointCloud,
+    thing: Thing | list[Any] | tuple[Any, ...],
     path: str | os.PathLike[str],
     *,
     unit: str | None = None,
+    pcurves: bool = True,
 ) -> None:
-    """Write a surface, a mesh, points or a result to a file.
+    """Write a surface, a face, a shell, a mesh, points or a result to a file.
 
     The suffix, in upper or lower case, selects the content and the format:
 
     ``.step`` ``.stp`` ``.igs`` ``.iges`` ``.3dm`` ``.json``
-        The NURBS surface of a `NurbsSurface` or a `Reconstruction`, with all digits. The format of
-        ``.json`` is geomdl's.
+        A `NurbsSurface`, the surface of a `Reconstruction`, a `Face`, a `Shell`, or a list of
+        these, with trims and all digits; closed shells as solids. ``.3dm`` keeps the name and the
+        color that all faces of a shell have. The format of ``.json`` is geomdl's for a single
+        surface, else that of `load_shell`.
     ``.obj``
-        For a `NurbsSurface` the surface as free-form geometry. For a `TriangleMesh` or a
-        `Reconstruction` the triangles, which more programs read.
+        The same as free-form geometry. For a `TriangleMesh` or a `Reconstruction` the triangles,
+        which more programs read.
     ``.ply`` ``.glb`` ``.stl`` ``.vtp`` ``.off``
-        A `TriangleMesh`, the mesh of a `Reconstruction`, or a `NurbsSurface` tessellated by
-        default. All but ``.stl`` keep the digits of meshes far from the origin.
+        A `TriangleMesh`, the mesh of a `Reconstruction`, or a `NurbsSurface`, a `Face` or a
+        `Shell` tessellated by default. All but ``.stl`` keep the digits of meshes far from the
+        origin.
     ``.ply`` ``.csv``
         A `PointCloud` with its normals, colors and distances. For a `Reconstruction`, ``.csv`` has
         the points with their distances to the surface.
@@ -65,19 +72,23 @@ def save(
 
     Parameters
     ----------
-    thing : NurbsSurface, TriangleMesh, Reconstruction or PointCloud
-        The object to write.
+    thing : NurbsSurface, Face, Shell, TriangleMesh, Reconstruction, PointCloud or list
+        The object to write, or several faces, shells and surfaces.
     path : str or path-like
         The file; its folder must exist.
     unit : {"mm", "cm", "m", "in", "ft"}, optional
         The unit of the coordinates, which are not converted. STEP, IGES and Rhino files store it,
-        by default millimeters. In ``.glb``, whose unit is the meter, it becomes a scale, by default
-        1. The other formats have no unit.
+        by default millimeters, or the unit of the shells. In ``.glb``, whose unit is the meter, it
+        becomes a scale, by default 1. The other formats have no unit.
+    pcurves : bool, default True
+        Whether edges of trimmed faces in STEP files have curves in (u, v), too. Some programs
+        stumble over them; without them programs compute their own.
 
     Raises
     ------
     NeurbsError
-        If suffix or unit is unknown, or the format cannot store the object.
+        If suffix or unit is unknown, the format cannot store the object, or shells have different
+        units and `unit` is not given.
     OSError
         If the file cannot be written.
 
@@ -85,7 +96,7 @@ def save(
     -----
     UserWarning
         If the single precision of ``.stl`` moves vertices by more than a millionth of the mesh's
-        diagonal.
+        diagonal, or faces of a polysurface in ``.3dm`` differ in name or color.
 
     Examples
     --------
@@ -113,12 +124,16 @@ def save(
             f"{path}: the content must be a {' or a '.join(formats)}, got a "
             f"{type(thing).__name__}: it can be written as {suffixes or 'nothing'}"
         )
-    write = formats[part]
+    write, content = formats[part], parts[part]()
+    if write in _WITH_UNIT and unit is None:
+        unit = _unit_of(thing)
+    if write is _write_step:
+        write = partial(_write_step, pcurves=pcurves)
     with atomic_write(path) as new:
-        if write in _WITH_UNIT:
-            write(parts[part](), new, unit)
+        if formats[part] in _WITH_UNIT:
+            write(content, new, unit)
         else:
-            write(parts[part](), new)
+            write(content, new)
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
@@ -164,34 +179,58 @@ def _parts(thing: object) -> dict[str, Callable[[], Any]]:
         case TriangleMesh():
             return {"mesh": lambda: thing}
         case NurbsSurface():
-            return {"surface": lambda: thing, "mesh": thing.tessellate}
+            return {"surface": lambda: thing, **_shell(thing), "mesh": thing.tessellate}
+        case Face() | Shell():
+            return {**_shell(thing), "mesh": thing.tessellate}
         case PointCloud():
             return {"points": lambda: thing}
+        case list() | tuple():
+            return _shell(*thing)
     # Not by its class, as the module of `Reconstruction` uses this one.
-    parts: Callable[[], dict[str, Callable[[], Any]]] = getattr(thing, "_file_parts", dict)
-    return parts()
+    parts: dict[str, Callable[[], Any]] = getattr(thing, "_file_parts", dict)()
+    if "surface" in parts:
+        surface = parts["surface"]
+        parts["shell"] = lambda: [Shell(surface())]
+    return parts
 
 
-def _write_step(surface: NurbsSurface, path: str, unit: str | None) -> None:
-    """Write a surface with clamped knots, as OpenCASCADE shortens others."""
-    _check_size(surface, "STEP", unit)
-    _core.write_step(clamped(surface), path, unit)
+def _shell(*things: Any) -> dict[str, Callable[[], Any]]:
+    """Return one shell for each of several things; nothing if some is no surface."""
+    if not things or not all(isinstance(each, Shell | Face | NurbsSurface) for each in things):
+        return {}
+    return {"shell": lambda: [each if isinstance(each, Shell) else Shell(each) for each in things]}
 
 
-def _write_iges(surface: NurbsSurface, path: str, unit: str | None) -> None:
-    _check_size(surface, "IGES", unit)
-    _core.write_iges(surface, path, unit)
+def _unit_of(thing: object) -> str | None:
+    """Return the unit of a shell, or of several, which must have the same."""
+    things = thing if isinstance(thing, list | tuple) else [thing]
+    units = {each.unit for each in things if isinstance(each, Shell)}
+    if len(units) > 1:
+        got = " and ".join(sorted(str(unit) for unit in units))
+        raise NeurbsError(f"shells in a file must have the same unit, got {got}: give `unit`")
+    return units.pop() if units else None
 
 
-def _check_size(surface: NurbsSurface, name: str, unit: str | None) -> None:
+def _write_step(shells: list[Shell], path: str, unit: str | None, *, pcurves: bool = True) -> None:
+    _check_size(shells, "STEP", unit)
+    _core.write_step(shells, path, unit, pcurves=pcurves)
+
+
+def _write_iges(shells: list[Shell], path: str, unit: str | None) -> None:
+    _check_size(shells, "IGES", unit)
+    _core.write_iges(shells, path, unit)
+
+
+def _check_size(shells: list[Shell], name: str, unit: str | None) -> None:
     """Raise if a surface is too small for CAD systems, which merge points within 1e-7 mm."""
-    low, high = surface.bounding_box(tight=False)
-    size = float(np.linalg.norm(high - low)) * LENGTH_UNITS[unit or "mm"] / LENGTH_UNITS["mm"]
-    if size < _SMALLEST:
-        raise NeurbsError(
-            f"surfaces in {name} files must be larger than {_SMALLEST} mm, got {size:.2g} mm: "
-            "scale the surface, give another `unit`, or write .json"
-        )
+    for face in (face for shell in shells for face in shell.faces):
+        low, high = face.surface.bounding_box(tight=False)
+        size = float(np.linalg.norm(high - low)) * LENGTH_UNITS[unit or "mm"] / LENGTH_UNITS["mm"]
+        if size < _SMALLEST:
+            raise NeurbsError(
+                f"surfaces in {name} files must be larger than {_SMALLEST} mm, got {size:.2g} mm: "
+                "scale the surface, give another `unit`, or write .json"
+            )
 
 
 def _write_report(result: Reconstruction, path: str) -> None:
@@ -207,13 +246,13 @@ def _write_png(result: Reconstruction, path: str) -> None:
 
 
 _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
-    ".step": {"surface": _write_step},
-    ".stp": {"surface": _write_step},
-    ".igs": {"surface": _write_iges},
-    ".iges": {"surface": _write_iges},
-    ".3dm": {"surface": write_3dm},
-    ".json": {"surface": write_json},
-    ".obj": {"surface": _core.write_obj_surface, "mesh": _core.write_obj},
+    ".step": {"shell": _write_step},
+    ".stp": {"shell": _write_step},
+    ".igs": {"shell": _write_iges},
+    ".iges": {"shell": _write_iges},
+    ".3dm": {"shell": write_3dm},
+    ".json": {"surface": write_json, "shell": write_shells},
+    ".obj": {"shell": _core.write_obj_shells, "mesh": _core.write_obj},
     ".ply": {"mesh": write_ply, "points": write_ply_points},
     ".glb": {"mesh": write_glb},
     ".stl": {"mesh": write_stl},
@@ -225,14 +264,21 @@ _FORMATS: dict[str, dict[str, Callable[..., None]]] = {
 }
 """For each suffix the parts of an object that it can store, with their writers."""
 
-_WITH_UNIT = (_write_step, _write_iges, write_3dm, write_glb)
+_WITH_UNIT = (_write_step, _write_iges, write_3dm, write_glb, write_shells)
 """Writers that take a unit."""
 
 _LIBRARIES = {".3dm": "rhino3dm", ".html": "plotly", ".png": "matplotlib"}
 """The library that a format needs."""
 
 WRITABLE = {
-    part: tuple(suffix for suffix, parts in _FORMATS.items() if part in parts)
-    for part in ("surface", "mesh", "points", "picture", "report")
+    part: tuple(suffix for suffix, parts in _FORMATS.items() if not parts.keys().isdisjoint(stored))
+    for part, stored in {
+        # A surface can be written as a shell.
+        "surface": ("surface", "shell"),
+        "mesh": ("mesh",),
+        "points": ("points",),
+        "picture": ("picture",),
+        "report": ("report",),
+    }.items()
 }
 """Suffixes that can be written, for each part of an object."""
