@@ -19,6 +19,7 @@ from matplotlib.image import imread, imsave
 from numpy.typing import NDArray
 
 import neurbs
+from neurbs.plot import plot_shell
 
 HERE = Path(__file__).parent
 IMAGES = HERE / "images"
@@ -53,6 +54,27 @@ def unfolding(path: Path) -> None:
     x = np.where(angle < 1.5 * np.pi, np.sin(angle), -2 - np.sin(angle))
     points = np.column_stack([x, y, -np.cos(angle)])
     neurbs.SelfOrganizingMap(24, 8, init="geodesic").animate(points, path, seconds=4)
+
+
+def shells(path: Path) -> None:
+    """Draw a tube closed by two caps, and a plate with holes."""
+
+    def circle(u: float, v: float, radius: float) -> list[neurbs.NurbsCurve]:
+        return [neurbs.NurbsCurve.arc([u, v, 0], [radius, 0, 0], [0, radius, 0])]
+
+    def cap(z: float) -> neurbs.Face:
+        plane = neurbs.NurbsSurface.plane([-2, -2, z], [4, 0, 0], [0, 4, 0])
+        return neurbs.Face(plane, [circle(0.5, 0.5, 0.25)])
+
+    tube = neurbs.NurbsSurface.cylinder([0, 0, 0], [0, 0, 2], 1)
+    can = neurbs.Shell([tube, cap(0).reversed(), cap(2)])
+    x, y = np.meshgrid(np.linspace(0, 5, 9), np.linspace(0, 4, 9), indexing="ij")
+    hills = neurbs.NurbsSurface.interpolate(np.stack([x, y, 0.3 * np.sin(x) * y], axis=-1))
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
+    outer = [neurbs.NurbsCurve(corners[k : k + 2], degree=1) for k in range(4)]
+    holes = [circle(0.1 + 0.2 * i, 0.125 + 0.25 * j, 0.06) for i in range(5) for j in range(4)]
+    plate = neurbs.Shell(neurbs.Face(hills, [outer, *holes]))
+    beside(path, [plot_shell(can), plot_shell(plate)])
 
 
 def report(path: Path) -> None:
@@ -98,6 +120,7 @@ PICTURES: dict[str, Callable[[Path], None]] = {
     "bending.png": bending,
     "grids.png": grids,
     "unfolding.gif": unfolding,
+    "shells.png": shells,
     "report.png": report,
     "flow.svg": stage_pictures.flow,
     "prepare.png": stage_pictures.prepare,
