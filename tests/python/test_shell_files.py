@@ -112,7 +112,7 @@ def matches(shell: Shell, other: Shell, inner_point: InnerPoint) -> None:
     assert other.is_closed == shell.is_closed
     assert other.euler_characteristic == shell.euler_characteristic
     for ours, theirs in zip(shell.faces, other.faces, strict=True):
-        assert [len(each) for each in theirs.inner] == [len(each) for each in ours.inner]
+        assert len(theirs.inner) == len(ours.inner)
         point, normal = inner_point(theirs)
         closest = ours.surface.closest_points([point])
         assert closest.distances[0] < 1e-6
@@ -203,9 +203,11 @@ def test_trims_of_an_obj_file(tmp_path: Path) -> None:
     assert sum(edge.curve.length() for edge in shell.edges) == pytest.approx(16 + 4 * 2**0.5)
     with pytest.warns(UserWarning, match="vertices are control points of free-form surfaces"):
         assert len(neurbs.read_points(path)) == 4
-    path.write_text(PLATE.replace("trim 0 4 2\n", ""))
+    path.write_text(PLATE.replace("trim 0 4 2\n", "").replace("g plate", "o lid\ng default"))
     with pytest.warns(UserWarning, match="polygon"):
-        assert len(neurbs.load_shell(path).faces[0].inner) == 1
+        (face,) = neurbs.load_shell(path).faces
+    assert face.name == "lid"
+    assert len(face.inner) == 1
 
 
 @pytest.mark.parametrize(
@@ -215,6 +217,12 @@ def test_trims_of_an_obj_file(tmp_path: Path) -> None:
         ("surf 0 1 0 1 1 2 3 4", "surf 0 1 0 1 1 2 3 x", "line 29: `end` must"),
         ("parm v 0 0 1 1\n", "", "must have parm u and parm v, but 'v' is missing"),
         ("end\nf 1 2 3\n", "", "has no `end`: it may be cut short"),
+        (
+            "g plate",
+            "# 2 surfaces\ng plate",
+            "must have 2 surfaces, as in its first line, but has 1",
+        ),
+        ("f 1 2 3\n", "g next\n", "points and curves have no surface: it may be cut short"),
         ("cstype bspline", "cstype bezier", "cstype must be bspline"),
     ],
 )
@@ -229,3 +237,13 @@ def test_a_mesh_has_no_faces(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     with pytest.raises(NeurbsError, match=r"but has only 1 polygon$"):
         neurbs.load_shell(tmp_path / "a.obj")
+
+
+def test_edges_that_do_not_meet_are_not_joined(tmp_path: Path) -> None:
+    """A file whose edges are wrong is joined by position."""
+    path = tmp_path / "a.json"
+    planes = [NurbsSurface.plane([x, 0, 0], [1, 0, 0], [0, 1, 0]) for x in (0.0, 5.0)]
+    shell = Shell(planes, edges=[[[0, 1, 2, 3]], [[4, 5, 6, 1]]])
+    assert len(shell.border()) == 6
+    neurbs.save(shell, path)
+    assert len(neurbs.load_shell(path).border()) == 8

@@ -49,6 +49,7 @@ class _Content:
     document: Any
     unit: str
     transfer: Any
+    has_part_names: bool
 
     def parts(self) -> list[Part]:
         return parts(self.document)
@@ -61,14 +62,14 @@ def _step(path: Path) -> _Content:
     reader = _read(path, STEPCAFControl_Reader())
     reader.SetColorMode(True)
     reader.SetNameMode(True)
-    document = _transferred(path, reader)
+    document = _transferred(reader)
     step = reader.ChangeReader()
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     step.FileUnits(lengths, angles, solid_angles)
     unit = symbol(lengths.Value(1).ToCString()) if lengths.Size() else "mm"
     # For an unknown unit the coordinates stay in millimeters.
     unit = unit if unit in LENGTH_UNITS else "mm"
-    return _Content(reader, document, unit, step.WS().TransferReader())
+    return _Content(reader, document, unit, step.WS().TransferReader(), True)
 
 
 def _iges(path: Path) -> _Content:
@@ -79,11 +80,11 @@ def _iges(path: Path) -> _Content:
     reader.SetColorMode(True)
     reader.SetNameMode(True)
     unit = _IGES_UNITS.get(reader.IGESModel().GlobalSection().UnitFlag(), "mm")
-    document = _transferred(path, reader)
-    return _Content(reader, document, unit, reader.WS().TransferReader())
+    document = _transferred(reader)
+    return _Content(reader, document, unit, reader.WS().TransferReader(), False)
 
 
-def _transferred(path: Path, reader: Any) -> Any:
+def _transferred(reader: Any) -> Any:
     """Return the document of a file that is read."""
     from OCP.TCollection import TCollection_ExtendedString
     from OCP.TDocStd import TDocStd_Document
@@ -149,12 +150,15 @@ def _faces(content: _Content) -> tuple[list[FaceData], list[str]]:
     read: list[FaceData] = []
     left_out: list[str] = []
     all_parts = content.parts()
-    several = len(all_parts) > 1
+    # Parts of IGES files have no names: OpenCASCADE calls them "SOLID".
+    named_parts = content.has_part_names and len(all_parts) > 1
+    has_names = _has_named_faces(content.transfer.Model())
     number = 0
     for part in all_parts:
         for face in located_faces(part):
             number += 1
-            name = _entity_name(content.transfer, face.own) or (part.name if several else None)
+            own = content.transfer.EntityFromShapeResult(face.own, 1) if has_names else None
+            name = _name_of(own) or (part.name if named_parts else None)
             try:
                 read.append(face_data(face.located, number, edges.Add, name, face.color))
             except (MemoryError, OSError):
@@ -165,18 +169,29 @@ def _faces(content: _Content) -> tuple[list[FaceData], list[str]]:
     return read, left_out
 
 
-def _entity_name(transfer: Any, face: Any) -> str | None:
-    """Return the name of the entity from which a face was made."""
+def _has_named_faces(model: Any) -> bool:
+    """Whether an entity of a face has a name. To find the entity of each face takes long."""
+    from OCP.IGESData import IGESData_IGESEntity
+    from OCP.StepShape import StepShape_Face
+
+    return any(
+        _name_of(entity) is not None
+        for entity in (model.Value(k + 1) for k in range(model.NbEntities()))
+        if isinstance(entity, StepShape_Face | IGESData_IGESEntity)
+    )
+
+
+def _name_of(entity: Any) -> str | None:
+    """Return the name of an entity."""
     from OCP.IGESData import IGESData_IGESEntity
     from OCP.StepRepr import StepRepr_RepresentationItem
 
-    entity = transfer.EntityFromShapeResult(face, 1)
+    name = None
     if isinstance(entity, StepRepr_RepresentationItem):
         name = entity.Name()
-        return (name.ToCString().strip() if name is not None else "") or None
-    if isinstance(entity, IGESData_IGESEntity) and entity.HasName():
-        return entity.NameValue().ToCString().strip() or None
-    return None
+    elif isinstance(entity, IGESData_IGESEntity) and entity.HasName():
+        name = entity.NameValue()
+    return (name.ToCString().strip() or None) if name is not None else None
 
 
 def _others(content: _Content) -> Counter[str]:

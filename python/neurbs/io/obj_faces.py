@@ -7,6 +7,7 @@ The statements are those of the format's specification (Advanced Visualizer, app
 from __future__ import annotations
 
 import itertools
+import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,22 +29,35 @@ _WHOLE = 1e-9
 _OTHERS = {"f": "polygon", "l": "polyline", "p": "point", "curv": "curve"}
 """Elements that are not faces."""
 
-_BEFORE_SURFACES = ("v", "vp", "cstype", "deg", "curv2")
+_BEFORE_SURFACES = ("o", "g", "v", "vp", "cstype", "deg", "curv2")
 """Statements for the elements that follow."""
+
+_COUNT = re.compile(r"# (\d+) surfaces?\s")
+"""A comment in the first line, with which a file that is cut between two surfaces is found."""
+
+_NO_GROUP = "default"
+"""The group of elements that are in no other."""
 
 
 def read_obj(path: Path) -> FaceFile:
     """Read all free-form surfaces of a file."""
+    text = read_whole(path, _MAX_BYTES).decode("utf-8", errors="replace")
     reader = _Reader(path)
-    for number, words in _statements(path):
+    for number, words in _statements(text):
         reader.read(number, words)
     reader.check_end()
+    count = _COUNT.match(text)
+    found = len(reader.faces) + len(reader.left_out)
+    if count is not None and int(count[1]) != found:
+        raise NeurbsError(
+            f"{path}: must have {count[1]} surfaces, as in its first line, but has {found}: "
+            "it may be cut short"
+        )
     return FaceFile(reader.faces, None, reader.left_out, reader.others)
 
 
-def _statements(path: Path) -> Iterator[tuple[int, list[str]]]:
+def _statements(text: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the words of each statement with the number of its line."""
-    text = read_whole(path, _MAX_BYTES).decode("utf-8", errors="replace")
     pending: list[str] = []
     for number, line in enumerate(text.split("\n"), 1):
         words = line.split("#")[0].rstrip()
@@ -72,13 +86,18 @@ class _Reader:
         self._curves: list[NurbsCurve] = []
         self._kind: list[str] = []
         self._degree: list[int] = []
-        self._name: str | None = None
+        self._object: str | None = None
+        self._group: str | None = None
         self._element: list[str] = []
         self._parameters: dict[str, list[float]] = {}
         self._loops: list[tuple[str, list[str]]] = []
 
     def error(self, got: str) -> NeurbsError:
         return NeurbsError(f"{self._path}: line {self._line}: {got}")
+
+    @property
+    def _name(self) -> str | None:
+        return self._group or self._object
 
     def check_end(self) -> None:
         """Raise if the file ends within a surface, or with points and curves that none uses."""
@@ -108,8 +127,11 @@ class _Reader:
                 self._vertices.append([float(value) for value in values])
             case "vp":
                 self._places.append([float(value) for value in values])
-            case "o" | "g":
-                self._name = " ".join(values) or None
+            case "o":
+                self._object = " ".join(values) or None
+            case "g":
+                name = " ".join(values)
+                self._group = None if name == _NO_GROUP else name or None
             case "cstype":
                 self._kind = values
             case "deg":

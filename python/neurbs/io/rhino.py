@@ -130,6 +130,9 @@ class _Reader:
         """Read objects at a place."""
         for item in items:
             geometry, attributes = item.Geometry, item.Attributes
+            if geometry is None:
+                self.others["unknown object"] += 1
+                continue
             if isinstance(geometry, self._rhino3dm.InstanceReference):
                 self._read_block(geometry, attributes, place)
                 continue
@@ -160,12 +163,13 @@ class _Reader:
         """Convert an object."""
         rhino3dm = self._rhino3dm
         number, edge = self._numbers.__next__, self._edges.__next__
+        tolerance = self._model.Settings.ModelAbsoluteTolerance
         kind = geometry.ObjectType.name
         if isinstance(geometry, rhino3dm.Extrusion):
             geometry = geometry.ToBrep(True)
         try:
             if isinstance(geometry, rhino3dm.Brep):
-                return brep_data(rhino3dm, geometry, number, edge)
+                return brep_data(rhino3dm, geometry, tolerance, number, edge)
             if kind == "Surface":
                 return [surface_data(geometry, number, edge)]
         except NeurbsError as error:

@@ -52,8 +52,10 @@ def surface_data(theirs: Any, number: Number, edge: Number) -> FaceData | LeftOu
     return FaceData(k, surface, edges=edges)
 
 
-def brep_data(rhino3dm: Any, brep: Any, number: Number, edge: Number) -> list[FaceData | LeftOut]:
-    """Convert the faces of a Brep."""
+def brep_data(
+    rhino3dm: Any, brep: Any, tolerance: float, number: Number, edge: Number
+) -> list[FaceData | LeftOut]:
+    """Convert the faces of a Brep whose curves meet within a tolerance."""
     encoded = brep.Encode()
     data = read_brep(encoded)
     numbered = _renumbered((trim.edge for trim in data.trims if trim.edge >= 0), edge)
@@ -72,7 +74,6 @@ def brep_data(rhino3dm: Any, brep: Any, number: Number, edge: Number) -> list[Fa
             loop_curves.check_loops_there(loops)
             to_spline = _parameters(own, surface)
             loops = [[to_spline(curve) for curve in each] for each in loops]
-            tolerance = _ACCURACY * float(np.ptp(surface.control_points, axis=(0, 1)).max())
             loops = [loop_curves.closed(each, surface, tolerance) for each in loops]
         except NeurbsError as error:
             faces.append(FaceData(k, surface, is_trimmed=True, defect=str(error), **about))

@@ -32,6 +32,12 @@ _SIDES = (4, 5, 6, 3)
 _U_FIXED, _V_FIXED = 1, 2
 """Flags of trims along isocurves inside the surface."""
 
+_ISO_WIDTH = 2.0**-22
+"""Largest variation along an isocurve, and twice the largest distance from a side.
+
+Both are shares of the domain, measured on openNURBS, which refuses other flags.
+"""
+
 
 def is_surface(shell: Shell) -> bool:
     """Whether a shell is a single open face that is not trimmed."""
@@ -188,13 +194,17 @@ def _kind(edge: Edge) -> int:
 
 def _iso(curve: NurbsCurve, surface: NurbsSurface) -> int:
     """Return the flag of a curve on a side or along an isocurve."""
-    places: NDArray[np.float64] = curve.control_points[:, :2]
     (u0, u1), (v0, v1) = surface.domain
-    u, v = places[:, 0], places[:, 1]
-    on_sides = ((v == v0), (u == u1), (v == v1), (u == u0))
+    places: NDArray[np.float64] = (curve.control_points[:, :2] - [u0, v0]) / [u1 - u0, v1 - v0]
+    low, high = places.min(axis=0), places.max(axis=0)
+    fixed = high - low <= _ISO_WIDTH
+    near = 0.5 * _ISO_WIDTH
+    at_low = np.maximum(abs(low), abs(high)) <= near
+    at_high = np.maximum(abs(low - 1), abs(high - 1)) <= near
+    on_sides = (at_low[1], at_high[0], at_high[1], at_low[0])
     for flag, on_side in zip(_SIDES, on_sides, strict=True):
-        if on_side.all():
+        if on_side:
             return flag
-    if (u == u[0]).all():
+    if fixed[0]:
         return _U_FIXED
-    return _V_FIXED if (v == v[0]).all() else 0
+    return _V_FIXED if fixed[1] else 0

@@ -9,12 +9,18 @@ from collections import Counter
 from pathlib import Path
 from typing import Literal, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from neurbs._core import Face, NeurbsError, Shell
 from neurbs.io.face_file import Edges, FaceFile, label, no_faces
 from neurbs.io.face_readers import READABLE_FACES, read_faces
 from neurbs.io.reading import cause
 
 Unit = Literal["mm", "cm", "m", "in", "ft"]
+
+_APART = 1e-3
+"""Share of the diagonal beyond which curves of the same edge show that a file is wrong."""
 
 _NAMED = 3
 """Most faces that a warning names."""
@@ -124,7 +130,7 @@ def _joined(
     """Join faces by the file's edges, or by position; else say why they are not joined."""
     unit = cast(Unit | None, file.unit)
     known = [of_face for of_face in edges if of_face is not None]
-    if len(known) == len(faces) and _shared(known):
+    if len(known) == len(faces) and _shared(known) and _meet(faces, known):
         try:
             shell = Shell(faces, edges=known, tolerance=file.tolerance, unit=unit)
         except NeurbsError:
@@ -146,3 +152,23 @@ def _shared(edges: list[Edges]) -> bool:
     if len(uses) > 1:
         uses = [list(set(of_face)) for of_face in uses]
     return any(count > 1 for count in Counter(itertools.chain.from_iterable(uses)).values())
+
+
+def _meet(faces: list[Face], edges: list[Edges]) -> bool:
+    """Whether the curves of each edge begin and end at the same two places."""
+    nets = np.concatenate([face.surface.control_points.reshape(-1, 3) for face in faces])
+    largest = _APART * float(np.linalg.norm(np.ptp(nets, axis=0)))
+    ends: dict[int, NDArray[np.float64]] = {}
+    for face, of_face in zip(faces, edges, strict=True):
+        curves = itertools.chain.from_iterable(face.loops)
+        places = np.array([curve.control_points[[0, -1], :2] for curve in curves])
+        (u0, u1), (v0, v1) = face.surface.domain
+        inside = np.clip(places.reshape(-1, 2), [u0, v0], [u1, v1])
+        points = face.surface.evaluate(inside).reshape(-1, 2, 3)
+        numbers = itertools.chain.from_iterable(of_face)
+        for number, here in zip(numbers, points, strict=True):
+            if number is not None:
+                there = ends.setdefault(number, here)
+                if min(abs(here - there).max(), abs(here[::-1] - there).max()) > largest:
+                    return False
+    return True
