@@ -1,4 +1,5 @@
-//! Times of uniform tessellations by the size of the net, and of adaptive ones by the tolerance.
+//! Times of uniform tessellations by the size of the net, of adaptive ones by the tolerance, and of a
+//! shell of many faces.
 
 use std::hint::black_box;
 
@@ -6,7 +7,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use neurbs::mesh::{TessellateOptions, UniformGrid};
 use neurbs::nurbs::KnotVector;
 use neurbs::progress::Silent;
-use neurbs::{DVec3, NurbsSurface};
+use neurbs::{DVec3, Face, NurbsSurface, Shell};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -54,5 +55,30 @@ fn adaptive(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, tessellation, adaptive);
+/// A sphere cut into rows and columns of faces.
+fn cut_sphere(rows: u32, cols: u32) -> Shell {
+    let sphere = NurbsSurface::sphere(DVec3::ZERO, 1.0).expect("the radius is fine");
+    let at = |k: u32, n: u32| f64::from(k) / f64::from(n);
+    let mut faces = vec![];
+    for (i, j) in (0..rows).flat_map(|i| (0..cols).map(move |j| (i, j))) {
+        let (u, v) = ((at(i, rows), at(i + 1, rows)), (at(j, cols), at(j + 1, cols)));
+        let part = sphere.sub_surface(u, v, &mut Silent).expect("the domain is (0, 1)");
+        faces.push(Face::whole(part).expect("the knots are clamped"));
+    }
+    Shell::new(faces, None).expect("the faces fit")
+}
+
+fn shell(criterion: &mut Criterion) {
+    let shell = cut_sphere(10, 10);
+    let options = TessellateOptions { tolerance: Some(1e-3), relative: true, ..Default::default() };
+    let found = shell.tessellate(&options, &mut Silent).expect("the limits are fine");
+    let mut group = criterion.benchmark_group("tessellation of a shell");
+    group.throughput(Throughput::Elements(found.mesh.triangles.len() as u64));
+    group.bench_function("100 faces", |bench| {
+        bench.iter(|| black_box(&shell).tessellate(&options, &mut Silent));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, tessellation, adaptive, shell);
 criterion_main!(benches);

@@ -13,8 +13,9 @@ const MAX_STEPS: u32 = 20;
 /// Samples of a curve among which a search for the closest point starts.
 const SAMPLES: u32 = 16;
 
-/// Change of the parameter, relative to its range, at which the search for a point ends.
-const CONVERGED: f64 = 1e-14;
+/// Last change of the parameter, relative to its range, in a search for a point. The error that is
+/// left is of the order of its square.
+const CONVERGED: f64 = 1e-8;
 
 /// Parts that a curve is divided into to bound its distance from a chord: their control polygons
 /// are close to the curve.
@@ -92,10 +93,14 @@ impl<'a> EdgeUse<'a> {
             let velocity = along.x * by_u + along.y * by_v;
             let step = velocity.dot(point - foot) / velocity.length_squared();
             let next = (at + step).clamp(from.min(to), from.max(to));
-            if !next.is_finite() || (next - at).abs() <= CONVERGED * (to - from).abs() {
+            if !next.is_finite() {
                 break;
             }
+            let change = (next - at).abs();
             at = next;
+            if change <= CONVERGED * (to - from).abs() {
+                break;
+            }
         }
         at
     }

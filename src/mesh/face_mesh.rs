@@ -17,8 +17,9 @@ use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 use crate::progress::Observer;
 
-/// The tolerance of the kept cells, as a share: triangles beside them must still meet it.
-const CELL_SHARE: f64 = 0.9;
+/// The tolerance of the kept cells, as shares to try in turn. Sides of cells that deviate as much as
+/// the tolerance may leave too little to the triangles beside them.
+const CELL_SHARES: [f64; 3] = [1.0, 0.9, 0.7];
 
 /// Samples of the tangents along each direction.
 const SAMPLES: u32 = 4;
@@ -33,6 +34,8 @@ pub(super) struct FaceMesh {
     /// The triangles, by nodes; counter-clockwise in (u, v).
     pub triangles: Vec<[usize; 3]>,
     pub deviation: f64,
+    /// Whether all triangles are certified within the tolerance.
+    pub is_proven: bool,
 }
 
 impl FaceMesh {
@@ -41,7 +44,7 @@ impl FaceMesh {
         surface: &NurbsSurface,
         all: &[Node],
         mut triangles: Vec<[usize; 3]>,
-        deviation: f64,
+        (deviation, is_proven): (f64, bool),
     ) -> Self {
         let (mut numbers, mut nodes) = (vec![usize::MAX; all.len()], vec![]);
         for corner in triangles.iter_mut().flatten() {
@@ -54,7 +57,7 @@ impl FaceMesh {
         let uv: Vec<DVec2> = nodes.iter().map(|node| node.uv).collect();
         let (mut points, mut normals) = (vec![DVec3::ZERO; uv.len()], vec![DVec3::ZERO; uv.len()]);
         surface.points_and_normals(&uv, &mut points, &mut normals);
-        Self { nodes, normals, triangles, deviation }
+        Self { nodes, normals, triangles, deviation, is_proven }
     }
 }
 
@@ -103,8 +106,26 @@ impl FaceMesher<'_> {
         forbidden: &BTreeSet<[Origin; 2]>,
         observer: &mut dyn Observer,
     ) -> Result<Attempt> {
+        let mut found = self.attempt((face, CELL_SHARES[0]), forbidden, observer)?;
+        for share in &CELL_SHARES[1..] {
+            let Attempt::Done(mesh) = &found else { break };
+            if mesh.is_proven {
+                break;
+            }
+            found = self.attempt((face, *share), forbidden, observer)?;
+        }
+        Ok(found)
+    }
+
+    /// Triangulates a face with kept cells within a share of the tolerance.
+    fn attempt(
+        &self,
+        (face, share): (usize, f64),
+        forbidden: &BTreeSet<[Origin; 2]>,
+        observer: &mut dyn Observer,
+    ) -> Result<Attempt> {
         let (surface, scale) = (self.shell.faces()[face].surface(), self.scales[face]);
-        let tolerance = Some(CELL_SHARE * self.limits.tolerance);
+        let tolerance = Some(share * self.limits.tolerance);
         let options =
             TessellateOptions { tolerance, relative: false, split_seams: true, ..*self.options };
         let cells = Tessellation::new(surface, &options, observer)?;
@@ -129,6 +150,7 @@ impl FaceMesher<'_> {
         }
         let mut nodes = strip.nodes;
         nodes.extend(kept.inner);
-        Ok(Attempt::Done(FaceMesh::new(surface, &nodes, triangles, deviation)))
+        let proven = (deviation, strip.is_proven);
+        Ok(Attempt::Done(FaceMesh::new(surface, &nodes, triangles, proven)))
     }
 }

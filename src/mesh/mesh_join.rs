@@ -2,14 +2,19 @@
 
 use std::collections::HashMap;
 
+use super::TriangleMesh;
 use super::face_mesh::FaceMesh;
 use super::numbering::vertex_index;
 use super::outline::Origin;
-use super::{ShellMesh, TriangleMesh};
 use crate::brep::Face;
 
-/// Joins the meshes of faces; `deviation` is that of the edges.
-pub(super) fn join(faces: &[Face], meshes: &[&FaceMesh], deviation: f64) -> ShellMesh {
+/// Joins the meshes of faces; `deviation` is that of the edges. Returns the mesh, and the index of the
+/// face of each triangle.
+pub(super) fn join(
+    faces: &[Face],
+    meshes: &[&FaceMesh],
+    deviation: f64,
+) -> (TriangleMesh, Vec<u32>) {
     let mut out = TriangleMesh::default();
     let mut on_edges: HashMap<Origin, u32> = HashMap::new();
     let (mut of_triangles, mut deviation) = (vec![], deviation);
@@ -37,5 +42,5 @@ pub(super) fn join(faces: &[Face], meshes: &[&FaceMesh], deviation: f64) -> Shel
         deviation = deviation.max(mesh.deviation);
     }
     out.max_deviation = Some(deviation);
-    ShellMesh { mesh: out, faces: of_triangles }
+    (out, of_triangles)
 }

@@ -100,7 +100,8 @@ impl Shell {
                 let shared = overused(&done);
                 if shared.is_empty() {
                     let deviation = edges.iter().map(|edge| edge.deviation).fold(0.0, f64::max);
-                    return Ok(join(self.faces(), &done, deviation));
+                    let (mesh, faces) = join(self.faces(), &done, deviation);
+                    return Ok(ShellMesh { mesh, faces });
                 }
                 forbidden.extend(shared.iter().map(|(_, side)| *side));
                 for (face, _) in shared {

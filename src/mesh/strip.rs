@@ -17,7 +17,7 @@ use super::surface_bound::SurfaceBound;
 use crate::nurbs::NurbsSurface;
 
 /// Rounds of refinement at most.
-const MAX_ROUNDS: usize = 40;
+const MAX_ROUNDS: usize = 24;
 
 /// Cosine of the largest angle between a triangle and the surface at its center.
 const MIN_FOLD_COSINE: f64 = 0.5;
@@ -40,6 +40,8 @@ pub(super) struct Strip<'a> {
     sides: HashMap<[usize; 2], f64>,
     /// The largest certified distance.
     pub deviation: f64,
+    /// Whether all triangles are certified within the tolerance.
+    pub is_proven: bool,
 }
 
 /// How a triangle that is not fine is divided.
@@ -58,7 +60,8 @@ impl<'a> Strip<'a> {
         let gaps = outline.map(gap).collect();
         let bound = SurfaceBound::new(surface);
         let (certified, sides) = (HashMap::new(), HashMap::new());
-        Self { surface, limits, nodes, gaps, bound, certified, sides, deviation: 0.0 }
+        let (deviation, is_proven) = (0.0, false);
+        Self { surface, limits, nodes, gaps, bound, certified, sides, deviation, is_proven }
     }
 
     /// Refines a triangulation; returns the triangles, without those that are a line at a pole.
@@ -79,12 +82,12 @@ impl<'a> Strip<'a> {
                     Err(cut) => cuts.push(cut),
                 }
             }
-            let unproven = !cuts.is_empty();
+            self.is_proven = cuts.is_empty();
             cuts.extend(self.overused(&triangles, forbidden));
             if round < MAX_ROUNDS && self.cut(&cuts, triangulation) > 0 {
                 continue;
             }
-            if unproven {
+            if !self.is_proven {
                 let bounds = triangles.iter().map(|t| self.bound(t, f64::INFINITY));
                 self.deviation = bounds.map(|b| b.unwrap_or(f64::INFINITY)).fold(0.0, f64::max);
             }
