@@ -3,6 +3,7 @@
 //! Each face is a surface:
 //!
 //! ```text
+//! # 1 surfaces                         the number of surfaces in the file
 //! o shell_1                            only if there are several shells
 //! g name                               the face's name, if it has one; "default" after others
 //! v x y z [weight]                     control points in space
@@ -57,6 +58,9 @@ const NUMBERS_PER_LINE: usize = 16;
 /// [`crate::Error::Io`] if writing fails, [`crate::Error::Parameter`] if there are no shells.
 pub fn write_obj_shells(shells: &[Shell], out: &mut impl Write) -> Result<()> {
     check_shells(shells)?;
+    // The format has no end mark: readers count the surfaces.
+    let surfaces = shells.iter().map(|shell| shell.faces().len()).sum::<usize>();
+    writeln!(out, "# {surfaces} surfaces")?;
     let mut file = Writer { out, vertices: 0, places: 0, curves: 0, grouped: false };
     for (shell, number) in shells.iter().zip(1..) {
         if shells.len() > 1 {
