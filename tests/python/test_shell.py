@@ -180,7 +180,10 @@ def test_faces_and_shells_survive_pickle_dicts_and_transforms() -> None:
         (lambda: Face(plane(), []), "loops must be at least one"),
         (lambda: Face(plane(), [[circle(0.5, 0.5, 0.6)]]), "stay inside the surface's rectangle"),
         (lambda: Face(plane(), [square()[:3]]), "be closed"),
-        (lambda: Face(plane(), [[circle(0.5, 0.5, 0.4)], [circle(0.8, 0.5, 0.2)]]), "neither cross"),
+        (
+            lambda: Face(plane(), [[circle(0.5, 0.5, 0.4)], [circle(0.8, 0.5, 0.2)]]),
+            "neither cross",
+        ),
         (lambda: Face(plane(), color=(2, 0, 0)), "red, green and blue between 0 and 1"),
         (lambda: Shell([]), "faces must be at least one"),
         (lambda: Shell([3]), "items must be faces or surfaces"),
