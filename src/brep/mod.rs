@@ -19,6 +19,8 @@ mod shell;
 mod shell_builder;
 mod sides;
 
+pub(crate) use self::plane_curves::crossings_with_line;
+
 pub use self::edge::{Edge, EdgeUse};
 pub use self::face::Face;
 pub use self::length_unit::LengthUnit;
