@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::arc_length::shares;
 use super::border::Border;
-use super::level::Level;
+use super::level::{Closeness, Level};
 use super::offset::outward;
 use super::places::Rectangle;
 use super::settings::{ArcSettings, SplineSettings};
@@ -26,20 +26,28 @@ pub(super) struct Arc {
     curve: NurbsCurve,
     /// Control points; 2 for a straight line.
     count: usize,
+    /// Share of the arc along which directions at its ends are measured: those of the curve itself
+    /// are noisy.
+    lever: f64,
 }
 
 impl Arc {
     /// The arc from a corner to the next, whose index may be a turn ahead.
     ///
     /// Places close to the corners are left out: the discs that found the border round them off.
-    pub(super) fn fit(border: &Border, (first, last): (usize, usize), knots: f64) -> Result<Self> {
+    pub(super) fn fit(
+        border: &Border,
+        (first, last): (usize, usize),
+        closeness: Closeness,
+    ) -> Result<Self> {
         let stretch = Stretch::of(border, &[core(border, (first, last))]);
-        let chosen = stretch.choose(border.spacing, knots)?;
+        let chosen = stretch.choose(border.spacing, closeness)?;
         let (curve, count) = match chosen {
             Some(fit) => (fit.curve, fit.count),
             None => (straight(border.uv_at(first), border.uv_at(last))?, 2),
         };
-        Ok(Self { last: last % border.len(), stretch, curve, count })
+        let lever = (SETTINGS.lever * border.spacing / stretch.length).min(0.5);
+        Ok(Self { last: last % border.len(), stretch, curve, count, lever })
     }
 
     /// The angle in space between its end and the start of the next arc.
@@ -107,15 +115,14 @@ impl Arc {
 
     /// The point at the start, and the direction there.
     fn start(&self) -> (DVec2, DVec2) {
-        let points = self.curve.control_points();
-        (points[0].truncate(), (points[1] - points[0]).truncate())
+        let start = self.curve.point(0.0).truncate();
+        (start, self.curve.point(self.lever).truncate() - start)
     }
 
     /// The point at the end, and the direction there.
     fn end(&self) -> (DVec2, DVec2) {
-        let points = self.curve.control_points();
-        let count = points.len();
-        (points[count - 1].truncate(), (points[count - 1] - points[count - 2]).truncate())
+        let end = self.curve.point(1.0).truncate();
+        (end, end - self.curve.point(1.0 - self.lever).truncate())
     }
 
     /// Where the arc, moved back by a turn and carried on straight, meets the start of the next

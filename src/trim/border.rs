@@ -219,3 +219,19 @@ fn depths(cells: &[f64], along: &[f64], window: f64) -> Vec<f64> {
     };
     (0..count).map(&mut depth).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_of_a_lattice_are_half_a_step_deep() {
+        // Lines that are three steps apart: half a gap along them, half a step across.
+        let (cells, along): (Vec<f64>, Vec<f64>) = (0..=40).map(|k| (3.0, f64::from(k))).unzip();
+        let depth = depths(&cells[..40], &along, 8.0);
+        assert!(depth.iter().all(|depth| (depth - 1.5).abs() < 1e-12), "{depth:?}");
+        let across: Vec<f64> = along.iter().map(|l| 3.0 * l).collect();
+        let depth = depths(&cells[..40], &across, 24.0);
+        assert!(depth.iter().all(|depth| (depth - 0.5).abs() < 1e-12), "{depth:?}");
+    }
+}

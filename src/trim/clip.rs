@@ -7,6 +7,7 @@
 use glam::DVec2;
 
 use super::arc::straight;
+use super::closed_polygon::signed_area;
 use super::places::Rectangle;
 use crate::brep::crossings_with_line;
 use crate::error::Result;
@@ -78,25 +79,39 @@ enum Cut {
 
 /// Cuts a chain at the sides and seams.
 fn runs_of(chain: usize, curves: &[NurbsCurve], rectangle: &Rectangle) -> Result<Cut> {
-    let mut pieces: Vec<(Option<[i64; 2]>, NurbsCurve)> = vec![];
+    let mut pieces = vec![];
     for curve in curves {
         for piece in divided(curve, rectangle)? {
             pieces.push(placed(&piece, rectangle)?);
         }
     }
-    let first =
-        (0..pieces.len()).find(|k| pieces[*k].0 != pieces[(k + pieces.len() - 1) % pieces.len()].0);
-    let Some(first) = first else {
-        let is_inside = pieces.first().is_some_and(|(cell, _)| cell.is_some());
+    // The end of a chain that winds around is some turns ahead of its start.
+    let way = (end(&curves[curves.len() - 1]) - start(&curves[0])) / rectangle.size();
+    let turns = way.round();
+    let is_cut = |k: usize| {
+        let (before, after) = (pieces[(k + pieces.len() - 1) % pieces.len()].0, pieces[k].0);
+        match (before, after) {
+            (Some(before), Some(after)) => {
+                before - if k == 0 { turns } else { DVec2::ZERO } != after
+            }
+            (before, after) => before != after,
+        }
+    };
+    let cuts: Vec<usize> = (0..pieces.len()).filter(|k| is_cut(*k)).collect();
+    if cuts.is_empty() {
+        let is_inside = pieces.iter().any(|(turn, _)| turn.is_some());
         let curves = pieces.into_iter().map(|(_, curve)| curve).collect();
         return Ok(if is_inside { Cut::Whole(curves) } else { Cut::Runs(vec![]) });
-    };
-    pieces.rotate_left(first);
-    let groups = pieces.chunk_by(|a, b| a.0 == b.0).filter(|group| group[0].0.is_some());
-    let runs = groups.map(|group| {
-        Run::new(chain, group.iter().map(|(_, curve)| curve.clone()).collect(), rectangle)
-    });
-    Ok(Cut::Runs(runs.collect::<Result<_>>()?))
+    }
+    let mut runs = vec![];
+    for (i, &first) in cuts.iter().enumerate() {
+        let last = cuts.get(i + 1).map_or(cuts[0] + pieces.len(), |next| *next);
+        let own = (first..last).map(|k| &pieces[k % pieces.len()]);
+        if pieces[first].0.is_some() {
+            runs.push(Run::new(chain, own.map(|(_, curve)| curve.clone()).collect(), rectangle)?);
+        }
+    }
+    Ok(Cut::Runs(runs))
 }
 
 /// The parts of a curve between sides and seams.
@@ -137,27 +152,25 @@ fn lines(rectangle: &Rectangle, d: usize, low: f64, high: f64) -> Vec<f64> {
     lines
 }
 
-/// The turn in which a part lies, with the part moved into the rectangle; no turn if it is outside.
-fn placed(curve: &NurbsCurve, rectangle: &Rectangle) -> Result<(Option<[i64; 2]>, NurbsCurve)> {
+/// The turns, of closed directions, in which a part lies, with the part moved into the rectangle;
+/// no turns if it is outside.
+fn placed(curve: &NurbsCurve, rectangle: &Rectangle) -> Result<(Option<DVec2>, NurbsCurve)> {
     let (from, to) = curve.knots().domain();
     let middle = (curve.point(0.5 * (from + to)).truncate() - rectangle.low) / rectangle.size();
-    let mut cell = [0; 2];
-    let mut moved = DVec2::ZERO;
+    let mut turns = DVec2::ZERO;
     for d in 0..2 {
         if rectangle.closed[d] {
-            moved[d] = middle[d].floor();
-            #[expect(clippy::cast_possible_truncation, reason = "a few turns")]
-            (cell[d] = moved[d] as i64);
+            turns[d] = middle[d].floor();
         } else if !(ON_SIDE..=1.0 - ON_SIDE).contains(&middle[d]) {
             return Ok((None, curve.clone()));
         }
     }
-    if moved == DVec2::ZERO {
-        return Ok((Some(cell), curve.clone()));
+    if turns == DVec2::ZERO {
+        return Ok((Some(turns), curve.clone()));
     }
-    let step = (moved * rectangle.size()).extend(0.0);
+    let step = (turns * rectangle.size()).extend(0.0);
     let points = curve.control_points().iter().map(|point| point - step).collect();
-    Ok((Some(cell), NurbsCurve::new(points, None, curve.knots().clone())?))
+    Ok((Some(turns), NurbsCurve::new(points, None, curve.knots().clone())?))
 }
 
 /// A curve whose first or last control point is put on the nearest side of the rectangle.
@@ -251,46 +264,92 @@ fn along_border(
 }
 
 /// The start of a curve.
-pub(super) fn start(curve: &NurbsCurve) -> DVec2 {
+fn start(curve: &NurbsCurve) -> DVec2 {
     curve.control_points()[0].truncate()
 }
 
 /// The end of a curve.
-pub(super) fn end(curve: &NurbsCurve) -> DVec2 {
+fn end(curve: &NurbsCurve) -> DVec2 {
     curve.control_points()[curve.control_points().len() - 1].truncate()
 }
 
-/// Twice the area inside a closed loop, from samples; positive if it is counter-clockwise.
-pub(super) fn signed_area(curves: &[NurbsCurve]) -> f64 {
-    polygon_area(&sampled(curves))
-}
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
 
-/// Twice the signed area of a polygon.
-fn polygon_area(polygon: &[DVec2]) -> f64 {
-    let origin = polygon[0];
-    let count = polygon.len();
-    (0..count).map(|k| (polygon[k] - origin).perp_dot(polygon[(k + 1) % count] - origin)).sum()
-}
+    use super::*;
+    use glam::DVec3;
 
-/// Points along a closed loop: some for each control point.
-pub(super) fn sampled(curves: &[NurbsCurve]) -> Vec<DVec2> {
-    let points = |curve: &NurbsCurve| {
-        let (from, to) = curve.knots().domain();
-        let count = if curve.knots().degree() == 1 { 1 } else { 4 * curve.control_points().len() };
-        let step = (to - from) / count as f64;
-        (0..count).map(|k| curve.point(from + step * k as f64).truncate()).collect::<Vec<_>>()
-    };
-    curves.iter().flat_map(points).collect()
-}
-
-/// Whether a point is inside a polygon, by even and odd crossings.
-pub(super) fn is_inside(polygon: &[DVec2], at: DVec2) -> bool {
-    let mut inside = false;
-    for k in 0..polygon.len() {
-        let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-        if (a.y > at.y) != (b.y > at.y) && at.x < a.x + (at.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            inside = !inside;
-        }
+    fn square(closed: [bool; 2]) -> Rectangle {
+        Rectangle { low: DVec2::ZERO, high: DVec2::ONE, closed }
     }
-    inside
+
+    fn circle(u: f64, v: f64, radius: f64) -> Vec<NurbsCurve> {
+        let count = 12;
+        let at = |k: i32| {
+            let angle = f64::from(k) / f64::from(count) * TAU;
+            DVec2::new(u, v) + radius * DVec2::from_angle(angle)
+        };
+        (0..count).map(|k| straight(at(k), at((k + 1) % count)).unwrap()).collect()
+    }
+
+    fn areas(chains: &[&[NurbsCurve]], closed: [bool; 2]) -> Vec<f64> {
+        let loops = clipped(chains, &square(closed), |_| false).unwrap();
+        loops.iter().map(|of| signed_area(&of.curves) / 2.0).collect()
+    }
+
+    #[test]
+    fn parts_outside_of_the_rectangle_become_sides() {
+        let whole = circle(0.5, 0.5, 0.3);
+        let polygon = signed_area(&whole) / 2.0;
+        assert!((polygon / (PI * 0.09) - 1.0).abs() < 0.05);
+        assert_eq!(areas(&[&whole], [false; 2]), [polygon]);
+        // A quarter, and all of the rectangle.
+        let quarter = areas(&[&circle(0.0, 0.0, 0.3)], [false; 2]);
+        assert!((quarter[0] - polygon / 4.0).abs() < 1e-12, "{quarter:?}");
+        assert_eq!(areas(&[&circle(0.5, 0.5, 3.0)], [false; 2]), [1.0]);
+        // A hole that opens to the side is a bay.
+        let hole: Vec<NurbsCurve> =
+            circle(0.0, 0.5, 0.3).iter().rev().map(|c| c.reversed(&mut Silent).unwrap()).collect();
+        let bay = areas(&[&circle(0.5, 0.5, 3.0), &hole], [false; 2]);
+        assert!(bay.len() == 1 && (bay[0] - 1.0 + polygon / 2.0).abs() < 1e-12, "{bay:?}");
+    }
+
+    #[test]
+    fn loops_are_cut_at_seams() {
+        // A disc on the seam is two halves of one face; a rim on a tube runs from seam to seam.
+        let disc = areas(&[&circle(1.0, 0.5, 0.3)], [true, false]);
+        let polygon = signed_area(&circle(0.5, 0.5, 0.3)) / 2.0;
+        assert!(disc.len() == 2 && (disc.iter().sum::<f64>() - polygon).abs() < 1e-12);
+        let rim = |v: f64, from: f64, way: f64| {
+            let at = |k: i32| DVec2::new(from + way * f64::from(k) / 4.0, v);
+            (0..4).map(|k| straight(at(k), at(k + 1)).unwrap()).collect::<Vec<_>>()
+        };
+        let (bottom, top) = (rim(0.2, 0.3, 1.0), rim(0.7, 0.6, -1.0));
+        let loops = clipped(&[&bottom, &top], &square([true, false]), |_| false).unwrap();
+        assert_eq!((loops.len(), loops[0].chains.len()), (1, 2));
+        assert!((signed_area(&loops[0].curves) / 2.0 - 0.5).abs() < 1e-12);
+        // A hole alone on a torus: the seams are the outer loop.
+        let hole: Vec<NurbsCurve> =
+            circle(0.5, 0.5, 0.3).iter().rev().map(|c| c.reversed(&mut Silent).unwrap()).collect();
+        let torus = areas(&[&hole], [true; 2]);
+        assert!(torus.len() == 2 && torus.contains(&1.0) && torus.contains(&-polygon));
+    }
+
+    #[test]
+    fn slivers_at_a_side_belong_to_it() {
+        let points = [(-0.1, -0.1), (0.5, 0.002), (1.1, -0.1), (1.1, 0.8), (-0.1, 0.8)];
+        let at = |k: usize| {
+            let (u, v) = points[k % points.len()];
+            DVec3::new(u, v, 0.0)
+        };
+        let chain: Vec<NurbsCurve> =
+            (0..points.len()).map(|k| NurbsCurve::line(at(k), at(k + 1)).unwrap()).collect();
+        let curves = |is_sliver: bool| {
+            let loops = clipped(&[&chain], &square([false; 2]), |_| is_sliver).unwrap();
+            (loops.len(), loops[0].curves.len())
+        };
+        assert_eq!(curves(false), (1, 7));
+        assert_eq!(curves(true), (1, 4));
+    }
 }

@@ -16,12 +16,14 @@ const SETTINGS: CornerCheckSettings = CornerCheckSettings::STANDARD;
 ///
 /// The cost of an arc is the sum of its places' squared distances over the variance, plus a cost
 /// per control point; it is least over their number. A corner goes if one arc is cheaper than two
-/// and the cost of a corner.
+/// and `cost` times the cost of a corner.
 pub(super) fn checked(
     border: &Border,
     Candidates { mut corners, variance }: Candidates,
+    cost: f64,
 ) -> Result<Vec<usize>> {
-    let mut costs = Costs { border, variance, known: HashMap::new() };
+    let corner = cost * SETTINGS.corner_cost;
+    let mut costs = Costs { border, variance, corner, known: HashMap::new() };
     while !corners.is_empty() {
         let mut worst = (f64::NEG_INFINITY, 0);
         for k in 0..corners.len() {
@@ -42,6 +44,7 @@ pub(super) fn checked(
 struct Costs<'a> {
     border: &'a Border,
     variance: f64,
+    corner: f64,
     known: HashMap<(usize, usize), f64>,
 }
 
@@ -65,7 +68,7 @@ impl Costs<'_> {
         } else {
             self.cost(before, after(before, corner))? + self.cost(corner, after(corner, behind))?
         };
-        Ok(two + SETTINGS.corner_cost - one)
+        Ok(two + self.corner - one)
     }
 
     /// The cost of an arc from one place to another, whose index may be a turn ahead.

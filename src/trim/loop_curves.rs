@@ -29,7 +29,10 @@ pub(super) fn loop_curves(
     rectangle: &Rectangle,
     level: Level,
 ) -> Result<Option<LoopCurves>> {
-    let mut corners = if level.corners { checked(border, Candidates::of(border))? } else { vec![] };
+    let mut corners = match level.corner_cost {
+        Some(cost) => checked(border, Candidates::of(border), cost)?,
+        None => vec![],
+    };
     while !corners.is_empty() {
         let arcs = arcs(border, &corners, level)?;
         let count = arcs.len();
@@ -60,7 +63,7 @@ fn arcs(border: &Border, corners: &[usize], level: Level) -> Result<Vec<Arc>> {
         Some(corner) => *corner,
         None => corners[0] + count,
     };
-    (0..corners.len()).map(|k| Arc::fit(border, (corners[k], next(k)), level.knots)).collect()
+    (0..corners.len()).map(|k| Arc::fit(border, (corners[k], next(k)), level.closeness)).collect()
 }
 
 /// One periodic curve through all places, moved outward.
@@ -69,7 +72,7 @@ fn smooth(border: &Border, level: Level) -> Result<Option<NurbsCurve>> {
     let at: Vec<f64> = border.along[..border.len()].iter().map(|along| along / length).collect();
     let form = Form::Periodic(border.shift);
     let targets = |uv| Targets { at: &at, uv, tangents: &border.tangents };
-    let chosen = targets(&border.uv).choose(form, (border.spacing, length), level.knots)?;
+    let chosen = targets(&border.uv).choose(form, (border.spacing, length), level.closeness)?;
     let Some(fit) = chosen else { return Ok(None) };
     let depth: Vec<f64> = border.depth.iter().map(|depth| level.offset * depth).collect();
     let moved = outward(&fit.curve, &targets(&border.uv), &depth)?;

@@ -10,6 +10,7 @@ mod arc;
 mod arc_length;
 mod border;
 mod clip;
+mod closed_polygon;
 mod corner_check;
 mod corners;
 mod level;

@@ -3,8 +3,9 @@
 use std::sync::Arc as Shared;
 
 use super::border::Border;
-use super::clip::{ClippedLoop, clipped, is_inside, sampled, signed_area};
-use super::level::Level;
+use super::clip::{ClippedLoop, clipped};
+use super::closed_polygon::{is_inside, polygons_cross, sampled, signed_area};
+use super::level::{Closeness, Level};
 use super::loop_curves::loop_curves;
 use super::outside::outside_shares;
 use super::places::Rectangle;
@@ -22,9 +23,10 @@ const SETTINGS: OutlineSettings = OutlineSettings::STANDARD;
 pub enum LoopForm {
     /// Arcs between corners, or one smooth curve.
     Arcs,
-    /// The same with twice as many control points.
+    /// The same with corners that are less certain and up to twice as many control points, so that
+    /// no place is far.
     DenseArcs,
-    /// One smooth curve with three times as many control points and half the offset.
+    /// One smooth curve with up to four times as many control points and half the offset.
     Smooth,
     /// One curve as smooth as a narrow band around the border allows.
     Banded,
@@ -88,10 +90,14 @@ impl Outline {
         form: LoopForm,
         offset: f64,
     ) -> Result<Option<Self>> {
+        let level = |knots, band, corner_cost: Option<f64>| {
+            let offset = if corner_cost.is_some() { offset } else { 0.5 * offset };
+            Level { closeness: Closeness { knots, band }, offset, corner_cost }
+        };
         let level = match form {
-            LoopForm::Arcs => Level { knots: 1.0, offset, corners: true },
-            LoopForm::DenseArcs => Level { knots: 2.0, offset, corners: true },
-            _ => Level { knots: 3.0, offset: 0.5 * offset, corners: false },
+            LoopForm::Arcs => level(1.0, f64::INFINITY, Some(1.0)),
+            LoopForm::DenseArcs => level(2.0, SETTINGS.band, Some(SETTINGS.closer_corner_cost)),
+            _ => level(4.0, SETTINGS.band, None),
         };
         let plain = |curves| Some(Self { form, corners: 0, curves });
         Ok(match form {
@@ -182,12 +188,33 @@ fn proved(
         match Face::trimmed(Shared::clone(surface), curves) {
             Ok(face) => faces.push(face),
             Err(Error::Loop { index, .. }) => {
-                return Ok(Proof::Fails(group.get(index).map_or(vec![], |of| of.chains.clone())));
+                let crossed = crossed(&group, index);
+                return Ok(Proof::Fails(least_close(crossed, outlines)));
             }
             Err(error) => return Err(error),
         }
     }
     Ok(Proof::Holds(faces))
+}
+
+/// The chains of a loop and of those that cross it, as far as samples show.
+fn crossed(group: &[ClippedLoop], index: usize) -> Vec<usize> {
+    let Some(of) = group.get(index) else { return vec![] };
+    let own = sampled(&of.curves);
+    let mut chains = of.chains.clone();
+    for other in group.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, other)| other) {
+        if polygons_cross(&own, &sampled(&other.curves)) {
+            chains.extend(&other.chains);
+        }
+    }
+    chains
+}
+
+/// Those of some chains that follow their borders least closely.
+fn least_close(chains: Vec<usize>, outlines: &[Outline]) -> Vec<usize> {
+    let form = |k: &usize| outlines[*k].form;
+    let least = chains.iter().map(form).min();
+    chains.into_iter().filter(|k| Some(form(k)) == least).collect()
 }
 
 /// Whether curves stay close to the side of the rectangle at which they begin and end.

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::border::Border;
+use super::places::Rectangle;
 use super::settings::OutlineSettings;
 use crate::cloud::KdTree;
 use crate::error::Result;
@@ -20,20 +21,14 @@ pub(super) fn outside_shares(
     let step = SETTINGS.sample_distance * border.spacing;
     let count = (border.length() / step).ceil();
     let samples = samples(curves, crate::numeric::whole(count));
-    let places: Vec<DVec2> = samples.iter().map(|(at, _)| *at).collect();
+    let rectangle = Rectangle::of(surface);
+    let places: Vec<DVec2> = samples.iter().map(|(at, _)| rectangle.wrapped(*at)).collect();
     let points = in_space(surface, &places)?;
     let tree = KdTree::new(&points);
     let outside = |k: usize| {
         let nearest = &tree.nearest(border.points[k], 1)[0];
         let (at, along) = samples[nearest.index as usize];
-        // A turn does not matter to places of a chain that winds: compare with the nearest one.
-        let way = border.uv[k] - at;
-        let turns = if border.winds() {
-            (way.dot(border.shift) / border.shift.length_squared()).round()
-        } else {
-            0.0
-        };
-        let right = along.perp_dot(way - border.shift * turns) < 0.0;
+        let right = along.perp_dot(rectangle.way(at, border.uv[k])) < 0.0;
         if right { nearest.distance() / border.spacing } else { 0.0 }
     };
     Ok((0..border.len()).map(outside).collect())

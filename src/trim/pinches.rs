@@ -73,3 +73,42 @@ fn fans(
     }
     fans
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fan of six triangles around place 0, with places 1 to 6 around.
+    fn fan() -> Triangulation {
+        let corners = (0..6).map(|k| [0, k + 1, (k + 1) % 6 + 1]).collect();
+        let neighbors = (0..6).map(|k| [NONE, (k + 1) % 6, (k + 5) % 6]).collect();
+        Triangulation { corners, neighbors }
+    }
+
+    fn mended(mut keep: [bool; 6]) -> [bool; 6] {
+        let fan = fan();
+        mend_pinches(&fan, &Lists::triangles(7, &fan), &mut keep);
+        keep
+    }
+
+    #[test]
+    fn smaller_gaps_are_filled() {
+        assert_eq!(
+            mended([true, false, true, true, false, false]),
+            [true, true, true, true, false, false]
+        );
+        let simple = [true, true, true, true, false, false];
+        assert_eq!(mended(simple), simple);
+    }
+
+    #[test]
+    fn open_gaps_leave_the_larger_fan() {
+        // Two fans that share place 0 on the hull, without triangles between them.
+        let corners = vec![[0, 1, 2], [0, 2, 3], [0, 4, 5]];
+        let neighbors = vec![[NONE, 1, NONE], [NONE, NONE, 0], [NONE; 3]];
+        let all = Triangulation { corners, neighbors };
+        let mut keep = [true; 3];
+        mend_pinches(&all, &Lists::triangles(6, &all), &mut keep);
+        assert_eq!(keep, [true, true, false]);
+    }
+}

@@ -13,13 +13,13 @@ const SETTINGS: RaggedSettings = RaggedSettings::STANDARD;
 /// A periodic curve with close knots, and the strongest fairness with which it passes all places
 /// within a band; `None` if there is none.
 pub(super) fn in_band(border: &Border, level: Level) -> Result<Option<NurbsCurve>> {
-    let (places, length) = (border.len(), border.length());
-    let knots = crate::numeric::whole(length / (SETTINGS.knot_distance * border.spacing));
-    let count = knots.min(places.saturating_sub(2));
+    let places = border.len();
+    let count = crate::numeric::whole(SETTINGS.share * places as f64);
     if count < SETTINGS.min_control_points {
         return Ok(None);
     }
-    let at: Vec<f64> = border.along[..places].iter().map(|along| along / length).collect();
+    // Even parameters, as knots are: each of them has places, however long the sides are.
+    let at: Vec<f64> = (0..places).map(|k| k as f64 / places as f64).collect();
     let form = Form::Periodic(border.shift);
     let mut targets = border.uv.clone();
     let mut chosen = None;

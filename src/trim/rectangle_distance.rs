@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::clip::sampled;
+use super::closed_polygon::sampled;
 use super::outside::in_space;
 use super::places::Rectangle;
 use super::settings::OutlineSettings;
@@ -12,6 +12,9 @@ use crate::error::Result;
 use crate::nurbs::NurbsSurface;
 
 const SETTINGS: OutlineSettings = OutlineSettings::STANDARD;
+
+/// Parts of a side whose lengths are summed: a side around a tube ends where it begins.
+const LENGTH_PARTS: usize = 8;
 
 /// Whether the open sides of the rectangle are close to a face's outer loop.
 pub(super) fn follows_sides(
@@ -29,13 +32,31 @@ pub(super) fn follows_sides(
     // As dense as the spacing, to measure distances from places rather than from sides.
     let step = |k: usize| {
         let (a, b) = (outline[k], outline[(k + 1) % count]);
-        let length = surface.point(a.x, a.y).distance(surface.point(b.x, b.y));
+        let at = move |i: usize, parts: usize| a + (b - a) * (i as f64 / parts as f64);
+        let point = |i: usize| {
+            let at = at(i, LENGTH_PARTS);
+            surface.point(at.x, at.y)
+        };
+        let length: f64 = (0..LENGTH_PARTS).map(|i| point(i).distance(point(i + 1))).sum();
         let parts = crate::numeric::whole(length / (SETTINGS.sample_distance * spacing)) + 1;
-        (0..parts).map(move |i| a + (b - a) * (i as f64 / parts as f64))
+        (0..parts).map(move |i| at(i, parts))
     };
     let dense: Vec<DVec2> = (0..count).flat_map(step).collect();
     let points = in_space(surface, &dense)?;
     let tree = KdTree::new(&points);
+    // A narrow bay is near the sides at its mouth alone.
+    let depth = |at: &DVec2| {
+        let on_side = |d: usize, side: f64| {
+            let mut on_side = *at;
+            on_side[d] = side;
+            surface.point(at.x, at.y).distance(surface.point(on_side.x, on_side.y))
+        };
+        let both = (0..2).flat_map(|d| [(d, rectangle.low[d]), (d, rectangle.high[d])]);
+        both.map(|(d, side)| on_side(d, side)).fold(f64::INFINITY, f64::min)
+    };
+    if dense.iter().any(|at| depth(at) > SETTINGS.pointless_distance * spacing) {
+        return Ok(false);
+    }
     let distances: Vec<f64> = in_space(surface, &sides)?
         .iter()
         .map(|side| tree.nearest(*side, 1)[0].distance() / spacing)

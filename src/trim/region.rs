@@ -35,19 +35,17 @@ impl Region {
         check_interrupt: &mut InterruptCheck<'_>,
     ) -> Result<Self> {
         let mesh = Mesh::of(places, triangulation);
-        let mut found = None;
-        for times in SETTINGS.growth {
-            check_interrupt()?;
+        let few = SETTINGS.left_out * places.len() as f64;
+        let mut growth = SETTINGS.growth.into_iter();
+        loop {
+            let times = growth.next().unwrap_or(1.0);
             let thresholds = Thresholds::of_scatter(places.len()).grown(times);
-            let region = mesh.region(thresholds);
-            let few = SETTINGS.left_out * places.len() as f64;
+            let region = mesh.region(thresholds, check_interrupt)?;
             let done = region.left_out as f64 <= few || region.islands() > 1;
-            found = Some(region);
-            if done {
-                break;
+            if done || growth.len() == 0 {
+                return Ok(region);
             }
         }
-        Ok(found.unwrap_or_else(|| mesh.region(Thresholds::of_scatter(places.len()))))
     }
 
     /// The number of pieces.
@@ -77,11 +75,16 @@ impl<'a> Mesh<'a> {
     }
 
     /// The region with these thresholds.
-    fn region(&self, scatter: Thresholds) -> Region {
+    fn region(
+        &self,
+        scatter: Thresholds,
+        check_interrupt: &mut InterruptCheck<'_>,
+    ) -> Result<Region> {
         let count = self.triangulation.corners.len();
         let (mut keep, mut even) = (vec![true; count], 1.0);
         let (mut counted, mut spacing) = (keep.clone(), vec![]);
         for round in 0..SETTINGS.rounds {
+            check_interrupt()?;
             spacing = local_spacing(self.triangulation, &self.around, &self.radii, &counted);
             let relative = self.relative_radii(&spacing);
             // The first round's outer triangles would look like clumps.
@@ -108,7 +111,7 @@ impl<'a> Mesh<'a> {
             }
         }
         let left_out = held.iter().filter(|held| !**held).count();
-        Region { pieces, spacing, clumping: even, left_out }
+        Ok(Region { pieces, spacing, clumping: even, left_out })
     }
 
     /// The spacing at a triangle: the geometric mean over its corners.

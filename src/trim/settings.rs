@@ -93,15 +93,16 @@ pub(super) struct RegionSettings {
     /// Radii of discs that reach from the outside, tried until few places are left out. Unit:
     /// ratio to the standard radius. Source: steps of a quarter to a third.
     pub(super) growth: [f64; 5],
-    /// Places that the region may leave out. Unit: share of the places. Source: outliers that
-    /// cleaning leaves.
+    /// Places that the region may leave out. Unit: share of the places. Source: half of
+    /// the points that may lie outside of a face.
     pub(super) left_out: f64,
     /// Rounds of spacing and region. Unit: rounds. Source: the third changes few triangles.
     pub(super) rounds: usize,
     /// Smallest area of a hole. Unit: share of the disc by which it is found. Source: closed form:
     /// slivers of triangles have large circles without being holes.
     pub(super) hole_share: f64,
-    /// Places of a piece that is kept. Unit: share of the places. Source: twice `left_out`.
+    /// Places of a piece that is kept. Unit: share of the places. Source: four times
+    /// `left_out`.
     pub(super) island_share: f64,
     /// Rounds in which gaps at pinches may be filled. Unit: rounds. Source: clouds need three.
     pub(super) mending_rounds: usize,
@@ -111,7 +112,7 @@ impl RegionSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self {
         growth: [1.0, 1.25, 1.6, 2.0, 2.5],
-        left_out: 0.01,
+        left_out: 0.005,
         rounds: 3,
         hole_share: 0.5,
         island_share: 0.02,
@@ -193,7 +194,7 @@ pub(super) struct CornerCheckSettings {
 
 impl CornerCheckSettings {
     /// The values that are used.
-    pub(super) const STANDARD: Self = Self { corner_cost: 8.0, point_cost: 6.0 };
+    pub(super) const STANDARD: Self = Self { corner_cost: 6.0, point_cost: 8.0 };
 }
 
 /// Arcs: the smooth parts between corners.
@@ -206,6 +207,9 @@ pub(super) struct ArcSettings {
     pub(super) rounding_share: f64,
     /// Least angle between arcs at a corner. Unit: degrees. Source: calibrated on random shapes.
     pub(super) min_bend: f64,
+    /// Length along which the direction of an arc at its end is measured. Unit: spacings. Source:
+    /// some five border places.
+    pub(super) lever: f64,
     /// Farthest that arcs are carried on to meet. Unit: spacings. Source: twice the rounding of a
     /// sharp corner.
     pub(super) reach: f64,
@@ -222,6 +226,7 @@ impl ArcSettings {
         rounding: 2.0,
         rounding_share: 0.2,
         min_bend: 25.0,
+        lever: 5.0,
         reach: 6.0,
         min_sine: 1e-3,
         snap: 1.0,
@@ -236,9 +241,11 @@ pub(super) struct SplineSettings {
     pub(super) open_sizes: [usize; 22],
     /// Numbers of distinct control points of periodic curves. Unit: control points. Source: steps
     /// of a quarter.
-    pub(super) periodic_sizes: [usize; 23],
+    pub(super) periodic_sizes: [usize; 24],
     /// Least distance of knots. Unit: spacings. Source: some four border places.
     pub(super) knot_distance: f64,
+    /// Most control points. Unit: control points a place. Source: a third; fewer are determined.
+    pub(super) max_share: f64,
     /// Weight of third differences: gaps between places stay harmless. Unit: ratio. Source: far
     /// below the weight of places.
     pub(super) fairness: f64,
@@ -262,10 +269,11 @@ impl SplineSettings {
             520,
         ],
         periodic_sizes: [
-            5, 6, 7, 8, 10, 12, 15, 18, 22, 28, 34, 42, 52, 64, 80, 100, 130, 170, 220, 280, 360,
-            460, 600,
+            4, 5, 6, 7, 8, 10, 12, 15, 18, 22, 28, 34, 42, 52, 64, 80, 100, 130, 170, 220, 280,
+            360, 460, 600,
         ],
         knot_distance: 4.0,
+        max_share: 1.0 / 3.0,
         fairness: 1e-3,
         noise_floor: 0.02,
         gain: 0.92,
@@ -277,23 +285,24 @@ impl SplineSettings {
 /// Ragged borders: curves in a band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RaggedSettings {
-    /// Distance of knots. Unit: spacings. Source: about that of border places.
-    pub(super) knot_distance: f64,
+    /// Number of control points. Unit: control points a place. Source: three quarters are still
+    /// determined by the places.
+    pub(super) share: f64,
     /// Fewest control points. Unit: control points. Source: twice the degree, and one.
     pub(super) min_control_points: usize,
     /// Weights of third differences, tried in order. Unit: ratio. Source: steps of ten.
     pub(super) fairness: [f64; 6],
-    /// Half the width of the band. Unit: spacings. Source: half of what a point may lie outside.
+    /// Half the width of the band. Unit: spacings. Source: two thirds of what a point may lie outside.
     pub(super) band: f64,
 }
 
 impl RaggedSettings {
     /// The values that are used.
     pub(super) const STANDARD: Self = Self {
-        knot_distance: 1.5,
+        share: 0.75,
         min_control_points: 7,
         fairness: [1e2, 1e1, 1.0, 1e-1, 1e-2, 1e-3],
-        band: 0.75,
+        band: 1.0,
     };
 }
 
@@ -308,6 +317,12 @@ pub(super) struct OutlineSettings {
     /// Border places that may be outside. Unit: share. Source: the tail of a normal distribution
     /// with the standard deviation of their depths.
     pub(super) outside_share: f64,
+    /// Cost of a corner on closer curves, over the standard one. Unit: ratio. Source: a missed
+    /// corner spoils the arcs beside it.
+    pub(super) closer_corner_cost: f64,
+    /// Farthest that a border place may be from closer curves. Unit: spacings. Source: between
+    /// `outside` and `farthest_outside`, less the offset.
+    pub(super) band: f64,
     /// Distance of samples along curves. Unit: spacings. Source: errors of distances stay below a
     /// hundredth.
     pub(super) sample_distance: f64,
@@ -334,6 +349,8 @@ impl OutlineSettings {
         farthest_outside: 1.5,
         outside: 0.75,
         outside_share: 0.06,
+        closer_corner_cost: -5.0,
+        band: 1.0,
         sample_distance: 0.25,
         simplify: 0.25,
         sliver: 0.5,

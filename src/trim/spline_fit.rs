@@ -2,6 +2,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
+use super::level::Closeness;
 use super::normal_matrix::NormalMatrix;
 use super::settings::SplineSettings;
 use crate::error::Result;
@@ -41,7 +42,7 @@ impl Form {
 }
 
 static OPEN_SIZES: [usize; 22] = SETTINGS.open_sizes;
-static PERIODIC_SIZES: [usize; 23] = SETTINGS.periodic_sizes;
+static PERIODIC_SIZES: [usize; 24] = SETTINGS.periodic_sizes;
 
 /// A fitted spline.
 #[derive(Clone, Debug)]
@@ -140,31 +141,37 @@ impl Targets<'_> {
     }
 
     /// The fit with the fewest control points that cross-validation does not clearly improve on.
+    /// Fits within the band come first; without one, the fit with most control points.
     ///
     /// `spacing` is the distance of places, `length` that of the whole curve, both in space.
-    /// `knots` scales how many control points are allowed.
     pub(super) fn choose(
         &self,
         form: Form,
         (spacing, length): (f64, f64),
-        knots: f64,
+        closeness: Closeness,
     ) -> Result<Option<SplineFit>> {
         let places = self.uv.len();
-        let most = (length * knots / (SETTINGS.knot_distance * spacing)).min(places as f64 / 3.0);
-        let mut best: Option<(f64, SplineFit)> = None;
+        let most = length * closeness.knots / (SETTINGS.knot_distance * spacing);
+        let most = most.min(places as f64 * SETTINGS.max_share);
+        let floor = places as f64 * (SETTINGS.noise_floor * spacing).powi(2);
+        let mut best: Option<(f64, bool, SplineFit)> = None;
         for &count in form.sizes() {
             let extra = count as f64 - DEGREE as f64 - 1.0;
-            if extra > most || count + 1 >= places {
+            if extra > most || count >= places {
                 break;
             }
             let Some(fit) = self.fit(form, count, SETTINGS.fairness)? else { continue };
-            let floor = places as f64 * (SETTINGS.noise_floor * spacing).powi(2);
             let score = cross_validation(fit.squares + floor, count, places);
-            if best.as_ref().is_none_or(|(least, _)| score < SETTINGS.gain * least) {
-                best = Some((score, fit));
+            let is_near = closeness.band == f64::INFINITY
+                || self.largest(&fit.curve) <= closeness.band * spacing;
+            let is_better = |(least, near, _): &(f64, bool, _)| {
+                !near || (is_near && score < SETTINGS.gain * least)
+            };
+            if best.as_ref().is_none_or(is_better) {
+                best = Some((score, is_near, fit));
             }
         }
-        Ok(best.map(|(_, fit)| fit))
+        Ok(best.map(|(_, _, fit)| fit))
     }
 }
 
@@ -228,5 +235,50 @@ impl System {
             self.matrix.add(2 * k + d, 2 * k + d, 1.0);
             self.right[2 * k + d] = point[d];
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const STANDARD: Closeness = Closeness { knots: 1.0, band: f64::INFINITY };
+
+    #[test]
+    fn straight_places_give_two_control_points_and_waves_more() {
+        let at: Vec<f64> = (0..80).map(|k| f64::from(k) / 79.0).collect();
+        let noise = |k: usize| 0.3 * ((k * k) as f64).sin();
+        let wave = |height: f64| -> Vec<DVec2> {
+            let place =
+                |(k, t): (usize, &f64)| DVec2::new(80.0 * t, height * (TAU * t).sin() + noise(k));
+            at.iter().enumerate().map(place).collect()
+        };
+        let tangents = [[DVec3::X, DVec3::Y]; 80];
+        let count = |uv: &[DVec2]| {
+            let targets = Targets { at: &at, uv, tangents: &tangents };
+            let form = Form::Open([None; 2]);
+            targets.choose(form, (1.0, 80.0), STANDARD).unwrap().unwrap().count
+        };
+        assert_eq!(count(&wave(0.0)), 2);
+        assert!((6..=10).contains(&count(&wave(5.0))));
+    }
+
+    #[test]
+    fn rims_go_on_by_their_shift_and_ends_can_be_given() {
+        let at: Vec<f64> = (0..60).map(|k| f64::from(k) / 60.0).collect();
+        let uv: Vec<DVec2> = at.iter().map(|t| DVec2::new(3.0 * t, (TAU * t).sin())).collect();
+        let tangents = [[DVec3::X, DVec3::Y]; 60];
+        let targets = Targets { at: &at, uv: &uv, tangents: &tangents };
+        let shift = DVec2::new(3.0, 0.0);
+        let rim = targets.fit(Form::Periodic(shift), 12, 1e-3).unwrap().unwrap();
+        assert!(targets.largest(&rim.curve) < 0.01);
+        let ends = [0.0, 1.0].map(|at| rim.curve.point(at).truncate());
+        assert!((ends[1] - ends[0]).distance(shift) < 1e-12);
+        let given = [DVec2::new(-0.5, 0.2), DVec2::new(3.5, -0.2)];
+        let arc = targets.fit(Form::Open(given.map(Some)), 8, 1e-3).unwrap().unwrap();
+        let points = arc.curve.control_points();
+        assert_eq!([points[0], points[7]], given.map(|end| end.extend(0.0)));
     }
 }

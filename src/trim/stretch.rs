@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::arc_length::shares;
 use super::border::Border;
+use super::level::Closeness;
 use super::spline_fit::{Form, SplineFit, Targets};
 use crate::error::Result;
 
@@ -42,7 +43,7 @@ impl Stretch {
     }
 
     /// The curve with free ends and as few control points as cross-validation allows.
-    pub(super) fn choose(&self, spacing: f64, knots: f64) -> Result<Option<SplineFit>> {
-        self.targets().choose(Form::Open([None; 2]), (spacing, self.length), knots)
+    pub(super) fn choose(&self, spacing: f64, closeness: Closeness) -> Result<Option<SplineFit>> {
+        self.targets().choose(Form::Open([None; 2]), (spacing, self.length), closeness)
     }
 }

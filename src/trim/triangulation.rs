@@ -164,7 +164,7 @@ fn triangles(sites: Vec<Site>) -> Vec<([u32; 3], [u32; 3])> {
 /// The Delaunay triangulation of places on a rectangle of which directions close.
 ///
 /// A strip beside each seam is copied to the other side. The triangles whose middles lie in the
-/// rectangle remain. Places are moved by a small share of their distances: of places on one
+/// rectangle remain, but for those that are too large to be sure of. Places are moved by a small share of their distances: of places on one
 /// circle, as grids have, the copies would be triangulated in other ways.
 fn wrapped(places: &Places) -> Triangulation {
     let rectangle = places.rectangle;
@@ -202,14 +202,24 @@ fn wrapped(places: &Places) -> Triangulation {
         .enumerate()
         .map(|(k, (at, _))| Site { position: position(*at), index: index(k) })
         .collect();
+    // Larger circles may reach beyond the strips, where places are missing.
+    let widest = 0.5 * (SETTINGS.strip * distance).min(0.5 * closed_size(size, rectangle.closed));
     let inside = |corners: &[u32; 3]| {
-        let middle = corners.iter().map(|k| sites[*k as usize].0).sum::<DVec2>() / 3.0;
-        (0..2).all(|d| !rectangle.closed[d] || (0.0..size[d]).contains(&middle[d]))
+        let at = corners.map(|k| sites[k as usize].0);
+        let middle = at.iter().sum::<DVec2>() / 3.0;
+        let own = (0..2).all(|d| !rectangle.closed[d] || (0.0..size[d]).contains(&middle[d]));
+        own && circumradius(at.map(|at| at.extend(0.0))) < widest
     };
     let kept = triangles(moved).into_iter().map(|(corners, _)| corners).filter(inside);
     let corners: Vec<[u32; 3]> = kept.map(|corners| corners.map(|k| sites[k as usize].1)).collect();
     let neighbors = joined(&corners);
     Triangulation { corners, neighbors }
+}
+
+/// The smaller size of the closed directions.
+fn closed_size(size: DVec2, closed: [bool; 2]) -> f64 {
+    let sizes = (0..2).filter(|d| closed[*d]).map(|d| size[d]);
+    sizes.fold(f64::INFINITY, f64::min)
 }
 
 /// The neighbors of triangles with these corners.
@@ -236,4 +246,73 @@ pub(super) fn circumradius([a, b, c]: [DVec3; 3]) -> f64 {
     let (p, q) = (b - a, c - a);
     let radius = p.length() * q.length() * (p - q).length() / (2.0 * p.cross(q).length());
     if radius.is_finite() { radius } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::nurbs::NurbsSurface;
+    use crate::progress::Silent;
+
+    /// Scattered places on a surface.
+    fn places(surface: NurbsSurface, count: u32) -> Places {
+        let share = |k: u32, step: f64| (f64::from(k) * step).fract();
+        let uv: Vec<DVec2> =
+            (0..count).map(|k| DVec2::new(share(k, 0.754_877_7), share(k, 0.569_840_3))).collect();
+        Places::of(&Arc::new(surface), &uv, &mut Silent).unwrap()
+    }
+
+    /// Neighbors know each other, and triangles are counter-clockwise in (u, v).
+    fn check(made: &Triangulation, places: &Places) {
+        for (t, neighbors) in made.neighbors.iter().enumerate() {
+            let [a, b, c] = made.corners[t].map(|k| places.uv[k as usize]);
+            let way = |to| places.rectangle.way(a, to) * places.scale;
+            assert!(way(b).perp_dot(way(c)) > 0.0);
+            for (k, other) in neighbors.iter().enumerate().filter(|(_, other)| **other != NONE) {
+                let [_, b, c] = turned(made.corners[t], k);
+                let back = made.neighbors[*other as usize].iter().position(|n| *n == index(t));
+                let [_, c2, b2] = turned(made.corners[*other as usize], back.unwrap());
+                assert_eq!((b, c), (b2, c2));
+            }
+        }
+    }
+
+    #[test]
+    fn sheared_planes_are_triangulated_in_their_lengths() {
+        let sheared = NurbsSurface::plane(DVec3::ZERO, DVec3::X, DVec3::new(3.0, 1.0, 0.0));
+        let places = places(sheared.unwrap(), 500);
+        let mut made = plane(&places);
+        check(&made, &places);
+        let flips = made.flip(&places);
+        check(&made, &places);
+        assert!(flips > 100, "{flips}");
+        // But for triangles on the hull, which would turn over in (u, v), all are Delaunay.
+        assert_eq!(made.flip(&places), 0);
+        let hull = made.neighbors.iter().filter(|neighbors| neighbors.contains(&NONE)).count();
+        assert_eq!(made.corners.len() + hull + 2, 2 * places.len());
+    }
+
+    #[test]
+    fn tori_have_no_hull() {
+        let torus = NurbsSurface::torus(DVec3::ZERO, 1.0, 0.4).unwrap();
+        let places = places(torus, 600);
+        let made = Triangulation::of(&places);
+        check(&made, &places);
+        assert!(made.neighbors.iter().flatten().all(|other| *other != NONE));
+        // Euler: V - E + F = 0 and 3 F = 2 E.
+        assert_eq!(made.corners.len(), 2 * places.len());
+    }
+
+    #[test]
+    fn grids_on_tubes_close() {
+        let tube = NurbsSurface::cylinder(DVec3::ZERO, DVec3::Z, 0.3).unwrap();
+        let at = |k: i32| DVec2::new(f64::from(k % 24) / 24.0, f64::from(k / 24) / 10.0);
+        let uv: Vec<DVec2> = (0..264).map(at).collect();
+        let places = Places::of(&Arc::new(tube), &uv, &mut Silent).unwrap();
+        let made = Triangulation::of(&places);
+        check(&made, &places);
+        assert_eq!(made.corners.len(), 2 * 24 * 10);
+    }
 }
