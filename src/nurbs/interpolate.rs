@@ -41,7 +41,7 @@ impl NurbsSurface {
     ///
     /// The condition of the systems grows exponentially with the degree. Between evenly spaced
     /// points, rounding moves the surface by about 1e-14 of its size at degree 9, 1e-7 at degree
-    /// 20 and 1e-4 at degree 25, as in SciPy. At the points themselves it stays below 1e-11.
+    /// 20 and 1e-4 at degree 25. At the points themselves it stays below 1e-11.
     ///
     /// # Errors
     ///

@@ -1,7 +1,10 @@
 //! What trimming found.
 
+use std::fmt;
+
 use super::outline::LoopForm;
 use crate::brep::Face;
+use crate::numeric::Short;
 
 /// The faces of a surface that end where the points end.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,4 +73,27 @@ pub enum Doubt {
     },
     /// Not even polygons through the border points are simple. The face is the whole surface.
     NotSimple,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooFewPlaces { places, needed } => write!(
+                f,
+                "The surface was not trimmed: {needed} distinct places are needed, got {places}."
+            ),
+            Self::Clumped { clumping } => write!(
+                f,
+                "The loops are doubtful: the points are clumped (by {}; 1 is random), so gaps and \
+                 holes look alike.",
+                Short(*clumping)
+            ),
+            Self::TooManyHoles { holes, most } => {
+                write!(f, "The loops are doubtful: {holes} holes were found, more than {most}.")
+            }
+            Self::NotSimple => {
+                f.write_str("The surface was not trimmed: the border of the points crosses itself.")
+            }
+        }
+    }
 }
