@@ -306,13 +306,13 @@ mod tests {
         assert_eq!(areas(&[&whole], [false; 2]), [polygon]);
         // A quarter, and all of the rectangle.
         let quarter = areas(&[&circle(0.0, 0.0, 0.3)], [false; 2]);
-        assert!((quarter[0] - polygon / 4.0).abs() < 1e-12, "{quarter:?}");
+        assert!((quarter[0] - polygon / 4.0).abs() < 1e-8, "{quarter:?}");
         assert_eq!(areas(&[&circle(0.5, 0.5, 3.0)], [false; 2]), [1.0]);
         // A hole that opens to the side is a bay.
         let hole: Vec<NurbsCurve> =
             circle(0.0, 0.5, 0.3).iter().rev().map(|c| c.reversed(&mut Silent).unwrap()).collect();
         let bay = areas(&[&circle(0.5, 0.5, 3.0), &hole], [false; 2]);
-        assert!(bay.len() == 1 && (bay[0] - 1.0 + polygon / 2.0).abs() < 1e-12, "{bay:?}");
+        assert!(bay.len() == 1 && (bay[0] - 1.0 + polygon / 2.0).abs() < 1e-8, "{bay:?}");
     }
 
     #[test]
@@ -320,7 +320,7 @@ mod tests {
         // A disc on the seam is two halves of one face; a rim on a tube runs from seam to seam.
         let disc = areas(&[&circle(1.0, 0.5, 0.3)], [true, false]);
         let polygon = signed_area(&circle(0.5, 0.5, 0.3)) / 2.0;
-        assert!(disc.len() == 2 && (disc.iter().sum::<f64>() - polygon).abs() < 1e-12);
+        assert!(disc.len() == 2 && (disc.iter().sum::<f64>() - polygon).abs() < 1e-8);
         let rim = |v: f64, from: f64, way: f64| {
             let at = |k: i32| DVec2::new(from + way * f64::from(k) / 4.0, v);
             (0..4).map(|k| straight(at(k), at(k + 1)).unwrap()).collect::<Vec<_>>()
@@ -328,7 +328,7 @@ mod tests {
         let (bottom, top) = (rim(0.2, 0.3, 1.0), rim(0.7, 0.6, -1.0));
         let loops = clipped(&[&bottom, &top], &square([true, false]), |_| false).unwrap();
         assert_eq!((loops.len(), loops[0].chains.len()), (1, 2));
-        assert!((signed_area(&loops[0].curves) / 2.0 - 0.5).abs() < 1e-12);
+        assert!((signed_area(&loops[0].curves) / 2.0 - 0.5).abs() < 1e-8);
         // A hole alone on a torus: the seams are the outer loop.
         let hole: Vec<NurbsCurve> =
             circle(0.5, 0.5, 0.3).iter().rev().map(|c| c.reversed(&mut Silent).unwrap()).collect();

@@ -39,7 +39,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Holes are right in all, and the median error is at most the limit.
 fn check(sampling: Sampling, limit: f64) {
-    let rows = table(sampling, 3000, 1);
+    let rows = table(sampling, 3000, 3);
     for (name, measures) in &rows {
         assert_eq!(measures.holes, measures.true_holes, "{name}");
         assert_eq!(measures.faces, 1, "{name}");
