@@ -1,7 +1,6 @@
 """Shells from STEP and IGES files of OpenCASCADE."""
 
 import importlib.util
-import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -312,11 +311,10 @@ def test_names_of_faces(tmp_path: Path) -> None:
     assert sorted(names, key=str) == [None] * 5 + ["lid"]
 
 
-# Time, damage, faces that cannot be read
+# Damage, faces that cannot be read
 
 
-def test_a_file_of_many_faces_takes_seconds(tmp_path: Path) -> None:
-    """Not the minutes that a conversion by OpenCASCADE takes."""
+def test_a_file_of_many_faces(tmp_path: Path) -> None:
     holes, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(holes)
     for row in range(10):
@@ -326,10 +324,7 @@ def test_a_file_of_many_faces_takes_seconds(tmp_path: Path) -> None:
             builder.Add(holes, hole)
     plate = BRepPrimAPI_MakeBox(200.0, 130.0, 8.0).Shape()
     path = written(tmp_path / "a.step", BRepAlgoAPI_Cut(plate, holes).Shape())
-    neurbs.load_shell(written(tmp_path / "b.step", box()))  # Starts the worker.
-    start = time.perf_counter()
     shell = neurbs.load_shell(path)
-    assert time.perf_counter() - start < 30
     assert shell.is_closed
     assert len(shell.faces) == 206
     assert shell.euler_characteristic == 2 - 2 * 200
